@@ -1,0 +1,169 @@
+"""Mode tables of an affine scene: packed numbers, and the compiled builder of their Taylor tables.
+
+In every mode the motion is linear with periodic forcing.  With the state ``y`` and the forcing states
+``w = (1, cos k1 theta, sin k1 theta, cos k2 theta, ...)``, ``theta = omega t``, joined to ``x = (y, w)``,
+
+    y' = A x,      w' = W x,      guard = G x,      y+ = R x  (kick and memory writes).
+
+Forcing enters as further linear states, so that undamped resonance, free masses and missing stiffness are no special
+cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by at most ``TURN``, the Taylor rows of the
+flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
+"""
+from typing import NamedTuple
+
+import numpy as np
+
+from .._jit import njit
+
+ORDER = 16  # of the Taylor rows
+TURN = 0.8  # largest scaled angle of a step
+
+
+class Tables(NamedTuple):
+    """Numbers of a scene as the kernels see them; ``ns`` states, ``nw`` forcing states, ``nx = ns + nw``.
+
+    The first group are views on ``flat`` (a parameter change writes there and calls `rebuild`), the second are integers
+    fixed with the scene's structure, the third is derived by `rebuild`.
+    """
+
+    flat: np.ndarray  # (size,) all numbers below up to `ratio`, one after the other; flat[0] is omega (0: autonomous)
+    A: np.ndarray  # (modes, ns, nx) y' = A x
+    G: np.ndarray  # (modes, guards, nx) guard = G x, negative inside
+    R: np.ndarray  # (modes, guards, ns, nx) state after the event; rows of the identity where nothing jumps
+    B: np.ndarray  # (modes, guards, ns) velocity direction of the kick with d(guard')/d(B) = 1; zero without a kick
+    D: np.ndarray  # (modes, guards, ns) position direction with guard changing by 1; zero where G has no position
+    H: np.ndarray  # (modes, holds, nx) speeds of held rows, zero while held
+    S: np.ndarray  # (modes, holds, nx) positions of held rows that are frozen on a surface; zero row: no surface
+    ratio: np.ndarray  # (modes, guards) ratio of the infinite sequence (restitution); 0: none
+
+    harmonics: np.ndarray  # (nw-1)/2 integers k
+    n_guards: np.ndarray  # (modes,)
+    n_holds: np.ndarray  # (modes,)
+    then: np.ndarray  # (modes, guards, candidates) modes in the order they are tried; -1 none, -2 not built yet
+    kick: np.ndarray  # (modes, guards) 1 where R holds a kick, given only when the guard arrives with g' > 0
+    ends_in: np.ndarray  # (modes, guards) mode in which a complete infinite sequence ends; -1 none, -2 not built yet
+    silent: np.ndarray  # (modes, guards) 1 where both sides have the same force
+    element: np.ndarray  # (modes, guards) index of the element that owns the guard
+    kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`
+
+    step: np.ndarray  # (modes,) h
+    YT: np.ndarray  # (modes, ns, nx, ORDER+1) Taylor rows of the state
+    GT: np.ndarray  # (modes, guards, nx, ORDER+1) Taylor rows of the guards
+    E: np.ndarray  # (modes, ns, nx) state after h
+    turn: np.ndarray  # (modes, nw) cos and sin of k omega h in the places of w; 1 first
+    G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
+
+
+def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harmonics) -> Tables:
+    """Return tables of zeros with the views laid over one flat buffer."""
+    k = np.asarray(harmonics, np.int64)
+    nw = 1 + 2 * k.size
+    nx = ns + nw
+    shapes = [(modes, ns, nx), (modes, guards, nx), (modes, guards, ns, nx), (modes, guards, ns), (modes, guards, ns),
+              (modes, holds, nx), (modes, holds, nx), (modes, guards)]
+    flat = np.zeros(1 + sum(int(np.prod(shape)) for shape in shapes))
+    views, start = [], 1
+    for shape in shapes:
+        stop = start + int(np.prod(shape))
+        views.append(flat[start:stop].reshape(shape))
+        start = stop
+    whole = np.int64
+    return Tables(
+        flat, *views, k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
+        np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
+        np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros(modes),
+        np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)), np.zeros((modes, ns, nx)),
+        np.zeros((modes, nw)), np.zeros((modes, guards, nx)))
+
+
+@njit
+def rate(T, m):
+    """Bound on the rate of change in mode ``m``: scaled norm of A (velocities over the root of the stiffness), forcing."""
+    ns = T.A.shape[1]
+    n = ns // 2
+    stiff = 0.0
+    damp = 0.0
+    for i in range(n, 2 * n):
+        k = 0.0
+        c = 0.0
+        for j in range(n):
+            k += abs(T.A[m, i, j])
+            c += abs(T.A[m, i, n + j])
+        stiff = max(stiff, k)
+        damp = max(damp, c)
+    top = np.sqrt(stiff) + damp
+    for i in range(T.harmonics.size):
+        top = max(top, T.harmonics[i] * T.flat[0])
+    return top
+
+
+@njit
+def rebuild(T):
+    """Fill step, YT, GT, E, turn, G4 from the flat numbers."""
+    modes, ns, nx = T.A.shape
+    nw = nx - ns
+    omega = T.flat[0]
+    for m in range(modes):
+        top = rate(T, m)
+        if top == 0.0:
+            h = 1.0
+        elif omega > 0.0:  # a whole number of steps a period, so that undisturbed flights end on a step
+            period = 2.0 * np.pi / omega
+            h = period / np.ceil(period * top / TURN)
+        else:
+            h = TURN / top
+        T.step[m] = h
+        T.turn[m, 0] = 1.0
+        for k in range(T.harmonics.size):
+            T.turn[m, 1 + 2 * k] = np.cos(T.harmonics[k] * omega * h)
+            T.turn[m, 2 + 2 * k] = np.sin(T.harmonics[k] * omega * h)
+        row = np.empty(nx)
+        new = np.empty(nx)
+        for i in range(ns):
+            for c in range(nx):
+                row[c] = 0.0
+            row[i] = 1.0
+            for c in range(nx):
+                T.YT[m, i, c, 0] = row[c]
+            for j in range(1, ORDER + 1):
+                next_row(T, m, row, new)
+                for c in range(nx):
+                    row[c] = new[c] / j
+                    T.YT[m, i, c, j] = row[c]
+            for c in range(nx):
+                total = 0.0
+                for j in range(ORDER, -1, -1):
+                    total = total * h + T.YT[m, i, c, j]
+                T.E[m, i, c] = total
+        for g in range(T.n_guards[m]):
+            for c in range(nx):
+                row[c] = T.G[m, g, c]
+                T.GT[m, g, c, 0] = row[c]
+            for j in range(1, ORDER + 1):
+                next_row(T, m, row, new)
+                for c in range(nx):
+                    row[c] = new[c] / j
+                    T.GT[m, g, c, j] = row[c]
+            for c in range(nx):
+                total = 0.0
+                for j in range(ORDER, 3, -1):
+                    total = total * h + abs(T.GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
+                T.G4[m, g, c] = total * h**4 / 384.0
+
+
+@njit
+def next_row(T, m, row, new):
+    """new = row times the matrix of the joined system x' = (A; W) x of mode ``m``."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    for c in range(nx):
+        new[c] = 0.0
+    for i in range(ns):
+        r = row[i]
+        if r != 0.0:
+            for c in range(nx):
+                new[c] += r * T.A[m, i, c]
+    for k in range(T.harmonics.size):  # cos' = -k omega sin, sin' = k omega cos
+        rate_k = T.harmonics[k] * T.flat[0]
+        c = ns + 1 + 2 * k
+        new[c + 1] -= rate_k * row[c]
+        new[c] += rate_k * row[c + 1]
