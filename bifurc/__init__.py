@@ -1,0 +1,51 @@
+"""bifurc: periodic motions of mechanical systems that hit, rub, stick and slip, found, followed, explained and mapped.
+
+Names are loaded when they are first used (PEP 562), so that ``import bifurc`` costs next to nothing: numba, scipy,
+networkx and matplotlib are imported by the work that needs them.
+
+Example
+-------
+>>> import bifurc as bf
+>>> system = bf.systems.impact_oscillator(omega=0.6)
+>>> orbit = bf.find_orbit(system)
+>>> orbit.stable
+True
+"""
+import importlib
+
+__version__ = "0.1.0"
+
+_MODULES = ("elements", "systems", "continuation", "plotting")
+_NAMES = {
+    "System": ".system",
+    "simulate": ".flow.simulate",
+    "Trajectory": ".flow.trajectory",
+    "find_orbit": ".orbits",
+    "PeriodicOrbit": ".orbits",
+    "lyapunov_exponents": ".orbits.lyapunov",
+    "trace": ".continuation",
+    "switch_branch": ".continuation",
+    "Branch": ".continuation",
+    "SpecialPoint": ".continuation",
+    "basins_of_attraction": ".basins",
+    "BasinMap": ".basins",
+    "Grid": ".basins",
+    "load": ".loading",
+}
+
+__all__ = [*_MODULES, *_NAMES]
+
+
+def __getattr__(name: str):
+    if name in _NAMES:
+        value = getattr(importlib.import_module(_NAMES[name], __name__), name)
+    elif name in _MODULES:
+        value = importlib.import_module("." + name, __name__)
+    else:
+        raise AttributeError(f"module 'bifurc' has no attribute {name!r}; it has {', '.join(sorted(__all__))}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,130 @@
+"""Results on disk: one npz file of plain arrays with a JSON header, renamed into place, never pickled.
+
+A record is a header (what it is, from which system, with which options) and named arrays.  This module knows no class:
+classes turn themselves into records (``to_record``) and back (``from_record``).
+"""
+import json
+import os
+import secrets
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+FORMAT = "bifurc"
+VERSION = 1  # of the file layout; raised when an older reader would misread a newer file
+_HEADER = "__header__"  # name of the array that holds the UTF-8 bytes of the JSON header
+
+
+class FileFormatError(ValueError):
+    """A file is not a bifurc result, is damaged, or was written by a newer version; the message says which."""
+
+
+def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[str, Any]) -> Path:
+    """Write a record to one file; the file appears complete or not at all.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, used as given (no suffix is added). Its folder must exist; an existing file is replaced.
+    header : mapping
+        JSON-able; ``kind`` (str) is required. ``format`` and ``version`` are filled in.
+    arrays : mapping of str to array_like
+        Any shapes; real, complex, boolean, integer or string, not objects.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the header cannot be written as JSON (NaN and infinity included), or an array holds objects.
+    """
+    path = Path(path)
+    if not isinstance(header.get("kind"), str):
+        raise ValueError(f"header['kind'] must name what the record is, got {header.get('kind')!r}")
+    text = json.dumps({**header, "format": FORMAT, "version": VERSION}, default=_plain, allow_nan=False)
+    content = {_HEADER: np.frombuffer(text.encode(), np.uint8)}
+    for name, values in arrays.items():
+        array = np.asarray(values)
+        if array.dtype.hasobject:
+            raise TypeError(f"array {name!r} holds Python objects; only numbers, booleans and strings are written")
+        if name == _HEADER or "/" in name:
+            raise ValueError(f"array name {name!r} is not allowed: no '/', and not {_HEADER!r}")
+        content[name] = array
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+    try:
+        with open(temporary, "xb") as file:
+            np.savez_compressed(file, allow_pickle=False, **content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path
+
+
+def read(path: str | os.PathLike, kind: str | None = None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Read a record.
+
+    Parameters
+    ----------
+    path : path-like
+    kind : str, optional
+        The kind that is expected.
+
+    Returns
+    -------
+    header : dict
+    arrays : dict of str to ndarray
+        As they were written, bit for bit.
+
+    Raises
+    ------
+    FileNotFoundError
+    FileFormatError
+        If the file is foreign, damaged, newer than this version, or of another kind.
+    """
+    path = Path(path)
+    foreign = f"{path} is not a bifurc result"
+    with open(path, "rb") as file:
+        if file.read(4) != b"PK\x03\x04":
+            raise FileFormatError(f"{foreign}: it is no npz file")
+        file.seek(0)
+        try:
+            with np.load(file, allow_pickle=False) as archive:
+                if _HEADER not in archive.files:
+                    raise FileFormatError(f"{foreign}: it is an npz file without a bifurc header")
+                header = json.loads(archive[_HEADER].tobytes().decode())
+                _check(path, header, kind)
+                arrays = {name: archive[name] for name in archive.files if name != _HEADER}
+        except FileFormatError:
+            raise
+        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, ValueError, NotImplementedError) as error:
+            raise FileFormatError(f"{path} is damaged ({error}); results are renamed into place when complete, so it "
+                                  "was changed or cut after it was written") from error
+    return header, arrays
+
+
+def _check(path: Path, header: Any, kind: str | None) -> None:
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise FileFormatError(f"{path} is not a bifurc result: its header names another format")
+    version = header.get("version")
+    if not isinstance(version, int) or version < 1:
+        raise FileFormatError(f"{path} has no valid layout version (got {version!r})")
+    if version > VERSION:
+        raise FileFormatError(f"{path} has layout version {version}, this bifurc reads up to {VERSION}; update bifurc")
+    if kind is not None and header.get("kind") != kind:
+        raise FileFormatError(f"{path} holds a {header.get('kind')!r}, expected a {kind!r}")
+
+
+def _plain(value: Any) -> Any:
+    """Return numpy scalars and small arrays as what JSON knows."""
+    if isinstance(value, np.generic | np.ndarray) and not np.iscomplexobj(value):
+        return value.tolist()
+    raise TypeError(f"a header holds only JSON values, got {type(value).__name__}: {value!r}")

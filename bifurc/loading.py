@@ -1,0 +1,49 @@
+"""Load any saved result: the header's kind names the class that reads it."""
+import importlib
+import os
+from collections.abc import Iterable
+from typing import Any
+
+from . import io
+
+_READERS = {
+    "branch": (".continuation.branch", "Branch"),
+    "orbit": (".orbits.orbit", "PeriodicOrbit"),
+    "basins": (".basins.basinmap", "BasinMap"),
+    "trajectory": (".flow.trajectory", "Trajectory"),
+}
+
+
+def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
+    """Read a result that was written with its ``save`` method.
+
+    Parameters
+    ----------
+    path : path-like
+        An npz file written by bifurc.
+    elements : iterable of type
+        User element classes, or user laws, that the saved system was built with. No code is ever taken from a file.
+
+    Returns
+    -------
+    Branch, PeriodicOrbit, BasinMap or Trajectory
+
+    Raises
+    ------
+    FileNotFoundError
+    bifurc.io.FileFormatError
+        If the file is foreign, damaged, or newer than this version.
+
+    Example
+    -------
+    >>> import bifurc as bf
+    >>> branch = bf.load("branch.npz")                     # doctest: +SKIP
+    """
+    header, arrays = io.read(path)
+    kind = header["kind"]
+    if kind not in _READERS:
+        raise io.FileFormatError(f"{path} holds a {kind!r}; this version reads {', '.join(sorted(_READERS))}")
+    module, name = _READERS[kind]
+    reader = getattr(importlib.import_module(module, __package__), name)
+    elements = tuple(elements)
+    return reader.from_record(header, arrays, elements=elements) if elements else reader.from_record(header, arrays)

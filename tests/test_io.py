@@ -1,0 +1,183 @@
+"""Files: what is written is read back bit for bit, a broken write leaves nothing, and foreign or damaged files are named."""
+import enum
+import json
+import multiprocessing
+import os
+import zipfile
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc import io
+
+
+class Kind(enum.StrEnum):
+    FOLD = "fold"
+
+
+ARRAYS = {
+    "float": np.array([0.1, np.nan, -np.inf, 5e-324, -0.0]),
+    "complex": np.array([[1 + 2j], [np.pi - 1e-300j]]),
+    "labels": np.arange(-6, 6, dtype=np.int32).reshape(3, 4),
+    "flags": np.array([True, False]),
+    "names": np.array(["impact", "grazing, ü"]),
+    "empty": np.zeros((0, 3)),
+    "scalar": np.float64(0.1),
+}
+
+
+def test_arrays_come_back_bit_for_bit(tmp_path):
+    path = io.write(tmp_path / "x.npz", {"kind": "branch"}, ARRAYS)
+    _, arrays = io.read(path)
+    assert list(arrays) == list(ARRAYS)
+    for name, values in ARRAYS.items():
+        assert arrays[name].dtype == np.asarray(values).dtype
+        assert arrays[name].shape == np.shape(values)
+        assert arrays[name].tobytes() == np.asarray(values).tobytes()
+
+
+def test_header_comes_back_with_format_and_version(tmp_path):
+    header = {"kind": "branch", "bounds": (0.5, np.float64(2.0)), "n": np.int64(3), "point": Kind.FOLD, "x": 0.1 + 0.2,
+              "text": "ζ", "matrix": np.eye(2), "nothing": None, "ok": np.bool_(True)}
+    path = io.write(tmp_path / "x.npz", header, {})
+    back, arrays = io.read(path, kind="branch")
+    assert arrays == {}
+    assert back == {"kind": "branch", "bounds": [0.5, 2.0], "n": 3, "point": "fold", "x": 0.1 + 0.2, "text": "ζ",
+                    "matrix": [[1.0, 0.0], [0.0, 1.0]], "nothing": None, "ok": True, "format": "bifurc", "version": 1}
+    assert "format" not in header  # inputs are not mutated
+
+
+def test_same_record_gives_same_bytes(tmp_path):
+    for name in ("a.npz", "b.npz"):
+        io.write(tmp_path / name, {"kind": "branch"}, ARRAYS)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_file_has_the_permissions_of_an_ordinary_file(tmp_path):
+    (tmp_path / "plain").write_text("")
+    path = io.write(tmp_path / "x.npz", {"kind": "branch"}, {})
+    assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize(
+    ("header", "arrays", "error", "said"),
+    [
+        ({}, {}, ValueError, "kind"),
+        ({"kind": "x", "value": float("nan")}, {}, ValueError, "JSON"),
+        ({"kind": "x", "value": object()}, {}, TypeError, "object"),
+        ({"kind": "x", "value": 1j}, {}, TypeError, "complex"),
+        ({"kind": "x"}, {"bad": np.array([object()])}, TypeError, "'bad'"),
+        ({"kind": "x"}, {"a/b": np.zeros(1)}, ValueError, "'a/b'"),
+        ({"kind": "x"}, {"__header__": np.zeros(1)}, ValueError, "__header__"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_and_leaves_the_old_file(tmp_path, header, arrays, error, said):
+    path = io.write(tmp_path / "x.npz", {"kind": "old"}, {})
+    with pytest.raises(error, match=said):
+        io.write(path, header, arrays)
+    assert io.read(path)[0]["kind"] == "old"
+    assert os.listdir(tmp_path) == ["x.npz"]
+
+
+def test_a_write_that_fails_half_way_leaves_the_old_file_and_no_other(tmp_path, monkeypatch):
+    path = io.write(tmp_path / "x.npz", {"kind": "old"}, ARRAYS)
+
+    def disk_full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", disk_full)
+    with pytest.raises(OSError, match="No space"):
+        io.write(path, {"kind": "new"}, ARRAYS)
+    assert io.read(path)[0]["kind"] == "old"
+    assert os.listdir(tmp_path) == ["x.npz"]
+
+
+def test_missing_file_and_missing_folder(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        io.read(tmp_path / "none.npz")
+    with pytest.raises(FileNotFoundError):
+        io.write(tmp_path / "none" / "x.npz", {"kind": "x"}, {})
+
+
+def test_foreign_files_are_named(tmp_path):
+    text, empty, other, archive = (tmp_path / name for name in ("a.txt", "empty", "other.npz", "b.zip"))
+    text.write_text("omega,x\n1,2\n")
+    empty.write_bytes(b"")
+    np.savez(other, x=np.zeros(3))
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("readme", "hello")
+    for path in (text, empty, other, archive):
+        with pytest.raises(io.FileFormatError, match="is not a bifurc result"):
+            io.read(path)
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ({"format": "other", "version": 1, "kind": "x"}, "another format"),
+        ({"format": "bifurc", "version": 2, "kind": "x"}, "update bifurc"),
+        ({"format": "bifurc", "version": "1", "kind": "x"}, "layout version"),
+        ({"format": "bifurc", "version": 1, "kind": "y"}, "expected a 'x'"),
+        ([1], "another format"),
+    ],
+)
+def test_headers_are_checked(tmp_path, header, said):
+    path = tmp_path / "x.npz"
+    np.savez(path, __header__=np.frombuffer(json.dumps(header).encode(), np.uint8))
+    with pytest.raises(io.FileFormatError, match=said):
+        io.read(path, kind="x")
+
+
+def test_every_cut_and_every_flipped_byte_is_an_error_or_harmless(tmp_path, rng):
+    path = io.write(tmp_path / "x.npz", {"kind": "branch"}, {"a": np.arange(50.0), "b": np.ones(3, int)})
+    whole = path.read_bytes()
+    broken = tmp_path / "broken.npz"
+    for cut in rng.integers(0, len(whole), 40):
+        broken.write_bytes(whole[:cut])
+        with pytest.raises(io.FileFormatError):
+            io.read(broken)
+    for place in rng.integers(0, len(whole), 200):
+        changed = bytearray(whole)
+        changed[place] ^= 1 << rng.integers(0, 8)
+        broken.write_bytes(changed)
+        try:  # a changed time stamp or name attribute of the archive does no harm; a changed number never passes
+            _, arrays = io.read(broken)
+        except io.FileFormatError:
+            continue
+        for values, true in zip(arrays.values(), (np.arange(50.0), np.ones(3, int)), strict=False):
+            np.testing.assert_array_equal(values, true)
+
+
+def test_pickles_are_never_opened(tmp_path):
+    path = tmp_path / "x.npz"
+    text = json.dumps({"format": "bifurc", "version": 1, "kind": "x"})
+    np.savez(path, __header__=np.frombuffer(text.encode(), np.uint8), evil=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(io.FileFormatError, match="pickle"):
+        io.read(path)
+
+
+def _write_for_ever(path):
+    values = np.random.default_rng(0).random(200_000)
+    while True:
+        io.write(path, {"kind": "branch"}, {"values": values})
+
+
+def test_killed_writers_leave_whole_files(tmp_path):
+    path = tmp_path / "x.npz"
+    true = np.random.default_rng(0).random(200_000)
+    context = multiprocessing.get_context("fork")
+    for delay in (0.15, 0.21, 0.33):
+        writer = context.Process(target=_write_for_ever, args=(path,))
+        writer.start()
+        writer.join(delay)
+        writer.kill()
+        writer.join()
+        if path.exists():
+            np.testing.assert_array_equal(io.read(path)[1]["values"], true)
+
+
+def test_load_names_unknown_kinds(tmp_path):
+    path = io.write(tmp_path / "x.npz", {"kind": "recipe"}, {})
+    with pytest.raises(io.FileFormatError, match="'recipe'.*basins, branch, orbit, trajectory"):
+        bf.load(path)

@@ -1,0 +1,84 @@
+"""The public face: lazy, complete, cheap to import, and every name where the table says it is."""
+import importlib
+import importlib.metadata
+import json
+import subprocess
+import sys
+import time
+
+import pytest
+
+import bifurc as bf
+
+HEAVY = ("numba", "scipy", "matplotlib", "networkx", "pandas", "tqdm", "llvmlite")
+
+
+def run(code: str) -> str:
+    """Run Python code in a fresh interpreter."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.parametrize("name", bf.__all__)
+def test_every_name_resolves(name):
+    value = getattr(bf, name)
+    assert value is getattr(bf, name)
+    if hasattr(value, "__name__") and name not in bf._MODULES:
+        assert value.__name__ == name
+        assert value.__module__.startswith("bifurc.")
+        assert value.__doc__
+
+
+def test_dir_lists_every_name_and_unknown_names_are_answered():
+    assert set(bf.__all__) <= set(dir(bf))
+    with pytest.raises(AttributeError, match="'simulat'.*simulate"):
+        bf.simulat  # noqa: B018
+
+
+def test_no_public_function_bears_the_name_of_a_subpackage():
+    for name, module in bf._NAMES.items():
+        assert name not in ("basins", "orbits", "flow", "compose", "continuation", "elements", "systems", "plotting", "solve"), module
+
+
+def test_version_is_the_installed_one():
+    assert bf.__version__ == importlib.metadata.version("bifurc")
+
+
+def test_import_and_building_a_system_load_nothing_heavy():
+    code = f"""
+import json, sys
+import bifurc as bf
+first = [m for m in {HEAVY!r} if m in sys.modules]
+system = bf.systems.impact_oscillator().with_parameters(omega=0.7)
+print(json.dumps([first, [m for m in {HEAVY!r} if m in sys.modules], "numpy" in sys.modules]))
+"""
+    assert json.loads(run(code)) == [[], [], True]
+
+
+def test_import_costs_little_over_numpy():
+    """At most .1 s over numpy (the best of five, so that a busy machine does not decide)."""
+    code = """
+import time
+import numpy
+start = time.perf_counter()
+import bifurc
+bifurc.System, bifurc.elements, bifurc.systems
+print(time.perf_counter() - start)
+"""
+    best = min(float(run(code)) for _ in range(5))
+    assert best <= 0.1
+
+
+def test_modules_named_by_load_exist():
+    from bifurc import loading
+
+    for module, name in loading._READERS.values():
+        assert hasattr(getattr(importlib.import_module(module, "bifurc"), name), "from_record")
+
+
+def test_a_lazy_name_is_found_once():
+    bf.__dict__.pop("Grid", None)
+    bf.Grid  # noqa: B018
+    start = time.perf_counter()
+    for _ in range(1000):
+        bf.Grid  # noqa: B018
+    assert time.perf_counter() - start < 0.01
