@@ -26,7 +26,7 @@ class Tables(NamedTuple):
     fixed with the scene's structure, the third is derived by `rebuild`.
     """
 
-    flat: np.ndarray  # (size,) all numbers below up to `ratio`, one after the other; flat[0] is omega (0: autonomous)
+    flat: np.ndarray  # (size,) all numbers below up to `LG`, one after the other; flat[0] is omega (0: autonomous)
     A: np.ndarray  # (modes, ns, nx) y' = A x
     G: np.ndarray  # (modes, guards, nx) guard = G x, negative inside
     R: np.ndarray  # (modes, guards, ns, nx) state after the event; rows of the identity where nothing jumps
@@ -35,6 +35,11 @@ class Tables(NamedTuple):
     H: np.ndarray  # (modes, holds, nx) speeds of held rows, zero while held
     S: np.ndarray  # (modes, holds, nx) positions of held rows that are frozen on a surface; zero row: no surface
     ratio: np.ndarray  # (modes, guards) ratio of the infinite sequence (restitution); 0: none
+    law: np.ndarray  # (values,) parameters of the laws that are not affine, one law after the other
+    LU: np.ndarray  # (rows, nx) coordinates u = LU x of all rows of all laws; no rows in an affine scene
+    LS: np.ndarray  # (rows, nx) their speeds
+    LP: np.ndarray  # (modes, rows, n) velocity rates per unit of force: v' = A x + sum over rows of LP f
+    LG: np.ndarray  # (modes, guards, rows) guard = G x + LG f (reactions of held rows under a law)
 
     harmonics: np.ndarray  # (nw-1)/2 integers k
     n_guards: np.ndarray  # (modes,)
@@ -45,6 +50,7 @@ class Tables(NamedTuple):
     silent: np.ndarray  # (modes, guards) 1 where both sides have the same force
     element: np.ndarray  # (modes, guards) index of the element that owns the guard
     kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`
+    acts: np.ndarray  # (modes, laws) 1 where the law has a say in the mode
 
     step: np.ndarray  # (modes,) h
     YT: np.ndarray  # (modes, ns, nx, ORDER+1) Taylor rows of the state
@@ -54,13 +60,15 @@ class Tables(NamedTuple):
     G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
 
 
-def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harmonics) -> Tables:
+def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harmonics,
+             laws: int = 0, law_rows: int = 0, law_values: int = 0) -> Tables:
     """Return tables of zeros with the views laid over one flat buffer."""
     k = np.asarray(harmonics, np.int64)
     nw = 1 + 2 * k.size
     nx = ns + nw
     shapes = [(modes, ns, nx), (modes, guards, nx), (modes, guards, ns, nx), (modes, guards, ns), (modes, guards, ns),
-              (modes, holds, nx), (modes, holds, nx), (modes, guards)]
+              (modes, holds, nx), (modes, holds, nx), (modes, guards),
+              (law_values,), (law_rows, nx), (law_rows, nx), (modes, law_rows, ns // 2), (modes, guards, law_rows)]
     flat = np.zeros(1 + sum(int(np.prod(shape)) for shape in shapes))
     views, start = [], 1
     for shape in shapes:
@@ -71,7 +79,8 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harm
     return Tables(
         flat, *views, k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
         np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
-        np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros(modes),
+        np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole),
+        np.zeros(modes),
         np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)), np.zeros((modes, ns, nx)),
         np.zeros((modes, nw)), np.zeros((modes, guards, nx)))
 
@@ -79,7 +88,8 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harm
 @njit
 def rate(T, m):
     """Bound on the rate of change in mode ``m``: scaled norm of A (velocities over the root of the stiffness), forcing."""
-    ns = T.A.shape[1]
+    A, flat, harmonics = T.A, T.flat, T.harmonics
+    ns = A.shape[1]
     n = ns // 2
     stiff = 0.0
     damp = 0.0
@@ -87,22 +97,23 @@ def rate(T, m):
         k = 0.0
         c = 0.0
         for j in range(n):
-            k += abs(T.A[m, i, j])
-            c += abs(T.A[m, i, n + j])
+            k += abs(A[m, i, j])
+            c += abs(A[m, i, n + j])
         stiff = max(stiff, k)
         damp = max(damp, c)
     top = np.sqrt(stiff) + damp
-    for i in range(T.harmonics.size):
-        top = max(top, T.harmonics[i] * T.flat[0])
+    for i in range(harmonics.size):
+        top = max(top, harmonics[i] * flat[0])
     return top
 
 
 @njit
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4 from the flat numbers."""
-    modes, ns, nx = T.A.shape
+    A, E, G, G4, GT, YT, flat, harmonics, n_guards, step, turn = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat, T.harmonics, T.n_guards, T.step, T.turn
+    modes, ns, nx = A.shape
     nw = nx - ns
-    omega = T.flat[0]
+    omega = flat[0]
     for m in range(modes):
         top = rate(T, m)
         if top == 0.0:
@@ -112,11 +123,11 @@ def rebuild(T):
             h = period / np.ceil(period * top / TURN)
         else:
             h = TURN / top
-        T.step[m] = h
-        T.turn[m, 0] = 1.0
-        for k in range(T.harmonics.size):
-            T.turn[m, 1 + 2 * k] = np.cos(T.harmonics[k] * omega * h)
-            T.turn[m, 2 + 2 * k] = np.sin(T.harmonics[k] * omega * h)
+        step[m] = h
+        turn[m, 0] = 1.0
+        for k in range(harmonics.size):
+            turn[m, 1 + 2 * k] = np.cos(harmonics[k] * omega * h)
+            turn[m, 2 + 2 * k] = np.sin(harmonics[k] * omega * h)
         row = np.empty(nx)
         new = np.empty(nx)
         for i in range(ns):
@@ -124,46 +135,47 @@ def rebuild(T):
                 row[c] = 0.0
             row[i] = 1.0
             for c in range(nx):
-                T.YT[m, i, c, 0] = row[c]
+                YT[m, i, c, 0] = row[c]
             for j in range(1, ORDER + 1):
                 next_row(T, m, row, new)
                 for c in range(nx):
                     row[c] = new[c] / j
-                    T.YT[m, i, c, j] = row[c]
+                    YT[m, i, c, j] = row[c]
             for c in range(nx):
                 total = 0.0
                 for j in range(ORDER, -1, -1):
-                    total = total * h + T.YT[m, i, c, j]
-                T.E[m, i, c] = total
-        for g in range(T.n_guards[m]):
+                    total = total * h + YT[m, i, c, j]
+                E[m, i, c] = total
+        for g in range(n_guards[m]):
             for c in range(nx):
-                row[c] = T.G[m, g, c]
-                T.GT[m, g, c, 0] = row[c]
+                row[c] = G[m, g, c]
+                GT[m, g, c, 0] = row[c]
             for j in range(1, ORDER + 1):
                 next_row(T, m, row, new)
                 for c in range(nx):
                     row[c] = new[c] / j
-                    T.GT[m, g, c, j] = row[c]
+                    GT[m, g, c, j] = row[c]
             for c in range(nx):
                 total = 0.0
                 for j in range(ORDER, 3, -1):
-                    total = total * h + abs(T.GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
-                T.G4[m, g, c] = total * h**4 / 384.0
+                    total = total * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
+                G4[m, g, c] = total * h**4 / 384.0
 
 
 @njit
 def next_row(T, m, row, new):
     """new = row times the matrix of the joined system x' = (A; W) x of mode ``m``."""
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    A, flat, harmonics = T.A, T.flat, T.harmonics
+    ns, nx = A.shape[1], A.shape[2]
     for c in range(nx):
         new[c] = 0.0
     for i in range(ns):
         r = row[i]
         if r != 0.0:
             for c in range(nx):
-                new[c] += r * T.A[m, i, c]
-    for k in range(T.harmonics.size):  # cos' = -k omega sin, sin' = k omega cos
-        rate_k = T.harmonics[k] * T.flat[0]
+                new[c] += r * A[m, i, c]
+    for k in range(harmonics.size):  # cos' = -k omega sin, sin' = k omega cos
+        rate_k = harmonics[k] * flat[0]
         c = ns + 1 + 2 * k
         new[c + 1] -= rate_k * row[c]
         new[c] += rate_k * row[c + 1]
