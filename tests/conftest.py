@@ -1,4 +1,4 @@
-"""Shared fixtures: the compiled-kernel folder chosen before numba is imported, floating-point errors raised, seeded draws."""
+"""Shared set-up: the folder of compiled kernels, floating-point errors raised, seeded draws."""
 import hashlib
 import os
 import pathlib
@@ -23,8 +23,8 @@ def _source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-# numba looks only at a caller's own file when it judges a cached kernel, so an edited callee would be replayed in its old
-# form: every state of the sources gets a folder of its own. This runs before any test module imports numba.
+# numba looks only at a caller's own file when it judges a cached kernel, so an edited callee would be replayed in its
+# old form: every state of the sources gets a folder of its own. This runs before any test module imports numba.
 if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = os.path.join(
         tempfile.gettempdir(), f"bifurc-tests-{os.getuid()}", _source_hash())

@@ -1,4 +1,4 @@
-"""Files: what is written is read back bit for bit, a broken write leaves nothing, and foreign or damaged files are named."""
+"""Files: written and read back bit for bit; a broken write leaves nothing; foreign or damaged files are named."""
 import enum
 import json
 import multiprocessing

@@ -1,0 +1,132 @@
+"""Branch diagrams: a measure over the parameter, with stability, contact and special points told apart."""
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from . import style
+
+_DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
+_WORDS = {1: "stable", 0: "unstable", -1: "stability unknown"}
+
+
+@style.styled
+def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None, points: bool = True) -> Axes:
+    """Draw a branch: stable solid, unstable dashed, free and impacting in two colours, special points marked.
+
+    Parameters
+    ----------
+    branch : Branch
+        Anything with ``parameter`` (str), ``column(name)`` for ``s``, the parameter, the measure and, where they exist,
+        ``stable`` and ``n_events``, and ``special_points`` with ``kind``, ``parameter`` and ``s``.
+    ax : matplotlib.axes.Axes, optional
+        Drawn on; several branches on the same axes share one legend.
+    measure : str, optional
+        Column on the vertical axis; by default ``rms_0``, because the largest displacement of a motion that hits a
+        rigid stop is the gap all along the branch, or ``u_0`` for an algebraic problem.
+    points : bool
+        Whether special points are marked.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 3.9)
+    if measure is None:
+        measure = "rms_0" if _column(branch, "rms_0") is not None else "u_0"
+    s, x, y = (np.asarray(branch.column(name), float) for name in ("s", branch.parameter, measure))
+    special = list(branch.special_points)
+    at_points = [_value(point, measure, s, y) for point in special]
+    for (contact, stable), px, py in pieces(branch, s, x, y, special, at_points):
+        word = "" if contact is None else ("impacting, " if contact else "free, ")
+        color = style.BLACK if contact is None else (style.IMPACTING if contact else style.FREE)
+        ax.plot(px, py, color=color, linestyle=_DASHES[stable], linewidth=1.6 if stable == 1 else 1.2,
+                label=word + _WORDS[stable], solid_capstyle="round", zorder=3 if stable == 1 else 2)
+    if points:
+        for point, value in zip(special, at_points, strict=True):
+            kind = str(point.kind)
+            marker, face, word = style.POINTS.get(kind, ("o", style.GREY, kind.replace("_", " ")))
+            ax.plot([point.parameter], [value], linestyle="none", marker=marker, markersize=6.5 if marker == "*" else 5,
+                    markerfacecolor=face, markeredgecolor="black", markeredgewidth=0.8, label=word, zorder=5)
+    ax.set_xlabel(style.parameter_label(branch.parameter))
+    ax.set_ylabel(style.measure_label(measure, single=_column(branch, "rms_1") is None))
+    style.legend(ax)
+    return ax
+
+
+def plot_branches(branches: Iterable[Any], ax: Axes | None = None, measure: str | None = None) -> Axes:
+    """Draw several branches of one parameter on the same axes; see `plot_branch`."""
+    branches = list(branches)
+    parameters = {branch.parameter for branch in branches}
+    if len(parameters) != 1:
+        raise ValueError(f"branches must share one parameter, got {sorted(parameters) or 'no branch'}")
+    for branch in branches:
+        ax = plot_branch(branch, ax, measure)
+    assert ax is not None
+    return ax
+
+
+def pieces(branch: Any, s, x, y, special, at_points) -> list[tuple[tuple[bool | None, int], np.ndarray, np.ndarray]]:
+    """Return the runs of equal style ``((contact, stable), x, y)``; a style changes exactly at a special point.
+
+    Between a row and a special point the style is the row's; where it changes with no special point between two rows,
+    it changes half way.
+    """
+    keys = list(zip(_contact(branch, s.size), _stable(branch, s.size), strict=True))
+    marked = {point.s for point in special}
+    order = np.argsort([point.s for point in special], kind="stable")
+    nodes: list[tuple[float, float, float, int | None]] = []  # s, x, y, row
+    k = 0
+    for row in range(s.size):
+        while k < len(order) and special[order[k]].s <= s[row]:
+            point = order[k]
+            nodes.append((special[point].s, special[point].parameter, at_points[point], None))
+            k += 1
+        if row and keys[row] != keys[row - 1] and nodes[-1][3] is not None and s[row - 1] not in marked:
+            nodes.append(((s[row - 1] + s[row]) / 2, (x[row - 1] + x[row]) / 2, (y[row - 1] + y[row]) / 2, None))
+        nodes.append((s[row], x[row], y[row], row))
+    nodes += [(special[i].s, special[i].parameter, at_points[i], None) for i in order[k:]]
+
+    runs: list[tuple[tuple[bool | None, int], list[tuple[float, float]]]] = []
+    last = keys[0] if keys else (None, -1)
+    for before, after in zip(nodes, nodes[1:], strict=False):
+        if after[3] is not None:
+            last = keys[after[3]]
+        elif before[3] is not None:
+            last = keys[before[3]]
+        if after[:3] == before[:3]:  # a row on a special point
+            continue
+        if not runs or runs[-1][0] != last:
+            runs.append((last, [before[1:3]]))
+        runs[-1][1].append(after[1:3])
+    return [(key, *np.array(line).T) for key, line in runs]
+
+
+def _value(point: Any, measure: str, s, y) -> float:
+    """Return the measure at a special point: its own if it carries one, otherwise between the rows around it."""
+    own = getattr(point, "measures", None)
+    if own and measure in own:
+        return float(own[measure])
+    return float(np.interp(point.s, s, y))
+
+
+def _contact(branch: Any, n: int) -> list[bool | None]:
+    counts = _column(branch, "n_events")
+    return [None] * n if counts is None else [bool(count > 0) for count in counts]
+
+
+def _stable(branch: Any, n: int) -> list[int]:
+    """Return 1 stable, 0 unstable, -1 unknown for each row."""
+    column = _column(branch, "stable")
+    if column is None:
+        return [-1] * n
+    return [-1 if value is None or value != value or value not in (0, 1) else int(value) for value in column]
+
+
+def _column(branch: Any, name: str):
+    try:
+        return branch.column(name)
+    except (KeyError, ValueError):  # an algebraic problem has neither events nor stability
+        return None

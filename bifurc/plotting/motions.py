@@ -1,0 +1,130 @@
+"""One motion: its phase plane with the stops, and its time history with the events."""
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from . import style
+
+_JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
+
+
+@style.styled
+def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, samples: int = 4000) -> list[Axes]:
+    """Draw a periodic orbit: phase plane with the stops, and one period against time with the events marked.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        Anything with ``sample(n) -> t (n,), y (n, 2 dofs)``, ``events`` (rows with ``time``, ``kind``), ``period``,
+        ``periods``, ``stable`` and ``system``.
+    axes : two matplotlib.axes.Axes, optional
+    dof : int
+        Displacement that is drawn.
+    samples : int
+
+    Returns
+    -------
+    list of two matplotlib.axes.Axes
+    """
+    t, y = orbit.sample(samples)
+    unit = orbit.period / orbit.periods if _forced(orbit.system) else 1.0
+    axes = _draw(t, y, orbit.events, orbit.system, axes, dof, unit)
+    axes[1].set_xlim(t[0] / unit, (t[0] + orbit.period) / unit)
+    (start,) = axes[0].plot(y[0, dof], y[0, y.shape[1] // 2 + dof], "k.", markersize=6, zorder=6)
+    start.set_label("section point, phase 0")
+    style.legend(axes[0])
+    return axes
+
+
+@style.styled
+def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: int = 0,
+                    samples: int = 8000) -> list[Axes]:
+    """Draw a simulated motion: phase plane with the stops, and time history with the events.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Anything with ``sample(n) -> t (n,), y (n, 2 dofs)``, ``events`` and ``system``.
+    axes : two matplotlib.axes.Axes, optional
+    dof : int
+        Displacement that is drawn.
+    samples : int
+
+    Returns
+    -------
+    list of two matplotlib.axes.Axes
+    """
+    t, y = trajectory.sample(samples)
+    unit = 2 * math.pi / trajectory.system.omega if _forced(trajectory.system) else 1.0
+    axes = _draw(t, y, trajectory.events, trajectory.system, axes, dof, unit)
+    if t[-1] > t[0]:
+        axes[1].set_xlim(t[0] / unit, t[-1] / unit)
+    return axes
+
+
+def stops(system: Any, dof: int) -> list[tuple[float, int]]:
+    """Return ``(position, side)`` of every stop that limits one displacement; side +1: the wall is above."""
+    found = []
+    for element in getattr(system, "elements", ()):
+        gap, side = getattr(element, "gap", None), getattr(element, "side", 1)
+        if gap is not None and getattr(element, "dof", 0) == dof:
+            found.append((side * float(gap), int(side)))
+    return found
+
+
+def _forced(system: Any) -> bool:
+    return getattr(system, "omega", None) is not None
+
+
+def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
+    phase, history = style.shown_figure(6.9, 3.1, columns=2, width_ratios=(1, 1.35)) if axes is None else axes
+    n = y.shape[1] // 2
+    x, v = y[:, dof], y[:, n + dof]
+    jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])
+    cuts = np.searchsorted(t, jumps)
+    cuts = np.unique(cuts[(cuts > 0) & (cuts < t.size)])
+    for first, last in zip([0, *cuts], [*cuts, t.size], strict=True):
+        phase.plot(x[first:last], v[first:last], color=style.BLUE, linewidth=1.2, zorder=3)
+    for cut in cuts:
+        phase.plot(x[cut - 1:cut + 1], v[cut - 1:cut + 1], color=style.VERMILION, linewidth=1.6,
+                   linestyle=(0, (1.2, 0.9)), label="impact", zorder=4)
+    history.plot(t / unit, x, color=style.BLUE, linewidth=1.2, zorder=3)
+    for row in events:
+        if t[0] <= row.time <= t[-1]:
+            kind = str(row.kind)
+            marker, color, word = style.EVENTS.get(kind, ("o", style.GREY, kind))
+            history.plot(row.time / unit, np.interp(row.time, t, x), linestyle="none", marker=marker, markersize=4.5,
+                         markerfacecolor=color, markeredgecolor="black", markeredgewidth=0.6, label=word, zorder=5)
+    _walls(phase, history, stops(system, dof))
+    phase.set_xlabel(style.component_label(dof, n))
+    phase.set_ylabel(style.component_label(n + dof, n))
+    history.set_xlabel("time / forcing period" if _forced(system) else "time")
+    history.set_ylabel(style.component_label(dof, n))
+    style.legend(phase)
+    style.legend(history)
+    return [phase, history]
+
+
+def _walls(phase: Axes, history: Axes, found) -> None:
+    """Hatch what lies behind each stop, and leave a margin so that the stop is seen."""
+    (low, high), (bottom, top) = phase.get_xlim(), history.get_ylim()
+    low, high = min(low, bottom), max(high, top)
+    margin = 0.06 * (high - low)
+    for position, side in found:
+        if side > 0:
+            high = max(high, position + margin)
+        else:
+            low = min(low, position - margin)
+    for position, side in found:
+        span = (position, high) if side > 0 else (low, position)
+        look: dict[str, Any] = {"facecolor": "#e6e6e6", "edgecolor": "#a0a0a0", "hatch": "////", "linewidth": 0.0,
+                                "zorder": 0.5}
+        phase.axvspan(*span, **look)
+        history.axhspan(*span, **look)
+        phase.axvline(position, color="black", linewidth=0.9, zorder=1)
+        history.axhline(position, color="black", linewidth=0.9, zorder=1)
+    phase.set_xlim(low, high)
+    history.set_ylim(low, high)

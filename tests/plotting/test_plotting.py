@@ -1,0 +1,186 @@
+"""Pictures: the right lines in the right style end at the right points; and every picture draws without a warning."""
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import matplotlib
+import matplotlib.image
+import numpy as np
+import pytest
+
+from bifurc import plotting
+from bifurc.plotting import style
+from tests.plotting import fakes
+
+
+@pytest.fixture
+def ax():
+    return plotting.figure()[1][0]
+
+
+def drawn(ax, label):
+    """Points of all lines with a label, in drawing order."""
+    lines = [line.get_xydata() for line in ax.get_lines() if line.get_label() == label]
+    return np.concatenate(lines) if lines else np.zeros((0, 2))
+
+
+def test_styles_change_exactly_at_the_special_points(ax):
+    branch = fakes.branch()
+    plotting.plot_branch(branch, ax, measure="max_0")
+    free = drawn(ax, "free, stable")
+    assert free[0, 0] == 0.5
+    assert free[-1, 0] == 0.696191
+    unstable = drawn(ax, "impacting, unstable")
+    assert {0.710690, 0.824134, 0.923529, 1.527621, 1.226914} <= set(unstable[:, 0])
+    stable = drawn(ax, "impacting, stable")
+    assert stable[0, 0] == 0.696191
+    assert stable[:, 0].max() == 1.527621
+    for line in ax.get_lines():
+        if line.get_label().endswith("unstable"):
+            assert line.get_linestyle() == "--"
+
+
+def test_every_part_of_the_branch_is_drawn_once():
+    branch = fakes.branch()
+    s, x, y = (branch.columns[name] for name in ("s", "omega", "max_0"))
+    values = [np.interp(point.s, s, y) for point in branch.special_points]
+    runs = plotting.branches.pieces(branch, s, x, y, branch.special_points, values)
+    for (_, px, py), (_, qx, qy) in zip(runs, runs[1:], strict=False):
+        assert (px[-1], py[-1]) == (qx[0], qy[0])
+    assert sum(px.size - 1 for _, px, _ in runs) >= s.size - 1 + len(values)
+    assert all(a != b for (a, *_), (b, *_) in zip(runs, runs[1:], strict=False))
+
+
+def test_one_legend_entry_a_label_for_several_branches(ax):
+    first, second = fakes.branch(), fakes.branch()
+    plotting.plot_branches([first, second], ax, measure="max_0")
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert sorted(words) == sorted(set(words))
+    assert set(words) == {"free, stable", "impacting, stable", "impacting, unstable", "grazing", "period doubling",
+                          "fold"}
+    second.parameter = "amplitude"
+    with pytest.raises(ValueError, match="amplitude.*omega"):
+        plotting.plot_branches([first, second], ax)
+
+
+def test_a_point_that_carries_its_measures_is_drawn_there(ax):
+    branch = fakes.branch()
+    branch.special_points[0].measures = {"max_0": 1.0}
+    plotting.plot_branch(branch, ax, measure="max_0")
+    assert [0.696191, 1.0] in drawn(ax, "grazing").tolist()
+
+
+def test_a_row_on_a_special_point_changes_the_style_there(ax):
+    columns = {"s": np.arange(4.0), "p": np.arange(4.0), "u_0": np.zeros(4), "stable": np.array([1, 1, 0, 0])}
+    plotting.plot_branch(fakes.FakeBranch(columns, [SimpleNamespace(kind="fold", parameter=1.0, s=1.0)], "p"), ax)
+    assert [line.get_xydata()[[0, -1], 0].tolist() for line in ax.get_lines()] == [[0, 1], [1, 3], [1, 1]]
+
+
+@pytest.mark.parametrize("stable", [np.array([1.0, np.nan, 0.0]), np.array([1, -1, 0], np.int8),
+                                    np.array([True, None, False], object)])
+def test_unknown_stability_is_its_own_style(ax, stable):
+    columns = {"s": np.arange(3.0), "p": np.arange(3.0), "u_0": np.arange(3.0) ** 2, "stable": stable}
+    plotting.plot_branch(fakes.FakeBranch(columns, [], "p"), ax)
+    assert [line.get_label() for line in ax.get_lines()] == ["stable", "stability unknown", "unstable"]
+    np.testing.assert_array_equal(drawn(ax, "stability unknown")[:, 0], [0.5, 1, 1.5])
+    assert ax.get_ylabel() == "u_0"
+
+
+def test_algebraic_branch_without_stability(ax):
+    columns = {"s": np.arange(3.0), "p": np.arange(3.0), "u_0": np.zeros(3)}
+    point = SimpleNamespace(kind="hopf_like", parameter=0.0, s=0.0)
+    plotting.plot_branch(fakes.FakeBranch(columns, [point], "p"), ax)
+    assert drawn(ax, "hopf like").tolist() == [[0.0, 0.0]]
+
+
+def test_orbit_is_cut_at_the_impact_and_the_stop_is_drawn():
+    orbit = fakes.FakeOrbit()
+    axes = plotting.figure(columns=2)[1]
+    phase, history = plotting.plot_orbit(orbit, axes)
+    jump = drawn(phase, "impact")
+    np.testing.assert_allclose(jump[:, 0], 1.0, atol=5e-3)
+    np.testing.assert_allclose(jump[:, 1], [orbit.speed, -fakes.R * orbit.speed], atol=5e-3)
+    blue = [line.get_xydata() for line in phase.get_lines() if line.get_color() == style.BLUE]
+    assert len(blue) == 2
+    assert max(abs(np.diff(line[:, 1])).max() for line in blue) < 0.01
+    marks = drawn(history, "impact")
+    np.testing.assert_allclose(marks, [[orbit.hit / orbit.period, 1.0]], atol=1e-3)
+    assert history.get_xlim() == (0.0, 1.0)
+    assert history.get_ylim()[1] > 1.0
+    assert 1.0 in [line.get_ydata()[0] for line in history.get_lines() if line.get_linewidth() == 0.9]
+
+
+def test_stops_of_a_system():
+    elements = [SimpleNamespace(gap=1.0, side=1), SimpleNamespace(gap=0.5, side=-1, dof=0),
+                SimpleNamespace(gap=2.0, dof=1), SimpleNamespace(amplitude=1.0)]
+    system = SimpleNamespace(elements=elements)
+    assert plotting.motions.stops(system, 0) == [(1.0, 1), (-0.5, -1)]
+    assert plotting.motions.stops(system, 1) == [(2.0, 1)]
+
+
+def test_basins_show_every_cell_attractors_and_fractions(ax):
+    basins = fakes.basins()
+    plotting.plot_basins(basins, ax)
+    (image,) = ax.get_images()
+    np.testing.assert_array_equal(image.get_array().T - 1, basins.labels)
+    assert image.get_extent() == [-3, 1, -4, 4]
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == [f"period 1, 1 impact: {100 * basins.fractions[0]:.1f} %",
+                     f"period 1, no impact: {100 * basins.fractions[1]:.1f} %",
+                     f"unresolved: {100 * basins.fractions[-1]:.2f} %"]
+    assert basins.attractors[1].state.tolist() in [line.get_xydata()[0].tolist() for line in ax.get_lines()]
+    assert "predicted label noise" in ax.get_title(loc="right")
+
+
+def test_section_points_of_a_longer_period():
+    orbit = fakes.FakeOrbit()
+    twice = SimpleNamespace(periods=2, period=2 * orbit.period, events=orbit.events * 2,
+                            sample=lambda n: (np.linspace(0, 2 * orbit.period, n),
+                                              orbit.at(np.linspace(0, 2 * orbit.period, n) % orbit.period)))
+    np.testing.assert_allclose(plotting.basins.section_points(twice), [orbit.state, orbit.state], atol=1e-12)
+    assert plotting.basins.describe(twice) == "period 2, 2 impacts"
+
+
+def test_chaotic_attractors_and_empty_maps(ax, rng):
+    basins = fakes.basins()
+    basins.attractors = (SimpleNamespace(points=rng.normal(size=(500, 2))), *basins.attractors[1:])
+    plotting.plot_basins(basins, ax)
+    assert ax.get_legend().get_texts()[0].get_text().startswith("chaotic")
+    nothing = SimpleNamespace(labels=-np.ones((4, 5), int), grid=basins.grid, attractors=(), fractions={-1: 1.0},
+                              label_uncertainty=0.0)
+    plotting.plot_basins(nothing, plotting.figure()[1][0])
+    with pytest.raises(ValueError, match="'z0'"):
+        basins.grid.names = ("z0", "v0")
+        plotting.plot_basins(basins, ax)
+
+
+def test_files_are_written_whole_and_formats_are_named(tmp_path, ax):
+    plotting.plot_branch(fakes.branch(), ax, measure="max_0")
+    path = plotting.save_figure(ax.figure, tmp_path / "b.png")
+    assert matplotlib.image.imread(path).shape[:2] == (1170, 1890)
+    plotting.save_figure(ax.figure, tmp_path / "b.pdf")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["b.pdf", "b.png"]
+    with pytest.raises(ValueError, match=r"\.png"):
+        plotting.save_figure(ax.figure, tmp_path / "b.docx")
+
+
+def test_user_settings_are_left_alone(ax):
+    before = dict(matplotlib.rcParams)
+    plotting.plot_branch(fakes.branch(), ax, measure="max_0")
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_axes_are_made_when_none_are_given():
+    from matplotlib import pyplot
+
+    try:
+        assert plotting.plot_branch(fakes.branch(), measure="max_0").figure.number == 1
+        assert len(plotting.plot_orbit(fakes.FakeOrbit())) == 2
+        plotting.plot_basins(fakes.basins())
+    finally:
+        pyplot.close("all")
+
+
+def test_figures_for_files_need_no_pyplot():
+    code = "import sys; from bifurc import plotting; plotting.figure(); assert 'matplotlib.pyplot' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
