@@ -70,7 +70,8 @@ def branch() -> FakeBranch:
         half = slice(0, turn + 1) if (kind, at) != known[-1] else slice(turn, None)
         order = np.argsort(w[half])
         points.append(SimpleNamespace(kind=kind, parameter=at, s=float(np.interp(at, w[half][order], s[half][order]))))
-    return FakeBranch({"s": s, "omega": w, "max_0": y, "stable": stable, "n_events": n}, points)
+    points[4].s = (s[turn] + s[turn + 1]) / 2  # the fold lies between the rows on its two sides
+    return FakeBranch({"s": s, "omega": w, "rms_0": y, "stable": stable, "n_events": n}, points)
 
 
 @dataclass

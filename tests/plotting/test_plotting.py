@@ -26,7 +26,7 @@ def drawn(ax, label):
 
 def test_styles_change_exactly_at_the_special_points(ax):
     branch = fakes.branch()
-    plotting.plot_branch(branch, ax, measure="max_0")
+    plotting.plot_branch(branch, ax)
     free = drawn(ax, "free, stable")
     assert free[0, 0] == 0.5
     assert free[-1, 0] == 0.696191
@@ -42,7 +42,7 @@ def test_styles_change_exactly_at_the_special_points(ax):
 
 def test_every_part_of_the_branch_is_drawn_once():
     branch = fakes.branch()
-    s, x, y = (branch.columns[name] for name in ("s", "omega", "max_0"))
+    s, x, y = (branch.columns[name] for name in ("s", "omega", "rms_0"))
     values = [np.interp(point.s, s, y) for point in branch.special_points]
     runs = plotting.branches.pieces(branch, s, x, y, branch.special_points, values)
     for (_, px, py), (_, qx, qy) in zip(runs, runs[1:], strict=False):
@@ -53,7 +53,7 @@ def test_every_part_of_the_branch_is_drawn_once():
 
 def test_one_legend_entry_a_label_for_several_branches(ax):
     first, second = fakes.branch(), fakes.branch()
-    plotting.plot_branches([first, second], ax, measure="max_0")
+    plotting.plot_branches([first, second], ax)
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert sorted(words) == sorted(set(words))
     assert set(words) == {"free, stable", "impacting, stable", "impacting, unstable", "grazing", "period doubling",
@@ -65,8 +65,8 @@ def test_one_legend_entry_a_label_for_several_branches(ax):
 
 def test_a_point_that_carries_its_measures_is_drawn_there(ax):
     branch = fakes.branch()
-    branch.special_points[0].measures = {"max_0": 1.0}
-    plotting.plot_branch(branch, ax, measure="max_0")
+    branch.special_points[0].measures = {"rms_0": 1.0}
+    plotting.plot_branch(branch, ax)
     assert [0.696191, 1.0] in drawn(ax, "grazing").tolist()
 
 
@@ -155,7 +155,7 @@ def test_chaotic_attractors_and_empty_maps(ax, rng):
 
 
 def test_files_are_written_whole_and_formats_are_named(tmp_path, ax):
-    plotting.plot_branch(fakes.branch(), ax, measure="max_0")
+    plotting.plot_branch(fakes.branch(), ax)
     path = plotting.save_figure(ax.figure, tmp_path / "b.png")
     assert matplotlib.image.imread(path).shape[:2] == (1170, 1890)
     plotting.save_figure(ax.figure, tmp_path / "b.pdf")
@@ -166,7 +166,7 @@ def test_files_are_written_whole_and_formats_are_named(tmp_path, ax):
 
 def test_user_settings_are_left_alone(ax):
     before = dict(matplotlib.rcParams)
-    plotting.plot_branch(fakes.branch(), ax, measure="max_0")
+    plotting.plot_branch(fakes.branch(), ax)
     assert dict(matplotlib.rcParams) == before
 
 
@@ -174,7 +174,7 @@ def test_axes_are_made_when_none_are_given():
     from matplotlib import pyplot
 
     try:
-        assert plotting.plot_branch(fakes.branch(), measure="max_0").figure.number == 1
+        assert plotting.plot_branch(fakes.branch()).figure.number == 1
         assert len(plotting.plot_orbit(fakes.FakeOrbit())) == 2
         plotting.plot_basins(fakes.basins())
     finally:
