@@ -1,1 +1,17 @@
+"""Effects a system is made of, and the protocol to write new ones: see `Element`."""
+from . import local
+from .element import ALWAYS, Element
+from .forcing import BaseMotion, ConstantForce, HarmonicForce
+from .kinds import EventKind
+from .local import Affine, Core, Frame
+from .mode import Guard, Hold, Kick, Law, Mode, Rate, Restitution, Slaved
+from .site import Rows
+from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
+from .stops import ElasticStop, RigidStop
 
+__all__ = ["ALWAYS", "Affine", "BaseMotion", "ConstantForce", "Core", "CubicSpring", "ElasticStop", "Element", "EventKind",
+           "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Kick", "Law", "LinearSpring", "Mode", "PolynomialSpring",
+           "Rate", "Restitution", "RigidStop", "Rows", "Slaved", "local"]
+
+BUILT_IN = {cls.__name__: cls for cls in (BaseMotion, ConstantForce, CubicSpring, ElasticStop, Force, HarmonicForce,
+                                          LinearSpring, PolynomialSpring, RigidStop)}

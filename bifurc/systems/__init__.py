@@ -1,1 +1,13 @@
+"""Ready systems of the literature.  Builders take keywords only; the keywords are the parameters of the system."""
+from .chains import impact_chain
+from .oscillators import (
+    bilinear_oscillator,
+    bouncing_ball,
+    duffing_oscillator,
+    impact_oscillator,
+    moving_frame_impact_oscillator,
+    two_sided_impact_oscillator,
+)
 
+__all__ = ["bilinear_oscillator", "bouncing_ball", "duffing_oscillator", "impact_chain", "impact_oscillator",
+           "moving_frame_impact_oscillator", "two_sided_impact_oscillator"]

@@ -1,0 +1,308 @@
+"""A system becomes mode tables: combinations of element modes, looked up when reached and packed as numbers.
+
+A scene mode is one mode of every element.  Its forces are summed, its held rows eliminated by one multiplier solve,
+
+    lam = -(H M^-1 D)^-1 (H a_free + base''),     a = a_free + M^-1 D lam,
+
+with H the held rows of all elements and D their pushes; guards and resets become rows over x = (q, v, z, 1, cos, sin).
+"""
+import itertools
+from collections.abc import Hashable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..elements import EventKind, Frame, Guard
+from ..system import System
+from .numbers import DependentHolds, LawSite, Packer, views
+from .tables import Tables, allocate, rebuild
+
+CLOSURE = 16  # scenes of at most so many reachable modes are built at once
+
+
+class GuardOf(NamedTuple):
+    """A guard of a scene mode: the element that owns it, its number there, and what it says."""
+
+    element: int
+    number: int
+    guard: Guard
+
+
+def scene_of(system: System) -> "Scene":
+    """Return the scene of a system; made once and kept with it."""
+    if system._scene is None:
+        system.__dict__["_scene"] = Scene(system)
+    return system._scene
+
+
+class Scene:
+    """Modes of a system and their tables.
+
+    Attributes
+    ----------
+    system : System
+    n, ns, nw : int
+        Degrees of freedom, states, forcing states.
+    harmonics : tuple of int
+    omega, period : float or None
+    keys : list of tuple
+        Element keys of each scene mode.
+    tables : Tables
+        Grown when a mode is reached: take it again after `index` and `expand`.
+    closed_form : bool
+        No law in any mode built so far.
+    laws : list of tuple of LawSite
+        For each mode the laws that act in it; the tables then hold the affine part.
+    """
+
+    def __init__(self, system: System):
+        self.system = system
+        elements = system.elements
+        n = system.n
+        self.slices, nz = [], 0
+        harmonics: set[int] = set()
+        for element in elements:
+            self.slices.append(slice(2 * n + nz, 2 * n + nz + len(element.memory)))
+            nz += len(element.memory)
+            harmonics |= {*element.harmonics, *element.site(n).harmonics}
+        self.harmonics = tuple(sorted(harmonics))
+        self.frame = Frame(n, nz, self.harmonics, system.omega)
+        self.n, self.ns, self.nw = n, self.frame.ns, self.frame.nx - self.frame.ns
+        self.omega, self.period = system.omega, system.period
+        self.keys: list[tuple[Hashable, ...]] = []
+        self._index: dict[tuple, int] = {}
+        self._buildable: dict[tuple, bool] = {}
+        self._guards: list[tuple[GuardOf, ...]] = []
+        self._holds: list[tuple[int, ...]] = []
+        self._packer = Packer(system, self.frame, self.slices)
+        first = tuple(element.start[0] for element in elements)
+        reach = self._closure()
+        self.complete = reach is not None
+        if not self._possible(first):
+            raise ValueError(f"{system!r}: the first start keys {first} hold dependent rows")
+        for keys in reach if reach is not None else (first,):
+            self._add(keys)
+        self._pack()
+
+    def __repr__(self):
+        return f"Scene(n={self.n}, modes={len(self.keys)}, harmonics={self.harmonics}, closed_form={self.closed_form})"
+
+    # modes
+
+    def index(self, keys: tuple) -> int:
+        """Return the mode of these element keys, built when it is not there yet.
+
+        Raises
+        ------
+        DependentHolds
+            When the rows held by the elements together depend on each other.
+        """
+        found = self._index.get(keys)
+        if found is None:
+            if not self._possible(keys):
+                raise DependentHolds(f"the modes {keys} of {self.system.labels} hold rows that depend on each other")
+            found = self._add(keys)
+            self._pack()
+        return found
+
+    def start_modes(self) -> Iterator[int]:
+        """Yield the modes that may hold at a start, in the order they are tried: first keys of all elements first."""
+        starts = [element.start for element in self.system.elements]
+        for changes in range(sum(len(keys) - 1 for keys in starts) + 1):
+            for choice in itertools.product(*(range(min(len(keys), changes + 1)) for keys in starts)):
+                if sum(choice) == changes:
+                    keys = tuple(start[i] for start, i in zip(starts, choice, strict=True))
+                    if self._possible(keys):
+                        yield self.index(keys)
+
+    def expand(self, mode: int, guard: int) -> Tables:
+        """Build what `then` and `ends_in` of a guard still lack (-2); return the tables, which have grown."""
+        for keys in self._successors(mode, guard):
+            self.index(keys)
+        return self.tables
+
+    def combine(self, mode: int, element: int, key: Hashable) -> int | None:
+        """Return the mode with the key of one element changed, built when reached; None: its holds are dependent."""
+        keys = self._replaced(mode, element, key)
+        return self.index(keys) if self._possible(keys) else None
+
+    def guard(self, mode: int, guard: int) -> GuardOf:
+        """Return element, number and meaning of a guard."""
+        return self._guards[mode][guard]
+
+    def guards_of(self, mode: int, element: int) -> tuple[int, ...]:
+        """Return the guards of a mode that belong to an element."""
+        return tuple(g for g, owner in enumerate(self._guards[mode]) if owner.element == element)
+
+    def hold_element(self, mode: int, hold: int) -> int:
+        """Return the element that holds row number ``hold``."""
+        return self._holds[mode][hold]
+
+    def event_kind(self, mode: int, guard: int) -> EventKind:
+        """Return what happens when this guard fires."""
+        return self._guards[mode][guard].guard.kind
+
+    def element_name(self, mode: int, guard: int) -> str:
+        """Return the label of the element that owns a guard."""
+        return self.system.labels[self._guards[mode][guard].element]
+
+    # symmetry
+
+    def mirror(self, mode: int) -> int:
+        """Return the mode after y -> -y and half a period; the system must be symmetric."""
+        order = self._order()
+        keys: list = [None] * len(order)
+        for e, element in enumerate(self.system.elements):
+            keys[order[e]] = element.mirrored_key(self.keys[mode][e])
+        return self.index(tuple(keys))
+
+    def mirror_guard(self, mode: int, guard: int) -> int:
+        """Return the guard of the mirrored mode that answers a guard of ``mode``."""
+        owner = self._guards[mode][guard]
+        image = self.mirror(mode)
+        number = self.system.elements[owner.element].mirrored_guard(self.keys[mode][owner.element], owner.number)
+        return self.guards_of(image, self._order()[owner.element])[number]
+
+    def _order(self) -> tuple[int, ...]:
+        order = self.system.mirror_order
+        if order is None:
+            raise ValueError(f"{self.system!r} is not symmetric")
+        return order
+
+    # numbers
+
+    @property
+    def closed_form(self) -> bool:
+        """No law in any mode built so far."""
+        return not any(self.laws)
+
+    @property
+    def laws(self) -> list[tuple[LawSite, ...]]:
+        """For each mode the laws that act in it."""
+        return self._laws
+
+    def same_structure(self, other: "Scene | System") -> bool:
+        """Return whether another system differs in numbers only."""
+        return self.system.structure == (other.system if isinstance(other, Scene) else other).structure
+
+    def flat_of(self, system: System) -> np.ndarray:
+        """Return the numbers of another system of the same structure, laid out as ``tables.flat``.
+
+        Raises
+        ------
+        ValueError
+            When the structure differs.
+        """
+        return self._packed(system)[0]
+
+    def laws_of(self, system: System) -> list[tuple[LawSite, ...]]:
+        """Return `laws` with the numbers of another system of the same structure."""
+        return self._packed(system)[1]
+
+    def refill(self, system: System) -> Tables:
+        """Return new tables, rebuilt, with the numbers of another system of the same structure."""
+        tables = self._allocate()
+        tables.flat[:] = self.flat_of(system)
+        rebuild(tables)
+        return tables
+
+    def _packed(self, system: System) -> tuple[np.ndarray, list]:
+        if system.structure != self.system.structure:
+            raise ValueError(f"{system!r} has another structure than {self.system!r}")
+        flat = np.zeros(self.tables.flat.size)
+        frame = Frame(self.n, self.frame.nz, self.harmonics, system.omega)
+        laws = Packer(system, frame, self.slices).fill(flat, views(flat, self.tables), self.keys)
+        return flat, laws
+
+    def _pack(self) -> None:
+        """Make the tables of all modes there are."""
+        tables = self._allocate()
+        self._laws = self._packer.fill(tables.flat, views(tables.flat, tables), self.keys)
+        rebuild(tables)
+        self.tables = tables
+
+    def _allocate(self) -> Tables:
+        """Return tables with the integers of all modes there are, and no numbers yet."""
+        guards = max(len(found) for found in self._guards)
+        then = [[self._candidates(m, owner) for owner in found] for m, found in enumerate(self._guards)]
+        candidates = max((len(numbers) for found in then for numbers in found), default=1)
+        holds = max(len(found) for found in self._holds)
+        T = allocate(len(self.keys), guards, candidates, holds, self.ns, self.harmonics)
+        for m, found in enumerate(self._guards):
+            T.n_guards[m] = len(found)
+            T.n_holds[m] = len(self._holds[m])
+            for g, (element, _, guard) in enumerate(found):
+                T.kick[m, g] = guard.kick is not None
+                T.silent[m, g] = guard.silent
+                T.element[m, g] = element
+                T.kind[m, g] = guard.kind.code
+                T.then[m, g, :len(then[m][g])] = then[m][g]
+                if guard.accumulates is not None:
+                    T.ends_in[m, g] = self._number(self._replaced(m, element, guard.accumulates[1]))
+        return T
+
+    # structure
+
+    def _candidates(self, mode: int, owner: GuardOf) -> list[int]:
+        """Return the modes tried after a guard; those not built yet are -2, the mode itself is last (a touch)."""
+        numbers = [self._number(self._replaced(mode, owner.element, key)) for key in owner.guard.then]
+        return [number for number in numbers if number not in (-1, mode)] + [mode]
+
+    def _number(self, keys: tuple) -> int:
+        """Return the mode of these keys, -2 when it is not built, -1 when it cannot be."""
+        if not self._possible(keys):
+            return -1
+        return self._index.get(keys, -2)
+
+    def _replaced(self, mode: int, element: int, key: Hashable) -> tuple:
+        keys = self.keys[mode]
+        return (*keys[:element], key, *keys[element + 1:])
+
+    def _possible(self, keys: tuple) -> bool:
+        """Return whether the rows held together are independent."""
+        found = self._buildable.get(keys)
+        if found is None:
+            found = self._buildable[keys] = self._packer.independent(keys)
+        return found
+
+    def _successors(self, mode: int, guard: int) -> list[tuple]:
+        """Return the keys of the modes that may follow a guard."""
+        element, _, what = self._guards[mode][guard]
+        ends = () if what.accumulates is None else (what.accumulates[1],)
+        reached = (self._replaced(mode, element, key) for key in (*what.then, *ends))
+        return [keys for keys in reached if self._possible(keys)]
+
+    def _add(self, keys: tuple) -> int:
+        """List a mode, without numbers; return its index."""
+        self._index[keys] = len(self.keys)
+        self.keys.append(keys)
+        guards, holds = [], []
+        for e, key in enumerate(keys):
+            mode = self._packer.mode(e, key)
+            guards += [GuardOf(e, number, guard) for number, guard in enumerate(mode.guards)]
+            holds += [e] * len(mode.hold)
+        self._guards.append(tuple(guards))
+        self._holds.append(tuple(holds))
+        return self._index[keys]
+
+    def _closure(self) -> list[tuple] | None:
+        """Return all modes that can be reached from starts, or None when there are more than CLOSURE."""
+        starts = [element.start for element in self.system.elements]
+        if np.prod([float(len(keys)) for keys in starts]) > 4 * CLOSURE:
+            return None
+        waiting = sorted(itertools.product(*(range(len(keys)) for keys in starts)), key=sum)
+        found = [keys for choice in waiting
+                 if self._possible(keys := tuple(start[i] for start, i in zip(starts, choice, strict=True)))]
+        known = set(found)
+        for keys in found:  # grows while it is walked
+            if len(found) > CLOSURE:
+                return None
+            for e, key in enumerate(keys):
+                for guard in self._packer.mode(e, key).guards:
+                    ends = () if guard.accumulates is None else (guard.accumulates[1],)
+                    for other in (*guard.then, *ends):
+                        reached = (*keys[:e], other, *keys[e + 1:])
+                        if reached not in known and self._possible(reached):
+                            known.add(reached)
+                            found.append(reached)
+        return found if len(found) <= CLOSURE else None

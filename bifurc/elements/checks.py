@@ -1,0 +1,51 @@
+"""Checks of arguments; every error names owner, argument, value, and what is allowed."""
+import math
+import numbers
+
+import numpy as np
+
+
+def number(owner: str, name: str, value, *, least: float | None = None, above: float | None = None,
+           most: float | None = None) -> float:
+    """Return ``value`` as a float, or raise ValueError unless it is finite and within the limits given."""
+    allowed = "a finite number"
+    if least is not None and most is not None:
+        allowed = f"a number from {least:g} to {most:g}"
+    elif least is not None:
+        allowed = f"a finite number, at least {least:g}"
+    elif above is not None:
+        allowed = f"a finite number above {above:g}"
+    good = isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
+    if good and ((least is not None and value < least) or (above is not None and value <= above)
+                 or (most is not None and value > most)):
+        good = False
+    if not good:
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be {allowed}")
+    return float(value)
+
+
+def whole(owner: str, name: str, value, *, least: int, most: int | None = None) -> int:
+    """Return ``value`` as an int, or raise ValueError unless it is a whole number within the limits."""
+    good = isinstance(value, numbers.Integral) and not isinstance(value, (bool, np.bool_)) and value >= least
+    if not good or (most is not None and value > most):
+        top = "" if most is None else f" and at most {most}"
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be a whole number, at least {least}{top}")
+    return int(value)
+
+
+def choice(owner: str, name: str, value, allowed: tuple):
+    """Return ``value`` when it is one of ``allowed``, else raise ValueError."""
+    if value not in allowed:
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be one of {', '.join(map(repr, allowed))}")
+    return value
+
+
+def vector(owner: str, name: str, value) -> tuple[float, ...]:
+    """Return ``value`` as a tuple of finite floats, not empty, else raise ValueError."""
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be a list of finite numbers")
+    return tuple(float(item) for item in array)

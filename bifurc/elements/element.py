@@ -1,0 +1,121 @@
+"""The protocol of an element.  Built-in elements and those of users are the same to the rest of the package."""
+import dataclasses
+import re
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .local import Core
+from .mode import Mode
+from .site import Rows
+
+ALWAYS = "always"  # key of the only mode of an element that has one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """An effect that acts on a system through a site, in one of several modes.  Frozen.
+
+    To write one, derive a frozen dataclass with the parameters as fields (floats are parameters of the system, anything
+    else is structure) and give it
+
+    * ``site(n)`` -> `Rows`: where it sits in a system of n degrees of freedom,
+    * ``mode(key, core)`` -> `Mode`: how it acts; called for the keys that are reached, never for all,
+
+    and where they differ from the defaults
+
+    * ``start``: keys that may hold at a start, tried in this order (default: one mode, `ALWAYS`),
+    * ``harmonics``: harmonics of the excitation that occur in its expressions (those of the site are found),
+    * ``memory``: names of its memory states,
+    * ``mirrored()``: the element seen after u -> -u and half a period, or None when that is not known;
+      ``mirrored_key(key)`` and ``mirrored_guard(key, guard)``: its mode and guard in that image (default: the same).
+
+    Parameters
+    ----------
+    label : str, optional
+        Name in a system; parameters of hand-made systems are called ``label.field``.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> from bifurc.elements import Element, Mode, Rows, local
+    >>> @dataclass(frozen=True)
+    ... class Magnet(Element):
+    ...     pull: float = 0.1
+    ...     def site(self, n):
+    ...         return Rows.of(0, n)
+    ...     def mode(self, key, core):
+    ...         return Mode(force=(local.affine(-self.pull),))
+    """
+
+    label: str | None = None
+
+    start: ClassVar[tuple[Hashable, ...]] = (ALWAYS,)
+    harmonics: ClassVar[tuple[int, ...]] = ()
+    memory: ClassVar[tuple[str, ...]] = ()
+
+    def site(self, n: int) -> Rows:
+        """Return the site in a system of ``n`` degrees of freedom."""
+        raise NotImplementedError(f"{type(self).__name__} must define site(n)")
+
+    def mode(self, key: Hashable, core: Core) -> Mode:
+        """Return the mode of that key."""
+        raise NotImplementedError(f"{type(self).__name__} must define mode(key, core)")
+
+    def mirrored(self) -> "Element | None":
+        """Return the element seen after u -> -u and half a period; None: not known."""
+        return None
+
+    def mirrored_key(self, key: Hashable) -> Hashable:
+        """Return the key of the mirrored element while this one has ``key``."""
+        return key
+
+    def mirrored_guard(self, key: Hashable, guard: int) -> int:
+        """Return the guard of the mirrored element that answers guard number ``guard`` of mode ``key``."""
+        return guard
+
+    @classmethod
+    def default_label(cls) -> str:
+        """Return the class name in lower case with underscores."""
+        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Fields that are floats, by name."""
+        return {name: value for name in _fields(type(self)) if type(value := getattr(self, name)) is float}
+
+    @property
+    def structure(self) -> tuple:
+        """What a change of parameters cannot change: the class and all fields that are not floats."""
+        values = (getattr(self, name) for name in _fields(type(self)))
+        return (type(self), *(float if type(value) is float else value for value in values))
+
+    def with_parameters(self, **changes) -> "Element":
+        """Return a copy with some fields changed."""
+        return dataclasses.replace(self, **changes)
+
+    def to_record(self) -> dict:
+        """Return class name and fields, ready for JSON."""
+        values = {field: getattr(self, field) for field in ("label", *_fields(type(self)))}
+        return {"class": type(self).__name__, **values}
+
+    @classmethod
+    def from_record(cls, record: dict, functions: dict | None = None) -> "Element":
+        """Make the element that gave ``record``."""
+        return cls(**{name: _tupled(value) for name, value in record.items() if name != "class"})
+
+
+_FIELDS: dict[type, tuple[str, ...]] = {}
+
+
+def _fields(cls: type) -> tuple[str, ...]:
+    """Names of the fields of a class but for the label; remembered, because parameter changes ask for them often."""
+    names = _FIELDS.get(cls)
+    if names is None:
+        names = _FIELDS[cls] = tuple(field.name for field in dataclasses.fields(cls) if field.name != "label")
+    return names
+
+
+def _tupled(value):
+    """JSON knows no tuples; fields are hashable, so that every list was one."""
+    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value

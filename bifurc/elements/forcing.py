@@ -1,0 +1,168 @@
+"""Loads: harmonic and constant forces, and the inertia load of a moving frame (specs: Zhang 2008, section 1.2)."""
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from .checks import choice, number, vector, whole
+from .element import Element
+from .local import affine, rate, wave
+from .mode import Mode
+from .site import Rows
+
+
+@dataclass(frozen=True)
+class HarmonicForce(Element):
+    """Force amplitude cos(harmonic omega t + phase) on one degree of freedom, or spread over several.
+
+    Parameters
+    ----------
+    amplitude : float
+        In the units of the equations of motion.
+    harmonic : int
+        Multiple of the excitation frequency, at least 1.
+    phase : float
+        Radians.
+    dof : int
+        Degree of freedom it acts on.
+    row : sequence of float, optional
+        Instead of `dof`: the load vector, n factors.
+    """
+
+    amplitude: float = 1.0
+    harmonic: int = 1
+    phase: float = 0.0
+    dof: int = 0
+    row: tuple[float, ...] | None = None
+
+    def __post_init__(self):
+        name = type(self).__name__
+        object.__setattr__(self, "amplitude", number(name, "amplitude", self.amplitude))
+        object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=1))
+        object.__setattr__(self, "phase", number(name, "phase", self.phase))
+        set_place(self)
+
+    @property
+    def harmonics(self):
+        """The one harmonic."""
+        return (self.harmonic,)
+
+    def site(self, n):
+        """Return the row it acts on."""
+        return Rows.of(self.dof if self.row is None else self.row, n)
+
+    def mode(self, key, core):
+        """Return the only mode."""
+        return Mode(force=(wave(self.amplitude, self.harmonic, self.phase),))
+
+    def mirrored(self):
+        """Odd harmonics are their own image; even ones change sign."""
+        return self if self.harmonic % 2 else dataclasses.replace(self, amplitude=0.0 - self.amplitude)
+
+
+@dataclass(frozen=True)
+class ConstantForce(Element):
+    """Constant force on one degree of freedom, or spread over several.
+
+    Parameters
+    ----------
+    force : float
+        In the units of the equations of motion.
+    dof : int
+        Degree of freedom it acts on.
+    row : sequence of float, optional
+        Instead of `dof`: the load vector, n factors.
+    """
+
+    force: float = 1.0
+    dof: int = 0
+    row: tuple[float, ...] | None = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "force", number(type(self).__name__, "force", self.force))
+        set_place(self)
+
+    def site(self, n):
+        """Return the row it acts on."""
+        return Rows.of(self.dof if self.row is None else self.row, n)
+
+    def mode(self, key, core):
+        """Return the only mode."""
+        return Mode(force=(affine(self.force),))
+
+    def mirrored(self):
+        """The image pushes the other way."""
+        return dataclasses.replace(self, force=0.0 - self.force)
+
+
+@dataclass(frozen=True)
+class BaseMotion(Element):
+    """Load of a moving frame: coordinates are relative to X(t) = amplitude cos(harmonic omega t + phase).
+
+    With z = x - row X the load is -M row X'', and with dampers to the ground also -C row X'.
+
+    Parameters
+    ----------
+    amplitude : float
+        Amplitude of the frame, length.
+    harmonic : int
+        Multiple of the excitation frequency, at least 1.
+    phase : float
+        Radians.
+    damper : {"frame", "ground"}
+        What the dampers of the system are fixed to; its springs are fixed to the frame.
+    row : sequence of float, optional
+        How far each coordinate is carried by the frame; default: ones.
+    """
+
+    amplitude: float = 1.0
+    harmonic: int = 1
+    phase: float = 0.0
+    damper: str = "frame"
+    row: tuple[float, ...] | None = None
+
+    def __post_init__(self):
+        name = type(self).__name__
+        object.__setattr__(self, "amplitude", number(name, "amplitude", self.amplitude))
+        object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=1))
+        object.__setattr__(self, "phase", number(name, "phase", self.phase))
+        choice(name, "damper", self.damper, ("frame", "ground"))
+        if self.row is not None:
+            object.__setattr__(self, "row", vector(name, "row", self.row))
+
+    @property
+    def harmonics(self):
+        """The one harmonic."""
+        return (self.harmonic,)
+
+    def site(self, n):
+        """Return all coordinates."""
+        return Rows.of(np.eye(n), n)
+
+    def mode(self, key, core):
+        """Return the only mode."""
+        if core.omega is None:
+            raise ValueError("BaseMotion needs an excitation frequency; give the system its omega")
+        n = len(core.mass)
+        carried = np.ones(n) if self.row is None else np.array(self.row)
+        if carried.size != n:
+            raise ValueError(f"BaseMotion: row = {self.row!r} is not allowed; it must be {n} factors")
+        speed = rate(wave(self.amplitude, self.harmonic, self.phase), core.omega)
+        acceleration = rate(speed, core.omega)
+        inertia = core.mass @ carried
+        if self.damper == "frame":
+            return Mode(force=tuple(acceleration * -m for m in inertia))
+        drag = core.damping @ carried
+        return Mode(force=tuple(acceleration * -m - speed * c for m, c in zip(inertia, drag, strict=True)))
+
+    def mirrored(self):
+        """Odd harmonics are their own image; even ones change sign."""
+        return self if self.harmonic % 2 else dataclasses.replace(self, amplitude=0.0 - self.amplitude)
+
+
+def set_place(element) -> None:
+    """Check and normalise the fields `dof` and `row` of an element under construction."""
+    name = type(element).__name__
+    object.__setattr__(element, "dof", whole(name, "dof", element.dof, least=0))
+    if element.row is not None:
+        object.__setattr__(element, "row", vector(name, "row", element.row))

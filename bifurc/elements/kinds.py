@@ -1,0 +1,23 @@
+"""Names of what can happen at an event."""
+from enum import StrEnum
+
+
+class EventKind(StrEnum):
+    """Kind of an event; the position in ``tuple(EventKind)`` is the code that kernels carry."""
+
+    IMPACT = "impact"  # a rigid stop is hit and gives a kick
+    RELEASE = "release"  # a held row is let go: the contact force of a rest has fallen to zero
+    CONTACT = "contact"  # a deformable contact begins
+    STICK = "stick"  # sliding stops
+    SLIP = "slip"  # sticking ends
+    CHATTER = "chatter"  # an infinite sequence of impacts has completed
+    GRAZE = "graze"  # a surface was touched with zero speed
+    SEPARATION = "separation"  # a deformable contact ends
+
+    @property
+    def code(self) -> int:
+        """Position of the kind, the integer of the tables."""
+        return _CODES[self]
+
+
+_CODES = {kind: code for code, kind in enumerate(EventKind)}

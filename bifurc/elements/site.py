@@ -1,0 +1,75 @@
+"""Sites: where an element sits.  Nothing outside a site forms a coordinate from the positions of the system."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from .local import Affine, Frame
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Straight site: u = R q + base(t), s = R v + drift + base'(t); forces enter as R^T f, impulses meet W = R M^-1 R^T.
+
+    Parameters
+    ----------
+    R : array, shape (rows, n)
+        One row a local coordinate; dimensionless factors of the coordinates.
+    base : sequence of Affine, optional
+        Motion added to each coordinate, in constants and harmonics of the excitation.
+    drift : sequence of float, optional
+        Speed added to each row beyond that of its coordinate (a belt: minus its speed).
+    """
+
+    R: np.ndarray
+    base: tuple[Affine, ...] = ()
+    drift: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, where, n: int, base=(), drift=()) -> "Rows":
+        """Make a site from a degree of freedom (int), one row of n factors, or several rows.
+
+        Raises
+        ------
+        ValueError
+            When the degree of freedom or the length does not fit n degrees of freedom, or a row is zero.
+        """
+        if isinstance(where, (int, np.integer)) and not isinstance(where, bool):
+            if not 0 <= where < n:
+                raise ValueError(f"site: degree of freedom {where} is not allowed; there are 0 to {n - 1}")
+            R = np.zeros((1, n))
+            R[0, where] = 1.0
+        else:
+            R = np.atleast_2d(np.array(where, float))
+            if R.ndim != 2 or R.shape[1] != n or not np.isfinite(R).all() or not R.any(axis=1).all():
+                raise ValueError(f"site: row {where!r} is not allowed; it must be {n} finite factors, not all zero")
+        base, drift = tuple(base), tuple(drift)
+        if len(base) not in (0, len(R)) or len(drift) not in (0, len(R)):
+            raise ValueError(f"site: base and drift must have one entry a row ({len(R)}), or none")
+        return cls(R, base, drift)
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return len(self.R)
+
+    @property
+    def harmonics(self) -> set[int]:
+        """Harmonics of the base motion."""
+        return {k for motion in self.base for k in motion.harmonics}
+
+    def rows(self, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return rows, each of shape (rows, nx): coordinates u, speeds s, and the part of s' that is not J a."""
+        n, ns = frame.n, frame.ns
+        U = np.zeros((len(self.R), frame.nx))
+        S = np.zeros((len(self.R), frame.nx))
+        rest = np.zeros((len(self.R), frame.nx))
+        U[:, :n] = self.R
+        S[:, n:2 * n] = self.R
+        for i, motion in enumerate(self.base):
+            U[i] += frame.row(motion)
+        if self.base:
+            S[:, ns:] = U[:, ns:] @ frame.W
+            rest[:, ns:] = S[:, ns:] @ frame.W
+        if self.drift:
+            S[:, ns] += self.drift
+        return U, S, rest

@@ -1,0 +1,311 @@
+"""A mechanical system: linear core M q'' + C q' + K q, elements acting on it, and its parameters by name."""
+import functools
+import inspect
+import re
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from .elements import BUILT_IN, Core, Element
+from .elements.checks import number
+
+_BUILDERS: dict[str, Callable] = {}  # ready systems by name, filled by `builder`
+
+
+class System:
+    """M q'' + C q' + K q = forces of the elements.  Immutable; equal when the content is equal.
+
+    Parameters
+    ----------
+    mass : float or array, shape (n, n)
+        Symmetric and positive definite.
+    damping, stiffness : float or array, shape (n, n)
+        Any finite matrix: gyroscopic and circulatory parts are allowed, missing stiffness is.
+    elements : iterable of Element
+        What acts on the core.
+    omega : float, optional
+        Excitation frequency, above 0; None: autonomous.
+
+    Raises
+    ------
+    ValueError
+        Naming argument, value, and what is allowed.
+
+    Examples
+    --------
+    >>> from bifurc import System, elements
+    >>> System(1.0, 0.1, 1.0, [elements.HarmonicForce(0.52), elements.RigidStop(gap=1.0)], omega=0.5)
+    System(n=1, omega=0.5, elements=[harmonic_force, rigid_stop])
+    """
+
+    def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None):
+        M, C, K = (_matrix(name, value) for name, value in (("mass", mass), ("damping", damping), ("stiffness", stiffness)))
+        n = len(M)
+        for name, value in (("damping", C), ("stiffness", K)):
+            if value.shape != M.shape:
+                raise ValueError(f"System: {name} has shape {value.shape}; it must be that of mass, {M.shape}")
+        if not np.array_equal(M, M.T):
+            raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be symmetric")
+        if not (M[0, 0] > 0.0 if n == 1 else np.linalg.eigvalsh(M)[0] > n * 1e-15 * np.abs(M).max()):
+            raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be positive definite")
+        elements = tuple(elements)
+        for element in elements:
+            if not isinstance(element, Element):
+                raise ValueError(f"System: elements contain {element!r}; they must be instances of Element")
+        self.__dict__.update(
+            core=Core(M, C, K, None if omega is None else number("System", "omega", omega, above=0.0)),
+            n=n, elements=elements, _origin=None, _scene=None)
+        for element in elements:
+            harmonics = {*element.harmonics, *element.site(n).harmonics}
+            if omega is None and harmonics:
+                raise ValueError(f"System: omega = None is not allowed with {element!r}, which moves with harmonics of it")
+
+    def __setattr__(self, name, value):
+        raise AttributeError("a System is immutable; with_parameters(...) gives a changed copy")
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Mass matrix, shape (n, n)."""
+        return self.core.mass
+
+    @property
+    def damping(self) -> np.ndarray:
+        """Damping matrix, shape (n, n)."""
+        return self.core.damping
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Stiffness matrix, shape (n, n)."""
+        return self.core.stiffness
+
+    @property
+    def omega(self) -> float | None:
+        """Excitation frequency; None: autonomous."""
+        return self.core.omega
+
+    @property
+    def period(self) -> float | None:
+        """Period 2 pi / omega of the excitation; None: autonomous."""
+        return None if self.omega is None else 2.0 * np.pi / self.omega
+
+    @functools.cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the elements: their label, or the class name, numbered from the second on."""
+        names: list[str] = []
+        for element in self.elements:
+            base = element.label or element.default_label()
+            name, count = base, 1
+            while name in names:
+                count += 1
+                name = f"{base}_{count}"
+            names.append(name)
+        return tuple(names)
+
+    @property
+    def parameters(self) -> dict:
+        """Parameters by name: keywords of the builder, or ``label.field`` and ``mass[i,j]`` of a hand-made system."""
+        if self._origin is not None:
+            return dict(self._origin[1])
+        values = {}
+        for name in ("mass", "damping", "stiffness"):
+            for (i, j), value in np.ndenumerate(getattr(self, name)):
+                values[f"{name}[{i},{j}]"] = float(value)
+        if self.omega is not None:
+            values["omega"] = self.omega
+        for label, element in zip(self.labels, self.elements, strict=True):
+            for field, value in element.parameters.items():
+                values[f"{label}.{field}"] = value
+        return values
+
+    def parameter_name(self, name: str) -> str:
+        """Return the full name of a parameter; a short name (``gap`` for ``rigid_stop.gap``) must be unique.
+
+        Raises
+        ------
+        ValueError
+            Listing the names there are.
+        """
+        names = self.parameters
+        if name in names:
+            return name
+        ends = [full for full in names if full.endswith("." + name) or (self.n == 1 and full == name + "[0,0]")]
+        if len(ends) != 1:
+            what = "is ambiguous" if ends else "is unknown"
+            raise ValueError(f"parameter {name!r} {what}; there are {', '.join(ends or names)}")
+        return ends[0]
+
+    def parameter(self, name: str) -> float:
+        """Return the value of a parameter that can vary continuously.
+
+        Raises
+        ------
+        ValueError
+            When the name is unknown, or the value is not a float (a count, a choice).
+        """
+        value = self.parameters[self.parameter_name(name)]
+        if type(value) is not float:
+            names = [key for key, item in self.parameters.items() if type(item) is float]
+            raise ValueError(f"parameter {name!r} = {value!r} cannot vary continuously; those that can: {', '.join(names)}")
+        return value
+
+    def with_parameters(self, **changes) -> "System":
+        """Return the system built again with some parameters changed.
+
+        Names that are no identifiers are given as ``with_parameters(**{"rigid_stop.gap": 0.5})``.
+        """
+        if self._origin is not None:
+            build, values = self._origin
+            for name in changes:
+                if name not in values:
+                    self.parameter_name(name)
+            return build(**{**values, **changes})
+        return self._changed({self.parameter_name(name): value for name, value in changes.items()})
+
+    def _changed(self, changes: dict) -> "System":
+        """Return a hand-made system with full parameter names changed."""
+        core = {name: getattr(self, name).copy() for name in ("mass", "damping", "stiffness")}
+        omega = self.omega
+        fields: dict[str, dict] = {}
+        for name, value in changes.items():
+            entry = re.fullmatch(r"(mass|damping|stiffness)\[(\d+),(\d+)\]", name)
+            if entry:
+                matrix, i, j = core[entry[1]], int(entry[2]), int(entry[3])
+                symmetric = entry[1] == "mass" or matrix[i, j] == matrix[j, i]
+                matrix[i, j] = number("System", name, value)
+                if symmetric:
+                    matrix[j, i] = matrix[i, j]
+            elif name == "omega":
+                omega = value
+            else:
+                label, field = name.rsplit(".", 1)
+                fields.setdefault(label, {})[field] = value
+        elements = [element.with_parameters(**fields[label]) if label in fields else element
+                    for label, element in zip(self.labels, self.elements, strict=True)]
+        return System(**core, elements=elements, omega=omega)
+
+    @functools.cached_property
+    def symmetry(self) -> int | None:
+        """-1 when y(t) -> -y(t + half a period) maps motions to motions, found from the elements; None otherwise."""
+        return -1 if self.mirror_order is not None else None
+
+    @functools.cached_property
+    def mirror_order(self) -> tuple[int, ...] | None:
+        """For each element the index of its image under the symmetry; None: not symmetric."""
+        left = dict(enumerate(element.with_parameters(label=None) for element in self.elements))
+        order = []
+        for element in self.elements:
+            image = element.mirrored()
+            image = None if image is None else image.with_parameters(label=None)
+            partner = next((i for i, other in left.items() if other == image), None)
+            if partner is None:
+                return None
+            del left[partner]
+            order.append(partner)
+        return tuple(order)
+
+    @functools.cached_property
+    def structure(self) -> tuple:
+        """What a change of parameters cannot change."""
+        return (self.n, self.omega is None, *(element.structure for element in self.elements))
+
+    def to_record(self) -> dict:
+        """Return the builder's name and keywords, or the whole content, ready for JSON."""
+        if self._origin is not None:
+            build, values = self._origin
+            return {"builder": build.__name__, "parameters": {name: _plain(value) for name, value in values.items()}}
+        matrices = {name: getattr(self, name).tolist() for name in ("mass", "damping", "stiffness")}
+        return {**matrices, "omega": self.omega, "elements": [element.to_record() for element in self.elements]}
+
+    @classmethod
+    def from_record(cls, record: dict, elements: Iterable = ()) -> "System":
+        """Make the system that gave ``record``.
+
+        Parameters
+        ----------
+        record : dict
+        elements : iterable of classes and functions
+            Element classes, laws and builders that are not the package's own; nothing is imported from a record.
+        """
+        own = {item.__name__: item for item in elements}
+        if "builder" in record:
+            build = own.get(record["builder"]) or _BUILDERS.get(record["builder"])
+            if build is None:
+                raise ValueError(f"the record uses the builder {record['builder']!r}; hand it over in elements=[...]. "
+                                 f"Known: {', '.join(sorted(_BUILDERS))}")
+            return build(**record["parameters"])
+        made = []
+        for item in record["elements"]:
+            found = own.get(item["class"]) or BUILT_IN.get(item["class"])
+            if found is None:
+                raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in elements=[...]. "
+                                 f"Known: {', '.join(sorted(BUILT_IN))}")
+            made.append(found.from_record(item, own))
+        return cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"])
+
+    def __eq__(self, other):
+        if not isinstance(other, System):
+            return NotImplemented
+        return (self.elements == other.elements and self.omega == other.omega and self._origin == other._origin
+                and all(np.array_equal(a, b) for a, b in zip(self.core[:3], other.core[:3], strict=True)))
+
+    def __hash__(self):
+        return hash((self.elements, self.omega, self.mass.tobytes(), self.damping.tobytes(), self.stiffness.tobytes()))
+
+    def __repr__(self):
+        if self._origin is not None:
+            build, values = self._origin
+            return f"{build.__name__}({', '.join(f'{name}={_short(value)}' for name, value in values.items())})"
+        omega = "None" if self.omega is None else f"{self.omega:g}"
+        return f"System(n={self.n}, omega={omega}, elements=[{', '.join(self.labels)}])"
+
+    def __reduce__(self):
+        raise TypeError("a System is not pickled; use to_record() and System.from_record()")
+
+
+def builder(build: Callable[..., System]) -> Callable[..., System]:
+    """Make a function with keyword-only parameters a builder: its keywords become the parameters of the systems it makes.
+
+    Keywords whose default is a float must be finite and are stored as floats; all others are structure.
+    """
+    defaults = {name: item.default for name, item in inspect.signature(build).parameters.items()}
+    floats = frozenset(name for name, value in defaults.items() if type(value) is float)
+
+    @functools.wraps(build)
+    def made(**keywords) -> System:
+        values = dict(defaults)
+        for name, value in keywords.items():
+            if name not in defaults:
+                raise ValueError(f"{build.__name__}: parameter {name!r} is unknown; there are {', '.join(defaults)}")
+            values[name] = number(build.__name__, name, value) if name in floats else value
+        system = build(**values)
+        system.__dict__["_origin"] = (made, values)
+        return system
+
+    _BUILDERS[build.__name__] = made
+    return made
+
+
+def _matrix(name: str, value) -> np.ndarray:
+    """Return a read-only square matrix of finite floats."""
+    try:
+        matrix = np.array(value, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"System: {name} = {value!r} is not allowed; it must be a number or a square matrix") from None
+    if matrix.ndim == 0:
+        matrix = matrix.reshape(1, 1)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.size == 0:
+        raise ValueError(f"System: {name} has shape {matrix.shape}; it must be a number or a square matrix")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"System: {name} = {value!r} is not allowed; it must be finite")
+    matrix.flags.writeable = False
+    return matrix
+
+
+def _plain(value):
+    """Return a value as JSON knows it."""
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _short(value) -> str:
+    """Return a float in few digits, anything else as it is."""
+    return f"{value:g}" if isinstance(value, float) else repr(value)
