@@ -1,7 +1,8 @@
 """One motion: its phase plane with the stops, and its time history with the events."""
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -65,14 +66,31 @@ def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: in
     return axes
 
 
-def stops(system: Any, dof: int) -> list[tuple[float, int]]:
-    """Return ``(position, side)`` of every stop that limits one displacement; side +1: the wall is above."""
+class Wall(NamedTuple):
+    """A stop as a picture shows it."""
+
+    position: float  # mean position of its surface
+    side: int  # +1: the wall is above, -1: below
+    rigid: bool
+    swing: Callable[[np.ndarray], np.ndarray] | None  # displacement of a moving wall over time
+
+
+def stops(system: Any, dof: int) -> list[Wall]:
+    """Return the stops that limit one displacement: elements with ``gap``, ``side``, ``dof``, and no ``row``."""
     found = []
     for element in getattr(system, "elements", ()):
-        gap, side = getattr(element, "gap", None), getattr(element, "side", 1)
-        if gap is not None and getattr(element, "dof", 0) == dof:
-            found.append((side * float(gap), int(side)))
+        look = partial(getattr, element)
+        if look("gap", None) is None or look("dof", 0) != dof or look("row", None) is not None:
+            continue
+        swing = None
+        if look("amplitude", 0.0):
+            swing = partial(_wave, element.amplitude, element.harmonic * system.omega, element.phase)
+        found.append(Wall(element.side * float(element.gap), element.side, hasattr(element, "restitution"), swing))
     return found
+
+
+def _wave(amplitude: float, frequency: float, phase: float, t: np.ndarray) -> np.ndarray:
+    return amplitude * np.cos(frequency * t + phase)
 
 
 def _forced(system: Any) -> bool:
@@ -98,7 +116,7 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
             marker, color, word = style.EVENTS.get(kind, ("o", style.GREY, kind))
             history.plot(row.time / unit, np.interp(row.time, t, x), linestyle="none", marker=marker, markersize=4.5,
                          markerfacecolor=color, markeredgecolor="black", markeredgewidth=0.6, label=word, zorder=5)
-    _walls(phase, history, stops(system, dof))
+    _walls(phase, history, stops(system, dof), t, unit)
     phase.set_xlabel(style.component_label(dof, n))
     phase.set_ylabel(style.component_label(n + dof, n))
     history.set_xlabel("time / forcing period" if _forced(system) else "time")
@@ -108,23 +126,25 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
     return [phase, history]
 
 
-def _walls(phase: Axes, history: Axes, found) -> None:
-    """Hatch what lies behind each stop, and leave a margin so that the stop is seen."""
-    (low, high), (bottom, top) = phase.get_xlim(), history.get_ylim()
-    low, high = min(low, bottom), max(high, top)
+def _walls(phase: Axes, history: Axes, walls: list[Wall], t, unit: float) -> None:
+    """Hatch what lies behind each stop (an elastic one is only shaded), and leave a margin so that it is seen."""
+    (left, right), (low, high) = phase.get_xlim(), history.get_ylim()
+    low, high = min(low, left), max(high, right)
     margin = 0.06 * (high - low)
-    for position, side in found:
-        if side > 0:
-            high = max(high, position + margin)
+    swings = [np.zeros_like(t) if wall.swing is None else wall.swing(t) for wall in walls]
+    for wall, swing in zip(walls, swings, strict=True):
+        if wall.side > 0:
+            high = max(high, wall.position + swing.max() + margin)
         else:
-            low = min(low, position - margin)
-    for position, side in found:
-        span = (position, high) if side > 0 else (low, position)
-        look: dict[str, Any] = {"facecolor": "#e6e6e6", "edgecolor": "#a0a0a0", "hatch": "////", "linewidth": 0.0,
-                                "zorder": 0.5}
-        phase.axvspan(*span, **look)
-        history.axhspan(*span, **look)
-        phase.axvline(position, color="black", linewidth=0.9, zorder=1)
-        history.axhline(position, color="black", linewidth=0.9, zorder=1)
+            low = min(low, wall.position + swing.min() - margin)
+    for wall, swing in zip(walls, swings, strict=True):
+        look: dict[str, Any] = {"facecolor": "#e6e6e6", "edgecolor": "#a0a0a0", "hatch": "////" if wall.rigid else "",
+                                "linewidth": 0.0, "zorder": 0.5}
+        end = high if wall.side > 0 else low
+        history.fill_between(t / unit, wall.position + swing, end, **look)
+        history.plot(t / unit, wall.position + swing, color="black", linewidth=0.9, zorder=1)
+        if wall.swing is None:  # a moving wall has no place in the phase plane
+            phase.axvspan(min(wall.position, end), max(wall.position, end), **look)
+            phase.axvline(wall.position, color="black", linewidth=0.9, zorder=1)
     phase.set_xlim(low, high)
     history.set_ylim(low, high)

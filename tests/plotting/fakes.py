@@ -9,6 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bifurc.elements import RigidStop
+
 ZETA, FORCE, R = 0.05, 0.52, 0.7
 WD = math.sqrt(1 - ZETA**2)
 
@@ -93,7 +95,7 @@ class FakeOrbit:
         self.hit = ((psi + lag) / self.omega) % self.period
         self.particular = lambda t: (amplitude * np.cos(self.omega * t - lag),
                                      -amplitude * self.omega * np.sin(self.omega * t - lag))
-        stop = SimpleNamespace(gap=1.0, side=1, dof=0)
+        stop = RigidStop(gap=1.0, restitution=R)
         self.system = SimpleNamespace(omega=self.omega, elements=(stop,))
         self.events = [SimpleNamespace(time=self.hit, kind="impact", speed=self.speed, element="stop")]
         self.state = self.at(np.array([0.0]))[0]
