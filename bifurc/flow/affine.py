@@ -13,10 +13,11 @@ from ..compose.tables import ORDER
 @njit
 def forcing(T, t, x):
     """Write the forcing states w(t) behind the state in ``x`` (nx,)."""
-    ns = T.A.shape[1]
+    A, flat, harmonics = T.A, T.flat, T.harmonics
+    ns = A.shape[1]
     x[ns] = 1.0
-    for k in range(T.harmonics.size):
-        angle = T.harmonics[k] * T.flat[0] * t
+    for k in range(harmonics.size):
+        angle = harmonics[k] * flat[0] * t
         x[ns + 1 + 2 * k] = np.cos(angle)
         x[ns + 2 + 2 * k] = np.sin(angle)
 
@@ -24,24 +25,26 @@ def forcing(T, t, x):
 @njit
 def field(T, m, x, f):
     """Write y' = A x of mode ``m`` into ``f`` (ns,)."""
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    A = T.A
+    ns, nx = A.shape[1], A.shape[2]
     for i in range(ns):
         total = 0.0
         for c in range(nx):
-            total += T.A[m, i, c] * x[c]
+            total += A[m, i, c] * x[c]
         f[i] = total
 
 
 @njit
 def remainder(T, m, x, s, y1):
     """State after ``0 <= s <= step`` by the Taylor rows."""
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    A, YT = T.A, T.YT
+    ns, nx = A.shape[1], A.shape[2]
     for i in range(ns):
         total = 0.0
         for c in range(nx):
             e = 0.0
             for j in range(ORDER, -1, -1):
-                e = e * s + T.YT[m, i, c, j]
+                e = e * s + YT[m, i, c, j]
             total += e * x[c]
         y1[i] = total
 
@@ -49,34 +52,55 @@ def remainder(T, m, x, s, y1):
 @njit
 def march(T, m, x, k):
     """Advance ``x = (y, w)`` by ``k`` whole steps in place."""
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    A, E, harmonics, turn = T.A, T.E, T.harmonics, T.turn
+    ns, nx = A.shape[1], A.shape[2]
     y1 = np.empty(ns)
     for _ in range(k):
         for i in range(ns):
             total = 0.0
             for c in range(nx):
-                total += T.E[m, i, c] * x[c]
+                total += E[m, i, c] * x[c]
             y1[i] = total
         for i in range(ns):
             x[i] = y1[i]
-        for q in range(T.harmonics.size):
+        for q in range(harmonics.size):
             c = ns + 1 + 2 * q
-            cos, sin = T.turn[m, 1 + 2 * q], T.turn[m, 2 + 2 * q]
+            cos, sin = turn[m, 1 + 2 * q], turn[m, 2 + 2 * q]
             a, b = x[c], x[c + 1]
             x[c] = cos * a - sin * b
             x[c + 1] = sin * a + cos * b
 
 
 @njit
+def carry(T, m, x, s, out):
+    """Write the joined state (state and forcing) after ``0 <= s <= step`` into ``out`` (nx,)."""
+    A, flat, harmonics, step = T.A, T.flat, T.harmonics, T.step
+    ns, nx = A.shape[1], A.shape[2]
+    for c in range(nx):
+        out[c] = x[c]
+    if s == step[m]:
+        march(T, m, out, int(s / step[m]))
+        return
+    remainder(T, m, x, s, out)
+    for q in range(harmonics.size):
+        c = ns + 1 + 2 * q
+        angle = harmonics[q] * flat[0] * s
+        cos, sin = np.cos(angle), np.sin(angle)
+        out[c] = cos * x[c] - sin * x[c + 1]
+        out[c + 1] = sin * x[c] + cos * x[c + 1]
+
+
+@njit
 def advance(T, m, x, s, y1):
     """Write the state at time ``s >= 0`` after ``x`` (nx,) into ``y1`` (ns,); ``x`` is kept."""
-    k = int(s / T.step[m])
+    step = T.step
+    k = int(s / step[m])
     if k == 0:
         remainder(T, m, x, s, y1)
         return
     moved = x.copy()
     march(T, m, moved, k)
-    remainder(T, m, moved, max(s - k * T.step[m], 0.0), y1)
+    remainder(T, m, moved, max(s - k * step[m], 0.0), y1)
 
 
 @njit
@@ -85,43 +109,58 @@ def arc(T, m, x, s, y1, Phi):
 
     The derivatives in the times follow from the vector field f: ``f(y1)`` in the end time, ``-Phi f(x)`` in the start.
     """
-    ns = T.A.shape[1]
-    k = int(s / T.step[m])
-    s -= k * T.step[m]
-    if s < 0.0:
-        s = 0.0
+    A, E, YT, step = T.A, T.E, T.YT, T.step
+    ns = A.shape[1]
+    k = int(s / step[m])
+    moved = x.copy()
+    if k > 0:
+        march(T, m, moved, k)
+        s = max(s - k * step[m], 0.0)
+    remainder(T, m, moved, s, y1)
     for i in range(ns):
         for c in range(ns):
             e = 0.0
             for j in range(ORDER, -1, -1):
-                e = e * s + T.YT[m, i, c, j]
+                e = e * s + YT[m, i, c, j]
             Phi[i, c] = e
     if k == 0:
-        remainder(T, m, x, s, y1)
         return
-    moved = x.copy()
-    march(T, m, moved, k)
-    remainder(T, m, moved, s, y1)
-    square = T.E[m, :, :ns].copy()  # Phi <- Phi E^k by the binary digits of k; all factors commute
+    square = np.empty((ns, ns))  # Phi <- Phi E^k by the binary digits of k; all factors commute
     scratch = np.empty((ns, ns))
+    for i in range(ns):
+        for c in range(ns):
+            square[i, c] = E[m, i, c]
     while k > 0:
         if k & 1:
             multiply(Phi, square, scratch)
-            Phi[:] = scratch
         k >>= 1
         if k > 0:
             multiply(square, square, scratch)
-            square[:] = scratch
 
 
 @njit
-def multiply(a, b, out):
-    """out = a b for small square matrices, without a library call."""
+def multiply(a, b, scratch):
+    """a <- a b for small square matrices, without a library call; ``a`` may be ``b``."""
     n = a.shape[0]
     for i in range(n):
         for j in range(n):
-            out[i, j] = 0.0
+            scratch[i, j] = 0.0
         for k in range(n):
             r = a[i, k]
             for j in range(n):
-                out[i, j] += r * b[k, j]
+                scratch[i, j] += r * b[k, j]
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = scratch[i, j]
+
+
+@njit
+def guard_series(T, m, g, x, a):
+    """Write the Taylor coefficients (ORDER+1,) of guard ``g`` along the flow from ``x``; good up to one step."""
+    A, GT = T.A, T.GT
+    for j in range(ORDER + 1):
+        a[j] = 0.0
+    for c in range(A.shape[2]):
+        r = x[c]
+        for j in range(ORDER + 1):
+            a[j] += GT[m, g, c, j] * r

@@ -17,7 +17,7 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER, rebuild
-from ..flow.affine import arc, field, forcing, guard_series
+from ..flow.affine import arc, carry, field, forcing, guard_series
 from ..solve.dense import lu, lu_solve
 
 BEFORE, GUARD, AFTER, DIVIDE = range(4)  # columns of `nodes`; GUARD -1: section at a fixed time; DIVIDE: 0 or order
@@ -29,45 +29,49 @@ MAX_ITERATIONS = 12
 @njit
 def set_parameter(T, index, series, low, high, value):
     """Write the numbers of the scene at a parameter value, given as Chebyshev series on [low, high], and rebuild."""
+    flat = T.flat
     z = (2.0 * value - low - high) / (high - low)
     for k in range(index.size):
         b0 = 0.0
         b1 = 0.0
         for j in range(series.shape[1] - 1, 0, -1):
             b0, b1 = 2.0 * z * b0 - b1 + series[k, j], b0
-        T.flat[index[k]] = z * b0 - b1 + series[k, 0]
+        flat[index[k]] = z * b0 - b1 + series[k, 0]
     rebuild(T)
 
 
 @njit
 def guard_value(T, m, g, x):
     """Value of guard ``g`` of mode ``m`` at ``x``."""
+    G = T.G
     total = 0.0
-    for c in range(T.G.shape[2]):
-        total += T.G[m, g, c] * x[c]
+    for c in range(G.shape[2]):
+        total += G[m, g, c] * x[c]
     return total
 
 
 @njit
 def forcing_rate(T, x, k, period):
     """d w_k / d tau at the joined state ``x``."""
+    A, flat, harmonics = T.A, T.flat, T.harmonics
     if k == 0:
         return 0.0
     h = (k - 1) // 2
-    base = T.A.shape[1] + 1 + 2 * h
-    rate = T.harmonics[h] * T.flat[0] * period
+    base = A.shape[1] + 1 + 2 * h
+    rate = harmonics[h] * flat[0] * period
     return -rate * x[base + 1] if k == 1 + 2 * h else rate * x[base]
 
 
 @njit
 def guard_rate(T, m, g, x, f):
     """Rate of guard ``g`` along the field ``f`` of its mode at ``x``."""
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    A, G = T.A, T.G
+    ns, nx = A.shape[1], A.shape[2]
     total = 0.0
     for c in range(ns):
-        total += T.G[m, g, c] * f[c]
+        total += G[m, g, c] * f[c]
     for k in range(1, nx - ns):
-        total += T.G[m, g, ns + k] * forcing_rate(T, x, k, 1.0)
+        total += G[m, g, ns + k] * forcing_rate(T, x, k, 1.0)
     return total
 
 
@@ -78,10 +82,11 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
     ``nodes`` (m, 4) integers, ``fixed`` (m,) times of sections, ``closure`` (ns,) signs of the closing map, ``wrap`` the
     factor mu on the columns of the closing node, ``weights`` (ns,) natural sizes of the states (rows are scaled).
     """
+    A, G, GT, R, flat, step = T.A, T.G, T.GT, T.R, T.flat, T.step
     count = nodes.shape[0]
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    ns, nx = A.shape[1], A.shape[2]
     size = 1 + ns
-    period = 2.0 * np.pi / T.flat[0]
+    period = 2.0 * np.pi / flat[0]
     x = np.empty(nx)
     xp = np.empty(nx)
     xe = np.empty(nx)
@@ -90,7 +95,7 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
     jump = np.empty(ns)  # d y+ / d tau - (start field) * period
     Phi = np.empty((ns, ns))
     a = np.empty(ORDER + 1)
-    if want:
+    if want > 0.0:
         for r in range(J.shape[0]):
             for c in range(J.shape[1]):
                 J[r, c] = 0.0
@@ -104,18 +109,18 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
         row = base
         if g < 0:
             F[row] = tau - fixed[i]
-            if want:
+            if want > 0.0:
                 J[row, base] = 1.0
         elif nodes[i, DIVIDE] == 0:
             scale = 0.0
             for c in range(ns):
-                scale += abs(T.G[before, g, c]) * weights[c]
+                scale += abs(G[before, g, c]) * weights[c]
             F[row] = guard_value(T, before, g, x) / scale
-            if want:
+            if want > 0.0:
                 for c in range(ns):
-                    J[row, base + 1 + c] += T.G[before, g, c] / scale
+                    J[row, base + 1 + c] += G[before, g, c] / scale
                 for k in range(1, nx - ns):
-                    J[row, base] += T.G[before, g, ns + k] * forcing_rate(T, x, k, period) / scale
+                    J[row, base] += G[before, g, ns + k] * forcing_rate(T, x, k, period) / scale
         # state after the event and its derivative in (tau, y)
         for c in range(nx):
             xp[c] = x[c]
@@ -123,7 +128,7 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             for c in range(ns):
                 total = 0.0
                 for k in range(nx):
-                    total += T.R[before, g, c, k] * x[k]
+                    total += R[before, g, c, k] * x[k]
                 xp[c] = total
         last = i == count - 1
         nxt = 0 if last else i + 1
@@ -137,7 +142,7 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             jump[c] = -f[c] * period
             if g >= 0:
                 for k in range(1, nx - ns):
-                    jump[c] += T.R[before, g, c, ns + k] * forcing_rate(T, x, k, period)
+                    jump[c] += R[before, g, c, ns + k] * forcing_rate(T, x, k, period)
         for c in range(ns):
             xe[c] = y1[c]
         forcing(T, end * period, xe)
@@ -147,7 +152,7 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             row = base + 1 + c
             target = U[nxt * size + 1 + c] * (closure[c] if last else 1.0)
             F[row] = (y1[c] - target) / weights[c]
-            if want:
+            if want > 0.0:
                 total = 0.0
                 for k in range(ns):
                     total += Phi[c, k] * jump[k]
@@ -156,7 +161,7 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
                     if g >= 0:
                         total = 0.0
                         for q in range(ns):
-                            total += Phi[c, q] * T.R[before, g, q, k]
+                            total += Phi[c, q] * R[before, g, q, k]
                     else:
                         total = Phi[c, k]
                     J[row, base + 1 + k] += total / weights[c]
@@ -168,48 +173,48 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             row = nxt * size
             scale = 0.0
             for c in range(ns):
-                scale += abs(T.G[after, close, c]) * weights[c]
+                scale += abs(G[after, close, c]) * weights[c]
             raw = (end - tau) * period
-            if raw < T.step[after]:
+            if raw < step[after]:
                 guard_series(T, after, close, xp, a)
                 value, slope = 0.0, 0.0
                 for j in range(ORDER, order - 1, -1):
                     slope = slope * raw + value
                     value = value * raw + a[j]
                 F[row] = value / scale
-                if want:
+                if want > 0.0:
                     J[row, nxt * size] += mu * slope * period / scale
                     J[row, base] -= slope * period / scale
                     for c in range(nx):  # dependence on the start: one Taylor row a column
                         e = 0.0
                         for j in range(ORDER, order - 1, -1):
-                            e = e * raw + T.GT[after, close, c, j]
+                            e = e * raw + GT[after, close, c, j]
                         e /= scale
                         if c >= ns:
                             J[row, base] += e * forcing_rate(T, x, c - ns, period)
                         for k in range(ns):
                             if g >= 0:
                                 if c < ns:
-                                    J[row, base + 1 + k] += e * T.R[before, g, c, k]
+                                    J[row, base + 1 + k] += e * R[before, g, c, k]
                             elif c == k:
                                 J[row, base + 1 + k] += e
                         if c < ns and g >= 0:
                             for k in range(1, nx - ns):
-                                J[row, base] += e * T.R[before, g, c, ns + k] * forcing_rate(T, x, k, period)
+                                J[row, base] += e * R[before, g, c, ns + k] * forcing_rate(T, x, k, period)
             else:
                 scale *= raw**order
                 F[row] = guard_value(T, after, close, xe) / scale
-                if want:
+                if want > 0.0:
                     rate = guard_rate(T, after, close, xe, f)
                     J[row, nxt * size] += mu * rate * period / scale
                     for k in range(ns):
-                        part = T.G[after, close, k] / scale
+                        part = G[after, close, k] / scale
                         if part != 0.0:
                             for q in range(ns):
                                 total = 0.0
                                 if g >= 0:
                                     for p in range(ns):
-                                        total += Phi[k, p] * T.R[before, g, p, q]
+                                        total += Phi[k, p] * R[before, g, p, q]
                                 else:
                                     total = Phi[k, q]
                                 J[row, base + 1 + q] += part * total
@@ -271,45 +276,24 @@ def segment_peak(T, m, g, x, s, closing):
     A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
     value counts unless the guard is the one that ``closing`` (1) says ends the segment.
     """
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    A, G4, step = T.A, T.G4, T.step
+    ns, nx = A.shape[1], A.shape[2]
     f = np.empty(ns)
     moved = x.copy()
     after = x.copy()
-    y1 = np.empty(ns)
-    Phi = np.empty((ns, ns))
     a = np.empty(ORDER + 1)
     best, where, t = -np.inf, 0.0, 0.0
     field(T, m, moved, f)
     g0 = guard_value(T, m, g, moved)
     d0 = guard_rate(T, m, g, moved, f)
     while t < s:
-        h = min(T.step[m], s - t)
-        part = h / T.step[m]
+        h = min(step[m], s - t)
+        part = h / step[m]
         e = 0.0
         for c in range(nx):
-            e += T.G4[m, g, c] * abs(moved[c])
+            e += G4[m, g, c] * abs(moved[c])
         e *= part**4
-        if h == T.step[m]:
-            for i in range(ns):
-                total = 0.0
-                for c in range(nx):
-                    total += T.E[m, i, c] * moved[c]
-                after[i] = total
-            for q in range(T.harmonics.size):
-                c = ns + 1 + 2 * q
-                cos, sin = T.turn[m, 1 + 2 * q], T.turn[m, 2 + 2 * q]
-                after[c] = cos * moved[c] - sin * moved[c + 1]
-                after[c + 1] = sin * moved[c] + cos * moved[c + 1]
-        else:
-            arc(T, m, moved, h, y1, Phi)
-            for i in range(ns):
-                after[i] = y1[i]
-            for q in range(T.harmonics.size):
-                c = ns + 1 + 2 * q
-                turn = T.harmonics[q] * T.flat[0] * h
-                cos, sin = np.cos(turn), np.sin(turn)
-                after[c] = cos * moved[c] - sin * moved[c + 1]
-                after[c + 1] = sin * moved[c] + cos * moved[c + 1]
+        carry(T, m, moved, h, after)
         field(T, m, after, f)
         g1 = guard_value(T, m, g, after)
         d1 = guard_rate(T, m, g, after, f)
@@ -331,10 +315,11 @@ def segment_peak(T, m, g, x, s, closing):
 @njit
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (smallest arriving speed or duration of a listed event) and PEAK (largest unlisted maximum), scaled."""
+    A, G, R, flat, kick, n_guards = T.A, T.G, T.R, T.flat, T.kick, T.n_guards
     count = nodes.shape[0]
-    ns, nx = T.A.shape[1], T.A.shape[2]
+    ns, nx = A.shape[1], A.shape[2]
     size = 1 + ns
-    period = 2.0 * np.pi / T.flat[0]
+    period = 2.0 * np.pi / flat[0]
     x = np.empty(nx)
     xp = np.empty(nx)
     f = np.empty(ns)
@@ -352,9 +337,9 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             field(T, before, x, f)
             scale = 0.0
             for c in range(ns):
-                scale += abs(T.G[before, g, c]) * weights[c]
-            speed = guard_rate(T, before, g, x, f) / (scale * T.flat[0])
-            if T.kick[before, g] == 0 and nodes[i, DIVIDE] > 0:  # births of contacts: the duration is the smooth measure
+                scale += abs(G[before, g, c]) * weights[c]
+            speed = guard_rate(T, before, g, x, f) / (scale * flat[0])
+            if kick[before, g] == 0 and nodes[i, DIVIDE] > 0:  # births of contacts: the duration is the smooth measure
                 previous = U[(i - 1) * size] if i > 0 else U[(count - 1) * size] - span
                 speed = tau - previous
             if speed < info[LISTED]:
@@ -362,18 +347,18 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             for c in range(ns):
                 total = 0.0
                 for k in range(nx):
-                    total += T.R[before, g, c, k] * x[k]
+                    total += R[before, g, c, k] * x[k]
                 xp[c] = total
         last = i == count - 1
         nxt = 0 if last else i + 1
         s = (U[nxt * size] + (span if last else 0.0) - tau) * period
-        for q in range(T.n_guards[after]):
+        for q in range(n_guards[after]):
             listed = 1 if nodes[nxt, GUARD] >= 0 and nodes[nxt, GUARD] == q and nodes[nxt, BEFORE] == after else 0
             if last and closure[0] < 0.0:  # the segment ends with the mirror image of the first event
                 listed = 1 if nodes[0, GUARD] >= 0 and abs(guard_end(T, after, q, U, ns, closure, weights)) < 1e-6 else 0
             scale = 0.0
             for c in range(ns):
-                scale += abs(T.G[after, q, c]) * weights[c]
+                scale += abs(G[after, q, c]) * weights[c]
             value, at = segment_peak(T, after, q, xp, s, listed)
             value /= scale
             if value > info[PEAK]:
@@ -383,17 +368,18 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
 @njit
 def guard_end(T, m, g, U, ns, closure, weights):
     """Scaled value of guard ``g`` at the mirrored first node, with which a half-period orbit closes."""
-    x = np.empty(T.A.shape[2])
+    A, G, flat = T.A, T.G, T.flat
+    x = np.empty(A.shape[2])
     for c in range(ns):
         x[c] = U[1 + c]
-    forcing(T, U[0] * 2.0 * np.pi / T.flat[0], x)
+    forcing(T, U[0] * 2.0 * np.pi / flat[0], x)
     total, scale = 0.0, 0.0
-    for c in range(T.A.shape[2]):
+    for c in range(A.shape[2]):
         if c < ns:
-            total += T.G[m, g, c] * closure[c] * x[c]
-            scale += abs(T.G[m, g, c]) * weights[c]
+            total += G[m, g, c] * closure[c] * x[c]
+            scale += abs(G[m, g, c]) * weights[c]
         else:
-            total += T.G[m, g, c] * (x[c] if c == ns else -x[c])
+            total += G[m, g, c] * (x[c] if c == ns else -x[c])
     return total / scale
 
 
@@ -421,9 +407,9 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     while True:
         delta = 1e-7 * scales[n]
         set_parameter(T, index, series, low, high, U[n] + delta)
-        assemble(T, nodes, fixed, span, closure, 1.0, U, weights, F2, J, False)
+        assemble(T, nodes, fixed, span, closure, 1.0, U, weights, F2, J, 0.0)
         set_parameter(T, index, series, low, high, U[n])
-        assemble(T, nodes, fixed, span, closure, 1.0, U, weights, F, J, True)
+        assemble(T, nodes, fixed, span, closure, 1.0, U, weights, F, J, 1.0)
         info[RESIDUAL] = 0.0
         for i in range(n):
             if not np.isfinite(F[i]):
@@ -484,7 +470,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     for j in range(n + 1):
         tangent[j] = b[j] / norm
     # flip test: the closing columns with mu = -1, relative to the bordered determinant
-    assemble(T, nodes, fixed, span, closure, -1.0, U, weights, F2, J, True)
+    assemble(T, nodes, fixed, span, closure, -1.0, U, weights, F2, J, 1.0)
     for i in range(n):
         for j in range(n):
             J[i, j] *= scales[j]
