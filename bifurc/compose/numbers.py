@@ -4,30 +4,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Frame, Law, Mode, Rate, Slaved
+from ..elements import Frame, Guard, Law, Mode, Rate, Slaved
 from ..system import System
 from .tables import Tables
 
 RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular value are dependent
+POSITION = frozenset(("u", "one", "cos", "sin"))  # a guard of these, with u, is a surface
 
 
 class DependentHolds(ValueError):
     """A combination of modes holds rows that depend on each other."""
 
 
-class LawSite(NamedTuple):
-    """A law that acts in a mode, with its numbers: v' = A x + push @ force, force = function(U x, S x, *values).
-
-    The forces of laws also move multipliers, and guards with them: guard = G x + in_guards @ force.
-    """
+class SceneLaw(NamedTuple):
+    """A law of a scene: ``v' = A x + sum LP f``, ``f = function(u..., s..., *values)`` with u = LU x, s = LS x."""
 
     element: int
+    name: str  # label of the element
+    key: Hashable  # mode of the element in which the law acts
+    rows: int
     law: Law
-    U: np.ndarray  # (rows, nx) coordinates
-    S: np.ndarray  # (rows, nx) speeds
-    push: np.ndarray  # (n, rows) accelerations by unit forces, held rows respected
-    in_guards: np.ndarray  # (guards of the mode, rows)
-    values: tuple[float, ...]
 
 
 class Views(NamedTuple):
@@ -41,6 +37,11 @@ class Views(NamedTuple):
     H: np.ndarray
     S: np.ndarray
     ratio: np.ndarray
+    law: np.ndarray
+    LU: np.ndarray
+    LS: np.ndarray
+    LP: np.ndarray
+    LG: np.ndarray
 
 
 def views(flat: np.ndarray, like: Tables) -> Views:
@@ -62,6 +63,16 @@ class Placed(NamedTuple):
     S: np.ndarray  # (rows, nx)
     rest: np.ndarray  # (rows, nx) part of s' that is not J a
     X: np.ndarray  # (n, rows) M^-1 J^T
+
+
+class Held(NamedTuple):
+    """The rows a mode holds."""
+
+    owners: list  # (element, Hold) of each
+    J: np.ndarray  # (holds, n)
+    solve: np.ndarray | None  # (H M^-1 D)^-1; None without holds
+    lam: np.ndarray | None  # (holds, nx) multipliers
+    project: np.ndarray  # (n, n) accelerations that remain of free ones
 
 
 class Packer:
@@ -90,11 +101,11 @@ class Packer:
         found = self._modes.get((element, key))
         if found is None:
             found = self._modes[element, key] = self.system.elements[element].mode(key, self.system.core)
-            self._check(element, key, found)
         return found
 
-    def _check(self, element: int, key: Hashable, mode: Mode) -> None:
+    def check(self, element: int, key: Hashable) -> None:
         """Raise ValueError unless a mode fits its site."""
+        mode = self.mode(element, key)
         rows = len(self.sites[element].J)
         name = f"{self.system.labels[element]}, mode {key!r}"
         if not isinstance(mode, Mode):
@@ -113,7 +124,7 @@ class Packer:
 
     def independent(self, keys: tuple) -> bool:
         """Return whether the rows held by all elements together are independent."""
-        H, D = self._held(keys)[:2]
+        H, D, _ = self._held(keys)
         if len(H) <= 1:
             return True
         gram = H @ self.inverse @ D
@@ -121,110 +132,133 @@ class Packer:
         other = np.sqrt(np.abs(np.diagonal(D.T @ self.inverse @ D)))
         return bool(np.linalg.svd(gram / np.outer(scale, other), compute_uv=False)[-1] > RANK)
 
-    def _held(self, keys: tuple) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list]:
-        """Return held rows J (holds, n), pushes J^T push (n, holds), speeds and s' rests (holds, nx), and (element, hold)s."""
+    def laws(self, all_keys: list[tuple]) -> tuple[SceneLaw, ...]:
+        """Return the laws that act in any of the modes, in the order they are met."""
+        places = dict.fromkeys((e, key) for keys in all_keys for e, key in enumerate(keys)
+                               if isinstance(self.mode(e, key).force, Law))
+        return tuple(SceneLaw(e, self.system.labels[e], key, len(self.sites[e].J), self.mode(e, key).force)
+                     for e, key in places)
+
+    def _held(self, keys: tuple) -> tuple[np.ndarray, np.ndarray, list]:
+        """Return held rows J (holds, n), pushes J^T push (n, holds), and the (element, hold) pairs."""
         owners = [(e, hold) for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
-        n, nx = self.frame.n, self.frame.nx
-        J, D = np.empty((len(owners), n)), np.empty((n, len(owners)))
-        S, rest = np.empty((len(owners), nx)), np.empty((len(owners), nx))
+        J, D = np.empty((len(owners), self.frame.n)), np.empty((self.frame.n, len(owners)))
         for i, (e, hold) in enumerate(owners):
-            site = self.sites[e]
-            J[i], S[i], rest[i] = site.J[hold.row], site.S[hold.row], site.rest[hold.row]
-            D[:, i] = site.J.T @ np.array(hold.push)
-        return J, D, S, rest, owners
+            J[i] = self.sites[e].J[hold.row]
+            D[:, i] = hold.push @ self.sites[e].J
+        return J, D, owners
 
-    def fill(self, flat: np.ndarray, T: Views, all_keys: list[tuple]) -> list[tuple[LawSite, ...]]:
-        """Write the numbers of all modes into ``flat`` through its views; return the laws of each mode."""
+    def fill(self, flat: np.ndarray, T: Views, all_keys: list[tuple], laws: tuple[SceneLaw, ...]) -> None:
+        """Write the numbers of all modes into ``flat`` through its views."""
         flat[0] = 0.0 if self.system.omega is None else self.system.omega
-        return [self._fill_mode(T, m, keys) for m, keys in enumerate(all_keys)]
+        row = value = 0
+        for law in laws:
+            site, values = self.sites[law.element], self.mode(law.element, law.key).force.values
+            T.LU[row:row + law.rows] = site.U
+            T.LS[row:row + law.rows] = site.S
+            T.law[value:value + len(values)] = values
+            row += law.rows
+            value += len(values)
+        for m, keys in enumerate(all_keys):
+            self._fill_mode(T, m, keys, laws)
 
-    def _fill_mode(self, T: Views, m: int, keys: tuple) -> tuple[LawSite, ...]:
-        frame = self.frame
-        n, ns = frame.n, frame.ns
-        modes = [self.mode(e, key) for e, key in enumerate(keys)]
-        J, D, H, rest, owners = self._held(keys)
-        free = self.core_rows.copy()
+    def _fill_mode(self, T: Views, m: int, keys: tuple, laws: tuple[SceneLaw, ...]) -> None:
+        frame, n = self.frame, self.frame.n
+        free = T.A[m, n:2 * n]
+        free[:] = self.core_rows
         for e, key in enumerate(keys):
             load = self._load(e, key)
             if load is not None:
                 free += load
-        lam = T.H[m, :0]
-        solve = None
-        if owners:
-            X = self.inverse @ D
-            solve = 1.0 / (J @ X) if len(owners) == 1 else np.linalg.inv(J @ X)
-            lam = -solve @ (J @ free + rest)
-            free += X @ lam
-            for i, row in enumerate(J):  # a held coordinate stays exactly: no rounding is left in its acceleration
-                places = np.flatnonzero(row)
-                if places.size == 1:
-                    free[places[0]] = 0.0 - rest[i] / row[places[0]]
-            T.H[m, :len(owners)] = H
-        T.A[m, :n, n:2 * n] = np.eye(n)
-        T.A[m, n:2 * n] = free
+        T.A[m, :n, n:2 * n] = frame.eye[:n, :n]
+        hold = self._eliminate(T, m, keys)
         g = 0
-        laws = [(e, mode.force) for e, mode in enumerate(modes) if isinstance(mode.force, Law)]
-        in_guards = {e: [] for e, _ in laws}
-        for e, mode in enumerate(modes):
-            site = self.sites[e]
-            own = [i for i, (owner, _) in enumerate(owners) if owner == e]
-            local = {"u": site.U, "s": site.S, "lam": lam[own], "z": np.eye(frame.nx)[self.slices[e]]}
+        for e, key in enumerate(keys):
+            mode, site = self.mode(e, key), self.sites[e]
+            if not (mode.guards or mode.hold or mode.memory):
+                continue
+            own = [i for i, (owner, _) in enumerate(hold.owners) if owner == e]
+            local = {"u": site.U, "s": site.S, "lam": hold.lam[own] if own else None, "z": frame.eye[self.slices[e]]}
             for i in own:
-                if owners[i][1].surface is not None:
-                    T.S[m, i] = frame.row(owners[i][1].surface, local)
+                if hold.owners[i][1].surface is not None:
+                    T.S[m, i] = frame.row(hold.owners[i][1].surface, local)
             for i, memory in enumerate(mode.memory):
                 if isinstance(memory, Rate):
                     T.A[m, self.slices[e].start + i] = frame.row(memory.value, local)
             for guard in mode.guards:
-                row = T.G[m, g]
-                row[:] = frame.row(guard.value, local)
-                self._fill_reset(T, m, g, e, mode, guard, local, modes)
-                if laws:
+                T.G[m, g] = frame.row(guard.value, local)
+                self._fill_reset(T, m, g, e, mode, guard, local)
+                if laws and own:
                     weights = np.array([guard.value.terms.get(("lam", k), 0.0) for k in range(len(own))])
-                    for other, _ in laws:
-                        push = -solve[own] @ J @ self.sites[other].X if own else np.zeros((0, len(self.sites[other].J)))
-                        in_guards[other].append(weights @ push)
+                    T.LG[m, g] = weights @ self._reaction(hold, own, keys, laws)
                 g += 1
-        found = []
-        for e, law in laws:
-            site = self.sites[e]
-            push = site.X if solve is None else site.X - X @ (solve @ (J @ site.X))
-            rows = np.array(in_guards[e]).reshape(g, len(site.J))
-            found.append(LawSite(e, law, site.U, site.S, push, rows, law.values))
-        return tuple(found)
+        row = 0
+        for law in laws:
+            if keys[law.element] == law.key:
+                T.LP[m, row:row + law.rows] = (hold.project @ self.sites[law.element].X).T
+            row += law.rows
+
+    def _eliminate(self, T: Views, m: int, keys: tuple) -> "Held":
+        """Take the held rows out of the accelerations of mode ``m``; return multipliers and projection."""
+        J, D, owners = self._held(keys)
+        n = self.frame.n
+        if not owners:
+            return Held(owners, J, None, None, self.frame.eye[:n, :n])
+        free = T.A[m, n:2 * n]
+        sites = [(self.sites[e], hold.row) for e, hold in owners]
+        X = self.inverse @ D
+        solve = 1.0 / (J @ X) if len(owners) == 1 else np.linalg.inv(J @ X)
+        rest = np.array([site.rest[row] for site, row in sites])
+        lam = -solve @ (J @ free + rest)
+        free += X @ lam
+        project = self.frame.eye[:n, :n] - X @ (solve @ J)
+        for i, row in enumerate(J):  # a held coordinate stays exactly: no rounding is left in its acceleration
+            places = row.nonzero()[0]
+            if places.size == 1:
+                free[places[0]] = 0.0 - rest[i] / row[places[0]]
+                project[places[0]] = 0.0
+        T.H[m, :len(owners)] = [site.S[row] for site, row in sites]
+        return Held(owners, J, solve, lam, project)
+
+    def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
+        """Return own multipliers by unit forces of all laws, (own, rows of laws)."""
+        columns = [-hold.solve[own] @ hold.J @ self.sites[law.element].X * (keys[law.element] == law.key) for law in laws]
+        return np.hstack(columns)
 
     def _load(self, e: int, key: Hashable) -> np.ndarray | None:
         """Return the accelerations by the affine force of an element, (n, nx); None when it gives none."""
         if (e, key) not in self._loads:
-            mode, site = self.mode(e, key), self.sites[e]
+            force, site = self.mode(e, key).force, self.sites[e]
             load = None
-            if not isinstance(mode.force, Law) and mode.force:
-                local = {"u": site.U, "s": site.S, "z": np.eye(self.frame.nx)[self.slices[e]]}
-                load = site.X @ np.array([self.frame.row(entry, local) for entry in mode.force])
+            if not isinstance(force, Law) and force:
+                local = {"u": site.U, "s": site.S, "z": self.frame.eye[self.slices[e]]}
+                rows = [self.frame.row(entry, local) for entry in force]
+                load = site.X * rows[0] if len(rows) == 1 else site.X @ np.array(rows)
             self._loads[e, key] = load
         return self._loads[e, key]
 
-    def _fill_reset(self, T: Views, m: int, g: int, e: int, mode: Mode, guard, local: dict, modes: list) -> None:
+    def _fill_reset(self, T: Views, m: int, g: int, e: int, mode: Mode, guard: Guard, local: dict) -> None:
         """Write the state after a guard: identity, position on the surface, kick, memory of the mode that is left."""
         n, ns = self.frame.n, self.frame.ns
         site, row, R = self.sites[e], T.G[m, g], T.R[m, g]
-        R[:, :ns] = np.eye(ns)
+        R[:] = self.frame.eye[:ns]
         names = guard.value.names
-        if "u" in names and names <= {"u", "one", "cos", "sin"}:
+        if "u" in names and names <= POSITION:
             direction = self.inverse @ row[:n]
-            direction = direction / (row[:n] @ direction)
+            direction /= row[:n] @ direction
             T.D[m, g, :n] = direction
-            R[:n] -= np.outer(direction, row)
+            R[:n] -= direction[:, None] * row
         if guard.kick is not None:
             W = site.J @ site.X
             constant, slope = guard.kick.impulse(np.zeros(len(W)), W)
             R[n:2 * n] += site.X @ (slope @ site.S)
             R[n:2 * n, ns] += site.X @ constant
-            push = np.ones(1)
+            direction = site.X[:, 0]
             if len(W) > 1:
-                push = np.array(self.mode(e, guard.accumulates[1]).hold[0].push) if guard.accumulates else slope @ site.J @ row[:n]
-            direction = site.X @ push
-            T.B[m, g, n:2 * n] = direction / (row[:n] @ direction + (row[n:2 * n] @ T.A[m, n:2 * n, n:2 * n]) @ direction)
+                end = None if guard.accumulates is None else self.mode(e, guard.accumulates[1])
+                direction = site.X @ (end.hold[0].push if end and end.hold else slope @ site.J @ row[:n])
+            speeds = row[n:2 * n] @ T.A[m, n:2 * n, n:2 * n] if row[n:2 * n].any() else 0.0
+            T.B[m, g, n:2 * n] = direction / ((row[:n] + speeds) @ direction)
         if guard.accumulates is not None:
             T.ratio[m, g] = guard.accumulates[0]
         for i, memory in enumerate(mode.memory):

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..elements import EventKind, Frame, Guard
 from ..system import System
-from .numbers import DependentHolds, LawSite, Packer, views
+from .numbers import DependentHolds, Packer, views
 from .tables import Tables, allocate, rebuild
 
 CLOSURE = 16  # scenes of at most so many reachable modes are built at once
@@ -51,8 +51,8 @@ class Scene:
         Grown when a mode is reached: take it again after `index` and `expand`.
     closed_form : bool
         No law in any mode built so far.
-    laws : list of tuple of LawSite
-        For each mode the laws that act in it; the tables then hold the affine part.
+    laws : tuple of SceneLaw
+        Laws that are not affine; the tables hold their places, rows, pushes and values, and in A the affine rest.
     """
 
     def __init__(self, system: System):
@@ -174,12 +174,7 @@ class Scene:
     @property
     def closed_form(self) -> bool:
         """No law in any mode built so far."""
-        return not any(self.laws)
-
-    @property
-    def laws(self) -> list[tuple[LawSite, ...]]:
-        """For each mode the laws that act in it."""
-        return self._laws
+        return not self.laws
 
     def same_structure(self, other: "Scene | System") -> bool:
         """Return whether another system differs in numbers only."""
@@ -193,11 +188,12 @@ class Scene:
         ValueError
             When the structure differs.
         """
-        return self._packed(system)[0]
-
-    def laws_of(self, system: System) -> list[tuple[LawSite, ...]]:
-        """Return `laws` with the numbers of another system of the same structure."""
-        return self._packed(system)[1]
+        if system.structure != self.system.structure:
+            raise ValueError(f"{system!r} has another structure than {self.system!r}")
+        flat = np.zeros(self.tables.flat.size)
+        frame = Frame(self.n, self.frame.nz, self.harmonics, system.omega)
+        Packer(system, frame, self.slices).fill(flat, views(flat, self.tables), self.keys, self.laws)
+        return flat
 
     def refill(self, system: System) -> Tables:
         """Return new tables, rebuilt, with the numbers of another system of the same structure."""
@@ -206,18 +202,11 @@ class Scene:
         rebuild(tables)
         return tables
 
-    def _packed(self, system: System) -> tuple[np.ndarray, list]:
-        if system.structure != self.system.structure:
-            raise ValueError(f"{system!r} has another structure than {self.system!r}")
-        flat = np.zeros(self.tables.flat.size)
-        frame = Frame(self.n, self.frame.nz, self.harmonics, system.omega)
-        laws = Packer(system, frame, self.slices).fill(flat, views(flat, self.tables), self.keys)
-        return flat, laws
-
     def _pack(self) -> None:
         """Make the tables of all modes there are."""
+        self.laws = self._packer.laws(self.keys)
         tables = self._allocate()
-        self._laws = self._packer.fill(tables.flat, views(tables.flat, tables), self.keys)
+        self._packer.fill(tables.flat, views(tables.flat, tables), self.keys, self.laws)
         rebuild(tables)
         self.tables = tables
 
@@ -227,7 +216,10 @@ class Scene:
         then = [[self._candidates(m, owner) for owner in found] for m, found in enumerate(self._guards)]
         candidates = max((len(numbers) for found in then for numbers in found), default=1)
         holds = max(len(found) for found in self._holds)
-        T = allocate(len(self.keys), guards, candidates, holds, self.ns, self.harmonics)
+        T = allocate(len(self.keys), guards, candidates, holds, self.ns, self.harmonics, len(self.laws),
+                     sum(law.rows for law in self.laws), sum(len(law.law.values) for law in self.laws))
+        for m, keys in enumerate(self.keys):
+            T.acts[m] = [keys[law.element] == law.key for law in self.laws]
         for m, found in enumerate(self._guards):
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
@@ -262,6 +254,8 @@ class Scene:
         """Return whether the rows held together are independent."""
         found = self._buildable.get(keys)
         if found is None:
+            for e, key in enumerate(keys):
+                self._packer.check(e, key)
             found = self._buildable[keys] = self._packer.independent(keys)
         return found
 

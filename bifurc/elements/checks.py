@@ -8,6 +8,10 @@ import numpy as np
 def number(owner: str, name: str, value, *, least: float | None = None, above: float | None = None,
            most: float | None = None) -> float:
     """Return ``value`` as a float, or raise ValueError unless it is finite and within the limits given."""
+    real = type(value) is float or (isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_)))
+    if (real and math.isfinite(value) and (least is None or value >= least) and (above is None or value > above)
+            and (most is None or value <= most)):
+        return float(value)
     allowed = "a finite number"
     if least is not None and most is not None:
         allowed = f"a number from {least:g} to {most:g}"
@@ -15,19 +19,13 @@ def number(owner: str, name: str, value, *, least: float | None = None, above: f
         allowed = f"a finite number, at least {least:g}"
     elif above is not None:
         allowed = f"a finite number above {above:g}"
-    good = isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
-    if good and ((least is not None and value < least) or (above is not None and value <= above)
-                 or (most is not None and value > most)):
-        good = False
-    if not good:
-        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be {allowed}")
-    return float(value)
+    raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be {allowed}")
 
 
 def whole(owner: str, name: str, value, *, least: int, most: int | None = None) -> int:
     """Return ``value`` as an int, or raise ValueError unless it is a whole number within the limits."""
-    good = isinstance(value, numbers.Integral) and not isinstance(value, (bool, np.bool_)) and value >= least
-    if not good or (most is not None and value > most):
+    good = type(value) is int or (isinstance(value, numbers.Integral) and not isinstance(value, (bool, np.bool_)))
+    if not good or value < least or (most is not None and value > most):
         top = "" if most is None else f" and at most {most}"
         raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be a whole number, at least {least}{top}")
     return int(value)

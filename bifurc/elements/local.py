@@ -139,9 +139,10 @@ class Frame:
         The k, ascending.
     W : ndarray, shape (nw, nw)
         Matrix of the forcing states, w' = W w.
+    eye : ndarray, shape (nx, nx)
     """
 
-    __slots__ = ("n", "nz", "ns", "nx", "harmonics", "omega", "W", "columns")
+    __slots__ = ("n", "nz", "ns", "nx", "harmonics", "omega", "W", "columns", "eye")
 
     def __init__(self, n: int, nz: int, harmonics: tuple[int, ...], omega: float | None):
         self.n, self.nz, self.harmonics, self.omega = n, nz, harmonics, omega
@@ -149,6 +150,7 @@ class Frame:
         self.nx = self.ns + 1 + 2 * len(harmonics)
         self.W = np.zeros((self.nx - self.ns, self.nx - self.ns))
         self.columns = {("one", 0): self.ns}
+        self.eye = np.eye(self.nx)
         for i, k in enumerate(harmonics):
             c = 1 + 2 * i
             self.W[c, c + 1] = -k * omega

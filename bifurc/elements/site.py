@@ -33,7 +33,7 @@ class Rows:
         ValueError
             When the degree of freedom or the length does not fit n degrees of freedom, or a row is zero.
         """
-        if isinstance(where, (int, np.integer)) and not isinstance(where, bool):
+        if type(where) is int or isinstance(where, np.integer):
             if not 0 <= where < n:
                 raise ValueError(f"site: degree of freedom {where} is not allowed; there are 0 to {n - 1}")
             R = np.zeros((1, n))
