@@ -39,7 +39,7 @@ class System:
     """
 
     def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None):
-        M, C, K = (_matrix(name, value) for name, value in (("mass", mass), ("damping", damping), ("stiffness", stiffness)))
+        M, C, K = _matrix("mass", mass), _matrix("damping", damping), _matrix("stiffness", stiffness)
         n = len(M)
         for name, value in (("damping", C), ("stiffness", K)):
             if value.shape != M.shape:
@@ -58,7 +58,7 @@ class System:
         for element in elements:
             harmonics = {*element.harmonics, *element.site(n).harmonics}
             if omega is None and harmonics:
-                raise ValueError(f"System: omega = None is not allowed with {element!r}, which moves with harmonics of it")
+                raise ValueError(f"System: omega = None is not allowed with {element!r}, which has harmonics of it")
 
     def __setattr__(self, name, value):
         raise AttributeError("a System is immutable; with_parameters(...) gives a changed copy")
@@ -145,7 +145,8 @@ class System:
         value = self.parameters[self.parameter_name(name)]
         if type(value) is not float:
             names = [key for key, item in self.parameters.items() if type(item) is float]
-            raise ValueError(f"parameter {name!r} = {value!r} cannot vary continuously; those that can: {', '.join(names)}")
+            raise ValueError(f"parameter {name!r} = {value!r} cannot vary continuously; "
+                             f"those that can: {', '.join(names)}")
         return value
 
     def with_parameters(self, **changes) -> "System":
@@ -237,8 +238,8 @@ class System:
         for item in record["elements"]:
             found = own.get(item["class"]) or BUILT_IN.get(item["class"])
             if found is None:
-                raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in elements=[...]. "
-                                 f"Known: {', '.join(sorted(BUILT_IN))}")
+                raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in "
+                                 f"elements=[...]. Known: {', '.join(sorted(BUILT_IN))}")
             made.append(found.from_record(item, own))
         return cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"])
 
@@ -263,7 +264,7 @@ class System:
 
 
 def builder(build: Callable[..., System]) -> Callable[..., System]:
-    """Make a function with keyword-only parameters a builder: its keywords become the parameters of the systems it makes.
+    """Make a function with keyword-only parameters a builder: its keywords become the parameters of its systems.
 
     Keywords whose default is a float must be finite and are stored as floats; all others are structure.
     """

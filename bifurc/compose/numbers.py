@@ -120,7 +120,8 @@ class Packer:
                              f"{len(self.system.elements[element].memory)}")
         for guard in mode.guards:
             if guard.kick is not None and not guard.kick.affine:
-                raise ValueError(f"{name}: the kick {guard.kick!r} is not affine in the speeds; only affine ones are composed")
+                raise ValueError(f"{name}: the kick {guard.kick!r} is not affine in the speeds; "
+                                 "only affine ones can be composed")
 
     def independent(self, keys: tuple) -> bool:
         """Return whether the rows held by all elements together are independent."""
@@ -222,8 +223,8 @@ class Packer:
 
     def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
         """Return own multipliers by unit forces of all laws, (own, rows of laws)."""
-        columns = [-hold.solve[own] @ hold.J @ self.sites[law.element].X * (keys[law.element] == law.key) for law in laws]
-        return np.hstack(columns)
+        meets = -hold.solve[own] @ hold.J
+        return np.hstack([meets @ self.sites[law.element].X * (keys[law.element] == law.key) for law in laws])
 
     def _load(self, e: int, key: Hashable) -> np.ndarray | None:
         """Return the accelerations by the affine force of an element, (n, nx); None when it gives none."""

@@ -9,9 +9,9 @@ from .site import Rows
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
 from .stops import ElasticStop, RigidStop
 
-__all__ = ["ALWAYS", "Affine", "BaseMotion", "ConstantForce", "Core", "CubicSpring", "ElasticStop", "Element", "EventKind",
-           "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Kick", "Law", "LinearSpring", "Mode", "PolynomialSpring",
-           "Rate", "Restitution", "RigidStop", "Rows", "Slaved", "local"]
+__all__ = ["ALWAYS", "Affine", "BaseMotion", "ConstantForce", "Core", "CubicSpring", "ElasticStop", "Element",
+           "EventKind", "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Kick", "Law", "LinearSpring", "Mode",
+           "PolynomialSpring", "Rate", "Restitution", "RigidStop", "Rows", "Slaved", "local"]
 
 BUILT_IN = {cls.__name__: cls for cls in (BaseMotion, ConstantForce, CubicSpring, ElasticStop, Force, HarmonicForce,
                                           LinearSpring, PolynomialSpring, RigidStop)}

@@ -26,15 +26,16 @@ def whole(owner: str, name: str, value, *, least: int, most: int | None = None) 
     """Return ``value`` as an int, or raise ValueError unless it is a whole number within the limits."""
     good = type(value) is int or (isinstance(value, numbers.Integral) and not isinstance(value, (bool, np.bool_)))
     if not good or value < least or (most is not None and value > most):
-        top = "" if most is None else f" and at most {most}"
-        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be a whole number, at least {least}{top}")
+        limits = f"at least {least}" + ("" if most is None else f" and at most {most}")
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be a whole number, {limits}")
     return int(value)
 
 
 def choice(owner: str, name: str, value, allowed: tuple):
     """Return ``value`` when it is one of ``allowed``, else raise ValueError."""
     if value not in allowed:
-        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be one of {', '.join(map(repr, allowed))}")
+        listed = ", ".join(map(repr, allowed))
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be one of {listed}")
     return value
 
 

@@ -1,10 +1,12 @@
 """The protocol of an element.  Built-in elements and those of users are the same to the rest of the package."""
 import dataclasses
+import functools
 import re
 from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .checks import number
 from .local import Core
 from .mode import Mode
 from .site import Rows
@@ -16,8 +18,8 @@ ALWAYS = "always"  # key of the only mode of an element that has one
 class Element:
     """An effect that acts on a system through a site, in one of several modes.  Frozen.
 
-    To write one, derive a frozen dataclass with the parameters as fields (floats are parameters of the system, anything
-    else is structure) and give it
+    To write one, derive a frozen dataclass with the parameters as fields (those declared ``float`` are parameters of
+    the system, anything else is structure and must be hashable) and give it
 
     * ``site(n)`` -> `Rows`: where it sits in a system of n degrees of freedom,
     * ``mode(key, core)`` -> `Mode`: how it acts; called for the keys that are reached, never for all,
@@ -54,6 +56,11 @@ class Element:
     harmonics: ClassVar[tuple[int, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
 
+    def __post_init__(self):
+        """Store fields declared as floats as finite floats; call it first when you check more."""
+        for name in _float_fields(type(self)):
+            object.__setattr__(self, name, number(type(self).__name__, name, getattr(self, name)))
+
     def site(self, n: int) -> Rows:
         """Return the site in a system of ``n`` degrees of freedom."""
         raise NotImplementedError(f"{type(self).__name__} must define site(n)")
@@ -82,13 +89,14 @@ class Element:
     @property
     def parameters(self) -> dict[str, float]:
         """Fields that are floats, by name."""
-        return {name: value for name in _fields(type(self)) if type(value := getattr(self, name)) is float}
+        return {name: getattr(self, name) for name in _float_fields(type(self))}
 
     @property
     def structure(self) -> tuple:
         """What a change of parameters cannot change: the class and all fields that are not floats."""
-        values = (getattr(self, name) for name in _fields(type(self)))
-        return (type(self), *(float if type(value) is float else value for value in values))
+        cls = type(self)
+        floats = _float_fields(cls)
+        return (cls, *(getattr(self, name) for name in _fields(cls) if name not in floats))
 
     def with_parameters(self, **changes) -> "Element":
         """Return a copy with some fields changed."""
@@ -105,15 +113,16 @@ class Element:
         return cls(**{name: _tupled(value) for name, value in record.items() if name != "class"})
 
 
-_FIELDS: dict[type, tuple[str, ...]] = {}
-
-
+@functools.cache
 def _fields(cls: type) -> tuple[str, ...]:
-    """Names of the fields of a class but for the label; remembered, because parameter changes ask for them often."""
-    names = _FIELDS.get(cls)
-    if names is None:
-        names = _FIELDS[cls] = tuple(field.name for field in dataclasses.fields(cls) if field.name != "label")
-    return names
+    """Names of the fields of a class but for the label."""
+    return tuple(field.name for field in dataclasses.fields(cls) if field.name != "label")
+
+
+@functools.cache
+def _float_fields(cls: type) -> tuple[str, ...]:
+    """Names of the fields declared as floats."""
+    return tuple(field.name for field in dataclasses.fields(cls) if field.type in (float, "float"))
 
 
 def _tupled(value):

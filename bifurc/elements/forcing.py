@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import choice, number, vector, whole
+from .checks import choice, vector, whole
 from .element import Element
 from .local import affine, rate, wave
 from .mode import Mode
@@ -36,10 +36,8 @@ class HarmonicForce(Element):
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
-        name = type(self).__name__
-        object.__setattr__(self, "amplitude", number(name, "amplitude", self.amplitude))
-        object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=1))
-        object.__setattr__(self, "phase", number(name, "phase", self.phase))
+        super().__post_init__()
+        object.__setattr__(self, "harmonic", whole(type(self).__name__, "harmonic", self.harmonic, least=1))
         set_place(self)
 
     @property
@@ -79,7 +77,7 @@ class ConstantForce(Element):
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "force", number(type(self).__name__, "force", self.force))
+        super().__post_init__()
         set_place(self)
 
     def site(self, n):
@@ -122,10 +120,9 @@ class BaseMotion(Element):
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
+        super().__post_init__()
         name = type(self).__name__
-        object.__setattr__(self, "amplitude", number(name, "amplitude", self.amplitude))
         object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=1))
-        object.__setattr__(self, "phase", number(name, "phase", self.phase))
         choice(name, "damper", self.damper, ("frame", "ground"))
         if self.row is not None:
             object.__setattr__(self, "row", vector(name, "row", self.row))

@@ -3,6 +3,7 @@
 Local values are the coordinates ``u`` and speeds ``s`` of the element's own site, its memory ``z``, the multipliers
 ``lam`` of its own held rows, the constant 1 and the harmonics ``cos k omega t``, ``sin k omega t`` of the excitation.
 """
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,8 +21,8 @@ class Core(NamedTuple):
 class Affine:
     """Affine expression in local values: ``2.0 * u(0) - gap + amplitude * cos(1)``.  Immutable.
 
-    ``terms`` maps (name, index) to the coefficient; the constant is ``("one", 0)``.  Coefficients that happen to be zero
-    are kept: which terms there are is structure, what they weigh is a number.
+    ``terms`` maps (name, index) to the coefficient; the constant is ``("one", 0)``.  Coefficients that happen to be
+    zero are kept: which terms there are is structure, what they weigh is a number.
     """
 
     __slots__ = ("terms",)
@@ -114,7 +115,7 @@ def sin(harmonic: int = 1) -> Affine:
 
 def wave(amplitude: float, harmonic: int = 1, phase: float = 0.0) -> Affine:
     """amplitude * cos(harmonic * omega * t + phase)."""
-    return Affine({("cos", harmonic): amplitude * np.cos(phase), ("sin", harmonic): -amplitude * np.sin(phase)})
+    return Affine({("cos", harmonic): amplitude * math.cos(phase), ("sin", harmonic): -amplitude * math.sin(phase)})
 
 
 def rate(wave_: Affine, omega: float) -> Affine:

@@ -21,7 +21,8 @@ class Law:
     values : tuple of float
         Parameters, handed over in this order.
     jacobian : callable, optional
-        Same arguments; returns df/du0, ..., df/ds0, ... of the first force, then of the second, ...  Differenced when missing.
+        Same arguments; returns df/du0, ..., df/ds0, ... of the first force, then of the second, ...  Differenced when
+        missing.
     """
 
     function: Callable
@@ -107,7 +108,8 @@ class Guard:
     silent : bool
         Both sides have the same force law: no unknown of an orbit.
     accumulates : (ratio, key), optional
-        The event repeats in infinite sequences with this ratio of successive speeds, which end in the mode `key`.
+        The event repeats in infinite sequences with this ratio of successive speeds, which end in the mode `key` (and
+        never end when the ratio is 1).
     """
 
     value: Affine

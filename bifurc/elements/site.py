@@ -8,7 +8,9 @@ from .local import Affine, Frame
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Straight site: u = R q + base(t), s = R v + drift + base'(t); forces enter as R^T f, impulses meet W = R M^-1 R^T.
+    """Straight site: u = R q + base(t), s = R v + drift + base'(t).
+
+    Forces enter as R^T f, impulses meet W = R M^-1 R^T.
 
     Parameters
     ----------

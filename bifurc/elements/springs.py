@@ -36,9 +36,7 @@ class LinearSpring(Element):
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
-        name = type(self).__name__
-        object.__setattr__(self, "stiffness", number(name, "stiffness", self.stiffness))
-        object.__setattr__(self, "damping", number(name, "damping", self.damping))
+        super().__post_init__()
         set_place(self)
 
     def site(self, n):
@@ -83,7 +81,7 @@ class CubicSpring(Element):
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "beta", number(type(self).__name__, "beta", self.beta))
+        super().__post_init__()
         set_place(self)
 
     def site(self, n):
@@ -131,8 +129,7 @@ class PolynomialSpring(Element):
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
-        for name in ("c2", "c3", "c4", "c5"):
-            object.__setattr__(self, name, number(type(self).__name__, name, getattr(self, name)))
+        super().__post_init__()
         set_place(self)
 
     def site(self, n):

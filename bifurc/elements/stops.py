@@ -49,9 +49,8 @@ class RigidStop(Element):
     start = (FREE, REST)
 
     def __post_init__(self):
-        name = type(self).__name__
-        object.__setattr__(self, "gap", number(name, "gap", self.gap))
-        object.__setattr__(self, "restitution", number(name, "restitution", self.restitution, least=0.0, most=1.0))
+        super().__post_init__()
+        number(type(self).__name__, "restitution", self.restitution, least=0.0, most=1.0)
         set_wall(self)
 
     def site(self, n):
@@ -62,8 +61,9 @@ class RigidStop(Element):
         """Return "free" or "rest"."""
         depth = self.side * u(0) - self.gap
         if key == FREE:
-            ends = (self.restitution, REST) if self.restitution < 1.0 else None
-            return Mode(guards=(Guard(depth, EventKind.IMPACT, (REST, FREE), Restitution(self.restitution), accumulates=ends),))
+            hit = Guard(depth, EventKind.IMPACT, (REST, FREE), Restitution(self.restitution),
+                        accumulates=(self.restitution, REST))
+            return Mode(guards=(hit,))
         push = Hold(0, (1.0,), depth)
         return Mode(hold=(push,), guards=(Guard(self.side * lam(0), EventKind.RELEASE, (FREE,)),))
 
@@ -106,12 +106,11 @@ class ElasticStop(Element):
     harmonic: int = 0
 
     def __post_init__(self):
+        super().__post_init__()
         name = type(self).__name__
         choice(name, "release", self.release, ("penetration", "force"))
-        above = 0.0 if self.release == "force" else None
-        object.__setattr__(self, "gap", number(name, "gap", self.gap))
-        object.__setattr__(self, "stiffness", number(name, "stiffness", self.stiffness, above=above))
-        object.__setattr__(self, "damping", number(name, "damping", self.damping, least=0.0))
+        number(name, "stiffness", self.stiffness, above=0.0 if self.release == "force" else None)
+        number(name, "damping", self.damping, least=0.0)
         set_wall(self)
 
     @property
@@ -146,8 +145,6 @@ def set_wall(element) -> None:
     name = type(element).__name__
     object.__setattr__(element, "side", int(choice(name, "side", element.side, (1, -1))))
     set_place(element)
-    object.__setattr__(element, "amplitude", number(name, "amplitude", element.amplitude))
-    object.__setattr__(element, "phase", number(name, "phase", element.phase))
     object.__setattr__(element, "harmonic", whole(name, "harmonic", element.harmonic, least=0))
     if element.harmonic == 0 and element.amplitude != 0.0:
         raise ValueError(f"{name}: amplitude = {element.amplitude!r} is not allowed with harmonic = 0; "
@@ -164,5 +161,5 @@ def wall_site(element, n: int) -> Rows:
 
 def mirrored_wall(element):
     """Return the wall seen after u -> -u and half a period: the other side, even motions turned round."""
-    turned = element.harmonic % 2 == 0
-    return dataclasses.replace(element, side=-element.side, amplitude=0.0 - element.amplitude if turned else element.amplitude)
+    amplitude = element.amplitude if element.harmonic % 2 else 0.0 - element.amplitude
+    return dataclasses.replace(element, side=-element.side, amplitude=amplitude)

@@ -13,7 +13,8 @@ def impact_chain(*, n: int = 8, mass: float = 1.0, stiffness: float = 1.0, dampi
     """n equal masses in a row, springs wall-1, 1-2, ..., free end at mass n; a stop on one of them.
 
     M = mass I, C = damping K, load amplitude cos(omega t).  With the defaults the motion with one impact a period is
-    stable; it loses stability to tori between the Neimark-Sacker points 0.3680548439509 and 0.4271803952557 of `amplitude`.
+    stable; it is unstable, with tori around, between the Neimark-Sacker points 0.3680548439509 and 0.4271803952557 of
+    `amplitude`.
 
     Parameters
     ----------

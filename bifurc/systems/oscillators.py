@@ -127,7 +127,8 @@ def duffing_oscillator(*, zeta: float = 0.05, omega: float = 0.5, amplitude: flo
 
 
 @builder
-def bouncing_ball(*, omega: float = 1.0, amplitude: float = 0.5, restitution: float = 0.8, gravity: float = 1.0) -> System:
+def bouncing_ball(*, omega: float = 1.0, amplitude: float = 0.5, restitution: float = 0.8,
+                  gravity: float = 1.0) -> System:
     """Ball on a table that moves as amplitude cos(omega t): x'' = -gravity, x >= amplitude cos(omega t).
 
     The coordinate is the height of the ball; restitution acts on the speed relative to the table.  Bouncing once a
@@ -146,7 +147,8 @@ def bouncing_ball(*, omega: float = 1.0, amplitude: float = 0.5, restitution: fl
 
     References
     ----------
-    P. J. Holmes, The dynamics of repeated impacts with a sinusoidally vibrating table, J. Sound Vib. 84 (1982), 173-189.
+    P. J. Holmes, The dynamics of repeated impacts with a sinusoidally vibrating table, J. Sound Vib. 84 (1982),
+    173-189.
     """
     table = RigidStop(0.0, restitution, side=-1, amplitude=amplitude, harmonic=1)
     return System(1.0, 0.0, 0.0, (ConstantForce(-gravity), table), omega=omega)
