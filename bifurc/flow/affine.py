@@ -164,3 +164,52 @@ def guard_series(T, m, g, x, a):
         r = x[c]
         for j in range(ORDER + 1):
             a[j] += GT[m, g, c, j] * r
+
+
+@njit
+def guard_value(T, m, g, x):
+    """Value of guard ``g`` of mode ``m`` at ``x``."""
+    G = T.G
+    total = 0.0
+    for c in range(G.shape[2]):
+        total += G[m, g, c] * x[c]
+    return total
+
+
+@njit
+def guard_gradient(T, m, g, x, row):
+    """Write the derivative of guard ``g`` in ``x`` into ``row`` (nx,)."""
+    G = T.G
+    for c in range(G.shape[2]):
+        row[c] = G[m, g, c]
+
+
+@njit
+def guard_divided(T, m, g, x, s, order, row):
+    """Return guard ``g`` at ``s`` after ``x`` over ``s**order``, and its derivative in ``s``; that in ``x`` is ``row``.
+
+    The first ``order`` Taylor terms vanish at an orbit and are left out, so that the quotient is regular at ``s`` = 0.
+    """
+    GT = T.GT
+    value, slope = 0.0, 0.0
+    for c in range(GT.shape[2]):
+        e, d = 0.0, 0.0
+        for j in range(ORDER, order - 1, -1):
+            d = d * s + e
+            e = e * s + GT[m, g, c, j]
+        row[c] = e
+        value += e * x[c]
+        slope += d * x[c]
+    return value, slope
+
+
+@njit
+def forcing_rate(T, x, dw):
+    """Write the time derivative of the forcing states in ``x`` into ``dw`` (nw,)."""
+    flat, harmonics = T.flat, T.harmonics
+    ns = T.A.shape[1]
+    dw[0] = 0.0
+    for k in range(harmonics.size):
+        rate = harmonics[k] * flat[0]
+        dw[1 + 2 * k] = -rate * x[ns + 2 + 2 * k]
+        dw[2 + 2 * k] = rate * x[ns + 1 + 2 * k]

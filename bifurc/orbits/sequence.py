@@ -10,17 +10,28 @@ No row contains 1/speed, so that Newton and arclength pass zero impact speed reg
 closes on the same surface its closing guard has a trivial root at zero duration ``s``; that row is divided by
 ``s**order``, which keeps it regular through the birth of a contact (elastic graze).
 
-A perturbation that is multiplied by mu over the period makes ``det J(mu)`` vanish, where the columns of node ``m`` carry
-the factor mu; mu = -1 gives the flip test, finite through zero speed.
+A perturbation that is multiplied by mu over the period makes ``det J(mu)`` vanish, where the columns of node ``m``
+carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 """
 import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER, rebuild
-from ..flow.affine import arc, carry, field, forcing, guard_series
+from ..flow.affine import (
+    arc,
+    carry,
+    field,
+    forcing,
+    forcing_rate,
+    guard_divided,
+    guard_gradient,
+    guard_series,
+    guard_value,
+)
 from ..solve.dense import lu, lu_solve
 
-BEFORE, GUARD, AFTER, DIVIDE = range(4)  # columns of `nodes`; GUARD -1: section at a fixed time; DIVIDE: 0 or order
+# columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0 or order; CLOSES 1: ends an infinite sequence
+BEFORE, GUARD, AFTER, DIVIDE, CLOSES = range(5)
 MAX_ITERATIONS = 12
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, STEP_NORM, INFO) = range(14)  # places in the `info` array that `correct` fills
@@ -41,60 +52,69 @@ def set_parameter(T, index, series, low, high, value):
 
 
 @njit
-def guard_value(T, m, g, x):
-    """Value of guard ``g`` of mode ``m`` at ``x``."""
-    G = T.G
+def guard_rate(row, f, dw):
+    """Rate of a guard with gradient ``row`` along the field ``f`` and the rates ``dw`` of the forcing."""
     total = 0.0
-    for c in range(G.shape[2]):
-        total += G[m, g, c] * x[c]
+    for c in range(f.size):
+        total += row[c] * f[c]
+    for k in range(dw.size):
+        total += row[f.size + k] * dw[k]
     return total
 
 
 @njit
-def forcing_rate(T, x, k, period):
-    """d w_k / d tau at the joined state ``x``."""
-    A, flat, harmonics = T.A, T.flat, T.harmonics
-    if k == 0:
-        return 0.0
-    h = (k - 1) // 2
-    base = A.shape[1] + 1 + 2 * h
-    rate = harmonics[h] * flat[0] * period
-    return -rate * x[base + 1] if k == 1 + 2 * h else rate * x[base]
+def reset(T, m, g, closes, P):
+    """Write the map of event ``g`` of mode ``m`` into ``P`` (ns, nx): identity for a section; R; R with r = 0.
+
+    A complete infinite sequence leaves the state that a plastic impact leaves: with P the projection along the kick,
+    R = I - (1 + r) P in the velocities.
+    """
+    R, ratio = T.R, T.ratio
+    ns, nx = P.shape
+    for i in range(ns):
+        for c in range(nx):
+            one = 1.0 if i == c else 0.0
+            if g < 0:
+                P[i, c] = one
+            elif closes and i >= ns // 2:
+                P[i, c] = one + (R[m, g, i, c] - one) / (1.0 + ratio[m, g])
+            else:
+                P[i, c] = R[m, g, i, c]
 
 
 @njit
-def guard_rate(T, m, g, x, f):
-    """Rate of guard ``g`` along the field ``f`` of its mode at ``x``."""
-    A, G = T.A, T.G
-    ns, nx = A.shape[1], A.shape[2]
+def scale_of(row, weights):
+    """Natural size of a guard with gradient ``row``."""
     total = 0.0
-    for c in range(ns):
-        total += G[m, g, c] * f[c]
-    for k in range(1, nx - ns):
-        total += G[m, g, ns + k] * forcing_rate(T, x, k, 1.0)
+    for c in range(weights.size):
+        total += abs(row[c]) * weights[c]
     return total
 
 
 @njit
 def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
-    """Residual ``F`` (n,) and, if ``want``, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
+    """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
-    ``nodes`` (m, 4) integers, ``fixed`` (m,) times of sections, ``closure`` (ns,) signs of the closing map, ``wrap`` the
-    factor mu on the columns of the closing node, ``weights`` (ns,) natural sizes of the states (rows are scaled).
+    ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections, ``closure`` (ns,) signs of the closing map, ``wrap``
+    the factor mu on the columns of the closing node, ``weights`` (ns,) natural sizes of the states (rows are scaled).
     """
-    A, G, GT, R, flat, step = T.A, T.G, T.GT, T.R, T.flat, T.step
+    step = T.step
     count = nodes.shape[0]
-    ns, nx = A.shape[1], A.shape[2]
+    ns, nx = T.A.shape[1], T.A.shape[2]
     size = 1 + ns
-    period = 2.0 * np.pi / flat[0]
-    x = np.empty(nx)
-    xp = np.empty(nx)
-    xe = np.empty(nx)
+    period = 2.0 * np.pi / T.flat[0]
+    x = np.empty(nx)  # before the event
+    xp = np.empty(nx)  # after it
+    xe = np.empty(nx)  # at the end of the interval
     f = np.empty(ns)
+    dw = np.empty(nx - ns)
+    row = np.empty(nx)
     y1 = np.empty(ns)
-    jump = np.empty(ns)  # d y+ / d tau - (start field) * period
+    start = np.empty(ns)  # d y+ / d tau at fixed y, without what the later start takes away
+    move = np.empty(ns)
+    P = np.empty((ns, nx))
     Phi = np.empty((ns, ns))
-    a = np.empty(ORDER + 1)
+    PhiP = np.empty((ns, ns))
     if want > 0.0:
         for r in range(J.shape[0]):
             for c in range(J.shape[1]):
@@ -106,119 +126,88 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
         for c in range(ns):
             x[c] = U[base + 1 + c]
         forcing(T, tau * period, x)
-        row = base
+        forcing_rate(T, x, dw)
         if g < 0:
-            F[row] = tau - fixed[i]
+            F[base] = tau - fixed[i]
             if want > 0.0:
-                J[row, base] = 1.0
+                J[base, base] = 1.0
         elif nodes[i, DIVIDE] == 0:
-            scale = 0.0
-            for c in range(ns):
-                scale += abs(G[before, g, c]) * weights[c]
-            F[row] = guard_value(T, before, g, x) / scale
+            guard_gradient(T, before, g, x, row)
+            scale = scale_of(row, weights)
+            F[base] = guard_value(T, before, g, x) / scale
             if want > 0.0:
                 for c in range(ns):
-                    J[row, base + 1 + c] += G[before, g, c] / scale
+                    J[base, base + 1 + c] += row[c] / scale
                 for k in range(1, nx - ns):
-                    J[row, base] += G[before, g, ns + k] * forcing_rate(T, x, k, period) / scale
-        # state after the event and its derivative in (tau, y)
+                    J[base, base] += row[ns + k] * dw[k] * period / scale
+        reset(T, before, g, nodes[i, CLOSES], P)
         for c in range(nx):
             xp[c] = x[c]
-        if g >= 0:
-            for c in range(ns):
-                total = 0.0
-                for k in range(nx):
-                    total += R[before, g, c, k] * x[k]
-                xp[c] = total
+        for c in range(ns):
+            total, rate = 0.0, 0.0
+            for k in range(nx):
+                total += P[c, k] * x[k]
+            for k in range(1, nx - ns):
+                rate += P[c, ns + k] * dw[k] * period
+            xp[c] = total
+            start[c] = rate
         last = i == count - 1
         nxt = 0 if last else i + 1
+        mu = wrap if last else 1.0
         end = U[nxt * size] + (span if last else 0.0)
-        s = (end - tau) * period
-        if s < 0.0:
-            s = 0.0  # a virtual negative duration is met only inside Newton; the row below keeps its slope
-        arc(T, after, xp, s, y1, Phi)
+        duration = (end - tau) * period
+        arc(T, after, xp, max(duration, 0.0), y1, Phi)  # a negative duration is met only inside Newton
         field(T, after, xp, f)
         for c in range(ns):
-            jump[c] = -f[c] * period
-            if g >= 0:
-                for k in range(1, nx - ns):
-                    jump[c] += R[before, g, c, ns + k] * forcing_rate(T, x, k, period)
-        for c in range(ns):
+            move[c] = start[c] - f[c] * period
             xe[c] = y1[c]
         forcing(T, end * period, xe)
         field(T, after, xe, f)
-        mu = wrap if last else 1.0
-        for c in range(ns):
-            row = base + 1 + c
-            target = U[nxt * size + 1 + c] * (closure[c] if last else 1.0)
-            F[row] = (y1[c] - target) / weights[c]
-            if want > 0.0:
-                total = 0.0
-                for k in range(ns):
-                    total += Phi[c, k] * jump[k]
-                J[row, base] += total / weights[c]
-                for k in range(ns):
-                    if g >= 0:
-                        total = 0.0
-                        for q in range(ns):
-                            total += Phi[c, q] * R[before, g, q, k]
-                    else:
-                        total = Phi[c, k]
-                    J[row, base + 1 + k] += total / weights[c]
-                J[row, nxt * size] += mu * f[c] * period / weights[c]
-                J[row, nxt * size + 1 + c] -= mu * (closure[c] if last else 1.0) / weights[c]
-        order = nodes[nxt, DIVIDE]
-        if order > 0:  # closing guard of this interval, divided by s**order
-            close = nodes[nxt, GUARD]
-            row = nxt * size
-            scale = 0.0
+        if want > 0.0:
             for c in range(ns):
-                scale += abs(G[after, close, c]) * weights[c]
-            raw = (end - tau) * period
-            if raw < step[after]:
-                guard_series(T, after, close, xp, a)
-                value, slope = 0.0, 0.0
-                for j in range(ORDER, order - 1, -1):
-                    slope = slope * raw + value
-                    value = value * raw + a[j]
-                F[row] = value / scale
-                if want > 0.0:
-                    J[row, nxt * size] += mu * slope * period / scale
-                    J[row, base] -= slope * period / scale
-                    for c in range(nx):  # dependence on the start: one Taylor row a column
-                        e = 0.0
-                        for j in range(ORDER, order - 1, -1):
-                            e = e * raw + GT[after, close, c, j]
-                        e /= scale
-                        if c >= ns:
-                            J[row, base] += e * forcing_rate(T, x, c - ns, period)
-                        for k in range(ns):
-                            if g >= 0:
-                                if c < ns:
-                                    J[row, base + 1 + k] += e * R[before, g, c, k]
-                            elif c == k:
-                                J[row, base + 1 + k] += e
-                        if c < ns and g >= 0:
-                            for k in range(1, nx - ns):
-                                J[row, base] += e * R[before, g, c, ns + k] * forcing_rate(T, x, k, period)
-            else:
-                scale *= raw**order
-                F[row] = guard_value(T, after, close, xe) / scale
-                if want > 0.0:
-                    rate = guard_rate(T, after, close, xe, f)
-                    J[row, nxt * size] += mu * rate * period / scale
+                for k in range(ns):
+                    total = 0.0
+                    for q in range(ns):
+                        total += Phi[c, q] * P[q, k]
+                    PhiP[c, k] = total
+        for c in range(ns):
+            r = base + 1 + c
+            sign = closure[c] if last else 1.0
+            F[r] = (y1[c] - sign * U[nxt * size + 1 + c]) / weights[c]
+            if want > 0.0:
+                for k in range(ns):
+                    J[r, base] += Phi[c, k] * move[k] / weights[c]
+                    J[r, base + 1 + k] += PhiP[c, k] / weights[c]
+                J[r, nxt * size] += mu * f[c] * period / weights[c]
+                J[r, nxt * size + 1 + c] -= mu * sign / weights[c]
+        order = nodes[nxt, DIVIDE]
+        if order == 0:
+            continue
+        close, r = nodes[nxt, GUARD], nxt * size  # closing guard of this interval, divided by duration**order
+        if duration < step[after]:
+            value, slope = guard_divided(T, after, close, xp, duration, order, row)
+            scale = scale_of(row, weights)
+            F[r] = value / scale
+            if want > 0.0:
+                J[r, nxt * size] += mu * slope * period / scale
+                J[r, base] -= slope * period / scale
+                for k in range(1, nx - ns):
+                    J[r, base] += row[ns + k] * dw[k] * period / scale
+                for c in range(ns):
+                    J[r, base] += row[c] * start[c] / scale
                     for k in range(ns):
-                        part = G[after, close, k] / scale
-                        if part != 0.0:
-                            for q in range(ns):
-                                total = 0.0
-                                if g >= 0:
-                                    for p in range(ns):
-                                        total += Phi[k, p] * R[before, g, p, q]
-                                else:
-                                    total = Phi[k, q]
-                                J[row, base + 1 + q] += part * total
-                                J[row, base] += part * Phi[k, q] * jump[q]
+                        J[r, base + 1 + k] += row[c] * P[c, k] / scale
+        else:
+            guard_gradient(T, after, close, xe, row)
+            forcing_rate(T, xe, dw)
+            scale = scale_of(row, weights) * duration**order
+            F[r] = guard_value(T, after, close, xe) / scale
+            if want > 0.0:
+                J[r, nxt * size] += mu * guard_rate(row, f, dw) * period / scale
+                for c in range(ns):
+                    for k in range(ns):
+                        J[r, base] += row[c] * Phi[c, k] * move[k] / scale
+                        J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
 
 
 @njit
@@ -276,37 +265,43 @@ def segment_peak(T, m, g, x, s, closing):
     A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
     value counts unless the guard is the one that ``closing`` (1) says ends the segment.
     """
-    A, G4, step = T.A, T.G4, T.step
-    ns, nx = A.shape[1], A.shape[2]
+    G4, step = T.G4, T.step
+    ns, nx = T.A.shape[1], T.A.shape[2]
     f = np.empty(ns)
+    dw = np.empty(nx - ns)
+    row = np.empty(nx)
     moved = x.copy()
     after = x.copy()
     a = np.empty(ORDER + 1)
     best, where, t = -np.inf, 0.0, 0.0
-    field(T, m, moved, f)
-    g0 = guard_value(T, m, g, moved)
-    d0 = guard_rate(T, m, g, moved, f)
-    while t < s:
-        h = min(step[m], s - t)
-        part = h / step[m]
-        e = 0.0
-        for c in range(nx):
-            e += G4[m, g, c] * abs(moved[c])
-        e *= part**4
-        carry(T, m, moved, h, after)
+    g0, d0 = -np.inf, 0.0
+    first = True
+    while True:
+        h = 0.0 if first else min(step[m], s - t)
+        if not first:
+            carry(T, m, moved, h, after)
         field(T, m, after, f)
+        forcing_rate(T, after, dw)
+        guard_gradient(T, m, g, after, row)
         g1 = guard_value(T, m, g, after)
-        d1 = guard_rate(T, m, g, after, f)
-        top = max(g0 + h * d0 / 3.0, g1 - h * d1 / 3.0) + e
-        if top > best and ((d0 > 0.0 and d1 <= 0.0) or top > max(g0, g1)):
-            guard_series(T, m, g, moved, a)
-            value, at = series_maximum(a, h)
-            if value > best:
-                best, where = value, t + at
+        d1 = guard_rate(row, f, dw)
+        if not first:
+            e = 0.0
+            for c in range(nx):
+                e += G4[m, g, c] * abs(moved[c])
+            top = max(g0 + h * d0 / 3.0, g1 - h * d1 / 3.0) + e * (h / step[m])**4
+            if top > best and ((d0 > 0.0 and d1 <= 0.0) or top > max(g0, g1)):
+                guard_series(T, m, g, moved, a)
+                value, at = series_maximum(a, h)
+                if value > best:
+                    best, where = value, t + at
         for c in range(nx):
             moved[c] = after[c]
         g0, d0 = g1, d1
         t += h
+        if t >= s:
+            break
+        first = False
     if closing == 0 and g0 > best:
         best, where = g0, s
     return best, where
@@ -314,15 +309,18 @@ def segment_peak(T, m, g, x, s, closing):
 
 @njit
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
-    """Fill LISTED (smallest arriving speed or duration of a listed event) and PEAK (largest unlisted maximum), scaled."""
-    A, G, R, flat, kick, n_guards = T.A, T.G, T.R, T.flat, T.kick, T.n_guards
+    """Fill LISTED (least arriving speed or duration of a listed event) and PEAK (largest unlisted maximum), scaled."""
+    flat, kick, n_guards = T.flat, T.kick, T.n_guards
     count = nodes.shape[0]
-    ns, nx = A.shape[1], A.shape[2]
+    ns, nx = T.A.shape[1], T.A.shape[2]
     size = 1 + ns
     period = 2.0 * np.pi / flat[0]
     x = np.empty(nx)
     xp = np.empty(nx)
     f = np.empty(ns)
+    dw = np.empty(nx - ns)
+    row = np.empty(nx)
+    P = np.empty((ns, nx))
     info[LISTED], info[LISTED_AT] = np.inf, -1.0
     info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = -np.inf, -1.0, -1.0, 0.0
     for i in range(count):
@@ -334,31 +332,33 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
         for c in range(nx):
             xp[c] = x[c]
         if g >= 0:
-            field(T, before, x, f)
-            scale = 0.0
-            for c in range(ns):
-                scale += abs(G[before, g, c]) * weights[c]
-            speed = guard_rate(T, before, g, x, f) / (scale * flat[0])
             if kick[before, g] == 0 and nodes[i, DIVIDE] > 0:  # births of contacts: the duration is the smooth measure
-                previous = U[(i - 1) * size] if i > 0 else U[(count - 1) * size] - span
-                speed = tau - previous
-            if speed < info[LISTED]:
+                speed = tau - (U[(i - 1) * size] if i > 0 else U[(count - 1) * size] - span)
+            else:
+                field(T, before, x, f)
+                forcing_rate(T, x, dw)
+                guard_gradient(T, before, g, x, row)
+                speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
+            if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
-            for c in range(ns):
-                total = 0.0
-                for k in range(nx):
-                    total += R[before, g, c, k] * x[k]
-                xp[c] = total
+        reset(T, before, g, nodes[i, CLOSES], P)
+        for c in range(ns):
+            total = 0.0
+            for k in range(nx):
+                total += P[c, k] * x[k]
+            xp[c] = total
         last = i == count - 1
         nxt = 0 if last else i + 1
         s = (U[nxt * size] + (span if last else 0.0) - tau) * period
         for q in range(n_guards[after]):
-            listed = 1 if nodes[nxt, GUARD] >= 0 and nodes[nxt, GUARD] == q and nodes[nxt, BEFORE] == after else 0
+            listed = 1 if nodes[nxt, GUARD] == q and nodes[nxt, BEFORE] == after else 0
+            guard_gradient(T, after, q, xp, row)
+            scale = scale_of(row, weights)
             if last and closure[0] < 0.0:  # the segment ends with the mirror image of the first event
-                listed = 1 if nodes[0, GUARD] >= 0 and abs(guard_end(T, after, q, U, ns, closure, weights)) < 1e-6 else 0
-            scale = 0.0
-            for c in range(ns):
-                scale += abs(G[after, q, c]) * weights[c]
+                for c in range(ns):
+                    x[c] = closure[c] * U[1 + c]
+                forcing(T, (U[0] + span) * period, x)
+                listed = 1 if nodes[0, GUARD] >= 0 and abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
             value, at = segment_peak(T, after, q, xp, s, listed)
             value /= scale
             if value > info[PEAK]:
@@ -366,31 +366,13 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
 
 
 @njit
-def guard_end(T, m, g, U, ns, closure, weights):
-    """Scaled value of guard ``g`` at the mirrored first node, with which a half-period orbit closes."""
-    A, G, flat = T.A, T.G, T.flat
-    x = np.empty(A.shape[2])
-    for c in range(ns):
-        x[c] = U[1 + c]
-    forcing(T, U[0] * 2.0 * np.pi / flat[0], x)
-    total, scale = 0.0, 0.0
-    for c in range(A.shape[2]):
-        if c < ns:
-            total += G[m, g, c] * closure[c] * x[c]
-            scale += abs(G[m, g, c]) * weights[c]
-        else:
-            total += G[m, g, c] * (x[c] if c == ns else -x[c])
-    return total / scale
-
-
-@njit
-def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free, info,
-            tolerance, max_iterations):
+def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
+            info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
 
     ``U`` (n+1,) holds the unknowns and the parameter, at entry a guess; ``predicted`` (n+1,) the point whose plane
-    orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched; ``scales`` (n+1,) natural sizes.  With ``free`` = 0
-    the parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
+    orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched; ``scales`` (n+1,) natural sizes.  With ``free``
+    = 0 the parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
     """
     n = U.size - 1
     F = np.empty(n)
