@@ -3,6 +3,7 @@ import functools
 import inspect
 import re
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,12 @@ class System:
     >>> System(1.0, 0.1, 1.0, [elements.HarmonicForce(0.52), elements.RigidStop(gap=1.0)], omega=0.5)
     System(n=1, omega=0.5, elements=[harmonic_force, rigid_stop])
     """
+
+    core: Core
+    n: int  # degrees of freedom
+    elements: tuple[Element, ...]
+    _origin: tuple[Callable[..., "System"], dict] | None  # builder and its keywords
+    _scene: Any  # kept by compose.scene_of
 
     def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None):
         M, C, K = _matrix("mass", mass), _matrix("damping", damping), _matrix("stiffness", stiffness)

@@ -8,6 +8,7 @@ from ..elements import Frame, Guard, Law, Mode, Rate, Slaved
 from ..system import System
 from .tables import Tables
 
+EMPTY = np.empty((0, 0))
 RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular value are dependent
 POSITION = frozenset(("u", "one", "cos", "sin"))  # a guard of these, with u, is a surface
 
@@ -70,8 +71,8 @@ class Held(NamedTuple):
 
     owners: list  # (element, Hold) of each
     J: np.ndarray  # (holds, n)
-    solve: np.ndarray | None  # (H M^-1 D)^-1; None without holds
-    lam: np.ndarray | None  # (holds, nx) multipliers
+    solve: np.ndarray  # (holds, holds) (H M^-1 D)^-1
+    lam: np.ndarray  # (holds, nx) multipliers
     project: np.ndarray  # (n, n) accelerations that remain of free ones
 
 
@@ -94,7 +95,8 @@ class Packer:
 
     def _place(self, element) -> Placed:
         site = element.site(self.system.n)
-        return Placed(site.R, *site.rows(self.frame), self.inverse @ site.R.T)
+        U, S, rest = site.rows(self.frame)
+        return Placed(site.R, U, S, rest, self.inverse @ site.R.T)
 
     def mode(self, element: int, key: Hashable) -> Mode:
         """Return a mode of an element, made once."""
@@ -110,8 +112,8 @@ class Packer:
         name = f"{self.system.labels[element]}, mode {key!r}"
         if not isinstance(mode, Mode):
             raise ValueError(f"{name}: mode(...) returned {mode!r}; it must be a Mode")
-        if not isinstance(mode.force, Law) and len(mode.force) not in (0, rows):
-            raise ValueError(f"{name}: force has {len(mode.force)} entries; the site has {rows} rows")
+        if len(mode.entries) not in (0, rows):
+            raise ValueError(f"{name}: force has {len(mode.entries)} entries; the site has {rows} rows")
         for hold in mode.hold:
             if not 0 <= hold.row < rows or len(hold.push) != rows:
                 raise ValueError(f"{name}: {hold!r} does not fit a site of {rows} rows")
@@ -135,10 +137,9 @@ class Packer:
 
     def laws(self, all_keys: list[tuple]) -> tuple[SceneLaw, ...]:
         """Return the laws that act in any of the modes, in the order they are met."""
-        places = dict.fromkeys((e, key) for keys in all_keys for e, key in enumerate(keys)
-                               if isinstance(self.mode(e, key).force, Law))
-        return tuple(SceneLaw(e, self.system.labels[e], key, len(self.sites[e].J), self.mode(e, key).force)
-                     for e, key in places)
+        places = dict.fromkeys((e, key) for keys in all_keys for e, key in enumerate(keys))
+        return tuple(SceneLaw(e, self.system.labels[e], key, len(self.sites[e].J), law)
+                     for e, key in places if (law := self.mode(e, key).law) is not None)
 
     def _held(self, keys: tuple) -> tuple[np.ndarray, np.ndarray, list]:
         """Return held rows J (holds, n), pushes J^T push (n, holds), and the (element, hold) pairs."""
@@ -154,7 +155,8 @@ class Packer:
         flat[0] = 0.0 if self.system.omega is None else self.system.omega
         row = value = 0
         for law in laws:
-            site, values = self.sites[law.element], self.mode(law.element, law.key).force.values
+            site, own = self.sites[law.element], self.mode(law.element, law.key).law
+            values = () if own is None else own.values
             T.LU[row:row + law.rows] = site.U
             T.LS[row:row + law.rows] = site.S
             T.law[value:value + len(values)] = values
@@ -179,7 +181,7 @@ class Packer:
             if not (mode.guards or mode.hold or mode.memory):
                 continue
             own = [i for i, (owner, _) in enumerate(hold.owners) if owner == e]
-            local = {"u": site.U, "s": site.S, "lam": hold.lam[own] if own else None, "z": frame.eye[self.slices[e]]}
+            local = {"u": site.U, "s": site.S, "lam": hold.lam[own], "z": frame.eye[self.slices[e]]}
             for i in own:
                 if hold.owners[i][1].surface is not None:
                     T.S[m, i] = frame.row(hold.owners[i][1].surface, local)
@@ -204,7 +206,7 @@ class Packer:
         J, D, owners = self._held(keys)
         n = self.frame.n
         if not owners:
-            return Held(owners, J, None, None, self.frame.eye[:n, :n])
+            return Held(owners, J, EMPTY, EMPTY, self.frame.eye[:n, :n])
         free = T.A[m, n:2 * n]
         sites = [(self.sites[e], hold.row) for e, hold in owners]
         X = self.inverse @ D
@@ -229,9 +231,9 @@ class Packer:
     def _load(self, e: int, key: Hashable) -> np.ndarray | None:
         """Return the accelerations by the affine force of an element, (n, nx); None when it gives none."""
         if (e, key) not in self._loads:
-            force, site = self.mode(e, key).force, self.sites[e]
+            force, site = self.mode(e, key).entries, self.sites[e]
             load = None
-            if not isinstance(force, Law) and force:
+            if force:
                 local = {"u": site.U, "s": site.S, "z": self.frame.eye[self.slices[e]]}
                 rows = [self.frame.row(entry, local) for entry in force]
                 load = site.X * rows[0] if len(rows) == 1 else site.X @ np.array(rows)

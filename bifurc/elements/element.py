@@ -1,6 +1,5 @@
 """The protocol of an element.  Built-in elements and those of users are the same to the rest of the package."""
 import dataclasses
-import functools
 import re
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -58,7 +57,7 @@ class Element:
 
     def __post_init__(self):
         """Store fields declared as floats as finite floats; call it first when you check more."""
-        for name in _float_fields(type(self)):
+        for name in _named(type(self))[1]:
             object.__setattr__(self, name, number(type(self).__name__, name, getattr(self, name)))
 
     def site(self, n: int) -> Rows:
@@ -89,14 +88,13 @@ class Element:
     @property
     def parameters(self) -> dict[str, float]:
         """Fields that are floats, by name."""
-        return {name: getattr(self, name) for name in _float_fields(type(self))}
+        return {name: getattr(self, name) for name in _named(type(self))[1]}
 
     @property
     def structure(self) -> tuple:
         """What a change of parameters cannot change: the class and all fields that are not floats."""
-        cls = type(self)
-        floats = _float_fields(cls)
-        return (cls, *(getattr(self, name) for name in _fields(cls) if name not in floats))
+        names, floats = _named(type(self))
+        return (type(self), *(getattr(self, name) for name in names if name not in floats))
 
     def with_parameters(self, **changes) -> "Element":
         """Return a copy with some fields changed."""
@@ -104,7 +102,7 @@ class Element:
 
     def to_record(self) -> dict:
         """Return class name and fields, ready for JSON."""
-        values = {field: getattr(self, field) for field in ("label", *_fields(type(self)))}
+        values = {field: getattr(self, field) for field in ("label", *_named(type(self))[0])}
         return {"class": type(self).__name__, **values}
 
     @classmethod
@@ -113,16 +111,16 @@ class Element:
         return cls(**{name: _tupled(value) for name, value in record.items() if name != "class"})
 
 
-@functools.cache
-def _fields(cls: type) -> tuple[str, ...]:
-    """Names of the fields of a class but for the label."""
-    return tuple(field.name for field in dataclasses.fields(cls) if field.name != "label")
+_FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {}
 
 
-@functools.cache
-def _float_fields(cls: type) -> tuple[str, ...]:
-    """Names of the fields declared as floats."""
-    return tuple(field.name for field in dataclasses.fields(cls) if field.type in (float, "float"))
+def _named(cls: type) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the fields of a class but for the label, and of those declared as floats; remembered."""
+    if cls not in _FIELDS:
+        fields = dataclasses.fields(cls)
+        _FIELDS[cls] = (tuple(field.name for field in fields if field.name != "label"),
+                        tuple(field.name for field in fields if field.type in (float, "float")))
+    return _FIELDS[cls]
 
 
 def _tupled(value):

@@ -138,3 +138,13 @@ class Mode:
     hold: tuple[Hold, ...] = ()
     memory: tuple = ()
     guards: tuple[Guard, ...] = ()
+
+    @property
+    def law(self) -> Law | None:
+        """The law, when the force is not affine."""
+        return self.force if isinstance(self.force, Law) else None
+
+    @property
+    def entries(self) -> tuple:
+        """The affine force, one entry a row; empty when there is none, or a law."""
+        return () if isinstance(self.force, Law) else self.force

@@ -174,7 +174,7 @@ class Force(Element):
     def __init__(self, law: Callable, jacobian: Callable | None = None, *, site=0, odd: bool = False,
                  label: str | None = None, **parameters: float):
         where = whole("Force", "site", site, least=0) if np.ndim(site) == 0 else _tuples(np.asarray(site, float))
-        rows = 1 if np.ndim(where) < 2 else len(where)
+        rows = 1 if np.ndim(where) < 2 else np.shape(where)[0]
         for name, function in (("law", law), ("jacobian", jacobian)):
             if not callable(function) and (name == "law" or function is not None):
                 raise ValueError(f"Force: {name} = {function!r} is not allowed; it must be a function")
