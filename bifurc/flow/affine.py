@@ -213,3 +213,15 @@ def forcing_rate(T, x, dw):
         rate = harmonics[k] * flat[0]
         dw[1 + 2 * k] = -rate * x[ns + 2 + 2 * k]
         dw[2 + 2 * k] = rate * x[ns + 1 + 2 * k]
+
+
+@njit
+def state_series(T, m, i, x, a):
+    """Write the Taylor coefficients (ORDER+1,) of state ``i`` along the flow from ``x``; good up to one step."""
+    YT = T.YT
+    for j in range(ORDER + 1):
+        a[j] = 0.0
+    for c in range(YT.shape[2]):
+        r = x[c]
+        for j in range(ORDER + 1):
+            a[j] += YT[m, i, c, j] * r

@@ -1,0 +1,78 @@
+"""Equations of one event signature along one parameter, and the compiled corrector on them."""
+import numpy as np
+
+from ..compose.scene import Scene
+from . import sequence
+from .path import ParameterPath
+from .signature import Signature
+
+TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
+MAX_ITERATIONS = 14
+
+
+class Equations:
+    """Residual of an event sequence as a function of its unknowns and one parameter.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : ParameterPath
+    signature : Signature
+    weights : ndarray (ns,)
+        Natural sizes of the states.
+    parameter_scale : float
+        Natural size of the parameter.
+
+    Attributes
+    ----------
+    size : int
+        Number n of unknowns.
+    scale : ndarray (n + 1,)
+        Natural sizes of unknowns and parameter; times count in quarter periods.
+    """
+
+    def __init__(self, scene: Scene, path: ParameterPath, signature: Signature, weights: np.ndarray, parameter_scale=1.0):
+        self.scene, self.path, self.signature = scene, path, signature
+        self.weights = np.ascontiguousarray(weights, float)
+        self.size = signature.nodes.size // signature.nodes.shape[1] * (1 + scene.ns)
+        self.scale = np.append(np.tile(np.concatenate([[0.25], self.weights]), len(signature.nodes)), parameter_scale)
+        self.scale[:-1] *= np.sqrt(len(signature.nodes))
+        self.closure = signature.signs(scene.ns)
+        self.kernel = _kernel(scene)
+        self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
+                      signature.span, self.closure, self.scale, self.weights)
+
+    def correct(self, x, tangent, free: bool):
+        """Return (status, x, tangent, info): 1 converged, 0 not, -1 singular.
+
+        Parameters
+        ----------
+        x : ndarray (n + 1,)
+            Guess; not changed.
+        tangent : ndarray (n + 1,)
+            Unit, in scaled unknowns.
+        free : bool
+            Search the plane through ``x`` orthogonal to ``tangent``; False: keep the parameter.
+        """
+        U, tangent, info = x.copy(), tangent.copy(), np.zeros(sequence.INFO)
+        status = self.kernel.correct(*self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE, MAX_ITERATIONS)
+        return status, U, tangent, info
+
+    def residual(self, x) -> np.ndarray:
+        """Return the scaled residual (n,) at ``x`` (n + 1,)."""
+        F, J = np.empty(self.size), np.empty((1, 1))
+        self.numbers_at(x[-1])
+        s = self.signature
+        self.kernel.assemble(self.path.tables, s.nodes, s.fixed, s.span, self.closure, 1.0, x[:-1], self.weights, F, J, 0.0)
+        return F
+
+    def numbers_at(self, value):
+        """Return the working tables, rewritten for a parameter value."""
+        path = self.path
+        self.kernel.set_parameter(path.tables, path.index, path.series, path.low, path.high, value)
+        return path.tables
+
+
+def _kernel(scene: Scene):
+    """Return the module with the compiled corrector of a scene."""
+    return sequence

@@ -1,0 +1,169 @@
+"""Motion along an event sequence: states at given times, extrema, mean products, and the monodromy matrix.
+
+Between events a coordinate is its own Taylor series a step; maxima are roots of its slope and integrals are Gauss sums
+of 16 points a step, so both are exact to rounding.
+"""
+import numpy as np
+
+from .._jit import njit
+from ..compose.tables import ORDER
+from ..flow.affine import advance, arc, carry, field, forcing, forcing_rate, guard_gradient, state_series
+from .sequence import AFTER, BEFORE, CLOSES, GUARD, guard_rate, reset, series_maximum
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+NODES, WEIGHTS = tuple(0.5 * (NODES + 1.0)), tuple(0.5 * WEIGHTS)  # on (0, 1)
+
+
+@njit
+def start_of(T, nodes, U, i, P, x):
+    """Write the joined state just after node ``i`` into ``x`` (nx,)."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    base = i * (1 + ns)
+    y = np.empty(ns)
+    for c in range(ns):
+        x[c] = U[base + 1 + c]
+    forcing(T, U[base] * 2.0 * np.pi / T.flat[0], x)
+    reset(T, nodes[i, BEFORE], nodes[i, GUARD], nodes[i, CLOSES], P)
+    for c in range(ns):
+        total = 0.0
+        for k in range(nx):
+            total += P[c, k] * x[k]
+        y[c] = total
+    for c in range(ns):
+        x[c] = y[c]
+
+
+@njit
+def states(T, nodes, span, U, tau, out):
+    """Write the states at the sorted times ``tau`` (k,) in [tau_0, tau_0 + span) into ``out`` (k, ns); after an event on it."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    count = nodes.shape[0]
+    period = 2.0 * np.pi / T.flat[0]
+    x = np.empty(nx)
+    y = np.empty(ns)
+    P = np.empty((ns, nx))
+    i = -1
+    for k in range(tau.size):
+        while i < count - 1 and (i < 0 or tau[k] >= U[(i + 1) * (1 + ns)]):
+            i += 1
+            start_of(T, nodes, U, i, P, x)
+        advance(T, nodes[i, AFTER], x, max(tau[k] - U[i * (1 + ns)], 0.0) * period, y)
+        for c in range(ns):
+            out[k, c] = y[c]
+
+
+@njit
+def measures(T, nodes, span, U, dof, h, out):
+    """Write maximum, minimum, mean square, and cosine and sine coefficient at ``h`` omega of a coordinate into ``out`` (5,)."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    count = nodes.shape[0]
+    omega = T.flat[0]
+    period = 2.0 * np.pi / omega
+    x = np.empty(nx)
+    after = np.empty(nx)
+    a = np.empty(ORDER + 1)
+    P = np.empty((ns, nx))
+    top, low, square, cosine, sine = -np.inf, np.inf, 0.0, 0.0, 0.0
+    for i in range(count):
+        start_of(T, nodes, U, i, P, x)
+        m = nodes[i, AFTER]
+        begin = U[i * (1 + ns)]
+        s = ((U[(i + 1) * (1 + ns)] if i < count - 1 else U[0] + span) - begin) * period
+        t = 0.0
+        while t < s:
+            step = min(T.step[m], s - t)
+            state_series(T, m, dof, x, a)
+            top, low = max(top, a[0]), min(low, a[0])
+            top = max(top, series_maximum(a, step)[0])
+            for j in range(ORDER + 1):
+                a[j] = -a[j]
+            low = min(low, -series_maximum(a, step)[0])
+            for j in range(ORDER + 1):
+                a[j] = -a[j]
+            for k in range(len(NODES)):
+                at = NODES[k] * step
+                q = 0.0
+                for j in range(ORDER, -1, -1):
+                    q = q * at + a[j]
+                angle = h * (2.0 * np.pi * begin + omega * (t + at))
+                square += WEIGHTS[k] * step * q * q
+                cosine += WEIGHTS[k] * step * q * np.cos(angle)
+                sine += WEIGHTS[k] * step * q * np.sin(angle)
+            carry(T, m, x, step, after)
+            for c in range(nx):
+                x[c] = after[c]
+            t += step
+        top, low = max(top, x[dof]), min(low, x[dof])
+    whole = span * period
+    factor = 1.0 if h == 0.0 else 2.0
+    out[0], out[1], out[2] = top, low, square / whole
+    out[3], out[4] = factor * cosine / whole, factor * sine / whole
+
+
+@njit
+def monodromy(T, nodes, span, U, M, found):
+    """Write the derivative of the period map at node 0 into ``M`` (ns, ns).
+
+    Product of arcs and saltation matrices S = R_y + (f+ - R_y f- - R_t) h_y / (h_y f- + h_t).  ``found`` (2,) receives the
+    sum of log|det S| and the least scaled arriving rate h_y f- + h_t.
+    """
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    count = nodes.shape[0]
+    period = 2.0 * np.pi / T.flat[0]
+    x = np.empty(nx)
+    f = np.empty(ns)
+    fp = np.empty(ns)
+    dw = np.empty(nx - ns)
+    row = np.empty(nx)
+    y = np.empty(ns)
+    P = np.empty((ns, nx))
+    S = np.empty((ns, ns))
+    Phi = np.empty((ns, ns))
+    scratch = np.empty((ns, ns))
+    found[0], found[1] = 0.0, np.inf
+    for i in range(ns):
+        for c in range(ns):
+            M[i, c] = 1.0 if i == c else 0.0
+    for i in range(count):
+        base = i * (1 + ns)
+        before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
+        if g >= 0:
+            for c in range(ns):
+                x[c] = U[base + 1 + c]
+            forcing(T, U[base] * period, x)
+            field(T, before, x, f)
+            forcing_rate(T, x, dw)
+            guard_gradient(T, before, g, x, row)
+            rate = guard_rate(row, f, dw)
+            found[1] = min(found[1], rate)
+        start_of(T, nodes, U, i, P, x)
+        if g >= 0:
+            field(T, after, x, fp)
+            for c in range(ns):
+                jump = fp[c]
+                for k in range(ns):
+                    jump -= P[c, k] * f[k]
+                for k in range(1, nx - ns):
+                    jump -= P[c, ns + k] * dw[k]
+                for k in range(ns):
+                    S[c, k] = P[c, k] + jump * row[k] / rate
+            for c in range(ns):
+                for k in range(ns):
+                    total = 0.0
+                    for q in range(ns):
+                        total += S[c, q] * M[q, k]
+                    scratch[c, k] = total
+            for c in range(ns):
+                for k in range(ns):
+                    M[c, k] = scratch[c, k]
+        s = ((U[(i + 1) * (1 + ns)] if i < count - 1 else U[0] + span) - U[base]) * period
+        arc(T, after, x, s, y, Phi)
+        for c in range(ns):
+            for k in range(ns):
+                total = 0.0
+                for q in range(ns):
+                    total += Phi[c, q] * M[q, k]
+                scratch[c, k] = total
+        for c in range(ns):
+            for k in range(ns):
+                M[c, k] = scratch[c, k]
