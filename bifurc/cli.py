@@ -41,7 +41,7 @@ _STORIES = {
 }
 
 
-class UsageError(ValueError):
+class UsageError(argparse.ArgumentTypeError, ValueError):
     """A request that cannot be met; the message is shown in one line."""
 
 
@@ -324,7 +324,7 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"a finite number is needed, got {text!r}")
+        raise UsageError(f"a finite number is needed, got {text!r}")
     return value
 
 
@@ -340,3 +340,7 @@ def _complex(value: complex) -> str:
 
 def _say_saved(path: Path) -> None:
     print(f"picture: {path}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,247 @@
+"""The command line: one-line errors, what is followed and printed, and the whole default job."""
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc import cli, io
+from tests.plotting import fakes
+
+
+def said(capsys, *arguments):
+    """Run the program; return its code, output and error lines."""
+    code = cli.main(arguments)
+    streams = capsys.readouterr()
+    return code, streams.out, streams.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["trace", "pendulum"], ["'pendulum'", "impact_oscillator", "duffing_oscillator"]),
+        (["trace"], ["SYSTEM", "--help"]),
+        ([], ["COMMAND"]),
+        (["follow", "impact_oscillator"], ["'follow'"]),
+        (["trace", "impact_oscillator", "--set", "omega"], ["NAME=VALUE", "'omega'"]),
+        (["trace", "impact_oscillator", "--set", "omega=fast"], ["omega", "float", "'fast'"]),
+        (["trace", "impact_oscillator", "--set", "mass=1"], ["'mass'", "zeta, omega, amplitude"]),
+        (["trace", "impact_oscillator", "--set", "restitution=1.5"], ["restitution", "1.5"]),
+        (["trace", "impact_oscillator", "--set", "omega=nan"], ["omega", "nan"]),
+        (["trace", "impact_oscillator", "--parameter", "mass"], ["'mass'", "zeta, omega, amplitude"]),
+        (["trace", "impact_oscillator", "--bounds", "1", "x"], ["--bounds", "'x'"]),
+        (["trace", "impact_oscillator", "--bounds", "1", "inf"], ["--bounds", "'inf'"]),
+        (["trace", "impact_oscillator", "--format", "docx"], ["--format", "png"]),
+        (["trace", "impact_oscillator", "--set", "gap=0", "--parameter", "gap"], ["--bounds", "gap"]),
+        (["trace", "moving_frame_impact_oscillator", "--parameter", "damper"], ["damper"]),
+        (["basins", "impact_oscillator", "--cells", "1"], ["--cells", "1"]),
+        (["basins", "impact_oscillator", "--window", "q0", "-1", "1"], ["--window", "twice"]),
+        (["basins", "impact_oscillator", "--window", "q0", "a", "1", "--window", "v0", "-1", "1"], ["'a'"]),
+        (["info", "pendulum"], ["'pendulum'"]),
+    ],
+)
+def test_bad_requests_are_answered_in_one_line_with_code_2(capsys, tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = said(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("bifurc: error: ")
+    assert err.count("\n") == 1
+    for word in words:
+        assert word in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_info_lists_versions_folder_and_systems(capsys):
+    code, out, _ = said(capsys, "info")
+    assert code == 0
+    assert f"bifurc {bf.__version__}" in out
+    for word in ("numpy", "numba", "compiled kernels: ", *bf.systems.__all__):
+        assert word in out
+
+
+@pytest.mark.parametrize("name", bf.systems.__all__)
+def test_info_tells_equation_and_defaults(capsys, name):
+    code, out, _ = said(capsys, "info", name.replace("_", "-"))
+    assert code == 0
+    for parameter, value in getattr(bf.systems, name)().parameters.items():
+        assert f"--set {parameter}={value}" in out
+
+
+@pytest.mark.parametrize("name", bf.systems.__all__)
+def test_every_system_has_a_story_that_it_can_tell(name):
+    story = cli._STORIES[name]
+    system = getattr(bf.systems, name)()
+    assert story.bounds[0] < story.bounds[1]
+    for value in story.bounds:
+        system.with_parameters(**{story.parameter: value})
+    system.with_parameters(**story.basin)
+    assert len(story.window) == 2
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"bifurc {bf.__version__}\n"
+
+
+class StandInBranch(fakes.FakeBranch):
+    """A branch of stand-in orbits, one a row, that knows why it stopped."""
+
+    stop_reason = "bounds"
+
+    def __init__(self, rows, points, orbits):
+        super().__init__(rows, points)
+        self.orbits = orbits
+
+    def save(self, path):
+        io.write(path, {"kind": "branch"}, self.columns)
+
+
+def stand_in_branch(offset, points=()):
+    x = np.linspace(0.5, 2.0, 4)
+    rows = {"s": x, "omega": x, "rms_0": x + offset, "n_events": np.zeros(4, int), "stable": np.ones(4)}
+    return StandInBranch(rows, list(points), [stand_in_orbit(value, value + offset) for value in x])
+
+
+def stand_in_orbit(omega, state, periods=1):
+    return SimpleNamespace(parameters={"omega": omega}, state=np.array([state, 0.0]), events=(), periods=periods,
+                           system=SimpleNamespace(omega=omega), success=True)
+
+
+@pytest.fixture
+def layers(monkeypatch):
+    """Stand-ins for tracing: lines rms = omega + offset; a grazing offers known lines again and a longer period."""
+    traced = []
+
+    def trace(orbit, parameter, bounds, progress, **options):
+        offset = round(orbit.state[0] - orbit.parameters["omega"], 12)
+        traced.append((offset, options))
+        point = SimpleNamespace(kind="grazing", parameter=1.0 + offset, s=1.0 + offset, error=1e-14)
+        return stand_in_branch(offset, [point] if offset < 0.3 else [])
+
+    def switch_branch(point):
+        return [stand_in_orbit(1.1, state) for state in (1.1, 1.4, 1.2)] + [stand_in_orbit(1.1, 2.0, periods=2)]
+
+    def find_orbit(system, guess=None, periods=1):
+        if guess is None:
+            return stand_in_orbit(0.5, 0.5)
+        offset = guess.state[0] - guess.parameters["omega"]
+        return stand_in_orbit(system.omega, system.omega + offset)
+
+    for function in (trace, switch_branch, find_orbit):
+        monkeypatch.setattr(bf, function.__name__, function)
+    return traced
+
+
+def test_each_branch_is_followed_once_and_longer_periods_are_left(layers):
+    branches = list(cli.follow(stand_in_orbit(0.5, 0.5), "omega", (0.5, 2.0), ds_max=0.1))
+    assert [offset for offset, _ in layers] == [0.0, 0.3, 0.1]
+    assert all(options == {"ds_max": 0.1} for _, options in layers)
+    assert len(branches) == 3
+    table = cli.special_point_table("omega", branches)
+    assert table.splitlines()[2:] == [
+        "grazing                 1.000000000000       1.0e-14       1",
+        "grazing                 1.100000000000       1.0e-14       3",
+    ]
+    assert cli.special_point_table("omega", []) == "no special points"
+
+
+def test_a_point_where_two_branches_meet_is_listed_once():
+    points = [[SimpleNamespace(kind="grazing", parameter=value, error=0.0)] for value in (1.0, 1.0 + 1e-12, 1.0 + 1e-6)]
+    table = cli.special_point_table("omega", [SimpleNamespace(special_points=some) for some in points])
+    assert len(table.splitlines()) == 4
+
+
+def test_trace_saves_every_branch_and_the_picture(layers, capsys, tmp_path):
+    code, out, _ = said(capsys, "trace", "impact_oscillator", "--no-basins", "--quiet", "--out", str(tmp_path))
+    assert code == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {f"impact_oscillator_omega_{k}.npz" for k in (1, 2, 3)} | {"impact_oscillator_omega.png"}
+    assert "omega from 0.5 to 2" in out
+    assert "branch 3: 4 orbits, bounds" in out
+
+
+def test_an_interrupt_keeps_the_finished_branches_and_draws_them(layers, capsys, tmp_path, monkeypatch):
+    trace = bf.trace
+
+    def interrupted(*arguments, **options):
+        branch = trace(*arguments, **options)
+        if len(layers) == 2:
+            branch.stop_reason = "interrupted"
+        return branch
+
+    monkeypatch.setattr(bf, "trace", interrupted)
+    code, _, err = said(capsys, "trace", "impact_oscillator", "--quiet", "--out", str(tmp_path))
+    assert code == 130
+    assert err == "bifurc: interrupted; what was finished is on disk\n"
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "impact_oscillator_omega_1.npz", "impact_oscillator_omega_2.npz", "impact_oscillator_omega.png"}
+
+
+def test_no_orbit_to_start_from_is_said(capsys, tmp_path, monkeypatch):
+    failed = SimpleNamespace(success=False, message="the motion did not settle; try more periods")
+    monkeypatch.setattr(bf, "find_orbit", lambda system, periods: failed)
+    code, _, err = said(capsys, "trace", "impact_oscillator", "--out", str(tmp_path))
+    assert code == 2
+    assert err == "bifurc: error: no orbit to start from: the motion did not settle; try more periods\n"
+
+
+def test_basin_command_prints_fractions_and_noise_and_draws(capsys, tmp_path, monkeypatch):
+    asked = {}
+
+    def basins_of_attraction(system, grid, workers, progress):
+        asked.update(system=system, workers=workers)
+        result = fakes.basins()
+        for attractor in result.attractors:
+            attractor.multipliers = np.array([0.5 + 0.25j, 0.5 - 0.25j])
+        result.save = lambda path: io.write(path, {"kind": "basins"}, {"labels": result.labels})
+        return result
+
+    monkeypatch.setattr(bf, "basins_of_attraction", basins_of_attraction)
+    monkeypatch.setattr(bf, "Grid", lambda **axes: asked.update(axes))
+    code, out, _ = said(capsys, "basins", "impact_oscillator", "--window", "q0", "-2", "1", "--window", "v0", "-3", "3",
+                        "--cells", "50", "--workers", "1", "--out", str(tmp_path))
+    assert code == 0
+    assert (asked["q0"], asked["v0"], asked["workers"]) == ((-2.0, 1.0, 50), (-3.0, 3.0, 50), 1)
+    assert asked["system"].parameters["omega"] == 1.4
+    assert "period 1, 1 impact" in out
+    assert "0.500000+0.250000i, 0.500000-0.250000i" in out
+    assert "untrustworthy labels: 3.0e-16" in out
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "impact_oscillator_basins.npz", "impact_oscillator_basins.png", "impact_oscillator_motions.png"}
+
+
+# points of the default branch in closed form: omega^2 = (1 - 2 zeta^2) -+ sqrt((1 - 2 zeta^2)^2 - 1 + (F/gap)^2), and
+# the one-impact orbits' trace of the monodromy, which is affine in 1 / impact speed
+DEFAULT_POINTS = {"grazing": (0.696191, 1.226914), "period doubling": (0.710690, 0.824134, 0.923529),
+                  "fold": (1.527621,)}
+
+
+def test_the_default_job(capsys, tmp_path):
+    code, out, err = said(capsys, "trace", "impact_oscillator", "--cells", "60", "--quiet", "--out", str(tmp_path))
+    assert (code, err) == (0, "")
+    found: dict[str, list[float]] = {}
+    for line in out.splitlines():
+        for kind in ("grazing", "period doubling", "fold", "branch point", "neimark sacker"):
+            if line.startswith(kind + " "):
+                found.setdefault(kind, []).append(float(line[len(kind):].split()[0]))
+    assert set(found) == set(DEFAULT_POINTS)
+    for kind, values in DEFAULT_POINTS.items():
+        np.testing.assert_allclose(sorted(found[kind]), values, rtol=0, atol=6e-7)
+    for name in ("omega.png", "basins.png", "motions.png"):
+        picture = matplotlib.image.imread(tmp_path / f"impact_oscillator_{name}")
+        assert picture.shape[1] >= 1800
+        assert picture[..., :3].std() > 0.05
+    branch = bf.load(tmp_path / "impact_oscillator_omega_1.npz")
+    assert branch.parameter == "omega"
+    assert bf.load(tmp_path / "impact_oscillator_basins.npz").labels.shape == (60, 60)
+
+
+def test_the_program_is_installed():
+    done = subprocess.run([sys.executable, "-m", "bifurc.cli", "info", "pendulum"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("bifurc: error: ")
