@@ -1,5 +1,6 @@
 """Effects a system is made of, and the protocol to write new ones: see `Element`."""
 from . import local
+from .atrow import AtRow
 from .element import ALWAYS, Element
 from .forcing import BaseMotion, ConstantForce, HarmonicForce
 from .kinds import EventKind
@@ -7,11 +8,12 @@ from .local import Affine, Core, Frame
 from .mode import Guard, Hold, Kick, Law, Mode, Rate, Restitution, Slaved
 from .site import Rows
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
-from .stops import ElasticStop, RigidStop
+from .stops import ElasticStop, RigidStop, Wall
 
-__all__ = ["ALWAYS", "Affine", "BaseMotion", "ConstantForce", "Core", "CubicSpring", "ElasticStop", "Element",
-           "EventKind", "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Kick", "Law", "LinearSpring", "Mode",
-           "PolynomialSpring", "Rate", "Restitution", "RigidStop", "Rows", "Slaved", "local"]
+__all__ = ["ALWAYS", "Affine", "AtRow", "BaseMotion", "ConstantForce", "Core", "CubicSpring", "ElasticStop", "Element",
+           "EventKind", "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Kick", "Law", "LinearSpring",
+           "Mode", "PolynomialSpring", "Rate", "Restitution", "RigidStop", "Rows", "Slaved", "Wall",
+           "local"]
 
 BUILT_IN = {cls.__name__: cls for cls in (BaseMotion, ConstantForce, CubicSpring, ElasticStop, Force, HarmonicForce,
                                           LinearSpring, PolynomialSpring, RigidStop)}

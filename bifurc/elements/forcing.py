@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .atrow import AtRow
 from .checks import choice, vector, whole
 from .element import Element
 from .local import affine, rate, wave
@@ -12,7 +13,7 @@ from .site import Rows
 
 
 @dataclass(frozen=True)
-class HarmonicForce(Element):
+class HarmonicForce(AtRow):
     """Force amplitude cos(harmonic omega t + phase) on one degree of freedom, or spread over several.
 
     Parameters
@@ -23,31 +24,22 @@ class HarmonicForce(Element):
         Multiple of the excitation frequency, at least 1.
     phase : float
         Radians.
-    dof : int
-        Degree of freedom it acts on.
-    row : sequence of float, optional
-        Instead of `dof`: the load vector, n factors.
+    dof, row
+        Where it acts, see `AtRow`.
     """
 
     amplitude: float = 1.0
     harmonic: int = 1
     phase: float = 0.0
-    dof: int = 0
-    row: tuple[float, ...] | None = None
 
     def __post_init__(self):
         super().__post_init__()
         object.__setattr__(self, "harmonic", whole(type(self).__name__, "harmonic", self.harmonic, least=1))
-        set_place(self)
 
     @property
     def harmonics(self):
         """The one harmonic."""
         return (self.harmonic,)
-
-    def site(self, n):
-        """Return the row it acts on."""
-        return Rows.of(self.dof if self.row is None else self.row, n)
 
     def mode(self, key, core):
         """Return the only mode."""
@@ -59,30 +51,18 @@ class HarmonicForce(Element):
 
 
 @dataclass(frozen=True)
-class ConstantForce(Element):
+class ConstantForce(AtRow):
     """Constant force on one degree of freedom, or spread over several.
 
     Parameters
     ----------
     force : float
         In the units of the equations of motion.
-    dof : int
-        Degree of freedom it acts on.
-    row : sequence of float, optional
-        Instead of `dof`: the load vector, n factors.
+    dof, row
+        Where it acts, see `AtRow`.
     """
 
     force: float = 1.0
-    dof: int = 0
-    row: tuple[float, ...] | None = None
-
-    def __post_init__(self):
-        super().__post_init__()
-        set_place(self)
-
-    def site(self, n):
-        """Return the row it acts on."""
-        return Rows.of(self.dof if self.row is None else self.row, n)
 
     def mode(self, key, core):
         """Return the only mode."""
@@ -155,11 +135,3 @@ class BaseMotion(Element):
     def mirrored(self):
         """Odd harmonics are their own image; even ones change sign."""
         return self if self.harmonic % 2 else dataclasses.replace(self, amplitude=0.0 - self.amplitude)
-
-
-def set_place(element) -> None:
-    """Check and normalise the fields `dof` and `row` of an element under construction."""
-    name = type(element).__name__
-    object.__setattr__(element, "dof", whole(name, "dof", element.dof, least=0))
-    if element.row is not None:
-        object.__setattr__(element, "row", vector(name, "row", element.row))

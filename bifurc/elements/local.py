@@ -120,7 +120,7 @@ def wave(amplitude: float, harmonic: int = 1, phase: float = 0.0) -> Affine:
 
 def rate(wave_: Affine, omega: float) -> Affine:
     """Time derivative of an expression in harmonics and constants."""
-    terms = {}
+    terms: dict = {}
     for (name, k), weight in wave_.terms.items():
         if name == "cos":
             terms["sin", k] = terms.get(("sin", k), 0.0) - k * omega * weight
@@ -154,8 +154,9 @@ class Frame:
         self.eye = np.eye(self.nx)
         for i, k in enumerate(harmonics):
             c = 1 + 2 * i
-            self.W[c, c + 1] = -k * omega
-            self.W[c + 1, c] = k * omega
+            turn = 0.0 if omega is None else k * omega
+            self.W[c, c + 1] = -turn
+            self.W[c + 1, c] = turn
             self.columns["cos", k] = self.ns + c
             self.columns["sin", k] = self.ns + c + 1
 
@@ -169,6 +170,7 @@ class Frame:
             Rows, shape (., nx), of the names "u", "s", "z", "lam" that may occur.
         """
         row = np.zeros(self.nx)
+        rows: dict = local or {}
         for key, weight in affine(expression).terms.items():
             column = self.columns.get(key)
             if column is not None:
@@ -176,8 +178,8 @@ class Frame:
             else:
                 name, index = key
                 try:
-                    row += weight * local[name][index]
-                except (TypeError, KeyError, IndexError):
+                    row += weight * rows[name][index]
+                except (KeyError, IndexError):
                     raise ValueError(f"the expression {expression!r} uses {name}({index}), which is not there; "
                                      f"harmonics must be listed in `harmonics` of the element") from None
         return row

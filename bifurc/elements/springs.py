@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .atrow import AtRow
 from .checks import number, vector, whole
 from .element import Element
-from .forcing import set_place
 from .local import s, u
 from .mode import Law, Mode
 from .site import Rows
 
 
 @dataclass(frozen=True)
-class LinearSpring(Element):
+class LinearSpring(AtRow):
     """Linear spring and dashpot along a row: force -(stiffness u + damping s).
 
     Parameters
@@ -24,24 +24,12 @@ class LinearSpring(Element):
         Force per length.
     damping : float
         Force per speed.
-    dof : int
-        Degree of freedom it acts on.
-    row : sequence of float, optional
-        Instead of `dof`: u = row . q; (1, -1) joins two coordinates.
+    dof, row
+        Where it acts, see `AtRow`.
     """
 
     stiffness: float = 1.0
     damping: float = 0.0
-    dof: int = 0
-    row: tuple[float, ...] | None = None
-
-    def __post_init__(self):
-        super().__post_init__()
-        set_place(self)
-
-    def site(self, n):
-        """Return the row it acts on."""
-        return Rows.of(self.dof if self.row is None else self.row, n)
 
     def mode(self, key, core):
         """Return the only mode."""
@@ -63,30 +51,18 @@ def cubic_slope(u, s, beta):
 
 
 @dataclass(frozen=True)
-class CubicSpring(Element):
+class CubicSpring(AtRow):
     """Cubic spring: force -beta u^3.
 
     Parameters
     ----------
     beta : float
         Force per cubed length; negative softens.
-    dof : int
-        Degree of freedom it acts on.
-    row : sequence of float, optional
-        Instead of `dof`: u = row . q.
+    dof, row
+        Where it acts, see `AtRow`.
     """
 
     beta: float = 1.0
-    dof: int = 0
-    row: tuple[float, ...] | None = None
-
-    def __post_init__(self):
-        super().__post_init__()
-        set_place(self)
-
-    def site(self, n):
-        """Return the row it acts on."""
-        return Rows.of(self.dof if self.row is None else self.row, n)
 
     def mode(self, key, core):
         """Return the only mode."""
@@ -108,33 +84,21 @@ def polynomial_slope(u, s, c2, c3, c4, c5):
 
 
 @dataclass(frozen=True)
-class PolynomialSpring(Element):
+class PolynomialSpring(AtRow):
     """Polynomial spring: force -(c2 u^2 + c3 u^3 + c4 u^4 + c5 u^5); the linear part belongs to the stiffness matrix.
 
     Parameters
     ----------
     c2, c3, c4, c5 : float
         Force per power of length.
-    dof : int
-        Degree of freedom it acts on.
-    row : sequence of float, optional
-        Instead of `dof`: u = row . q.
+    dof, row
+        Where it acts, see `AtRow`.
     """
 
     c2: float = 0.0
     c3: float = 1.0
     c4: float = 0.0
     c5: float = 0.0
-    dof: int = 0
-    row: tuple[float, ...] | None = None
-
-    def __post_init__(self):
-        super().__post_init__()
-        set_place(self)
-
-    def site(self, n):
-        """Return the row it acts on."""
-        return Rows.of(self.dof if self.row is None else self.row, n)
 
     def mode(self, key, core):
         """Return the only mode."""

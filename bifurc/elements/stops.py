@@ -2,19 +2,66 @@
 import dataclasses
 from dataclasses import dataclass
 
+from .atrow import AtRow
 from .checks import choice, number, whole
-from .element import Element
-from .forcing import set_place
 from .kinds import EventKind
 from .local import lam, s, u, wave
 from .mode import Guard, Hold, Mode, Restitution
-from .site import Rows
 
 FREE, REST, CONTACT, PARTING = "free", "rest", "contact", "parting"
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wall(AtRow):
+    """Something on one side of a row, that may move.
+
+    Parameters
+    ----------
+    side : {1, -1}
+        +1: the wall is above, -1: below.  Gaps are measured in this direction.
+    amplitude, phase : float
+        The wall moves as amplitude cos(harmonic omega t + phase); length, radians.
+    harmonic : int
+        Multiple of the excitation frequency; 0: the wall stands still, and amplitude and phase are no parameters.
+    dof, row
+        What hits, see `AtRow`.
+    """
+
+    side: int = 1
+    amplitude: float = 0.0
+    phase: float = 0.0
+    harmonic: int = 0
+
+    def __post_init__(self):
+        super().__post_init__()
+        name = type(self).__name__
+        object.__setattr__(self, "side", int(choice(name, "side", self.side, (1, -1))))
+        object.__setattr__(self, "harmonic", whole(name, "harmonic", self.harmonic, least=0))
+        if self.harmonic == 0 and (self.amplitude != 0.0 or self.phase != 0.0):
+            moved = "amplitude" if self.amplitude != 0.0 else "phase"
+            raise ValueError(f"{name}: {moved} = {getattr(self, moved)!r} is not allowed with harmonic = 0; "
+                             "a moving wall needs the harmonic it moves with, at least 1")
+
+    @property
+    def parameters(self):
+        """Fields that are floats; amplitude and phase only of a wall that moves."""
+        values = super().parameters
+        return values if self.harmonic else {k: v for k, v in values.items() if k not in ("amplitude", "phase")}
+
+    def site(self, n):
+        """Return the row, seen from the wall."""
+        site = super().site(n)
+        motion = (-wave(self.amplitude, self.harmonic, self.phase),) if self.harmonic else ()
+        return dataclasses.replace(site, base=motion)
+
+    def mirrored(self):
+        """The wall on the other side; even motions are turned round."""
+        amplitude = self.amplitude if self.harmonic % 2 else 0.0 - self.amplitude
+        return dataclasses.replace(self, side=-self.side, amplitude=amplitude)
+
+
 @dataclass(frozen=True)
-class RigidStop(Element):
+class RigidStop(Wall):
     """Rigid wall at a distance: side u <= gap, restitution s+ = -r s- in the speed relative to the wall.
 
     Modes: "free", and "rest" while the wall pushes back.
@@ -25,37 +72,18 @@ class RigidStop(Element):
         Distance of the wall in the direction of `side`, length; zero and negative (preloaded) allowed.
     restitution : float
         r, from 0 (plastic) to 1 (elastic).
-    side : {1, -1}
-        +1: u <= gap; -1: u >= -gap.
-    dof : int
-        Degree of freedom that hits.
-    row : sequence of float, optional
-        Instead of `dof`: u = row . q.
-    amplitude, phase : float
-        The wall itself moves as amplitude cos(harmonic omega t + phase); length, radians.
-    harmonic : int
-        Multiple of the excitation frequency; 0: the wall stands still (and `amplitude` must be 0).
+    side, amplitude, phase, harmonic, dof, row
+        Side, motion and place of the wall, see `Wall`; +1: u <= gap, -1: u >= -gap.
     """
 
     gap: float = 1.0
     restitution: float = 0.7
-    side: int = 1
-    dof: int = 0
-    row: tuple[float, ...] | None = None
-    amplitude: float = 0.0
-    phase: float = 0.0
-    harmonic: int = 0
 
     start = (FREE, REST)
 
     def __post_init__(self):
         super().__post_init__()
         number(type(self).__name__, "restitution", self.restitution, least=0.0, most=1.0)
-        set_wall(self)
-
-    def site(self, n):
-        """Return the row that hits, seen from the wall."""
-        return wall_site(self, n)
 
     def mode(self, key, core):
         """Return "free" or "rest"."""
@@ -67,13 +95,9 @@ class RigidStop(Element):
         push = Hold(0, (1.0,), depth)
         return Mode(hold=(push,), guards=(Guard(self.side * lam(0), EventKind.RELEASE, (FREE,)),))
 
-    def mirrored(self):
-        """The wall on the other side."""
-        return mirrored_wall(self)
-
 
 @dataclass(frozen=True)
-class ElasticStop(Element):
+class ElasticStop(Wall):
     """Spring, and optionally a dashpot, that act beyond a gap: force stiffness d + damping d', d = side u - gap > 0.
 
     Modes: "free", "contact", and with ``release="force"`` "parting": let go, but not yet back behind the gap.
@@ -88,22 +112,14 @@ class ElasticStop(Element):
         Force per speed, in contact only.
     release : {"penetration", "force"}
         Contact ends at zero penetration (the dashpot may pull), or at zero contact force.
-    side : {1, -1}
-        +1: acts for u > gap; -1: for u < -gap.
-    dof, row, amplitude, phase, harmonic
-        As for `RigidStop`.
+    side, amplitude, phase, harmonic, dof, row
+        Side, motion and place of the stop, see `Wall`; +1: acts for u > gap, -1: for u < -gap.
     """
 
     gap: float = 1.0
     stiffness: float = 4.0
     damping: float = 0.0
     release: str = "penetration"
-    side: int = 1
-    dof: int = 0
-    row: tuple[float, ...] | None = None
-    amplitude: float = 0.0
-    phase: float = 0.0
-    harmonic: int = 0
 
     def __post_init__(self):
         super().__post_init__()
@@ -111,16 +127,11 @@ class ElasticStop(Element):
         choice(name, "release", self.release, ("penetration", "force"))
         number(name, "stiffness", self.stiffness, above=0.0 if self.release == "force" else None)
         number(name, "damping", self.damping, least=0.0)
-        set_wall(self)
 
     @property
     def start(self):
         """Keys of a start."""
         return (FREE, CONTACT) if self.release == "penetration" else (FREE, CONTACT, PARTING)
-
-    def site(self, n):
-        """Return the row that touches, seen from the stop."""
-        return wall_site(self, n)
 
     def mode(self, key, core):
         """Return "free", "contact" or "parting"."""
@@ -134,32 +145,3 @@ class ElasticStop(Element):
             return Mode(force=(-self.side * force,), guards=(Guard(-force, EventKind.SEPARATION, (FREE, PARTING)),))
         return Mode(guards=(Guard(-depth, EventKind.SEPARATION, (FREE,), silent=True),
                             Guard(force, EventKind.CONTACT, (CONTACT,))))
-
-    def mirrored(self):
-        """The stop on the other side."""
-        return mirrored_wall(self)
-
-
-def set_wall(element) -> None:
-    """Check and normalise side, place and motion of a wall under construction."""
-    name = type(element).__name__
-    object.__setattr__(element, "side", int(choice(name, "side", element.side, (1, -1))))
-    set_place(element)
-    object.__setattr__(element, "harmonic", whole(name, "harmonic", element.harmonic, least=0))
-    if element.harmonic == 0 and element.amplitude != 0.0:
-        raise ValueError(f"{name}: amplitude = {element.amplitude!r} is not allowed with harmonic = 0; "
-                         "a moving wall needs the harmonic it moves with, at least 1")
-
-
-def wall_site(element, n: int) -> Rows:
-    """Return the row of an element, seen from its wall."""
-    where = element.dof if element.row is None else element.row
-    if element.harmonic == 0:
-        return Rows.of(where, n)
-    return Rows.of(where, n, base=(-wave(element.amplitude, element.harmonic, element.phase),))
-
-
-def mirrored_wall(element):
-    """Return the wall seen after u -> -u and half a period: the other side, even motions turned round."""
-    amplitude = element.amplitude if element.harmonic % 2 else 0.0 - element.amplitude
-    return dataclasses.replace(element, side=-element.side, amplitude=amplitude)

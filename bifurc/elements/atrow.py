@@ -1,0 +1,32 @@
+"""Elements that act along one row: a degree of freedom, or a combination of several."""
+from dataclasses import dataclass
+
+from .checks import vector, whole
+from .element import Element
+from .site import Rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtRow(Element):
+    """An element on one row of the system.
+
+    Parameters
+    ----------
+    dof : int
+        Degree of freedom it acts on, from 0.
+    row : sequence of float, optional
+        Instead of `dof`: u = row . q, n factors; (1, -1) is the distance of two coordinates.  Forces act along it.
+    """
+
+    dof: int = 0
+    row: tuple[float, ...] | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        object.__setattr__(self, "dof", whole(type(self).__name__, "dof", self.dof, least=0))
+        if self.row is not None:
+            object.__setattr__(self, "row", vector(type(self).__name__, "row", self.row))
+
+    def site(self, n):
+        """Return the row it acts on."""
+        return Rows.of(self.dof if self.row is None else self.row, n)
