@@ -85,11 +85,7 @@ def section_points(attractor: Any) -> np.ndarray:
     """Return the states of an attractor at phase 0, one row a forcing period."""
     if hasattr(attractor, "points"):
         return np.atleast_2d(attractor.points)
-    if attractor.periods == 1:
-        return np.atleast_2d(attractor.state)
-    t, y = attractor.sample(attractor.periods * 512 + 1)
-    phase = (t - t[0]) / (attractor.period / attractor.periods)
-    return np.array([y[np.argmin(abs(phase - k))] for k in range(attractor.periods)])
+    return attractor.sample(attractor.periods + 1)[1][:-1]
 
 
 def _states(attractor: Any) -> int:
