@@ -3,16 +3,18 @@ import numpy as np
 
 from .._jit import njit
 
+DOFS = 0  # degrees of freedom; 0: as the tables say
+ROWS = 0  # rows of all laws
 FIRST = np.zeros(1, np.int64)  # first row of the law that owns a row
 COUNT = np.zeros(1, np.int64)  # number of rows of that law
 WIDTH = 1  # largest number of rows of one law
 
 
 @njit
-def forces(T, m, u, s, f):
-    """Write the force of every law row at the nodes: ``u``, ``s`` and ``f`` are (rows, nodes)."""
+def forces(law, acts, m, nodes, local):
+    """Write the forces ``local[2]`` (rows, nodes) of all laws from coordinates ``local[0]`` and speeds ``local[1]``."""
 
 
 @njit
-def slopes(T, m, u, s, f, fu, fs):
-    """Write force and derivatives ``fu``, ``fs`` (rows, WIDTH, nodes) in the coordinates and speeds of the law's own rows."""
+def slopes(law, acts, m, h, local, slope):
+    """Write derivatives ``slope`` (2, rows, WIDTH, NODES) of the forces by coordinates and speeds of the own rows."""

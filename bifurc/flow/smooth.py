@@ -8,163 +8,156 @@ iteration, linear) and a polynomial of every guard over the whole step.
 This module is a template: the written module of a scene (`bifurc.compose.writer`) is this text with the law functions
 of that scene in the place of `nolaw`.  As it stands it integrates affine scenes, which the tests use.
 """
-from typing import NamedTuple
-
 import numpy as np
 
 from .._jit import njit
 from ..compose.tables import TURN
-from .affine import forcing
 from .gauss import C, DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS
-from .nolaw import COUNT, FIRST, WIDTH, forces, slopes
+from .nolaw import COUNT, DOFS, FIRST, ROWS, WIDTH, forces, slopes
 
+ENGINE = ("field", "advance", "arc")  # what replaces the affine functions of the same names in other templates
 ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
-LONGEST = 2.0  # largest first step, in units of the Taylor tables' step
+FIRST_STEP = 1.0  # in units of the Taylor tables' step
 DEFECT = 1e-7  # aimed at: the interpolated acceleration against the true one at the ends; the state errs like its square
 WORST = 30.0  # times DEFECT is still accepted
 ITERATIONS = 30
 SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
 
 
-class Work(NamedTuple):
-    """Arrays of a step: at the nodes unless said otherwise."""
-
-    q: np.ndarray  # (n, NODES)
-    v: np.ndarray  # (n, NODES)
-    a: np.ndarray  # (n, NODES)
-    base: np.ndarray  # (n, NODES) acceleration by the forcing states
-    u: np.ndarray  # (rows, NODES) coordinates of the law rows, their speeds, their forces
-    s: np.ndarray
-    f: np.ndarray
-    ub: np.ndarray  # (rows, NODES) parts of u and s by the forcing states
-    sb: np.ndarray
-    turn: np.ndarray  # (nw, NODES + 1) cos and sin of k omega h c in the places of w, the whole step last
-
-
-@njit
-def workspace(T):
-    """Return the arrays of a step."""
-    n, rows, nw = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2] - T.A.shape[1]
-    N = NODES
-    return Work(np.empty((n, N)), np.empty((n, N)), np.empty((n, N)), np.empty((n, N)), np.empty((rows, N)),
-                np.empty((rows, N)), np.empty((rows, N)), np.empty((rows, N)), np.empty((rows, N)),
-                np.empty((nw, N + 1)))
-
-
 @njit
 def field(T, m, x, f):
     """Write y' of mode ``m`` into ``f`` (ns,)."""
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    n, rows = ns // 2, T.LU.shape[0]
+    rows = ROWS if DOFS > 0 else T.LU.shape[0]
+    rate(T.A, m, T.LU, T.LS, T.LP, T.law, T.acts, x, f, np.empty((3, rows, 1)))
+
+
+@njit
+def rate(A, m, LU, LS, LP, law, acts, x, f, local):
+    """Write y' into ``f`` (ns,); ``local`` (3, rows, 1) is room for coordinates, speeds and forces of the laws."""
+    n = DOFS if DOFS > 0 else A.shape[1] // 2
+    rows = ROWS if DOFS > 0 else LU.shape[0]
     for i in range(n):
         f[i] = x[n + i]
-    for i in range(n, ns):
         total = 0.0
-        for c in range(nx):
-            total += T.A[m, i, c] * x[c]
-        f[i] = total
+        for c in range(x.size):
+            total += A[m, n + i, c] * x[c]
+        f[n + i] = total
     if rows > 0:
-        u, s, force = np.empty((rows, 1)), np.empty((rows, 1)), np.empty((rows, 1))
-        site(T, x, u, s)
-        forces(T, m, u, s, force)
+        for r in range(rows):
+            total, speed = 0.0, 0.0
+            for c in range(x.size):
+                total += LU[r, c] * x[c]
+                speed += LS[r, c] * x[c]
+            local[0, r, 0] = total
+            local[1, r, 0] = speed
+        forces(law, acts, m, 1, local)
         for r in range(rows):
             for i in range(n):
-                f[n + i] += T.LP[m, r, i] * force[r, 0]
+                f[n + i] += LP[m, r, i] * local[2, r, 0]
 
 
 @njit
-def site(T, x, u, s):
-    """Write coordinates and speeds of the law rows at ``x`` into the first column of ``u``, ``s``."""
-    for r in range(u.shape[0]):
-        total, speed = 0.0, 0.0
-        for c in range(T.A.shape[2]):
-            total += T.LU[r, c] * x[c]
-            speed += T.LS[r, c] * x[c]
-        u[r, 0] = total
-        s[r, 0] = speed
-
-
-@njit
-def prepare(T, h, W):
-    """Fill the turns of the forcing states over a step ``h``."""
-    for k in range(T.harmonics.size):
-        rate = T.harmonics[k] * T.flat[0] * h
+def prepare(harmonics, omega, h, turn):
+    """Fill the turns of the forcing states at the nodes and the end of a step ``h``."""
+    for k in range(harmonics.size):
+        angle = harmonics[k] * omega * h
         for j in range(NODES):
-            W.turn[1 + 2 * k, j] = np.cos(rate * C[j])
-            W.turn[2 + 2 * k, j] = np.sin(rate * C[j])
-        W.turn[1 + 2 * k, NODES] = np.cos(rate)
-        W.turn[2 + 2 * k, NODES] = np.sin(rate)
+            turn[1 + 2 * k, j] = np.cos(angle * C[j])
+            turn[2 + 2 * k, j] = np.sin(angle * C[j])
+        turn[1 + 2 * k, NODES] = np.cos(angle)
+        turn[2 + 2 * k, NODES] = np.sin(angle)
 
 
 @njit
-def turned(W, x, ns, c, j):
-    """Forcing state number ``c`` at node ``j`` of the step from ``x``."""
-    if c == 0:
-        return 1.0
-    if c % 2 == 1:
-        return W.turn[c, j] * x[ns + c] - W.turn[c + 1, j] * x[ns + c + 1]
-    return W.turn[c, j] * x[ns + c - 1] + W.turn[c - 1, j] * x[ns + c]
-
-
-@njit
-def solve(T, m, x, h, f0, W):
-    """Accelerations at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
-
-    Returns the number of iterations, 0 where they do not converge, and the largest acceleration.
-    """
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    n, rows = ns // 2, T.LU.shape[0]
+def excite(A, m, LU, LS, x, turn, base, local):
+    """Write what the forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
+    n = DOFS if DOFS > 0 else base.shape[0]
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    ns = 2 * n
     for i in range(n):
         for j in range(NODES):
-            W.base[i, j] = 0.0
-            W.a[i, j] = f0[n + i]
+            base[i, j] = A[m, n + i, ns]
     for r in range(rows):
         for j in range(NODES):
-            W.ub[r, j] = 0.0
-            W.sb[r, j] = 0.0
-    for c in range(nx - ns):
+            local[3, r, j] = LU[r, ns]
+            local[4, r, j] = LS[r, ns]
+    for c in range(1, x.size - ns, 2):
+        cos0, sin0 = x[ns + c], x[ns + c + 1]
         for j in range(NODES):
-            w = turned(W, x, ns, c, j)
+            cos = turn[c, j] * cos0 - turn[c + 1, j] * sin0
+            sin = turn[c, j] * sin0 + turn[c + 1, j] * cos0
             for i in range(n):
-                W.base[i, j] += T.A[m, n + i, ns + c] * w
+                base[i, j] += A[m, n + i, ns + c] * cos + A[m, n + i, ns + c + 1] * sin
             for r in range(rows):
-                W.ub[r, j] += T.LU[r, ns + c] * w
-                W.sb[r, j] += T.LS[r, ns + c] * w
-    stiff = (TURN / T.step[m]) ** 2
+                local[3, r, j] += LU[r, ns + c] * cos + LU[r, ns + c + 1] * sin
+                local[4, r, j] += LS[r, ns + c] * cos + LS[r, ns + c + 1] * sin
+
+
+@njit
+def spread(x, i, n, h, a, q, v):
+    """Positions and velocities of coordinate ``i`` at the nodes, from its accelerations there."""
+    for j in range(NODES):
+        once, twice = 0.0, 0.0
+        for k in range(NODES):
+            twice += DOUBLE[j, k] * a[i, k]
+            once += SINGLE[j, k] * a[i, k]
+        q[i, j] = x[i] + h * (C[j] * x[n + i] + h * twice)
+        v[i, j] = x[n + i] + h * once
+
+
+@njit
+def finish(x, i, n, h, a):
+    """Move coordinate ``i`` and its velocity in ``x`` to the end of the step."""
+    once, twice = 0.0, 0.0
+    for k in range(NODES):
+        twice += MOMENTS[k] * a[i, k]
+        once += WEIGHTS[k] * a[i, k]
+    x[i] += h * (x[n + i] + h * twice)
+    x[n + i] += h * once
+
+
+@njit
+def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base):
+    """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
+
+    ``local`` (5, rows, NODES): coordinates, speeds, forces of the laws, and what forcing adds to the first two; ``q``,
+    ``v``, ``a``, ``base`` (n, NODES).  Returns the number of iterations, 0 where they do not converge, and the largest
+    acceleration.
+    """
+    n = DOFS if DOFS > 0 else a.shape[0]
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    excite(A, m, LU, LS, x, turn, base, local)
+    for i in range(n):
+        for j in range(NODES):
+            a[i, j] = f0[n + i]
     old = np.inf
     for iteration in range(1, ITERATIONS + 1):
         for i in range(n):
-            for j in range(NODES):
-                once, twice = 0.0, 0.0
-                for k in range(NODES):
-                    twice += DOUBLE[j, k] * W.a[i, k]
-                    once += SINGLE[j, k] * W.a[i, k]
-                W.q[i, j] = x[i] + h * (C[j] * x[n + i] + h * twice)
-                W.v[i, j] = x[n + i] + h * once
-        for r in range(rows):
-            for j in range(NODES):
-                total, speed = W.ub[r, j], W.sb[r, j]
-                for i in range(n):
-                    total += T.LU[r, i] * W.q[i, j]
-                    speed += T.LS[r, n + i] * W.v[i, j]
-                W.u[r, j] = total
-                W.s[r, j] = speed
+            spread(x, i, n, h, a, q, v)
         if rows > 0:
-            forces(T, m, W.u, W.s, W.f)
-        change, top, noise = 0.0, 0.0, 0.0
+            for r in range(rows):
+                for j in range(NODES):
+                    total, speed = local[3, r, j], local[4, r, j]
+                    for i in range(n):
+                        total += LU[r, i] * q[i, j]
+                        speed += LS[r, n + i] * v[i, j]
+                    local[0, r, j] = total
+                    local[1, r, j] = speed
+            forces(law, acts, m, NODES, local)
+        change, top, size = 0.0, 0.0, 0.0
         for i in range(n):
             for j in range(NODES):
-                new = W.base[i, j]
+                new = base[i, j]
                 for k in range(n):
-                    new += T.A[m, n + i, k] * W.q[k, j] + T.A[m, n + i, n + k] * W.v[k, j]
+                    new += A[m, n + i, k] * q[k, j] + A[m, n + i, n + k] * v[k, j]
                 for r in range(rows):
-                    new += T.LP[m, r, i] * W.f[r, j]
-                change = max(change, abs(new - W.a[i, j]))
+                    new += LP[m, r, i] * local[2, r, j]
+                change = max(change, abs(new - a[i, j]))
                 top = max(top, abs(new))
-                noise = max(noise, abs(W.q[i, j]))
-                W.a[i, j] = new
-        noise = 2e-15 * (top + stiff * noise)
-        if not np.isfinite(change) or not np.isfinite(top):
+                size = max(size, abs(q[i, j]))
+                a[i, j] = new
+        noise = 2e-15 * (top + stiff * size)
+        if not (change < np.inf):
             return 0, top
         if change <= noise or (iteration > 1 and change < 0.5 * old and change * change <= noise * (old - change)):
             return iteration, top
@@ -178,173 +171,152 @@ def solve(T, m, x, h, f0, W):
 
 
 @njit
-def finish(T, x, h, W):
-    """Move ``x`` (nx,) to the end of the step."""
-    ns = T.A.shape[1]
-    n = ns // 2
-    for i in range(n):
-        once, twice = 0.0, 0.0
-        for k in range(NODES):
-            twice += MOMENTS[k] * W.a[i, k]
-            once += WEIGHTS[k] * W.a[i, k]
-        x[i] += h * (x[n + i] + h * twice)
-        x[n + i] += h * once
-    for c in range(1, T.A.shape[2] - ns, 2):
-        cos, sin = turned(W, x, ns, c, NODES), turned(W, x, ns, c + 1, NODES)
-        x[ns + c], x[ns + c + 1] = cos, sin
-
-
-@njit
-def defect(T, h, f0, f1, top, W):
+def defect(h, f0, f1, top, a):
     """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed."""
-    n = f0.size // 2
+    n = DOFS if DOFS > 0 else a.shape[0]
     worst = 0.0
     for i in range(n):
         a0, a1 = 0.0, 0.0
         for k in range(NODES):
-            a0 += EDGES[0, k] * W.a[i, k]
-            a1 += EDGES[1, k] * W.a[i, k]
+            a0 += EDGES[0, k] * a[i, k]
+            a1 += EDGES[1, k] * a[i, k]
         worst = max(worst, abs(a0 - f0[n + i]), abs(a1 - f1[n + i]))
         top = max(top, abs(f1[i]) / h)
     return worst / top if top > 0.0 else 0.0
 
 
 @njit
-def linearise(T, m, W, K, D):
-    """Derivatives of the acceleration at the nodes in positions, ``K`` (n, n, NODES), and velocities, ``D``."""
-    ns = T.A.shape[1]
-    n, rows = ns // 2, T.LU.shape[0]
+def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
+    """Derivatives of the acceleration at the nodes in positions, ``K`` (n, n, NODES), and velocities, ``D``.
+
+    ``slope`` (2, rows, WIDTH, NODES) is room for the derivatives of the laws.
+    """
+    n = DOFS if DOFS > 0 else K.shape[0]
+    rows = ROWS if DOFS > 0 else LU.shape[0]
     for i in range(n):
         for c in range(n):
             for j in range(NODES):
-                K[i, c, j] = T.A[m, n + i, c]
-                D[i, c, j] = T.A[m, n + i, n + c]
+                K[i, c, j] = A[m, n + i, c]
+                D[i, c, j] = A[m, n + i, n + c]
     if rows > 0:
-        fu, fs = np.zeros((rows, WIDTH, NODES)), np.zeros((rows, WIDTH, NODES))
-        slopes(T, m, W.u, W.s, W.f, fu, fs)
+        slopes(law, acts, m, h, local, slope)
         for r in range(rows):
             for b in range(COUNT[r]):
                 other = FIRST[r] + b
                 for i in range(n):
                     for c in range(n):
-                        pu = T.LP[m, r, i] * T.LU[other, c]
-                        ps = T.LP[m, r, i] * T.LS[other, n + c]
+                        pu = LP[m, r, i] * LU[other, c]
+                        ps = LP[m, r, i] * LS[other, n + c]
                         for j in range(NODES):
-                            K[i, c, j] += pu * fu[r, b, j]
-                            D[i, c, j] += ps * fs[r, b, j]
+                            K[i, c, j] += pu * slope[0, r, b, j]
+                            D[i, c, j] += ps * slope[1, r, b, j]
 
 
 @njit
-def vary(n, X, col, h, K, D, iterations, q, v, a):
-    """Move column ``col`` of ``X`` (ns, columns), a variation of the state, to the end of the step; ``a`` keeps its nodes."""
+def vary(x, X, row, h, K, D, iterations, q, v, a):
+    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room."""
+    n = DOFS if DOFS > 0 else K.shape[0]
+    for i in range(2 * n):
+        x[i] = X[row, i]
     for i in range(n):
         for j in range(NODES):
-            total = 0.0
-            for c in range(n):
-                total += K[i, c, j] * (X[c, col] + h * C[j] * X[n + c, col]) + D[i, c, j] * X[n + c, col]
-            a[i, j] = total
-    for _ in range(iterations):
-        for i in range(n):
-            for j in range(NODES):
-                once, twice = 0.0, 0.0
-                for k in range(NODES):
-                    twice += DOUBLE[j, k] * a[i, k]
-                    once += SINGLE[j, k] * a[i, k]
-                q[i, j] = X[i, col] + h * (C[j] * X[n + i, col] + h * twice)
-                v[i, j] = X[n + i, col] + h * once
+            q[i, j] = x[i] + h * C[j] * x[n + i]
+            v[i, j] = x[n + i]
+    for iteration in range(iterations + 1):
         for i in range(n):
             for j in range(NODES):
                 total = 0.0
                 for c in range(n):
                     total += K[i, c, j] * q[c, j] + D[i, c, j] * v[c, j]
                 a[i, j] = total
+        if iteration < iterations:
+            for i in range(n):
+                spread(x, i, n, h, a, q, v)
     for i in range(n):
-        once, twice = 0.0, 0.0
-        for k in range(NODES):
-            twice += MOMENTS[k] * a[i, k]
-            once += WEIGHTS[k] * a[i, k]
-        X[i, col] += h * (X[n + i, col] + h * twice)
-        X[n + i, col] += h * once
-
-
-@njit
-def first_step(T, m):
-    """Step to try first."""
-    h = LONGEST * T.step[m]
-    if T.harmonics.size > 0 and T.flat[0] > 0.0:
-        h = min(h, ANGLE / (T.harmonics[-1] * T.flat[0]))
-    return h
+        finish(x, i, n, h, a)
+    for i in range(2 * n):
+        X[row, i] = x[i]
 
 
 @njit
 def travel(T, m, x, s, y1, X):
-    """State after the time ``s >= 0`` from ``x`` (nx,) into ``y1`` (ns,); columns of ``X`` (ns, columns) are carried along.
+    """State after the time ``s >= 0`` from ``x`` (nx,) into ``y1`` (ns,); rows of ``X`` (count, ns) are carried along.
 
     Where the law leaves the finite numbers the state is NaN, which the callers' statuses catch.
     """
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    n = ns // 2
-    W = workspace(T)
-    x = x.copy()
-    moved = np.empty(nx)
-    f0 = np.empty(ns)
-    f1 = np.empty(ns)
-    columns = X.shape[1]
-    K = np.empty((n, n, NODES if columns > 0 else 0))
-    D = np.empty((n, n, NODES if columns > 0 else 0))
-    dq, dv, da = np.empty((n, NODES)), np.empty((n, NODES)), np.empty((n, NODES))
-    longest = first_step(T, m)
-    shortest = SHORTEST * T.step[m]
-    h, tabled, left = longest, -1.0, s
-    field(T, m, x, f0)
-    count = int(np.ceil(left / h))
-    while count > 0:
-        h = left / count
+    A, LU, LS, LP, law, acts, harmonics = T.A, T.LU, T.LS, T.LP, T.law, T.acts, T.harmonics
+    omega, unit = T.flat[0], T.step[m]
+    n = DOFS if DOFS > 0 else A.shape[1] // 2
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    ns, nx, count = 2 * n, A.shape[2], X.shape[0]
+    turn, local, one = np.empty((nx - ns, NODES + 1)), np.empty((5, rows, NODES)), np.empty((3, rows, 1))
+    q, v, a, base = np.empty((n, NODES)), np.empty((n, NODES)), np.empty((n, NODES)), np.empty((n, NODES))
+    now, moved, f0, f1 = x.copy(), np.empty(nx), np.empty(ns), np.empty(ns)
+    varied = min(count, 1)
+    K, D = np.empty((varied * n, n, NODES)), np.empty((varied * n, n, NODES))
+    slope, room = np.empty((2 * varied, rows, WIDTH, NODES)), np.empty(varied * ns)
+    longest = np.inf
+    if harmonics.size > 0 and omega > 0.0:
+        longest = ANGLE / (harmonics[-1] * omega)
+    left, tabled = s, -1.0
+    steps = int(np.ceil(left / min(longest, FIRST_STEP * unit)))
+    rate(A, m, LU, LS, LP, law, acts, now, f0, one)
+    while steps > 0:
+        h = left / steps
         if abs(h - tabled) > 1e-14 * h:
-            prepare(T, h, W)
+            prepare(harmonics, omega, h, turn)
             tabled = h
-        iterations, top = solve(T, m, x, h, f0, W)
+        iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, (TURN / unit) ** 2, turn, local, q, v, a, base)
         wish, good = 0.25 * h, False
         if iterations > 0:
-            moved[:] = x
-            finish(T, moved, h, W)
-            field(T, m, moved, f1)
-            e = defect(T, h, f0, f1, top, W)
+            for i in range(ns):
+                moved[i] = now[i]
+            for i in range(n):
+                finish(moved, i, n, h, a)
+            moved[ns] = 1.0
+            for c in range(ns + 1, nx, 2):
+                cos, sin = turn[c - ns, NODES], turn[c + 1 - ns, NODES]
+                moved[c], moved[c + 1] = cos * now[c] - sin * now[c + 1], cos * now[c + 1] + sin * now[c]
+            rate(A, m, LU, LS, LP, law, acts, moved, f1, one)
+            e = defect(h, f0, f1, top, a)
             good = e <= WORST * DEFECT
-            if e == e:
+            if e < np.inf:
                 wish = h * min(2.0, max(0.1, 0.9 * (DEFECT / max(e, 1e-30)) ** (1.0 / NODES)))
         if not good:
-            if h > shortest:
-                longest = wish
-                count = int(np.ceil(left / wish))
+            if h > SHORTEST * unit:
+                steps = int(np.ceil(left / wish))
                 continue
             if iterations == 0:
-                y1[:] = np.nan
+                for i in range(ns):
+                    y1[i] = np.nan
                 return
-        if columns > 0:
-            linearise(T, m, W, K, D)
-            for col in range(columns):
-                vary(n, X, col, h, K, D, iterations, dq, dv, da)
-        x[:] = moved
-        f0[:] = f1
+        if count > 0:
+            linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D)
+            for row in range(count):
+                vary(room, X, row, h, K, D, iterations, q, v, a)
+        for c in range(nx):
+            now[c] = moved[c]
+        for i in range(ns):
+            f0[i] = f1[i]
         left -= h
-        count -= 1
-        if count > 0 and (wish < 0.8 * h or wish > 1.6 * h):
-            count = int(np.ceil(left / min(wish, first_step(T, m))))
+        steps -= 1
+        if steps > 0 and (wish < 0.8 * h or wish > 1.6 * h):
+            steps = int(np.ceil(left / min(wish, longest)))
     for i in range(ns):
-        y1[i] = x[i]
+        y1[i] = now[i]
 
 
 @njit
 def advance(T, m, x, s, y1):
     """Write the state at time ``s >= 0`` after ``x`` (nx,) into ``y1`` (ns,); ``x`` is kept."""
-    travel(T, m, x, s, y1, np.empty((x.size, 0)))
+    travel(T, m, x, s, y1, np.empty((0, y1.size)))
 
 
 @njit
 def arc(T, m, x, s, y1, Phi):
     """Like `advance`, with the derivative ``Phi`` (ns, ns) of the state in the state at the start."""
-    for i in range(Phi.shape[0]):
-        for c in range(Phi.shape[1]):
-            Phi[i, c] = 1.0 if i == c else 0.0
-    travel(T, m, x, s, y1, Phi)
+    X = np.eye(y1.size)
+    travel(T, m, x, s, y1, X)
+    for i in range(y1.size):
+        for c in range(y1.size):
+            Phi[i, c] = X[c, i]
