@@ -198,7 +198,7 @@ class Packer:
         row = 0
         for law in laws:
             if keys[law.element] == law.key:
-                T.LP[m, row:row + law.rows] = (hold.project @ self.sites[law.element].X).T
+                T.LP[m, row:row + law.rows, :n] = (hold.project @ self.sites[law.element].X).T
             row += law.rows
 
     def _eliminate(self, T: Views, m: int, keys: tuple) -> "Held":
