@@ -1,0 +1,193 @@
+"""Simulate a system through its events."""
+import numpy as np
+
+from ..compose.scene import scene_of
+from ..system import System
+from . import settle
+from .status import Status
+from .trajectory import Recorded, Trajectory
+
+ROWS = 1024  # of the first record; doubled while it is full
+
+
+def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
+             max_events: int = 2000) -> Trajectory:
+    """Return the motion from a state, through all its events.
+
+    Between events the motion is closed form; events are isolated with a bound, none is stepped over.
+
+    Parameters
+    ----------
+    system : System
+    y0 : array_like
+        State (2 n,) or (ns,): positions, velocities, and memory where there is any (else zero).
+    periods, duration : float
+        How long: forcing periods or time; exactly one of them.
+    t0 : float
+        Start time; the excitation is cos(k omega t + phase).
+    max_events : int
+        Largest number of events a forcing period (autonomous: in all).  A completed infinite sequence of impacts is one.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ValueError
+        For a state of the wrong shape or not finite, a start beyond a rigid stop, or a length that is not given once.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> motion = bf.simulate(bf.systems.impact_oscillator(), y0=(0.0, 0.0), periods=50)
+    >>> motion.success
+    True
+    """
+    scene = scene_of(system)
+    y0 = _state(scene, y0)
+    t0 = _number("t0", t0)
+    if (periods is None) == (duration is None):
+        raise ValueError("give either periods or duration")
+    if periods is not None and scene.period is None:
+        raise ValueError(f"{system!r} has no forcing period; give duration instead of periods")
+    length = _number("periods", periods) if periods is not None else _number("duration", duration)
+    if length < 0.0:
+        raise ValueError(f"{'periods' if periods is not None else 'duration'} = {length!r} must not be negative")
+    if max_events < 1:
+        raise ValueError(f"max_events = {max_events!r} must be at least 1")
+    period = scene.period
+    if period is None:
+        begin, end = (0, t0), (0, t0 + length)
+    else:
+        begin = _split(t0, period)
+        if periods is not None:
+            whole = int(np.floor(length))
+            end = _carry(begin[0] + whole, begin[1] + (length - whole) * period, period)
+        else:
+            whole = int(np.floor(length / period))
+            end = _carry(begin[0] + whole, begin[1] + (length - whole * period), period)
+    return march(scene, y0, begin, end, max_events)
+
+
+def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
+    """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time)."""
+    from .engine import engine_of
+    from .scan import (AT_GUARD, COUNT, DONE, EVENT, EVENTS, FULL, LIMIT, LOST, MODE, NEED, ORDERS, SINCE, SLOPES, SPAN, SPEED,
+                       STATE, TAU, TIME, WHOLE)
+    period = scene.period or 0.0
+    engine = engine_of(scene)
+    x = np.zeros(scene.ns + scene.nw)
+    x[:scene.ns] = y0
+    _forcing(scene, begin[1], x)
+    mode, x = settle.start(scene, x, engine.series)
+    first = x[:scene.ns].copy()
+    T = scene.tables
+    ints, floats = engine.workspace(T)
+    ints[MODE], ints[WHOLE], floats[TAU] = mode, begin[0], begin[1]
+    _orders(engine.series, T, mode, x, ints, floats)
+    rows = np.zeros((ROWS, 5), np.int64)
+    record = np.zeros((ROWS, STATE + 2 * scene.ns))
+    status, message = Status.COMPLETED, Status.COMPLETED.sentence
+    while True:
+        code = engine.run(T, ints, floats, x, end[0], end[1], max_events, rows, record)
+        if code == DONE:
+            break
+        m, g = int(ints[MODE]), int(ints[AT_GUARD])
+        if code == FULL:
+            rows = np.concatenate((rows, np.zeros_like(rows)))
+            record = np.concatenate((record, np.zeros_like(record)))
+        elif code == NEED:
+            T = scene.expand(m, g)
+            engine = engine_of(scene)
+            ints, floats = _resize(engine, T, ints, floats)
+        elif code == LIMIT:
+            status = Status.TOO_MANY_EVENTS
+            message = (f"{status.sentence} Element {scene.element_name(m, g)!r} at "
+                       f"t = {ints[WHOLE] * period + floats[TAU]:.12g} fired event number {ints[COUNT]} of its period.")
+            break
+        elif code == LOST:
+            status, message = Status.DIVERGED, Status.DIVERGED.sentence
+            break
+        else:
+            try:
+                new, z, _ = settle.decide(scene, m, g, x, floats[SINCE], engine.series)
+            except settle.Inconsistent as error:
+                status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
+                break
+            T = scene.tables
+            engine = engine_of(scene)
+            ints, floats = _resize(engine, T, ints, floats)
+            e = int(ints[EVENTS])
+            rows[e] = m, g, new, EVENT, ints[WHOLE]
+            record[e, TIME], record[e, SPEED], record[e, SPAN] = floats[TAU], floats[SINCE], 0.0
+            record[e, STATE:STATE + scene.ns], record[e, STATE + scene.ns:] = x[:scene.ns], z[:scene.ns]
+            ints[EVENTS] = e + 1
+            ints[COUNT] += 1
+            ints[MODE] = new
+            x = z
+        if code != FULL:
+            _orders(engine.series, T, int(ints[MODE]), x, ints, floats)
+    n = int(ints[EVENTS])
+    head = np.array([[mode, -1, mode, 0, begin[0]]])
+    rows = np.concatenate((head, rows[:n]))
+    times = np.concatenate(([begin[1]], record[:n, TIME]))
+    states = np.concatenate((np.hstack((first, first))[None], record[:n, STATE:]))
+    recorded = Recorded(rows, times, np.concatenate(([0.0], record[:n, SPEED])), np.concatenate(([0.0], record[:n, SPAN])),
+                        states[:, :scene.ns].copy(), states[:, scene.ns:].copy())
+    stop = int(ints[WHOLE]) * period + floats[TAU]
+    return Trajectory(scene.system, begin[0] * period + begin[1], stop, x[:scene.ns].copy(), status, message, recorded)
+
+
+def _state(scene, y0) -> np.ndarray:
+    given = np.asarray(y0, float)
+    if given.shape not in {(2 * scene.n,), (scene.ns,)}:
+        raise ValueError(f"y0 has shape {given.shape}; a state of this system has shape ({scene.ns},): positions, then velocities")
+    if not np.isfinite(given).all():
+        raise ValueError(f"y0 = {y0!r} must be finite")
+    return np.concatenate((given, np.zeros(scene.ns - given.size)))
+
+
+def _number(name: str, value) -> float:
+    value = float(value)
+    if not np.isfinite(value):
+        raise ValueError(f"{name} = {value!r} must be finite")
+    return value
+
+
+def _split(t: float, period: float) -> tuple[int, float]:
+    whole = int(np.floor(t / period))
+    return _carry(whole, t - whole * period, period)
+
+
+def _carry(whole: int, tau: float, period: float) -> tuple[int, float]:
+    if tau < 0.0:
+        tau = 0.0
+    if tau >= period:
+        return whole + 1, tau - period
+    return whole, tau
+
+
+def _forcing(scene, tau: float, x: np.ndarray) -> None:
+    """Write the forcing states behind the state."""
+    x[scene.ns] = 1.0
+    for i, k in enumerate(scene.harmonics):
+        angle = k * (scene.omega or 0.0) * tau
+        x[scene.ns + 1 + 2 * i], x[scene.ns + 2 + 2 * i] = np.cos(angle), np.sin(angle)
+
+
+def _orders(series, T, mode, x, ints, floats) -> None:
+    """Write the orders of the zeros that the guards have at ``x``; one that is leaving has none and fires at once."""
+    from .scan import ORDERS, SLOPES
+    for g in range(T.n_guards[mode]):
+        sign, order = settle.sign_after(series, T, mode, g, x)
+        ints[ORDERS + g] = order if sign <= 0 else 0
+        floats[SLOPES + g] = np.nan
+
+
+def _resize(engine, T, ints, floats):
+    """Return the state of a march for tables that have grown."""
+    from .scan import ORDERS, SLOPES
+    more_ints, more_floats = engine.workspace(T)
+    more_ints[:ORDERS], more_floats[:SLOPES] = ints[:ORDERS], floats[:SLOPES]
+    return more_ints, more_floats

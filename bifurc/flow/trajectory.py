@@ -1,0 +1,195 @@
+"""A simulated motion: events, and the exact state at any time between them."""
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..compose.scene import scene_of
+from ..elements import EventKind
+from ..system import System
+from .status import Status
+
+PER_PERIOD = 64  # default rows of `t`, `y` a forcing period
+
+
+@dataclass(frozen=True)
+class Event:
+    """One event of a motion.
+
+    Attributes
+    ----------
+    time : float
+        Of the event; of the first impact for a completed infinite sequence.
+    element : str
+        Label of the element.
+    kind : EventKind
+    speed : float
+        Rate of the guard on arrival (an impact: the speed relative to the stop, length per time); 0 for a touch.
+    before, after : ndarray
+        States (ns,) on both sides.
+    ratio, end : float or None
+        Of an infinite sequence: the ratio of successive speeds and the time when it has completed.
+    """
+
+    time: float
+    element: str
+    kind: EventKind
+    speed: float
+    before: np.ndarray = field(repr=False)
+    after: np.ndarray = field(repr=False)
+    ratio: float | None = None
+    end: float | None = None
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the march wrote: segments between events and passed sections, exact times as whole periods plus a rest."""
+
+    rows: np.ndarray  # (N, 5) mode before, guard, mode after, what it is, whole periods
+    times: np.ndarray  # (N,) local time in the period
+    speeds: np.ndarray  # (N,)
+    spans: np.ndarray  # (N,) remaining duration of an infinite sequence
+    before: np.ndarray  # (N, ns)
+    after: np.ndarray  # (N, ns)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A motion through its events.
+
+    Attributes
+    ----------
+    system : System
+    start, stop : float
+        Times of the first and the last state.
+    final : ndarray
+        State (ns,) at `stop`.
+    status : Status
+    message : str
+    t, y : ndarray
+        Times (N,) and states (N, ns): 64 rows a forcing period (autonomous: 2000 in all), and both sides of every event.
+    events : tuple of Event
+    modes : tuple
+        Element keys after every event, the start first.
+    """
+
+    system: System
+    start: float
+    stop: float
+    final: np.ndarray = field(repr=False)
+    status: Status
+    message: str = field(repr=False)
+    recorded: Recorded = field(repr=False)
+
+    def __repr__(self):
+        return (f"Trajectory(start={self.start:.6g}, stop={self.stop:.6g}, events={self._is_event.sum()}, "
+                f"status={self.status.value!r})")
+
+    @property
+    def success(self) -> bool:
+        """Whether the end time was reached."""
+        return self.status == Status.COMPLETED
+
+    @cached_property
+    def _period(self) -> float:
+        return 0.0 if self.system.period is None else self.system.period
+
+    @cached_property
+    def _is_event(self) -> np.ndarray:
+        from .scan import PASSED
+        return self.recorded.rows[:, 3] != PASSED
+
+    @cached_property
+    def _starts(self) -> np.ndarray:
+        return self.recorded.rows[:, 4] * self._period + self.recorded.times
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Events in the order of time."""
+        from .scan import CHATTER, GRAZE
+        scene, R = scene_of(self.system), self.recorded
+        found = []
+        for i in np.flatnonzero(self._is_event):
+            before, g, _, what, _ = (int(v) for v in R.rows[i])
+            kind = {CHATTER: EventKind.CHATTER, GRAZE: EventKind.GRAZE}.get(what) or scene.event_kind(before, g)
+            ratio = end = None
+            if what == CHATTER:
+                ratio, end = float(scene.tables.ratio[before, g]), float(self._starts[i] + R.spans[i])
+            found.append(Event(float(self._starts[i]), scene.element_name(before, g), kind, float(R.speeds[i]),
+                               R.before[i], R.after[i], ratio, end))
+        return tuple(found)
+
+    @cached_property
+    def modes(self) -> tuple:
+        """Element keys at the start and after every event."""
+        keys = scene_of(self.system).keys
+        return (keys[self.recorded.rows[0, 2]], *(keys[m] for m in self.recorded.rows[self._is_event, 2]))
+
+    def __call__(self, t):
+        """Return the states (..., ns) at times ``t``; at an event the state after it.
+
+        Raises
+        ------
+        ValueError
+            When a time lies outside the motion.
+        """
+        from .engine import engine_of
+        times = np.asarray(t, float)
+        slack = 1e-12 * max(1.0, abs(self.start), abs(self.stop))
+        if times.size and not (times.min() >= self.start - slack and times.max() <= self.stop + slack):
+            raise ValueError(f"t must lie in [{self.start!r}, {self.stop!r}], the motion that was simulated")
+        flat = np.clip(times.ravel(), self.start, self.stop)
+        R, scene = self.recorded, scene_of(self.system)
+        index = np.maximum(np.searchsorted(self._starts, flat, side="right") - 1, 0)
+        if self._period:
+            whole = np.floor(flat / self._period)
+            spans = (whole - R.rows[index, 4]) * self._period + ((flat - whole * self._period) - R.times[index])
+        else:
+            spans = flat - R.times[index]
+        out = np.empty((flat.size, R.after.shape[1]))
+        engine_of(scene).sample(scene.tables, np.ascontiguousarray(R.rows[:, 2]), R.times, R.after, index,
+                                np.maximum(spans, 0.0), out)
+        return out.reshape(*times.shape, -1)
+
+    def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""
+        times = np.linspace(self.start, self.stop, n)
+        return times, self(times)
+
+    @cached_property
+    def _rows(self):
+        span = self.stop - self.start
+        count = int(np.ceil(PER_PERIOD * span / self._period)) if self._period else 2000
+        times = np.linspace(self.start, self.stop, max(count, 1) + 1)
+        hits = np.flatnonzero(self._is_event)
+        t = np.concatenate((times, self._starts[hits], self._starts[hits]))
+        y = np.concatenate((self(times), self.recorded.before[hits], self.recorded.after[hits]))
+        kind = np.repeat((1, 0, 2), (times.size, hits.size, hits.size))
+        order = np.lexsort((np.concatenate((np.zeros(times.size), np.arange(hits.size), np.arange(hits.size))), t))
+        if hits.size:  # both sides of one event stay together
+            order = order[np.lexsort((kind[order], t[order]))] if np.unique(self._starts[hits]).size == hits.size else order
+        return t[order], y[order]
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times (N,) of `y`."""
+        return self._rows[0]
+
+    @property
+    def y(self) -> np.ndarray:
+        """States (N, ns)."""
+        return self._rows[1]
+
+    @property
+    def sections(self) -> np.ndarray:
+        """States (K, ns) at the whole forcing periods from start to stop."""
+        if not self._period:
+            raise ValueError("sections need a forcing period; this system is autonomous")
+        first = np.ceil(self.start / self._period - 1e-12)
+        last = np.floor(self.stop / self._period + 1e-12)
+        return self(np.clip(np.arange(first, last + 1) * self._period, self.start, self.stop))
+
+    def plot(self, axes=None):
+        """Plot phase plane and time history; return the axes."""
+        from ..plotting import plot_trajectory
+        return plot_trajectory(self, axes)
