@@ -1,1 +1,20 @@
+"""Continuation: branches of solutions in a parameter, their special points, and branches that cross them."""
+from importlib import import_module
 
+_NAMES = {
+    "Branch": "branch", "ContinuationError": "kinds", "Corrected": "problem", "CorrectorStatus": "kinds",
+    "LocationStatus": "kinds", "Monitor": "problem", "Problem": "problem", "SpecialPoint": "special",
+    "SpecialPointKind": "kinds", "SpecialPoints": "special", "StopReason": "kinds", "switch_branch": "switching",
+    "trace": "tracing",
+}
+__all__ = sorted(_NAMES)
+
+
+def __getattr__(name):
+    if name not in _NAMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_NAMES[name]}"), name)
+
+
+def __dir__():
+    return __all__

@@ -1,0 +1,70 @@
+"""Checks of a finished branch that do not trust the way it was made."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from .detect import BOUNDARY_BAND
+
+EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """Checks of a branch.
+
+    Attributes
+    ----------
+    parity : bool
+        Between any two rows the parameter turns back exactly as often, modulo two, as reversing special points are listed.
+    violations : tuple of (float, float)
+        Arclength intervals where it does not.
+    angles : ndarray (7,)
+        How many steps turned by how much, in bins of .05 radians.
+    n_points, n_rejected : int
+    worst_residual : float
+        In units of the residual.
+    unresolved : tuple of (str, float, float)
+        Kind, arclength and parameter of pairs of special points that cannot be told from none.
+    """
+
+    parity: bool
+    violations: tuple[tuple[float, float], ...]
+    angles: np.ndarray
+    n_points: int
+    n_rejected: int
+    worst_residual: float
+    unresolved: tuple[tuple[str, float, float], ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing speaks against the list of special points."""
+        return self.parity and not self.unresolved
+
+    def __repr__(self) -> str:
+        verdict = "ok" if self.ok else (f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved pairs")
+        return (f"Audit({verdict}, {self.n_points} points, {self.n_rejected} rejected, "
+                f"worst residual {self.worst_residual:.1e})")
+
+
+def audit_branch(branch, arrays) -> Audit:
+    """Audit a branch from its arrays."""
+    violations = parity_violations(arrays["s"], arrays["slope"], branch.special_points)
+    angles = np.histogram(np.minimum(arrays["angle"], EDGES[-1] - 1e-12), EDGES)[0]
+    return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
+                 float(arrays["residual"].max()), branch.unresolved)
+
+
+def parity_violations(s, slope, points):
+    """Return the intervals between clear values of dp/ds whose sign changes do not match the reversing points."""
+    clear = np.flatnonzero(np.abs(slope) > BOUNDARY_BAND)
+    if clear.size < 2:
+        return ()
+    left, right = clear[:-1], clear[1:]
+    turned = np.sign(slope[left]) != np.sign(slope[right])
+    places = np.array([point.s for point in points if point.reverses])
+    listed = np.searchsorted(s[clear], places, side="left") - 1  # interval (left, right] of each reversing point
+    counts = np.zeros(left.size, int)
+    inside = (listed >= 0) & (listed < left.size)
+    np.add.at(counts, listed[inside], 1)
+    wrong = np.flatnonzero((counts % 2 == 1) != turned)
+    return tuple((float(s[left[k]]), float(s[right[k]])) for k in wrong)

@@ -1,0 +1,273 @@
+"""A branch: rows in the order of arclength, special points, how it ended, audit, columns, saving and extending."""
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .audit import Audit, audit_branch
+from .kinds import StopReason
+from .records import branch_record, from_arrays, rows_of, to_arrays
+from .rows import reversed_row
+from .special import SpecialPoints, special_point, unique
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """How one half ended: reason, details, parameter there, next step length, rejected steps."""
+
+    reason: StopReason
+    message: str
+    p: float
+    ds: float
+    rejected: int
+
+    def __repr__(self) -> str:
+        return f"{self.reason.value} at {self.p:.10g}" + (f" ({self.message})" if self.message else "")
+
+    @property
+    def sentence(self) -> str:
+        """What happened, and what to try."""
+        return self.reason.sentence + (f" [{self.message}]" if self.message else "")
+
+
+class Branch:
+    """A branch of solutions, as returned by `trace`.
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    special_points : SpecialPoints
+        In the order of arclength.
+    stop_reason : tuple of StopReason
+        Of the end at small and at large arclength.
+    ends : tuple of End
+        The same with details.
+    bounds : tuple of float
+        Low and high, own units.
+    problems : list
+        Problems in the order of arclength; more than one where the equations changed on the way.
+    """
+
+    def __init__(self, parameter, problems, arrays, special_points, ends, bounds, options, unresolved=()):
+        self.parameter = parameter
+        self.problems = problems
+        self.special_points = SpecialPoints(special_points)
+        self.ends = ends
+        self.bounds = bounds
+        self.options = options
+        self.unresolved = tuple(unresolved)
+        self._arrays = arrays
+        self._columns: dict[str, np.ndarray] = {}
+        self._audit: Audit | None = None
+
+    # ---- made of halves ----------------------------------------------------------------------------------------------
+
+    @classmethod
+    def of_halves(cls, plus, minus, options) -> "Branch":
+        """Join two halves that start at the same row."""
+        return cls._joined([], [], [], plus, minus, options, (0, 0), [])
+
+    def joined(self, rows, plus, minus, options) -> "Branch":
+        """Return this branch with what two halves added at its ends."""
+        rejected = (self.ends[0].rejected, self.ends[1].rejected)
+        return self._joined(rows, self.special_points, self.problems, plus, minus, options, rejected, self.unresolved)
+
+    @classmethod
+    def _joined(cls, rows, points, problems, plus, minus, options, rejected, unresolved):
+        before = [part.problem for part in reversed(minus.parts[1:])]
+        middle = list(problems) if problems else [plus.parts[0].problem]
+        every = before + middle + [part.problem for part in plus.parts[1:]]
+        shift, last = len(before), len(before) + len(middle) - 1
+        index = [row.part.index + shift for row in rows]
+        if not rows:
+            rows, index = [plus.rows[0]], [shift]
+        tail = [row.part.index - plus.parts[0].index + last for row in plus.rows[1:]]
+        head = [shift - (row.part.index - minus.parts[0].index) for row in minus.rows[:0:-1]]
+        turned = [reversed_row(row) for row in minus.rows[:0:-1]]
+        arrays = to_arrays(turned + rows + plus.rows[1:], head + index + tail)
+        here = [special_point(found, 1) for found in plus.found]
+        there = [special_point(found, -1) for found in minus.found]
+        unresolved = [*((kind, -s, p) for kind, s, p in minus.unresolved), *unresolved, *plus.unresolved]
+        ends = tuple(End(half.reason, half.message, half.rows[-1].p, half.ds, half.rejected + old)
+                     for half, old in zip((minus, plus), rejected, strict=True))
+        stored = {"ds": options.ds, "ds_min": options.ds_min, "ds_max": options.ds_max, "max_steps": options.max_steps}
+        return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends, (options.low, options.high),
+                   stored, unresolved)
+
+    def rows(self) -> list:
+        """Return the rows as the tracer uses them."""
+        return rows_of(self._arrays, self.problems)
+
+    # ---- reading -----------------------------------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return self._arrays["s"].size
+
+    def __repr__(self) -> str:
+        p = self._arrays["parameter"]
+        counts: dict[str, int] = {}
+        for point in self.special_points:
+            counts[point.kind.value] = counts.get(point.kind.value, 0) + 1
+        found = ", ".join(f"{count} {kind}" for kind, count in counts.items()) or "no special points"
+        return (f"Branch({self.parameter} from {p.min():.6g} to {p.max():.6g}, {len(self)} points, {found}, "
+                f"ends: {self.ends[0].reason.value}, {self.ends[1].reason.value})")
+
+    @property
+    def stop_reason(self) -> tuple[StopReason, StopReason]:
+        """Why the branch ends at small and at large arclength."""
+        return self.ends[0].reason, self.ends[1].reason
+
+    @property
+    def closed(self) -> bool:
+        """Whether the branch is a closed loop; its last row repeats the first."""
+        return self.ends[1].reason is StopReason.CLOSED
+
+    @property
+    def orbits(self) -> "Solutions":
+        """Solutions of the rows, made when looked up: ``branch.orbits[i]``."""
+        return Solutions(self)
+
+    @property
+    def column_names(self) -> tuple[str, ...]:
+        """Names that `column` knows."""
+        names = ["step", "s", self.parameter, *self._measure_names(), *self._recorded(), "iterations", "residual", "angle"]
+        return tuple(dict.fromkeys(names))
+
+    def column(self, name: str) -> np.ndarray:
+        """Return one column (m,), in the order of arclength; measures are computed when first asked for.
+
+        Where a branch passes through several problems and one does not know a measure, its rows are NaN.
+        """
+        arrays = self._arrays
+        if name == "step":
+            return np.arange(len(self))
+        if name == self.parameter or name == "parameter":
+            return arrays["parameter"].copy()
+        if name in ("s", "iterations", "residual", "angle"):
+            return arrays[name].copy()
+        if name in self._recorded():
+            return arrays["recorded/" + name].copy()
+        if name not in self._measure_names():
+            raise KeyError(f"no column {name!r}; there are {', '.join(self.column_names)}")
+        if name not in self._columns:
+            self._columns[name] = self._measured(name)
+        return self._columns[name].copy()
+
+    def x(self, i: int) -> np.ndarray:
+        """Return unknowns and parameter of row ``i`` (n + 1,), own units."""
+        i = range(len(self))[i]
+        start, stop = self._arrays["offsets"][i:i + 2]
+        return self._arrays["x"][start:stop].copy()
+
+    def to_pandas(self):
+        """Return all columns as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame({name: self.column(name) for name in self.column_names})
+
+    @property
+    def audit(self) -> Audit:
+        """Checks of the whole branch: parity of its reversing points, angles, residuals, rejected steps."""
+        if self._audit is None:
+            self._audit = audit_branch(self, self._arrays)
+        return self._audit
+
+    def plot(self, ax=None):
+        """Draw the branch; returns the axes."""
+        from .. import plotting
+
+        return plotting.plot_branch(self, ax=ax)
+
+    # ---- going on and saving --------------------------------------------------------------------------------------------
+
+    def extend(self, bounds=None, **options) -> "Branch":
+        """Return the branch continued at both ends; see `trace` for the options.
+
+        Parameters
+        ----------
+        bounds : tuple of float, optional
+            New bounds, own units, which must hold the old ends. Ends that stopped for another reason go on as well.
+        **options
+            ``ds_max``, ``max_steps``, ``stop``, ``record``, ``progress``.
+        """
+        from .tracing import extend
+
+        return extend(self, bounds, **options)
+
+    def save(self, path):
+        """Write the branch to a file; it is renamed into place when complete."""
+        from .. import io
+
+        return io.write(path, *self.to_record())
+
+    def to_record(self) -> tuple[dict, dict]:
+        """Return the JSON-able header and the arrays that hold the branch."""
+        return branch_record(self, self._arrays)
+
+    @classmethod
+    def from_record(cls, header, arrays, problem=None, elements=()) -> "Branch":
+        """Rebuild a branch.
+
+        Parameters
+        ----------
+        header, arrays : dict
+            As given by `to_record`.
+        problem : Problem, optional
+            For algebraic problems, whose code is not stored: an instance of the class that was traced.
+        elements : iterable of type
+            User elements and laws of the systems in the file.
+        """
+        return from_arrays(cls, header, arrays, problem, elements)
+
+    @classmethod
+    def load(cls, path, problem=None, elements=()) -> "Branch":
+        """Read a branch from a file; see `from_record`."""
+        from .. import io
+
+        return cls.from_record(*io.read(path), problem=problem, elements=elements)
+
+    # ---- private -----------------------------------------------------------------------------------------------------
+
+    def _measure_names(self):
+        return list(dict.fromkeys(name for problem in self.problems for name in problem.measure_names))
+
+    def _recorded(self):
+        return [name[len("recorded/"):] for name in self._arrays if name.startswith("recorded/")]
+
+    def _measured(self, name):
+        parts, offsets, x = self._arrays["part"], self._arrays["offsets"], self._arrays["x"]
+        pieces = []
+        for k, problem in enumerate(self.problems):
+            rows = np.flatnonzero(parts == k)
+            if rows.size == 0:
+                continue
+            if name not in problem.measure_names:
+                pieces.append(np.full(rows.size, np.nan))
+                continue
+            size = problem.scale.size
+            xs = x[offsets[rows[0]]:offsets[rows[-1] + 1]].reshape(rows.size, size)
+            pieces.append(np.asarray(problem.measure(name, xs)))
+        return np.concatenate(pieces)
+
+
+class Solutions:
+    """Sequence of the solutions of a branch, made when looked up."""
+
+    def __init__(self, branch):
+        self._branch = branch
+
+    def __len__(self) -> int:
+        return len(self._branch)
+
+    def __getitem__(self, i) -> Any:
+        if isinstance(i, slice):
+            return [self[k] for k in range(*i.indices(len(self)))]
+        branch = self._branch
+        return branch.problems[int(branch._arrays["part"][i])].solution(branch.x(i))
+
+    def __iter__(self):
+        return (self[i] for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"Solutions({len(self)})"

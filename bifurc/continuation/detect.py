@@ -1,0 +1,401 @@
+"""What lies in a step: boundaries of validity, branch points, folds and zeros of monitors, and pairs of them.
+
+A boundary is located first and the step is cut there, so that every other test is one-sided.  A test counts as crossed
+when its last clear sign changes; values at rounding level keep the old sign, so that a step that lands on a zero neither
+loses it nor counts it twice.
+"""
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .branchpoint import locate_crossing
+from .kinds import LocationStatus, SpecialPointKind, StopReason
+from .roots import enclose, polish
+from .rows import Curve, Row, tests_of
+
+SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
+BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
+MONITOR_BAND = 1e-12  # of the largest value seen
+DIP = 0.15  # a test whose interpolated extremum falls below this part of its ends is looked at
+SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
+
+
+@dataclass(slots=True, eq=False)
+class Found:
+    """A special point on the way; ``s`` and the bracket in the direction of travel."""
+
+    kind: SpecialPointKind
+    name: str
+    x: np.ndarray
+    tangent: np.ndarray
+    s: float
+    low: float
+    high: float
+    error: float
+    part: Any
+    status: LocationStatus = LocationStatus.LOCATED
+    reverses: bool = False
+    after: str = ""
+    directions: np.ndarray | None = None
+    successor: Any = None
+    corrected: Any = None
+
+    def as_row(self, row):
+        """The point as a row behind ``row``."""
+        return Row(self.corrected, row.part, self.s, 0.0, tests_of(self.corrected), row.ds)
+
+
+@dataclass(slots=True)
+class Cut:
+    """A step that ends on a boundary: its last row, the corrected point, the test that is zero, the special point."""
+
+    row: Row
+    corrected: Any
+    test: int
+    special: Found
+
+
+def clear_slope(v):
+    """Whether dp/ds is clearly not zero."""
+    return abs(v) > BOUNDARY_BAND
+
+
+def slope_before(rows, row):
+    """Last clear dp/ds on the part that ends in ``row``; 0 if there is none."""
+    for other in reversed(rows):
+        if other.part is row.part and clear_slope(other.tests[0]):
+            return other.tests[0]
+        if other.part.index < row.part.index:
+            break
+    return 0.0
+
+
+def remember(half, row, before, fresh=False):
+    """Update the last clear sign and the largest value of every test."""
+    signs, sizes, born = half.signs, half.sizes, row.part.born
+    for j, value in enumerate(row.tests):
+        size = abs(value)
+        if size > sizes[j] and size != math.inf:
+            sizes[j] = size
+        if j == 0:
+            if size <= (BOUNDARY_BAND if fresh or not before else SLOPE_BAND):
+                continue
+        elif size <= MONITOR_BAND * sizes[j] or (fresh and j == born) or value != value:
+            continue
+        signs[j] = 1 if value > 0.0 else -1
+
+
+def boundary(half, row, new):
+    """Return ``(cut, None)`` if a boundary is crossed, ``(None, None)`` if not, ``(None, cause)`` to reject the step."""
+    part = row.part
+    if not part.boundary:
+        return None, None
+    cut = None
+    for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
+        end = new if cut is None else cut.row
+        for j in part.boundary:
+            if end.tests[j] > MONITOR_BAND * max(half.sizes[j], abs(new.tests[j])) and (cut is None or j != cut.test):
+                break
+        else:
+            return cut, None
+        if half.signs[j] >= 0:
+            if row.tests[j] > 0.0 and half.signs[j] > 0:
+                return None, (StopReason.INADMISSIBLE, 0.5, "the branch does not enter the region of validity")
+            return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are not valid on either side")
+        found = zero_between(part, row, end, j)
+        if found is None:
+            return None, (StopReason.DS_MIN, 0.5, f"the boundary {part.monitors[j - 1].kind!s} could not be located")
+        c = found.corrected
+        if c.det_sign * row.det_sign < 0.0 and new.det_sign * row.det_sign < 0.0 and found.s - row.s > SHORT:
+            return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
+        turn = new.angle * (found.s - row.s) / (new.s - row.s)
+        cut = Cut(Row(c, part, found.s, turn, tests_of(c), half.ds), c, j, found)
+    return cut, None
+
+
+def crossed(half, row, new, at_boundary):
+    """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it."""
+    part = row.part
+    found = []
+    crossing = None
+    if row.det_sign * new.det_sign < 0.0 or new.singular or (
+            new.det_log < row.det_log - 16.0 and not row.singular):
+        crossing, cause = branch_point(row, new)
+        if cause is not None:
+            return None, cause
+        if crossing is not None:
+            found.append(crossing)
+            v0, v1 = row.tests[0], new.tests[0]
+            crossing.reverses = v0 * v1 < 0.0 and abs(crossing.tangent[-1]) < 1e-5
+    for j in part.events:
+        value = new.tests[j]
+        if value != value:
+            continue
+        if half.signs[j] == 0:
+            first_sign(half, row, new, j)
+        sign = half.signs[j]
+        band = MONITOR_BAND * max(half.sizes[j], abs(value)) if j else (BOUNDARY_BAND if at_boundary else SLOPE_BAND)
+        if sign == 0 or abs(value) <= band or (value > 0.0) == (sign > 0):
+            continue
+        if j == 0 and crossing is not None and crossing.reverses:
+            continue
+        a, b = (row, new) if row.tests[j] * sign > 0.0 else earlier_pair(half, row, new, j, sign)
+        special = zero_between(part, a, b, j)
+        if special is None:
+            if new.s - row.s > SHORT:
+                return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
+            special = guessed(part, row, new, j)
+        if j == 0:
+            special.reverses = True
+        if not any(other.kind is special.kind and other.name == special.name and abs(other.s - special.s) < 1e-9
+                   for other in half.found):
+            found.append(special)
+    found.sort(key=lambda special: special.s)
+    return found, None
+
+
+def first_sign(half, row, new, j):
+    """Find the sign of a test just behind a row where it is zero, so that a zero in the first step is not lost."""
+    value = Curve(row, new).test(j)
+    for t in (1e-3, 1e-2, 1e-1):
+        made = value(t)
+        if made is not None and abs(made[0]) > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * abs(new.tests[j])):
+            half.signs[j] = 1 if made[0] > 0.0 else -1
+            break
+    else:
+        half.signs[j] = int(math.copysign(1.0, new.tests[j])) if clear_slope(new.tests[j]) else 0
+    if j == 0 and half.pending is not None and half.signs[0]:
+        before, special = half.pending
+        special.reverses = before * half.signs[0] < 0.0
+        half.pending = None
+
+
+def earlier_pair(half, row, new, j, sign):
+    """The adjacent rows between which a test left its old sign, where the last row is at rounding level."""
+    after = row
+    for before in reversed(half.rows[:-1]):
+        if before.part is not row.part:
+            break
+        if before.tests[j] * sign > 0.0:
+            return before, after
+        after = before
+    return row, new
+
+
+def zero_between(part, a, b, j):
+    """Locate the zero of test ``j`` between two rows; None if that fails."""
+    curve = Curve(a, b)
+    fa, fb = a.tests[j], b.tests[j]
+    own = getattr(part.problem, "locate", None)
+    if own is not None:
+        c = own(part.kinds[j], a, b)
+        if c is not None:
+            t, _ = curve.nearest(c.x)
+            return located(part, a, b, j, curve, polish(curve.test(j), t, tests_of(c)[j], c))
+    guess = None
+    if j == 0:  # the parameter is known with its slope: root of the derivative of its cubic
+        mean = (b.p - a.p) / (part.scale[-1] * curve.length)
+        c2, c1 = 3.0 * (fa + fb) - 6.0 * mean, 6.0 * mean - 4.0 * fa - 2.0 * fb
+        root = c1 * c1 - 4.0 * c2 * fa
+        if root > 0.0:
+            q = -0.5 * (c1 + math.copysign(math.sqrt(root), c1))
+            for t in (q / c2 if c2 else -1.0, fa / q if q else -1.0):
+                if 0.0 < t < 1.0:
+                    guess = t
+    value = curve.test(j)
+    made = enclose(value, 0.0, fa, 1.0, fb, guess)
+    return None if made is None else located(part, a, b, j, curve, polish(value, *made))
+
+
+def located(part, a, b, j, curve, root):
+    """Turn a root on a curve into a special point with its error."""
+    if root is None:
+        return None
+    c = root.point
+    s = a.s + root.at * curve.length
+    monitor = part.monitors[j - 1] if j else None
+    return Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, s, a.s + root.low * curve.length,
+                 a.s + root.high * curve.length, parameter_error(part, c, root, curve.length), part, corrected=c)
+
+
+def parameter_error(part, c, root, length):
+    """Bound on the error of the parameter at a root, own units."""
+    p_scale = float(part.scale[-1])
+    p = abs(float(c.x[-1]))
+    along = p_scale * abs(float(c.tangent[-1])) * length * root.error
+    across = getattr(part.problem, "uncertainty", None)
+    own = across(c.x, c.tangent) if across is not None else 0.0
+    return along + 0.5 * root.p_curve * root.error**2 + 4.0 * root.p_noise + own + 1e-15 * (p + p_scale)
+
+
+def guessed(part, a, b, j):
+    """A special point that is only enclosed."""
+    t = abs(a.tests[j]) / (abs(a.tests[j]) + abs(b.tests[j]))
+    curve = Curve(a, b)
+    monitor = part.monitors[j - 1] if j else None
+    return Found(part.kinds[j], monitor.name if monitor else "", curve.place(t), curve.tangent(t), a.s + t * curve.length,
+                 a.s, b.s, abs(b.p - a.p) + part.scale[-1] * curve.length**2, part, LocationStatus.GUESS)
+
+
+def branch_point(row, new):
+    """Return ``(special point or None, None)`` or ``(None, cause)`` where the determinant changes sign without one."""
+    part = row.part
+    curve = Curve(row, new)
+    flips = row.det_sign * new.det_sign < 0.0
+    jump = (StopReason.DS_MIN, 0.5, "the determinant changes its sign without a branch point in every step")
+    if flips:
+        top = max(row.det_log, new.det_log)
+        da, db = math.exp(row.det_log - top), math.exp(new.det_log - top)
+        crossing = locate_crossing(part.problem, curve.place(da / (da + db)))
+    else:
+        crossing = locate_crossing(part.problem, new.x)
+    if crossing.status == "located":
+        t, distance = curve.nearest(crossing.x)
+        d = crossing.directions
+        along = d @ curve.tangent(min(max(t, 0.0), 1.0))
+        k = int(np.argmax(np.abs(along)))
+        direction = d[k] if along[k] > 0.0 else -d[k]
+        aside = distance > 0.05 * curve.length + 1e-7
+        if not aside and -0.02 <= t <= 1.02 and abs(along[k]) > 0.93:
+            if not flips and abs(t - 1.0) * curve.length > 1e-6:
+                return None, None
+            t = min(max(t, 0.0), 1.0)
+            if abs(t - 1.0) * curve.length < 1e-6 and new.singular:
+                new.x[:-1] = crossing.x[:-1]  # more digits than Newton at a singular point can give
+            error = float(part.scale[-1]) * crossing.error
+            width = max(crossing.error, 1e-15)
+            s = row.s + t * curve.length
+            special = Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, direction, s, s - width, s + width, error, part,
+                            directions=d)
+            return special, None
+        return (None, jump) if flips else (None, None)
+    if not flips:
+        return None, None
+    if crossing.status == "failed" and curve.length < SHORT and new.angle < 1e-3:
+        t = 0.5
+        s = row.s + t * curve.length
+        return Found(SpecialPointKind.BRANCH_POINT, "", curve.place(t), curve.tangent(t), s, row.s, new.s,
+                     abs(new.p - row.p) + part.scale[-1] * curve.length**2, part, LocationStatus.GUESS), None
+    return None, jump
+
+
+def at_end(half, row):
+    """Special points exactly at a first or last row, not yet found from the inside."""
+    part = row.part
+    found = []
+    for j in part.events:
+        value = row.tests[j]
+        if not abs(value) <= (1e-6 if j == 0 else 1e-8 * max(half.sizes[j], 1e-300)):
+            continue
+        if any(other.kind is part.kinds[j] and abs(other.s - row.s) < 1e-5 for other in half.found):
+            continue
+
+        def test(s, j=j):
+            try:
+                c = part.problem.correct(row.x + s * row.direction, row.tangent)
+            except Exception:
+                return None
+            return (tests_of(c)[j], c) if c.converged else None
+
+        root = polish(test, 0.0, 0.0, None)
+        if root is None:
+            continue
+        c = root.point
+        error = parameter_error(part, c, root, 1.0)
+        if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
+            monitor = part.monitors[j - 1] if j else None
+            found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s, row.s + root.low,
+                               row.s + root.high, error, part, reverses=j == 0, corrected=c))
+    return found
+
+
+def dip(half, row, new):
+    """Return a row between two zeros of one test in the step, where both ends have the same sign; None if there is none.
+
+    Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
+    touches zero to rounding is noted in ``half.unresolved``.
+    """
+    length = new.s - row.s
+    part = row.part
+    a, b = row.tests[0], new.tests[0]
+    if a * b > 0.0 and min(abs(a), abs(b)) > 1e-6:
+        sign = 1.0 if a > 0.0 else -1.0
+        a, b = abs(a), abs(b)
+        mean = sign * (new.p - row.p) / (part.scale[-1] * length)
+        c2, c1 = 3.0 * (a + b) - 6.0 * mean, 6.0 * mean - 4.0 * a - 2.0 * b
+        if c2 > 0.0 and 0.0 < -c1 < 2.0 * c2 and a - 0.25 * c1 * c1 / c2 < DIP * min(a, b):
+            inner = between(half, row, new, 0, -0.5 * c1 / c2, sign)
+            if inner is not None:
+                return inner
+    rows = half.rows
+    if len(rows) < 2 or rows[-2].part is not part:
+        return None
+    before = rows[-2]
+    back = row.s - before.s
+    for j in range(1, part.count + 1):
+        if j < part.count:
+            f0, a, b = before.tests[j], row.tests[j], new.tests[j]
+        else:  # the determinant
+            top = before.det_log
+            f0, a, b = (r.det_sign * math.exp(min(r.det_log - top, 50.0)) if r.det_sign else 0.0
+                        for r in (before, row, new))
+        if a * b <= 0.0 or f0 * a <= 0.0 or abs(a) >= abs(f0):
+            continue
+        sign = 1.0 if a > 0.0 else -1.0
+        first, second = (a - f0) / back, (b - a) / length
+        bend = sign * (second - first) / (back + length)
+        slope = sign * first + bend * back  # at `row`
+        if bend <= 0.0 or slope >= 0.0 or slope + 2.0 * bend * length <= 0.0:
+            continue
+        if abs(a) - 0.25 * slope * slope / bend < DIP * min(abs(a), abs(b)):
+            inner = between(half, row, new, j, -0.5 * slope / (bend * length), sign)
+            if inner is not None:
+                return inner
+    return None
+
+
+def between(half, row, new, j, t, sign):
+    """Search the minimum of ``sign`` times a test in a step; return a row where it is negative, None if nowhere."""
+    part = row.part
+    curve = Curve(row, new)
+    if j < part.count:
+        value = curve.test(j)
+        ends = sign * row.tests[j], sign * new.tests[j]
+    else:
+        def value(t):
+            c = curve.at(t)
+            return None if c is None else (c.det_sign * math.exp(c.det_log - row.det_log) if c.det_sign else 0.0, c)
+        ends = 1.0, math.exp(min(new.det_log - row.det_log, 50.0))
+    points = [(0.0, ends[0]), (1.0, ends[1])]
+    least = math.inf
+    for _ in range(25):
+        made = value(t)
+        if made is None:
+            return None
+        f = sign * made[0]
+        if f < 0.0 and abs(f) > MONITOR_BAND * max(ends):
+            inner = Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), (1.0 - t) * curve.length)
+            return inner
+        if f < least:
+            least = f
+        points = sorted([*points, (t, f)])
+        k = min(range(1, len(points) - 1), key=lambda i: points[i][1])
+        (t0, f0), (t1, f1), (t2, f2) = points[k - 1:k + 2]
+        d01, d12 = (f1 - f0) / (t1 - t0), (f2 - f1) / (t2 - t1)
+        bend = (d12 - d01) / (t2 - t0)
+        if bend <= 0.0:
+            return None
+        t = 0.5 * (t0 + t1) - 0.5 * d01 / bend
+        lowest = f1 - bend * (t - t1)**2
+        if lowest > 0.5 * f1 and f1 > 1e-9 * max(ends):
+            return None
+        if min(abs(t - t0), abs(t - t1), abs(t - t2)) < 1e-4 * (t2 - t0):  # a golden step keeps the three points apart
+            t = t1 + 0.1 * ((t2 - t1) if t2 - t1 > t1 - t0 else (t0 - t1))
+        if t2 - t0 < 1e-7:
+            break
+    if least <= 1e-9 * max(ends):
+        kind = part.kinds[j] if j < part.count else SpecialPointKind.BRANCH_POINT
+        half.unresolved.append((kind.value, row.s + t * curve.length, float(curve.place(t)[-1])))
+    return None

@@ -1,0 +1,346 @@
+"""What the tracer needs of a problem F(u, p) = 0, and a base class that gives all of it for a residual.
+
+Every vector of unknowns is joined with the parameter to ``x = (u, p)``, n + 1 numbers in their own units.  ``scale`` holds
+their natural sizes; arclength, angles and tangents are measured in ``x / scale``.  A tangent has unit length there, and a
+step of length ds is predicted as ``x + ds scale tangent``.
+
+A problem may be any object with the attributes and methods of `Problem`; periodic orbits bring their own, compiled.
+"""
+import copy
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..solve.bordered import factor, solve_factored
+from .kinds import CorrectorStatus, SpecialPointKind
+
+EPS = float(np.finfo(float).eps)
+MAX_ITERATIONS = 10
+SMALL = 1e-10  # a correction this small is followed by one of the order of its square
+
+
+@dataclass(frozen=True, slots=True)
+class Monitor:
+    """A smooth scalar test along a branch, of which simple zeros are special points.
+
+    Attributes
+    ----------
+    kind : SpecialPointKind
+    name : str
+        Which of several of a kind; empty if there is one.
+    boundary : bool
+        Negative where the equations of the problem are valid: its zero is the end of validity, where `Problem.switch`
+        is asked for the equations that go on.
+    """
+
+    kind: SpecialPointKind
+    name: str = ""
+    boundary: bool = False
+
+
+class Corrected:
+    """A point as the corrector leaves it.
+
+    Attributes
+    ----------
+    x : ndarray (n + 1,)
+        Unknowns and parameter, own units.
+    tangent : ndarray (n + 1,)
+        Unit tangent of the branch at ``x`` in scaled unknowns, from the Jacobian at ``x``, oriented like the given one.
+    converged : bool
+    status : CorrectorStatus
+        ``singular`` with ``converged``: ``x`` solves the equations but the tangent is not unique; the given one is kept.
+    iterations : int
+    residual : float
+        Largest residual at ``x``, in units of the residual.
+    distance : float
+        Scaled length from the guess to ``x``, dimensionless.
+    contraction : float
+        Ratio of the last two Newton corrections; 0 with fewer than two.
+    det_sign, det_log : float
+        Sign and logarithm of det [J; tangent] in scaled unknowns: the sign changes at branch points.
+    monitors : ndarray (k,)
+        Values of the problem's monitors.
+    """
+
+    __slots__ = ("x", "tangent", "converged", "status", "iterations", "residual", "distance", "contraction", "det_sign",
+                 "det_log", "monitors")
+
+    def __init__(self, x, tangent, converged, status, iterations, residual, distance, contraction, det_sign, det_log,
+                 monitors):
+        self.x = x
+        self.tangent = tangent
+        self.converged = converged
+        self.status = status
+        self.iterations = iterations
+        self.residual = residual
+        self.distance = distance
+        self.contraction = contraction
+        self.det_sign = det_sign
+        self.det_log = det_log
+        self.monitors = monitors
+
+    @property
+    def u(self) -> np.ndarray:
+        """Unknowns (n,)."""
+        return self.x[:-1]
+
+    @property
+    def p(self) -> float:
+        """Parameter."""
+        return float(self.x[-1])
+
+    def __repr__(self) -> str:
+        return f"Corrected(p={self.p:.10g}, {self.status}, {self.iterations} iterations, residual {self.residual:.1e})"
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A solution of an algebraic problem: unknowns ``u`` (n,) and parameter ``p``, own units."""
+
+    u: np.ndarray
+    p: float
+
+    def __repr__(self) -> str:
+        return f"Solution(p={self.p:.10g}, u={np.array2string(self.u, precision=6, threshold=6)})"
+
+
+NO_MONITORS = np.empty(0)
+
+
+class Problem:
+    """Base class of problems F(u, p) = 0 with one parameter; write ``residual`` and, for speed and accuracy, ``jacobian``.
+
+    Parameters
+    ----------
+    u0 : float or array (n,)
+        Unknowns at the start, own units; a guess is corrected at fixed parameter.
+    p0 : float
+        Parameter at the start, own units.
+    scale_u : float or array (n,), optional
+        Natural size of the unknowns; default max(1, |u0|) sqrt(n), so that lengths are root mean squares.
+    scale_p : float, optional
+        Natural size of the parameter; default half the width of the bounds given to `trace`, otherwise max(1, |p0|).
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    monitors : tuple of Monitor
+        Tests whose values ``monitor_values`` returns, in this order.
+    measure_names : tuple of str
+        Names that `measure` can turn into columns.
+    signature : str
+        Names the equations; shown before and after a change of equations.
+
+    Examples
+    --------
+    >>> class Parabola(Problem):
+    ...     def residual(self, u, p):
+    ...         return p + u**2
+    >>> from bifurc.continuation import trace
+    >>> trace(Parabola(0.0, 0.0), bounds=(-1, 1)).special_points[0].kind.value
+    'fold'
+    """
+
+    parameter = "p"
+    monitors: tuple[Monitor, ...] = ()
+    signature = ""
+
+    def __init__(self, u0, p0, scale_u=None, scale_p=None):
+        u0 = np.array(u0, float, ndmin=1)
+        if u0.ndim != 1 or u0.size == 0 or not np.isfinite(u0).all():
+            raise ValueError(f"u0 must be one or more finite numbers, got {u0!r}")
+        if not math.isfinite(p0):
+            raise ValueError(f"p0 must be finite, got {p0!r}")
+        self.size = u0.size
+        self.x0 = np.append(u0, float(p0))
+        if scale_u is None:
+            scale_u = max(1.0, float(np.abs(u0).max())) * math.sqrt(self.size)
+        self.scale = np.empty(self.size + 1)
+        self.scale[:-1] = _positive(scale_u, "scale_u")
+        self.scale[-1] = math.nan if scale_p is None else _positive(scale_p, "scale_p")
+
+    # ---- written by the user -----------------------------------------------------------------------------------
+
+    def residual(self, u, p):
+        """Return F(u, p) (n,); ``u`` (n,) must not be changed."""
+        raise NotImplementedError(f"{type(self).__name__} must define residual(u, p)")
+
+    def jacobian(self, u, p):
+        """Return F_u (n, n) and F_p (n,); by default by fourth-order central differences (2 to 3 digits lost)."""
+        x = np.append(u, p)
+        wide = np.empty((self.size, self.size + 1))
+        for i in range(self.size + 1):
+            h = DIFFERENCE * max(abs(x[i]), self._size(i))
+            total = 0.0
+            for k, weight in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)):
+                moved = x.copy()
+                moved[i] += k * h
+                total = total + weight * np.asarray(self.residual(moved[:-1], float(moved[-1])), float)
+            wide[:, i] = total / (12.0 * h)
+        return wide[:, :-1], wide[:, -1]
+
+    def monitor_values(self, u, p, tangent):
+        """Return the values of ``monitors`` (k,) at a solution."""
+        return NO_MONITORS
+
+    # ---- what happens at special points --------------------------------------------------------------------------
+
+    def switch(self, point, monitor):
+        """Return ``(problem, x, tangent)`` with which the branch goes on behind a boundary, or None to stop.
+
+        Parameters
+        ----------
+        point : Corrected
+            On the boundary, with the tangent in the direction of travel.
+        monitor : Monitor
+            The boundary monitor that became zero.
+        """
+        return None
+
+    def branches(self, point, n_max):
+        """Return start objects on the branches that meet this one in a special point, or None for the general rule."""
+        return None
+
+    # ---- what is shown and stored --------------------------------------------------------------------------------
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Columns that `measure` offers: the unknowns, if they are at most 12."""
+        return tuple(f"u_{i}" for i in range(self.size)) if self.size <= 12 else ("norm",)
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
+        return np.sqrt((xs[:, :-1]**2).mean(axis=1)) if name == "norm" else xs[:, int(name[2:])].copy()
+
+    def solution(self, x):
+        """Return what ``branch.orbits[i]`` shows for ``x`` (n + 1,)."""
+        return Solution(x[:-1].copy(), float(x[-1]))
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description; an algebraic problem is recognised by its class name."""
+        return {"kind": "problem", "class": type(self).__name__, "x0": self.x0.tolist(), "scale": self.scale.tolist()}
+
+    def restarted(self, x):
+        """Return a copy that starts at ``x`` (n + 1,)."""
+        other = copy.copy(self)
+        other.x0 = np.array(x, float)
+        return other
+
+    def same(self, other) -> bool:
+        """Whether ``other`` has the same equations and unknowns, so that a branch may close in it."""
+        return self is other
+
+    # ---- corrector -------------------------------------------------------------------------------------------------
+
+    def correct(self, x, tangent, fixed=False) -> Corrected:
+        """Newton in the plane through ``x`` orthogonal to ``tangent`` (or at fixed parameter), then the tangent there.
+
+        Parameters
+        ----------
+        x : ndarray (n + 1,)
+            Guess; not changed.
+        tangent : ndarray (n + 1,)
+            Unit, in scaled unknowns; orients the new tangent.
+        fixed : bool
+            Keep the parameter instead of the plane.
+
+        Returns
+        -------
+        Corrected
+        """
+        scale = self.scale
+        row = tangent
+        if fixed:
+            row = np.zeros_like(tangent)
+            row[-1] = 1.0
+        start, x, old, contraction = x, x.copy(), math.inf, 0.0
+        rounding = 4.0 * EPS * (1.0 + float(np.abs(x / scale).max()))
+        matrix = np.empty((scale.size, scale.size))
+        right = np.zeros(scale.size)
+        with np.errstate(all="ignore"):
+            for count in range(MAX_ITERATIONS + 1):
+                f, wide, floor = self._linearised(x)
+                size_f = float(np.abs(f).max())
+                if not (math.isfinite(size_f) and np.isfinite(wide).all()):
+                    return self._failed(x, tangent, CorrectorStatus.NOT_FINITE, count, size_f)
+                matrix[:-1] = wide * scale
+                matrix[-1] = row
+                lu, pivots, sign, log = factor(matrix)
+                if (np.abs(f) <= floor).all() or old <= max(rounding, SMALL) or (
+                        count > 1 and contraction < 0.1 and contraction * contraction * old < 0.1 * rounding):
+                    break  # the next quadratic correction would be below rounding
+                if sign == 0.0:
+                    return self._failed(x, tangent, CorrectorStatus.SINGULAR, count, size_f)
+                if count == MAX_ITERATIONS:
+                    return self._failed(x, tangent, CorrectorStatus.NOT_CONVERGED, count, size_f)
+                right[:-1] = f
+                step = solve_factored(lu, pivots, right)
+                length = math.sqrt(float(step @ step))
+                if not math.isfinite(length):
+                    return self._failed(x, tangent, CorrectorStatus.SINGULAR, count, size_f)
+                if count > 0:
+                    contraction = length / old
+                    if contraction > 2.0 and length > 1e-8:
+                        return self._failed(x, tangent, CorrectorStatus.NOT_CONVERGED, count, size_f)
+                old = length
+                p = x[-1]
+                x -= scale * step
+                if fixed:
+                    x[-1] = p
+            new, sign, log = self._tangent(matrix, tangent, lu, pivots, sign, log, fixed)
+            moved = (x - start) / scale
+            status = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
+            values = np.asarray(self.monitor_values(x[:-1], float(x[-1]), new), float)
+        return Corrected(x, new, True, status, count, size_f, math.sqrt(float(moved @ moved)), contraction, sign, log, values)
+
+    def wide_jacobian(self, x):
+        """Return [F_u F_p] (n, n + 1) at ``x`` (n + 1,)."""
+        fu, fp = self.jacobian(x[:-1], float(x[-1]))
+        wide = np.empty((self.size, self.size + 1))
+        wide[:, :-1] = np.reshape(fu, (self.size, self.size))
+        wide[:, -1] = np.reshape(fp, self.size)
+        return wide
+
+    def joined_residual(self, x):
+        """Return F (n,) at ``x`` (n + 1,)."""
+        return np.reshape(np.asarray(self.residual(x[:-1], float(x[-1])), float), self.size)
+
+    def _linearised(self, x):
+        """Residual, wide Jacobian, and the rounding level of each residual, estimated from its first-order terms."""
+        f = self.joined_residual(x)
+        wide = self.wide_jacobian(x)
+        return f, wide, EPS * (np.abs(wide) @ np.abs(x))
+
+    def _tangent(self, matrix, tangent, lu, pivots, sign, log, fixed):
+        """Null vector of the matrix' first n rows, oriented, with sign and log of the determinant bordered by it."""
+        if fixed:
+            matrix[-1] = tangent
+            lu, pivots, sign, log = factor(matrix)
+        if sign == 0.0:
+            return tangent, 0.0, -math.inf
+        right = np.zeros(tangent.size)
+        right[-1] = 1.0
+        new = solve_factored(lu, pivots, right)
+        length = math.sqrt(float(new @ new))
+        if not 0.0 < length < 1.0 / EPS:
+            return tangent, 0.0, -math.inf
+        return new / length, sign, log + math.log(length)  # det [J; new] = det [J; old] / (old . new)
+
+    def _failed(self, x, tangent, status, count, size_f):
+        return Corrected(x, tangent, False, status, count, size_f, math.inf, math.inf, 0.0, -math.inf, NO_MONITORS)
+
+    def _size(self, i):
+        return self.scale[i] if math.isfinite(self.scale[i]) else 1.0
+
+
+DIFFERENCE = 7e-4  # EPS**(1/5): truncation h^4 and rounding EPS/h balance
+
+
+def _positive(value, name):
+    array = np.asarray(value, float)
+    if not (np.isfinite(array).all() and (array > 0.0).all()):
+        raise ValueError(f"{name} must be finite and positive, got {value!r}")
+    return array

@@ -1,0 +1,111 @@
+"""Bracketed root of a scalar test along a curve, with an error that is measured: superlinear, then two close probes.
+
+The bracketing iteration is Chandrupatla's (Chandrupatla 1997): inverse quadratic where the three points allow it, bisection
+otherwise.  Two probes at a tiny distance then give the slope and, by their second difference, the noise of the test.
+"""
+from dataclasses import dataclass
+from typing import Any
+
+PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there is below rounding, noise is not
+SUPERLINEAR = 30  # evaluations before giving up
+
+
+@dataclass(slots=True)
+class Root:
+    """A root: position in the interval, point, interval with the sign change, error of the position, slope, noise of p."""
+
+    at: float
+    point: Any
+    low: float
+    high: float
+    error: float
+    slope: float
+    p_noise: float
+    p_curve: float
+
+
+def enclose(f, a, fa, b, fb, guess=None):
+    """Shrink a bracket until the test is 1e-9 of its values at the ends.
+
+    Parameters
+    ----------
+    f : callable
+        ``f(t) -> (value, point)`` or None where the curve cannot be computed.
+    a, b, fa, fb : float
+        Bracket and values of opposite sign (one may be zero).
+    guess : float, optional
+        First position to try, inside the bracket.
+
+    Returns
+    -------
+    tuple (t, value, point) or None
+        ``point`` is None if the root is an end of the bracket that was never evaluated here.
+    """
+    level = 1e-9 * max(abs(fa), abs(fb))
+    best = (a, fa, None) if abs(fa) <= abs(fb) else (b, fb, None)
+    if best[1] == 0.0:
+        return best
+    t = guess if guess is not None and a < guess < b else a + (b - a) * fa / (fa - fb)
+    t = min(max(t, a + 1e-3 * (b - a)), b - 1e-3 * (b - a))
+    for _ in range(SUPERLINEAR):
+        made = f(t)
+        if made is None:
+            return None
+        value, point = made
+        if abs(value) <= abs(best[1]):
+            best = (t, value, point)
+        if abs(value) <= level:
+            return best
+        # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out
+        if (value > 0.0) == (fa > 0.0):
+            c, fc = a, fa
+            a, fa = t, value
+        else:
+            c, fc = b, fb
+            b, fb = a, fa
+            a, fa = t, value
+        width = b - a
+        if abs(width) <= 1e-12:
+            return best
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+            part = fa / (fb - fa) * fc / (fb - fc) + (c - a) / width * fa / (fc - fa) * fb / (fc - fb)
+        else:
+            part = 0.5
+        least = min(0.5, 1e-10 / abs(width))
+        t = a + min(max(part, least), 1.0 - least) * width
+    return best if abs(best[1]) <= 1e-6 * (abs(fa) + abs(fb)) else None
+
+
+def polish(f, t, value, point):
+    """Refine a root known to about 1e-9 and measure its error; see `Root`.
+
+    ``f`` as in `enclose`; ``point`` may be None and is then computed.  Returns None where the slope vanishes.
+    """
+    if point is None:
+        made = f(t)
+        if made is None:
+            return None
+        value, point = made
+    probe = PROBE
+    while True:
+        below, above = f(t - probe), f(t + probe)
+        if below is None or above is None:
+            return None
+        slope = (above[0] - below[0]) / (2.0 * probe)
+        if slope == 0.0:
+            return None
+        shift = -value / slope
+        if abs(shift) <= probe and (above[0] > 0.0) != (below[0] > 0.0):
+            break
+        probe *= 10.0
+        if probe > 1e-4:
+            return None
+    made = f(t + shift)
+    if made is None:
+        return None
+    noise = abs(above[0] - 2.0 * value + below[0])
+    p_second = float(above[1].x[-1]) - 2.0 * float(point.x[-1]) + float(below[1].x[-1])
+    low, high = t - probe, t + probe
+    return Root(t + shift, made[1], low, high, (abs(made[0]) + 4.0 * noise) / abs(slope) + 4e-16, slope, abs(p_second),
+                abs(p_second) / probe**2)

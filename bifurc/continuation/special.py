@@ -1,0 +1,137 @@
+"""Special points of a branch and the list of them."""
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .kinds import LocationStatus, SpecialPointKind
+
+
+@dataclass(frozen=True, slots=True)
+class SpecialPoint:
+    """A point where something happens to a branch.
+
+    Attributes
+    ----------
+    kind : SpecialPointKind
+    parameter : float
+        Value of the parameter, own units.
+    error : float
+        Bound on the distance of ``parameter`` to the true value, own units: final bracket, measured noise of the test and
+        of the corrector, and their effect on the parameter.
+    s : float
+        Arclength, scaled unknowns.
+    bracket : tuple of float
+        Arclength interval in which the test changes its sign.
+    x : ndarray (n + 1,)
+        Unknowns and parameter, own units.
+    tangent : ndarray (n + 1,)
+        Unit tangent in scaled unknowns, along growing ``s``.
+    status : LocationStatus
+    reverses : bool
+        Whether the parameter turns back here.
+    name : str
+        Which monitor, if there are several of the kind.
+    before, after : str
+        Signature of the equations on either side, along growing ``s``.
+    directions : ndarray (2, n + 1) or None
+        Unit tangents, in scaled unknowns, of the branches that cross at a branch point.
+    """
+
+    kind: SpecialPointKind
+    parameter: float
+    error: float
+    s: float
+    bracket: tuple[float, float]
+    x: np.ndarray = field(repr=False)
+    tangent: np.ndarray = field(repr=False)
+    status: LocationStatus = LocationStatus.LOCATED
+    reverses: bool = False
+    name: str = ""
+    before: str = ""
+    after: str = ""
+    directions: np.ndarray | None = field(default=None, repr=False)
+    problem: Any = field(default=None, repr=False, compare=False)
+    successor: Any = field(default=None, repr=False, compare=False)
+
+    @property
+    def u(self) -> np.ndarray:
+        """Unknowns (n,), own units."""
+        return self.x[:-1]
+
+    @property
+    def solution(self) -> Any:
+        """The solution at this point, as in ``branch.orbits``."""
+        return self.problem.solution(self.x)
+
+    @property
+    def measures(self) -> "Measures":
+        """The problem's measures at this point, computed when looked up."""
+        return Measures(self.problem, self.x)
+
+    def __repr__(self) -> str:
+        label = f"{self.kind.value} {self.name}".strip()
+        turn = ", reverses" if self.reverses else ""
+        doubt = "" if self.status is LocationStatus.LOCATED else f", {self.status.value}"
+        return f"SpecialPoint({label} at {self.parameter:.12g} +- {self.error:.1e}, s = {self.s:.6g}{turn}{doubt})"
+
+
+class Measures:
+    """Mapping from names to the measures of one solution."""
+
+    def __init__(self, problem, x):
+        self._problem = problem
+        self._x = x
+
+    def __contains__(self, name) -> bool:
+        return name in self._problem.measure_names
+
+    def __getitem__(self, name):
+        if name not in self:
+            raise KeyError(f"no measure {name!r}; there are {', '.join(self._problem.measure_names)}")
+        return self._problem.measure(name, self._x[None])[0]
+
+    def __iter__(self):
+        return iter(self._problem.measure_names)
+
+    def __len__(self) -> int:
+        return len(self._problem.measure_names)
+
+
+class SpecialPoints(tuple[SpecialPoint, ...]):
+    """Special points in the order of arclength; ``of(kind)`` selects."""
+
+    def of(self, kind) -> "SpecialPoints":
+        """Return the points of one kind."""
+        kind = SpecialPointKind(kind)
+        return SpecialPoints(point for point in self if point.kind is kind)
+
+    def __repr__(self) -> str:
+        return "[" + ",\n ".join(repr(point) for point in self) + "]"
+
+
+def special_point(found, sign):
+    """Turn a `detect.Found` of the half in direction ``sign`` of growing arclength into a `SpecialPoint`."""
+    problem = found.part.problem
+    before = problem.signature
+    after = before if found.successor is None else found.successor.signature
+    low, high = found.low, found.high
+    if sign < 0:
+        low, high, before, after = 0.0 - high, 0.0 - low, after, before
+    return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), found.s if sign > 0 else 0.0 - found.s, (low, high),
+                        found.x, found.tangent if sign > 0 else -found.tangent, found.status, bool(found.reverses), found.name,
+                        before, after, found.directions, problem, found.successor)
+
+
+def unique(points):
+    """Sort by arclength and keep the first of points that were found from both sides of a row."""
+    kept: list[SpecialPoint] = []
+    for point in sorted(points, key=lambda point: point.s):
+        for other in kept[-4:]:
+            if (other.kind is point.kind and other.name == point.name and abs(other.s - point.s) < 1e-6
+                    and abs(other.parameter - point.parameter) <= other.error + point.error
+                    + 1e-12 * float(point.problem.scale[-1])):
+                break
+        else:
+            kept.append(point)
+    return kept

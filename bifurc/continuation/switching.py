@@ -1,0 +1,76 @@
+"""`switch_branch`: starts on the other branches that meet in a special point."""
+import numpy as np
+
+from .branchpoint import other_direction
+from .kinds import SpecialPointKind
+from .problem import Corrected
+
+AWAY = 1e-2  # scaled distance of the new start from the branch point, reduced when the corrector does not go there
+
+
+class Switched(tuple[object, ...]):
+    """Start objects on other branches, with ``status``: a sentence that says what was found, or why nothing was."""
+
+    status: str
+
+    def __new__(cls, starts, status):
+        """Join the starts with the sentence."""
+        made = super().__new__(cls, starts)
+        made.status = status
+        return made
+
+    def __repr__(self) -> str:
+        return f"Switched({len(self)} starts: {self.status})"
+
+
+def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
+    """Return starts on the other branches through a special point, which `trace` takes.
+
+    Parameters
+    ----------
+    point : SpecialPoint
+        A branch point, or any point for which the problem knows branches (orbits: period doubling, grazing).
+    n_max : int
+        Largest number of periods of the new orbits, for problems that have them.
+    distance : float
+        Scaled distance from the special point at which the general rule for branch points starts.
+
+    Returns
+    -------
+    Switched
+        A tuple, possibly empty; ``.status`` says why.
+    """
+    own = point.problem.branches(point, n_max)
+    if own is not None:
+        starts = tuple(own)
+        return Switched(starts, getattr(own, "status", f"{len(starts)} found by {type(point.problem).__name__}"))
+    if point.kind is not SpecialPointKind.BRANCH_POINT or point.directions is None:
+        return Switched((), f"no other branch is known at a {point.kind.value}")
+    problem = point.problem
+    direction = other_direction(point.directions, point.tangent)
+    starts = []
+    for sign in (1.0, -1.0):
+        start = beside(problem, point, sign * direction, distance)
+        if start is not None:
+            starts.append(start)
+    if starts:
+        return Switched(starts, f"{len(starts)} starts on the crossing branch")
+    return Switched((), "the corrector returned to the old branch at every distance; try another `distance`")
+
+
+def beside(problem, point, direction, distance):
+    """Return the problem restarted on the other branch at about ``distance`` from the point, None if it is not reached."""
+    while distance > 1e-7:
+        c = problem.correct(point.x + distance * problem.scale * direction, direction)
+        if c.converged and isinstance(c.x, np.ndarray) and leads_away(problem, point, c, distance):
+            return problem.restarted(c.x)
+        distance *= 0.25
+    return None
+
+
+def leads_away(problem, point, c: Corrected, distance):
+    """Whether a corrected point lies on the other branch and not on the one that is known."""
+    moved = (c.x - point.x) / problem.scale
+    length = float(np.sqrt(moved @ moved))
+    known = abs(float(moved @ point.tangent)) / length
+    return 0.5 * distance < length < 2.0 * distance and known < abs(float(moved @ c.tangent)) / length - 1e-6

@@ -1,0 +1,279 @@
+"""`trace`: a branch of solutions from a start, both ways, with its special points."""
+import copy
+import math
+
+import numpy as np
+
+from ..solve.bordered import null_vectors
+from ..solve.newton import newton
+from . import detect
+from .arclength import SLOPE, Half, StepOptions
+from .branch import Branch
+from .branchpoint import first_direction, locate_crossing, wide
+from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .problem import Corrected
+from .rows import Part, Row, reversed_row, tests_of
+
+DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
+
+
+def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
+          stop=None, record=None, progress=None) -> Branch:
+    """Trace the branch of solutions through a start by pseudo-arclength continuation.
+
+    Lengths are measured in scaled unknowns: a length of 1 is one natural size of the unknowns, or half the width of the
+    bounds in the parameter (see `Problem`).
+
+    Parameters
+    ----------
+    start : Problem or object with ``continuation_problem(parameter)``
+        For instance a periodic orbit; a `Problem` starts at its ``x0``, corrected at fixed parameter.
+    parameter : str, optional
+        Name of the parameter; a `Problem` has only its own.
+    bounds : tuple of float, optional
+        Two values of the parameter in any order, own units; each half ends exactly on its own.
+    direction : {None, 1, -1}
+        Both ways, or only with the parameter growing (1) or falling (-1) at first.
+    ds, ds_max, ds_min : float
+        First, largest and smallest step, dimensionless. ``ds_max`` is by default 0.2, or ``ds`` if that is larger.
+    max_steps : int
+        Largest number of steps of each half.
+    stop : callable, optional
+        ``stop(point) -> bool`` ends a half after the point for which it is true; see `rows.Point`.
+    record : callable, optional
+        ``record(point) -> dict of float``: further columns.
+    progress : bool or callable, optional
+        True shows a bar if tqdm is installed; a callable gets ``(parameter, count)`` after every step.
+
+    Returns
+    -------
+    Branch
+        Also when the trace is interrupted from the keyboard: then with the points so far.
+
+    Raises
+    ------
+    ContinuationError
+        If the start cannot be corrected onto a branch or is not valid.
+    ValueError
+        For bounds that are empty or do not hold the start, and step lengths that are not positive.
+    """
+    problem = problem_of(start, parameter)
+    low, high = ordered_bounds(bounds)
+    options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None)
+    if direction not in (None, 1, -1):
+        raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
+    p0 = float(problem.x0[-1])
+    if not low <= p0 <= high:
+        raise ValueError(f"the start has {problem.parameter} = {p0:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
+    problem = with_scale(problem, low, high)
+    first, singular = start_row(problem, options)
+    first.ds = options.ds
+    with Progress(progress, problem.parameter) as shown:
+        options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, shown)
+        plus, minus = Half(first, options, origin=first), Half(reversed_row(first), options)
+        minus.origin = minus.rows[0]
+        here = start_points(plus, first, singular)
+        plus.ask_user(first)
+        minus.rows[0].recorded = first.recorded
+        if plus.reason is not None:
+            minus.stop(StopReason.STOPPED if plus.reason is StopReason.STOPPED else plus.reason, plus.message)
+        run_halves(plus, minus, direction, singular is None and first.singular)
+    plus.found[:0] = here
+    return Branch.of_halves(plus, minus, options)
+
+
+def problem_of(start, parameter):
+    """Return the problem of a start object."""
+    if hasattr(start, "continuation_problem"):
+        return start.continuation_problem(parameter)
+    if not hasattr(start, "correct"):
+        raise TypeError(f"start must be a Problem or have continuation_problem(parameter), got {type(start).__name__}")
+    if parameter is not None and parameter != start.parameter:
+        raise ValueError(f"unknown parameter {parameter!r}; this problem has only {start.parameter!r}")
+    return start
+
+
+def ordered_bounds(bounds):
+    """Return (low, high) of an unordered pair; None is unbounded."""
+    if bounds is None:
+        return -math.inf, math.inf
+    try:
+        a, b = (float(value) for value in bounds)
+    except (TypeError, ValueError):
+        raise ValueError(f"bounds must be two numbers, got {bounds!r}") from None
+    if math.isnan(a) or math.isnan(b) or a == b:
+        raise ValueError(f"bounds must be two different numbers, got {bounds!r}")
+    return min(a, b), max(a, b)
+
+
+def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progress):
+    """Check the step lengths and join them with the bounds."""
+    ds_max = max(DS_MAX, ds) if ds_max is None else ds_max
+    for name, value in (("ds", ds), ("ds_max", ds_max), ("ds_min", ds_min)):
+        if not (0.0 < value < math.inf):
+            raise ValueError(f"{name} must be positive and finite, got {value!r}")
+    if not ds_min <= ds_max:
+        raise ValueError(f"ds_min = {ds_min!r} must not exceed ds_max = {ds_max!r}")
+    if int(max_steps) != max_steps or max_steps < 0:
+        raise ValueError(f"max_steps must be a whole number >= 0, got {max_steps!r}")
+    for name, value in (("stop", stop), ("record", record)):
+        if value is not None and not callable(value):
+            raise TypeError(f"{name} must be callable, got {value!r}")
+    return StepOptions(low, high, min(float(ds), float(ds_max)), float(ds_min), float(ds_max), int(max_steps), stop, record,
+                       progress)
+
+
+def with_scale(problem, low, high):
+    """Return the problem with the natural size of its parameter filled in, if it left it open."""
+    if math.isfinite(problem.scale[-1]):
+        return problem
+    problem = copy.copy(problem)
+    problem.scale = problem.scale.copy()
+    width = 0.5 * (high - low)
+    problem.scale[-1] = width if math.isfinite(width) else max(1.0, abs(float(problem.x0[-1])))
+    return problem
+
+
+def start_row(problem, options):
+    """Correct the start and find its tangent, also at a fold or a branch point; returns (row, Crossing or None)."""
+    x = np.array(problem.x0, float)
+    n = x.size - 1
+    j = wide(problem, x)
+    if not np.isfinite(j).all():
+        raise ContinuationError(f"the Jacobian at the start ({problem.parameter} = {x[-1]:.12g}) is not finite")
+    right, _ = null_vectors(j)
+    part = Part(problem, 0)
+    if len(right) > 1:
+        crossing = locate_crossing(problem, x)
+        if crossing.status == "located" and float(np.abs((crossing.x - x) / problem.scale).max()) < 1e-6:
+            tangent = first_direction(crossing)
+            at = crossing.x.copy()
+            at[-1] = x[-1] if abs(at[-1] - x[-1]) <= 1e-12 * problem.scale[-1] else at[-1]
+            c = problem.correct(at, tangent)
+            if c.converged:
+                c = Corrected(c.x, tangent, True, CorrectorStatus.SINGULAR, c.iterations, c.residual, c.distance, 0.0, 0.0,
+                              -math.inf, c.monitors)
+                return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), crossing
+        c = problem.correct(x, oriented(right[0]))
+        if not c.converged:
+            raise ContinuationError(f"the Jacobian at the start has lost {len(right) - 1} ranks and Newton ended with "
+                                    f"{c.status!s}; start from a point next to this one")
+        return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), None
+    tangent = oriented(right[0])
+    c = None
+    if abs(tangent[-1]) > 1e-6:
+        c = problem.correct(x, tangent, True)
+        if not c.converged:
+            solved = newton(lambda u: np.reshape(problem.residual(u, float(x[-1])), n),
+                            lambda u: np.reshape(problem.jacobian(u, float(x[-1]))[0], (n, n)), x[:-1], problem.scale[:-1])
+            if solved.success:
+                c = problem.correct(np.append(solved.x, x[-1]), tangent, True)
+    if c is None or not c.converged:
+        c = problem.correct(x, tangent)
+    if not c.converged:
+        raise ContinuationError(f"no solution was found near the start ({problem.parameter} = {x[-1]:.12g}): the corrector "
+                                f"ended with {c.status!s}, residual {c.residual:.2e}; give a better guess")
+    if not options.low <= c.p <= options.high:
+        c.x[-1] = min(max(c.p, options.low), options.high)
+    if float(np.dot(oriented(c.tangent), c.tangent)) < 0.0:
+        flip(c)
+    row = Row(c, part, 0.0, 0.0, tests_of(c), options.ds)
+    for k in part.boundary:
+        if row.tests[k] > 1e-10:
+            raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is {row.tests[k]:.3g} > 0")
+    return row, None
+
+
+def oriented(tangent):
+    """Orient by growing parameter, where that stands still by the largest unknown."""
+    k = -1 if abs(tangent[-1]) > SLOPE else int(np.argmax(np.abs(tangent)))
+    return tangent if tangent[k] > 0.0 else -tangent
+
+
+def flip(c):
+    """Turn a corrected point round in place."""
+    c.tangent = -c.tangent
+    c.det_sign = -c.det_sign
+
+
+def start_points(half, row, crossing):
+    """Special points exactly at the first row."""
+    found = detect.at_end(half, row)
+    if crossing is not None:
+        width = max(crossing.error, 1e-15)
+        found.append(detect.Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, row.tangent, 0.0, -width, width,
+                                  crossing.error * float(row.part.scale[-1]), row.part, directions=crossing.directions))
+    return found
+
+
+def run_halves(plus, minus, direction, lost):
+    """Run the halves that were asked for; an interruption keeps what there is."""
+    for half, wanted in ((plus, direction != -1), (minus, direction != 1)):
+        if half.reason is not None:
+            continue
+        if not wanted:
+            half.stop(StopReason.NOT_STARTED)
+        elif lost:
+            half.stop(StopReason.SINGULAR, "the Jacobian at the start has lost rank and no crossing of two branches is there")
+        elif half is minus and plus.reason is StopReason.CLOSED:
+            half.stop(StopReason.CLOSED)
+        elif half is minus and plus.reason is StopReason.INTERRUPTED:
+            half.stop(StopReason.INTERRUPTED)
+        else:
+            try:
+                half.run()
+            except KeyboardInterrupt:
+                half.stop(StopReason.INTERRUPTED)
+
+
+class Progress:
+    """``progress=`` as a function of (parameter, count); a tqdm bar for True, if tqdm is installed."""
+
+    def __init__(self, wanted, name):
+        self.wanted = wanted
+        self.name = name
+        self.bar = None
+
+    def __enter__(self):
+        if self.wanted is None or self.wanted is False:
+            return None
+        if callable(self.wanted):
+            return self.wanted
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            return None
+        self.bar = tqdm(unit=" points", desc="branch")
+
+        def shown(p, count):
+            self.bar.update(1)
+            if self.bar.n % 16 == 0:
+                self.bar.set_postfix_str(f"{self.name} = {p:.6g}", refresh=False)
+        return shown
+
+    def __exit__(self, *exception):
+        if self.bar is not None:
+            self.bar.close()
+        return False
+
+
+def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, stop=None, record=None,
+           progress=None) -> Branch:
+    """Go on at both ends of a branch; see `Branch.extend`."""
+    low, high = (branch.bounds if bounds is None else ordered_bounds(bounds))
+    for end in branch.ends:
+        if end.reason is StopReason.BOUND and not low <= end.p <= high:
+            raise ValueError(f"the branch ends at {branch.parameter} = {end.p:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
+    old = branch.options
+    with Progress(progress, branch.parameter) as shown:
+        options = step_options(low, high, old["ds"], old["ds_max"] if ds_max is None else ds_max, old["ds_min"], max_steps,
+                               stop, record, shown)
+        rows = branch.rows()
+        plus = Half(rows[-1], options, origin=rows[0] if len(rows) > 2 else None)
+        minus = Half(reversed_row(rows[0]), options)
+        for half, end in ((plus, branch.ends[1]), (minus, branch.ends[0])):
+            half.ds = end.ds
+            if end.reason in (StopReason.CLOSED, StopReason.NOT_STARTED):
+                half.stop(end.reason, end.message)
+        run_halves(plus, minus, None, False)
+    return branch.joined(rows, plus, minus, options)
