@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..compose.scene import Scene
-from . import sequence
+from . import motion, sequence
 from .path import ParameterPath
 from .signature import Signature
 
@@ -38,7 +38,7 @@ class Equations:
         self.scale = np.append(np.tile(np.concatenate([[0.25], self.weights]), len(signature.nodes)), parameter_scale)
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
         self.closure = signature.signs(scene.ns)
-        self.kernel = _kernel(scene)
+        self.kernel, self.motion = sequence, motion
         self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
                       signature.span, self.closure, self.scale, self.weights)
 
@@ -72,7 +72,3 @@ class Equations:
         self.kernel.set_parameter(path.tables, path.index, path.series, path.low, path.high, value)
         return path.tables
 
-
-def _kernel(scene: Scene):
-    """Return the module with the compiled corrector of a scene."""
-    return sequence

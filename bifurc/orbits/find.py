@@ -1,0 +1,267 @@
+"""Find a periodic orbit: simulate for the event signature, solve with it fixed, audit."""
+import numpy as np
+
+from ..compose.scene import Scene, scene_of
+from ..flow.scan import CHATTER, GRAZE, PASSED
+from ..flow.simulate import simulate
+from ..flow.trajectory import Trajectory
+from ..system import System
+from .equations import MAX_ITERATIONS, TOLERANCE, Equations
+from .kinds import OrbitStatus
+from .orbit import PeriodicOrbit
+from .path import constant_path
+from .sequence import GUARD
+from .signature import Signature, divided, repeated, sections
+
+CHUNK = 40  # forcing periods simulated between attempts
+MOST_PERIODS = 16  # longest period looked for when none is given
+NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
+SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
+
+
+def find_orbit(system: System, guess=None, periods: int | None = None, *, closure: int | None = None,
+               transient: int = 800) -> PeriodicOrbit:
+    """Return a periodic orbit of a forced system.
+
+    Parameters
+    ----------
+    system : System
+    guess : array (ns,), PeriodicOrbit, or None
+        State at phase 0 near the orbit; an orbit (of other parameters); None: the motion from rest is simulated until it
+        settles.
+    periods : int, optional
+        Forcing periods after which the orbit closes; default 1 for a guessed state, that of a guessed orbit, and whatever
+        the motion settles on (up to 16) without a guess.  An orbit that repeats earlier is reduced to its least period,
+        and ``how`` says so.
+    closure : {1, -1}, optional
+        -1: y(t + period/2) = -y(t), solved on the half period (symmetric systems); 1: on the full period; default: -1
+        where the orbit has this symmetry.
+    transient : int
+        Most forcing periods to be simulated without a guess.
+
+    Returns
+    -------
+    PeriodicOrbit
+        Look at ``success``, ``status`` and ``message``: a failure is told, not raised.
+
+    Raises
+    ------
+    ValueError
+        Autonomous system, a guess of wrong shape or not finite, a start beyond a stop.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> orbit.success
+    True
+    """
+    if system.period is None:
+        raise ValueError(f"{system!r} is autonomous; find_orbit needs an excitation frequency omega")
+    if periods is not None and not (isinstance(periods, (int, np.integer)) and periods >= 1):
+        raise ValueError(f"periods = {periods!r} is not allowed; it must be a whole number of at least 1")
+    if closure not in (None, 1, -1):
+        raise ValueError(f"closure = {closure!r} is not allowed; it must be 1, -1 or None")
+    if closure == -1 and system.symmetry != -1:
+        raise ValueError(f"closure = -1 is not allowed; {system!r} is not symmetric under y -> -y")
+    if isinstance(guess, PeriodicOrbit):
+        found = from_orbit(system, guess, periods)
+    elif guess is not None:
+        found = from_state(system, np.asarray(guess, float), int(periods or 1))
+    else:
+        found = settled(system, periods, transient)
+    return finished(found, closure) if found.success else found
+
+
+def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
+    """Return the orbit reduced to its least period and solved with the closure asked for."""
+    orbit = reduced(orbit)
+    if closure != 1 and orbit.system.symmetry == -1 and orbit.closure == 1:
+        half = halved(orbit)
+        if half is not None:
+            return half
+    if closure == -1 and orbit.closure == 1:
+        return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
+    return orbit
+
+
+# Newton from a guess
+
+def solve(system: System, signature: Signature, unknowns, weights, how) -> PeriodicOrbit:
+    """Return the orbit of an event signature near ``unknowns``, by Newton at fixed parameters."""
+    scene = scene_of(system)
+    equations = Equations(scene, constant_path(scene, system), signature, weights)
+    tangent = np.zeros(equations.size + 1)
+    tangent[-1] = 1.0
+    status, x, _, info = equations.correct(np.append(unknowns, 0.0), tangent, False)
+    how = {"method": "event sequence, Newton", "tolerance": TOLERANCE, "iterations": int(info[0]), **how}
+    if status != 1:
+        return PeriodicOrbit(system, signature, unknowns, weights, how, OrbitStatus.NOT_CONVERGED)
+    return PeriodicOrbit(system, signature, x[:-1], weights, how)
+
+
+def from_state(system: System, y0, periods: int) -> PeriodicOrbit:
+    """Return the orbit near a state at phase 0; the signature is that of the motion from it."""
+    motion = simulate(system, y0, periods=2 * periods)
+    found = from_motion(system, motion, 0, periods)
+    if found.success:
+        return found
+    for wait in (1, 4, 16):  # a rough guess: let the motion come closer to what attracts it
+        motion = simulate(system, y0, periods=(2 + wait) * periods)
+        later = from_motion(system, motion, wait * periods, periods)
+        if later.success:
+            later.how["note"] = f"found from the motion {wait * periods} periods after the guess"
+            return later
+    return found
+
+
+def from_motion(system: System, motion: Trajectory, first: int, periods: int) -> PeriodicOrbit:
+    """Return the orbit near a simulated motion between the periods ``first`` and ``first + periods``."""
+    scene = scene_of(system)
+    signature, unknowns, weights = read_motion(scene, motion, first, periods)
+    return solve(system, signature, unknowns, weights, {"guess": "simulation"})
+
+
+def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
+    """Return signature, unknowns and weights of a simulated motion that nearly closes after ``periods``."""
+    R, period = motion.recorded, scene.period
+    listed = []
+    for row, time, before in zip(R.rows[1:], R.times[1:], R.before[1:], strict=True):
+        m, g, after, what, whole = (int(v) for v in row)
+        if what in (PASSED, GRAZE) or scene.tables.silent[m, g]:
+            continue
+        listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before))
+    listed = [item for item in listed if item[0] >= -1e-12]
+    chosen = [item for item in listed if item[0] < listed[0][0] + periods - 1e-7] if listed else []
+    start = motion(first * period)
+    states = np.array([start] + [item[2] for item in chosen])
+    n, omega = scene.n, scene.omega
+    length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
+    length = length if length > 0.0 else 1.0
+    weights = np.full(scene.ns, length)
+    weights[n:2 * n] *= omega
+    if not chosen:
+        mode = int(R.rows[np.searchsorted(R.rows[:, 4] + R.times / period, first, side="right") - 1, 2])
+        return sections(mode, periods), np.concatenate([[0.0], start]), weights
+    nodes = divided(scene, np.array([item[1] for item in chosen], np.int64))
+    unknowns = np.concatenate([np.concatenate([[item[0]], item[2]]) for item in chosen])
+    return Signature(nodes, np.zeros(len(nodes)), float(periods)), unknowns, weights
+
+
+def from_orbit(system: System, guess: PeriodicOrbit, periods: int | None) -> PeriodicOrbit:
+    """Return the orbit of ``system`` near an orbit of other parameters, in its signature or one found by simulation."""
+    if periods is None or periods == guess.periods:
+        scene = scene_of(system)
+        if scene.keys == guess.scene.keys and scene.same_structure(guess.system):
+            found = solve(system, guess.sequence, guess.unknowns, guess.weights, {"guess": "orbit"})
+            if found.success:
+                return found
+    return from_state(system, guess.state, int(periods or guess.periods))
+
+
+# waiting for an attractor
+
+def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbit:
+    """Return the orbit on which the motion from rest settles."""
+    y, best = resting_start(system), None
+    done = 0
+    candidates = range(1, MOST_PERIODS + 1) if periods is None else [k for k in range(1, periods + 1) if periods % k == 0]
+    while done < transient:
+        motion = simulate(system, y, periods=CHUNK)
+        if not motion.success:
+            break
+        sections_ = motion.sections
+        y = sections_[-1]
+        done += CHUNK
+        size = np.abs(sections_).max(axis=0) + 1e-300
+        gaps = {k: float(np.abs((sections_[-1] - sections_[-1 - k]) / size).max()) for k in candidates}
+        least = min(gaps.values())
+        for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
+            found = from_motion(system, simulate(system, y, periods=2 * k), 0, k)
+            if found.success:
+                away = float(np.abs((found.state - y) / found.weights).max())
+                if found.stable is not False and away <= NEAR:
+                    found.how["transient periods"] = done
+                    return found
+                if best is None:
+                    best = found
+    if best is not None and best.stable is not False:
+        best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
+        return best
+    scene = scene_of(system)
+    unknowns = np.concatenate([[0.0], y])
+    return PeriodicOrbit(system, sections(0, 1.0), unknowns, np.maximum(np.abs(y), 1.0)[:scene.ns],
+                         {"method": "simulation", "transient periods": done}, OrbitStatus.NOT_FOUND)
+
+
+def resting_start(system: System) -> np.ndarray:
+    """Return the state of rest, moved out of stops that it would penetrate."""
+    scene = scene_of(system)
+    T = scene.tables
+    y = np.zeros(scene.ns)
+    for _ in range(8):
+        for m in range(len(scene.keys)):
+            for g in range(int(T.n_guards[m])):
+                direction = T.D[m, g]
+                if T.kick[m, g] and np.any(direction):
+                    row = T.G[m, g]
+                    reach = row[scene.ns] + np.hypot(row[scene.ns + 1::2], row[scene.ns + 2::2]).sum()  # at any phase
+                    depth = row[:scene.ns] @ y + reach
+                    if depth >= 0.0:
+                        y = y - direction * (depth + 0.1 * (1.0 + abs(depth)))
+    return y
+
+
+# least period and symmetry
+
+def reduced(orbit: PeriodicOrbit) -> PeriodicOrbit:
+    """Return the orbit over its least period."""
+    s = orbit.sequence
+    n = round(s.span)
+    if s.closure < 0 or n == 1:
+        return orbit
+    for k in range(1, n):
+        if n % k:
+            continue
+        times = n // k
+        if s.events == 0:
+            y0, y1 = orbit._states(np.array([0.0, float(k)]))
+            same = np.abs((y1 - y0) / orbit.weights).max() < SAME
+            nodes, rows = s.nodes[:1], orbit.unknowns[None, :1 + orbit.scene.ns]
+        else:
+            if len(s.nodes) % times:
+                continue
+            count = len(s.nodes) // times
+            rows = orbit.unknowns.reshape(len(s.nodes), -1)
+            scale = np.concatenate([[1.0], orbit.weights])
+            shift = np.zeros(len(scale))
+            shift[0] = k
+            same = (np.array_equal(s.nodes[:-count], s.nodes[count:])
+                    and np.abs((rows[count:] - shift - rows[:-count]) / scale).max() < SAME)
+            nodes, rows = s.nodes[:count], rows[:count]
+        if same:
+            how = {**orbit.how, "note": f"repeats after {k} of {n} periods and was reduced"}
+            less = Signature(divided(orbit.scene, nodes), s.fixed[:len(nodes)], float(k))
+            return solve(orbit.system, less, rows.ravel(), orbit.weights, how)
+    return orbit
+
+
+def halved(orbit: PeriodicOrbit) -> PeriodicOrbit | None:
+    """Return the orbit solved on its half period with y -> -y, or None when it has not this symmetry."""
+    s = orbit.sequence
+    if round(s.span) % 2 == 0 or len(s.nodes) % 2 and s.events:
+        return None
+    y0, y1 = orbit._states(np.array([0.0, 0.5 * s.span]))
+    if np.abs((y1 + y0) / orbit.weights).max() > SAME:
+        return None
+    count = len(s.nodes) // 2 if s.events else 1
+    rows = orbit.unknowns.reshape(len(s.nodes), -1)[:count]
+    nodes = s.nodes[:count].copy()
+    if np.any(nodes[:, GUARD] < 0) and s.events:
+        return None
+    half = Signature(divided(orbit.scene, nodes, closure=-1), s.fixed[:count], 0.5 * s.span, -1)
+    written, unknowns = repeated(orbit.scene, half, rows.ravel())
+    if s.events and not np.array_equal(written.nodes[:, :3], s.nodes[:, :3]):
+        return None
+    found = solve(orbit.system, half, rows.ravel(), orbit.weights, orbit.how)
+    return found if found.success else None

@@ -1,0 +1,286 @@
+"""PeriodicOrbit: a closed motion as an event sequence, with its multipliers, its audit and exact measures."""
+import functools
+import math
+
+import numpy as np
+
+from ..compose.scene import Scene, scene_of
+from ..flow.trajectory import Event
+from ..system import System
+from . import sequence
+from .equations import TOLERANCE, Equations
+from .kinds import OrbitStatus
+from .path import constant_path
+from .sequence import BEFORE, GUARD
+from .signature import Signature, repeated
+
+NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
+TOUCH = 1e-10  # scaled; an unlisted maximum so far beyond a guard is still a touch
+
+
+class PeriodicOrbit:
+    """A periodic motion y(t + period) = y(t).  Made by `find_orbit`, by branches and by basin maps.
+
+    Parameters
+    ----------
+    system : System
+    sequence : Signature
+        Event signature it was solved with; a half-period orbit has ``closure`` -1 there.
+    unknowns : ndarray (m (1 + ns),)
+        Time (forcing periods) and state before the event of each node.
+    weights : ndarray (ns,)
+        Natural sizes of the states.
+    how : dict, optional
+        Method, tolerances, iterations.
+
+    Attributes
+    ----------
+    system : System
+    period, periods
+        Period (time) and its number of forcing periods.
+    success, status, message
+        Whether this is a motion of the system; `OrbitStatus` and its sentence.
+    residual : float
+        Largest scaled residual of the event-sequence equations, dimensionless.
+    admissible : bool
+        No segment passes a guard unnoticed and no listed event has negative speed.
+    how : dict
+    """
+
+    def __init__(self, system: System, sequence: Signature, unknowns: np.ndarray, weights: np.ndarray, how: dict | None = None,
+                 status: OrbitStatus | None = None):
+        self.system, self.sequence = system, sequence
+        self._unknowns = np.array(unknowns, float)
+        self._unknowns.flags.writeable = False
+        self.weights = np.array(weights, float)
+        self.how = dict(how or {})
+        self._failed = status
+
+    # what it is
+
+    @property
+    def scene(self) -> Scene:
+        """Modes and tables of the system."""
+        return scene_of(self.system)
+
+    @property
+    def unknowns(self) -> np.ndarray:
+        """Times (forcing periods) and states before the events, (m (1 + ns),)."""
+        return self._unknowns
+
+    @functools.cached_property
+    def equations(self) -> Equations:
+        """Event-sequence equations at this orbit's parameters."""
+        return Equations(self.scene, constant_path(self.scene, self.system), self.sequence, self.weights)
+
+    @functools.cached_property
+    def _whole(self) -> tuple[Signature, np.ndarray]:
+        return repeated(self.scene, self.sequence, self._unknowns)
+
+    @property
+    def periods(self) -> int:
+        """Number of forcing periods after which the motion repeats."""
+        return round(self._whole[0].span)
+
+    @property
+    def period(self) -> float:
+        """Period, time."""
+        return self.periods * self.system.period
+
+    @property
+    def closure(self) -> int:
+        """-1 when y(t + period/2) = -y(t) was used to solve it, otherwise 1."""
+        return self.sequence.closure
+
+    @property
+    def signature(self) -> str:
+        """Events of a period in words."""
+        return self.sequence.text(self.scene)
+
+    @property
+    def parameters(self) -> dict:
+        """Parameters of the system."""
+        return self.system.parameters
+
+    @functools.cached_property
+    def state(self) -> np.ndarray:
+        """State (ns,) at phase 0, after the event if one falls there."""
+        return self._states(np.zeros(1))[0]
+
+    @functools.cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Events of one period from phase 0, in order of time."""
+        whole, U = self._whole
+        rows = U.reshape(len(whole.nodes), -1)
+        scene, period, found = self.scene, self.system.period, []
+        T = self.equations.path.tables
+        x, f, dw = np.empty(T.A.shape[2]), np.empty(scene.ns), np.empty(scene.nw)
+        row = np.empty(x.size)
+        P = np.empty((scene.ns, x.size))
+        engine, motion = self.equations.kernel, self.equations.motion
+        for i, (node, values) in enumerate(zip(whole.nodes.tolist(), rows, strict=True)):
+            if node[GUARD] < 0:
+                continue
+            tau = values[0] % whole.span
+            if whole.span - tau < 1e-14:
+                tau = 0.0
+            x[:scene.ns] = values[1:]
+            engine.forcing(T, tau * period, x)
+            engine.field(T, node[BEFORE], x, f)
+            engine.forcing_rate(T, x, dw)
+            engine.guard_gradient(T, node[BEFORE], node[GUARD], x, row)
+            speed = float(engine.guard_rate(row, f, dw))
+            kind = scene.event_kind(node[BEFORE], node[GUARD])
+            motion.start_of(T, whole.nodes, U, i, P, x)
+            found.append(Event(float(tau * period), scene.element_name(node[BEFORE], node[GUARD]), kind, speed,
+                               values[1:].copy(), x[:scene.ns].copy()))
+        return tuple(sorted(found, key=lambda event: event.time))
+
+    # what it says of itself
+
+    @functools.cached_property
+    def residual(self) -> float:
+        """Largest scaled residual, dimensionless."""
+        return float(np.abs(self.equations.residual(np.append(self._unknowns, 0.0))).max())
+
+    @functools.cached_property
+    def _audit(self) -> tuple[float, float]:
+        s, info = self.sequence, np.zeros(sequence.INFO)
+        self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
+                                      self._unknowns, self.weights, info)
+        return float(info[sequence.LISTED]), float(info[sequence.PEAK])
+
+    @property
+    def admissible(self) -> bool:
+        """Whether every segment was found free of unlisted events and every listed event arrives."""
+        listed, peak = self._audit
+        return listed >= -TOUCH and peak <= TOUCH
+
+    @property
+    def status(self) -> OrbitStatus:
+        """How the orbit is to be taken."""
+        if self._failed is not None:
+            return self._failed
+        if not self.residual <= 50.0 * TOLERANCE:
+            return OrbitStatus.NOT_CONVERGED
+        return OrbitStatus.CONVERGED if self.admissible else OrbitStatus.INADMISSIBLE
+
+    @property
+    def success(self) -> bool:
+        """Converged and admissible."""
+        return self.status is OrbitStatus.CONVERGED
+
+    @property
+    def message(self) -> str:
+        """The status as a sentence."""
+        return self.status.sentence
+
+    @functools.cached_property
+    def monodromy(self) -> np.ndarray:
+        """Derivative of the period map just before the first listed event (ns, ns)."""
+        whole, U = self._whole
+        M, found = np.empty((self.scene.ns, self.scene.ns)), np.zeros(2)
+        motion = self.equations.motion
+        motion.monodromy(self.equations.path.tables, whole.nodes, whole.span, U, M, found)
+        return M
+
+    @functools.cached_property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers (ns,), complex, largest modulus first; infinite at zero impact speed."""
+        M = self.monodromy
+        if not np.isfinite(M).all():
+            return np.full(len(M), complex(np.inf))
+        found = np.linalg.eigvals(M).astype(complex)
+        return found[np.lexsort((-found.imag, -found.real, -np.abs(found).round(14)))]
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether all multipliers lie inside the unit circle; None on it, or for a failed orbit."""
+        if not self.success:
+            return None
+        top = float(np.abs(self.multipliers).max())
+        return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+
+    # measures
+
+    def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
+        """Return times ``t`` (n,) from 0 over one period, both ends included, and exact states ``y`` (n, ns)."""
+        if not (isinstance(n, (int, np.integer)) and n >= 2):
+            raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
+        tau = np.linspace(0.0, self._whole[0].span, int(n))
+        return tau * self.system.period, self._states(tau)
+
+    def _states(self, tau) -> np.ndarray:
+        whole, U = self._whole
+        wrapped = U[0] + np.mod(np.asarray(tau, float) - U[0], whole.span)
+        wrapped[np.abs(wrapped - U[0] - whole.span) < 1e-14] = U[0]
+        order = np.argsort(wrapped, kind="stable")
+        out = np.empty((len(wrapped), self.scene.ns))
+        self.equations.motion.states(self.equations.path.tables, whole.nodes, whole.span, U, wrapped[order], out)
+        found = np.empty_like(out)
+        found[order] = out
+        return found
+
+    def _measure(self, dof: int, h: float) -> np.ndarray:
+        if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.scene.n):
+            raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {self.scene.n - 1}")
+        whole, U = self._whole
+        out = np.empty(5)
+        self.equations.motion.measures(self.equations.path.tables, whole.nodes, whole.span, U, int(dof), float(h), out)
+        return out
+
+    def maximum(self, dof: int = 0) -> float:
+        """Largest value of a coordinate over the period, exact."""
+        return float(self._measure(dof, 0.0)[0])
+
+    def minimum(self, dof: int = 0) -> float:
+        """Smallest value of a coordinate over the period, exact."""
+        return float(self._measure(dof, 0.0)[1])
+
+    def rms(self, dof: int = 0) -> float:
+        """Root mean square of a coordinate over the period."""
+        return math.sqrt(self._measure(dof, 0.0)[2])
+
+    def harmonic(self, h: float, dof: int = 0) -> complex:
+        """Return a - ib of a cos(h omega t) + b sin(h omega t) in a coordinate; h = 0 gives the mean.
+
+        ``h`` counts forcing frequencies; h times ``periods`` must be whole (1/2 for a period-2 orbit).
+        """
+        if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
+            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number >= 0")
+        out = self._measure(dof, h)
+        return complex(out[3], -out[4])
+
+    # files and pictures
+
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        s = self.sequence
+        header = {"kind": "orbit", "system": self.system.to_record(), "span": s.span, "closure": s.closure, "how": self.how,
+                  "status": None if self._failed is None else str(self._failed)}
+        return header, {"nodes": s.nodes, "fixed": s.fixed, "unknowns": self._unknowns, "weights": self.weights}
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "PeriodicOrbit":
+        """Make the orbit that `to_record` described; ``elements`` are user classes and laws."""
+        system = System.from_record(header["system"], elements)
+        scene_of(system)
+        signature = Signature(arrays["nodes"].astype(np.int64), arrays["fixed"], float(header["span"]), int(header["closure"]))
+        status = None if header["status"] is None else OrbitStatus(header["status"])
+        return cls(system, signature, arrays["unknowns"], arrays["weights"], header["how"], status)
+
+    def save(self, path) -> None:
+        """Write the orbit to an npz file."""
+        from .. import io
+
+        io.write(path, *self.to_record())
+
+    def plot(self, axes=None):
+        """Draw phase plane and time history; return the axes."""
+        from ..plotting import plot_orbit
+
+        return plot_orbit(self, axes)
+
+    def __repr__(self):
+        stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
+        return f"PeriodicOrbit({self.signature}, {stable}, {self.status}, residual {self.residual:.1e})"
