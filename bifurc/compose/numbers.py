@@ -4,13 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Frame, Guard, Law, Mode, Rate, Slaved
+from ..elements import Affine, Frame, Guard, Law, Mode, Rate, Slaved
 from ..system import System
 from .tables import Tables
 
 EMPTY = np.empty((0, 0))
 RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular value are dependent
-POSITION = frozenset(("u", "one", "cos", "sin"))  # a guard of these, with u, is a surface
 
 
 class DependentHolds(ValueError):
@@ -45,15 +44,25 @@ class Views(NamedTuple):
     LG: np.ndarray
 
 
-def views(flat: np.ndarray, like: Tables) -> Views:
-    """Return the parts of ``flat`` in the shapes they have in ``like``."""
+def layout(like: Tables) -> list[tuple[slice, tuple[int, ...]]]:
+    """Return place and shape of each part of ``like.flat``."""
     parts, start = [], 1
     for name in Views._fields:
-        shape = getattr(like, name).shape
-        stop = start + getattr(like, name).size
-        parts.append(flat[start:stop].reshape(shape))
-        start = stop
-    return Views(*parts)
+        part = getattr(like, name)
+        parts.append((slice(start, start + part.size), part.shape))
+        start += part.size
+    return parts
+
+
+def views(flat: np.ndarray, parts: list[tuple[slice, tuple[int, ...]]]) -> Views:
+    """Return the parts of ``flat``, laid out by `layout`."""
+    return Views(*[flat[place].reshape(shape) for place, shape in parts])
+
+
+def is_surface(value: Affine) -> bool:
+    """Return whether a guard is a surface: coordinates, and what moves them, only."""
+    names = value.names
+    return "u" in names and not names & {"s", "z", "lam"}
 
 
 class Placed(NamedTuple):
@@ -71,9 +80,10 @@ class Held(NamedTuple):
 
     owners: list  # (element, Hold) of each
     J: np.ndarray  # (holds, n)
-    solve: np.ndarray  # (holds, holds) (H M^-1 D)^-1
+    D: np.ndarray  # (n, holds) J^T push
+    solve: np.ndarray  # (holds, holds) (J M^-1 D)^-1
     lam: np.ndarray  # (holds, nx) multipliers
-    project: np.ndarray  # (n, n) accelerations that remain of free ones
+    fixed: list[int]  # coordinates that are held themselves, not in a combination
 
 
 class Packer:
@@ -100,8 +110,9 @@ class Packer:
 
     def mode(self, element: int, key: Hashable) -> Mode:
         """Return a mode of an element, made once."""
-        found = self._modes.get((element, key))
-        if found is None:
+        try:
+            return self._modes[element, key]
+        except KeyError:
             found = self._modes[element, key] = self.system.elements[element].mode(key, self.system.core)
         return found
 
@@ -162,18 +173,20 @@ class Packer:
             T.law[value:value + len(values)] = values
             row += law.rows
             value += len(values)
+        n, ns, eye = self.frame.n, self.frame.ns, self.frame.eye
+        T.A[:, :n, n:2 * n] = eye[:n, :n]
+        T.A[:, n:2 * n] = self.core_rows
+        T.R[:, :, :, :ns] = eye[:ns, :ns]
         for m, keys in enumerate(all_keys):
             self._fill_mode(T, m, keys, laws)
 
     def _fill_mode(self, T: Views, m: int, keys: tuple, laws: tuple[SceneLaw, ...]) -> None:
         frame, n = self.frame, self.frame.n
         free = T.A[m, n:2 * n]
-        free[:] = self.core_rows
         for e, key in enumerate(keys):
             load = self._load(e, key)
             if load is not None:
                 free += load
-        T.A[m, :n, n:2 * n] = frame.eye[:n, :n]
         hold = self._eliminate(T, m, keys)
         g = 0
         for e, key in enumerate(keys):
@@ -198,30 +211,33 @@ class Packer:
         row = 0
         for law in laws:
             if keys[law.element] == law.key:
-                T.LP[m, row:row + law.rows, :n] = (hold.project @ self.sites[law.element].X).T
+                push = self.sites[law.element].X
+                if hold.owners:
+                    push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
+                    push[hold.fixed] = 0.0
+                T.LP[m, row:row + law.rows, :n] = push.T
             row += law.rows
 
     def _eliminate(self, T: Views, m: int, keys: tuple) -> "Held":
         """Take the held rows out of the accelerations of mode ``m``; return multipliers and projection."""
         J, D, owners = self._held(keys)
-        n = self.frame.n
         if not owners:
-            return Held(owners, J, EMPTY, EMPTY, self.frame.eye[:n, :n])
-        free = T.A[m, n:2 * n]
+            return Held(owners, J, D, EMPTY, EMPTY, [])
+        free = T.A[m, self.frame.n:2 * self.frame.n]
         sites = [(self.sites[e], hold.row) for e, hold in owners]
         X = self.inverse @ D
         solve = 1.0 / (J @ X) if len(owners) == 1 else np.linalg.inv(J @ X)
         rest = np.array([site.rest[row] for site, row in sites])
         lam = -solve @ (J @ free + rest)
         free += X @ lam
-        project = self.frame.eye[:n, :n] - X @ (solve @ J)
+        fixed = []
         for i, row in enumerate(J):  # a held coordinate stays exactly: no rounding is left in its acceleration
             places = row.nonzero()[0]
             if places.size == 1:
+                fixed.append(places[0])
                 free[places[0]] = 0.0 - rest[i] / row[places[0]]
-                project[places[0]] = 0.0
         T.H[m, :len(owners)] = [site.S[row] for site, row in sites]
-        return Held(owners, J, solve, lam, project)
+        return Held(owners, J, D, solve, lam, fixed)
 
     def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
         """Return own multipliers by unit forces of all laws, (own, rows of laws)."""
@@ -238,15 +254,15 @@ class Packer:
                 rows = [self.frame.row(entry, local) for entry in force]
                 load = site.X * rows[0] if len(rows) == 1 else site.X @ np.array(rows)
             self._loads[e, key] = load
+            return load
         return self._loads[e, key]
 
     def _fill_reset(self, T: Views, m: int, g: int, e: int, mode: Mode, guard: Guard, local: dict) -> None:
         """Write the state after a guard: identity, position on the surface, kick, memory of the mode that is left."""
         n, ns = self.frame.n, self.frame.ns
         site, row, R = self.sites[e], T.G[m, g], T.R[m, g]
-        R[:] = self.frame.eye[:ns]
-        names = guard.value.names
-        if "u" in names and names <= POSITION:
+        surface = is_surface(guard.value)
+        if surface:
             direction = self.inverse @ row[:n]
             direction /= row[:n] @ direction
             T.D[m, g, :n] = direction
@@ -254,14 +270,15 @@ class Packer:
         if guard.kick is not None:
             W = site.J @ site.X
             constant, slope = guard.kick.impulse(np.zeros(len(W)), W)
-            R[n:2 * n] += site.X @ (slope @ site.S)
-            R[n:2 * n, ns] += site.X @ constant
+            P = slope @ site.S
+            P[:, ns] += constant
+            R[n:2 * n] += site.X @ P
             direction = site.X[:, 0]
             if len(W) > 1:
                 end = None if guard.accumulates is None else self.mode(e, guard.accumulates[1])
                 direction = site.X @ (end.hold[0].push if end and end.hold else slope @ site.J @ row[:n])
-            speeds = row[n:2 * n] @ T.A[m, n:2 * n, n:2 * n] if row[n:2 * n].any() else 0.0
-            T.B[m, g, n:2 * n] = direction / ((row[:n] + speeds) @ direction)
+            slope_of = row[:n] if surface else row[:n] + row[n:2 * n] @ T.A[m, n:2 * n, n:2 * n]
+            T.B[m, g, n:2 * n] = direction / (slope_of @ direction)
         if guard.accumulates is not None:
             T.ratio[m, g] = guard.accumulates[0]
         for i, memory in enumerate(mode.memory):

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..elements import EventKind, Frame, Guard
 from ..system import System
-from .numbers import DependentHolds, Packer, views
+from .numbers import DependentHolds, Packer, layout, views
 from .tables import Tables, allocate, rebuild
 
 CLOSURE = 16  # scenes of at most so many reachable modes are built at once
@@ -191,8 +191,8 @@ class Scene:
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
         flat = np.zeros(self.tables.flat.size)
-        frame = Frame(self.n, self.frame.nz, self.harmonics, system.omega)
-        Packer(system, frame, self.slices).fill(flat, views(flat, self.tables), self.keys, self.laws)
+        packer = Packer(system, self.frame.at(system.omega), self.slices)
+        packer.fill(flat, views(flat, self._layout), self.keys, self.laws)
         return flat
 
     def refill(self, system: System) -> Tables:
@@ -206,7 +206,8 @@ class Scene:
         """Make the tables of all modes there are."""
         self.laws = self._packer.laws(self.keys)
         tables = self._allocate()
-        self._packer.fill(tables.flat, views(tables.flat, tables), self.keys, self.laws)
+        self._layout = layout(tables)
+        self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws)
         rebuild(tables)
         self.tables = tables
 

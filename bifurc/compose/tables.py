@@ -9,6 +9,7 @@ Forcing enters as further linear states, so that undamped resonance, free masses
 cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by at most ``TURN``, the Taylor rows of the
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
 """
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -69,10 +70,10 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harm
     shapes = [(modes, ns, nx), (modes, guards, nx), (modes, guards, ns, nx), (modes, guards, ns), (modes, guards, ns),
               (modes, holds, nx), (modes, holds, nx), (modes, guards),
               (law_values,), (law_rows, nx), (law_rows, nx), (modes, law_rows, ns // 2), (modes, guards, law_rows)]
-    flat = np.zeros(1 + sum(int(np.prod(shape)) for shape in shapes))
+    flat = np.zeros(1 + sum(math.prod(shape) for shape in shapes))
     views, start = [], 1
     for shape in shapes:
-        stop = start + int(np.prod(shape))
+        stop = start + math.prod(shape)
         views.append(flat[start:stop].reshape(shape))
         start = stop
     whole = np.int64

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+ONE = ("one", 0)  # name of the constant
+
 
 class Core(NamedTuple):
     """The linear core of a system, for elements whose forces follow from it (moving frames, unbalance)."""
@@ -32,7 +34,7 @@ class Affine:
 
     def __add__(self, other):
         terms = dict(self.terms)
-        for key, weight in affine(other).terms.items():
+        for key, weight in (other.terms if type(other) is Affine else {ONE: float(other)}).items():
             terms[key] = terms.get(key, 0.0) + weight
         return Affine(terms)
 
@@ -42,10 +44,10 @@ class Affine:
         return Affine({key: -weight for key, weight in self.terms.items()})
 
     def __sub__(self, other):
-        return self + -affine(other)
+        return self + -other
 
     def __rsub__(self, other):
-        return affine(other) + -self
+        return -self + other
 
     def __mul__(self, factor):
         factor = float(factor)
@@ -80,7 +82,7 @@ class Affine:
 
 def affine(value) -> Affine:
     """Return a number as a constant expression; an expression as it is."""
-    return value if isinstance(value, Affine) else Affine({("one", 0): float(value)})
+    return value if isinstance(value, Affine) else Affine({ONE: float(value)})
 
 
 def u(row: int = 0) -> Affine:
@@ -150,7 +152,7 @@ class Frame:
         self.ns = 2 * n + nz
         self.nx = self.ns + 1 + 2 * len(harmonics)
         self.W = np.zeros((self.nx - self.ns, self.nx - self.ns))
-        self.columns = {("one", 0): self.ns}
+        self.columns = {ONE: self.ns}
         self.eye = np.eye(self.nx)
         for i, k in enumerate(harmonics):
             c = 1 + 2 * i
@@ -159,6 +161,20 @@ class Frame:
             self.W[c + 1, c] = turn
             self.columns["cos", k] = self.ns + c
             self.columns["sin", k] = self.ns + c + 1
+
+    def at(self, omega: float | None) -> "Frame":
+        """Return the same columns at another frequency."""
+        if omega == self.omega or omega is None or self.omega is None:
+            return self
+        other = object.__new__(Frame)
+        for name in Frame.__slots__:
+            setattr(other, name, getattr(self, name))
+        other.omega = omega
+        other.W = np.zeros_like(self.W)
+        for i, k in enumerate(self.harmonics):
+            other.W[1 + 2 * i, 2 + 2 * i] = -k * omega
+            other.W[2 + 2 * i, 1 + 2 * i] = k * omega
+        return other
 
     def row(self, expression, local: dict | None = None) -> np.ndarray:
         """Return an expression as a row, shape (nx,).
@@ -171,10 +187,10 @@ class Frame:
         """
         row = np.zeros(self.nx)
         rows: dict = local or {}
+        columns = self.columns
         for key, weight in affine(expression).terms.items():
-            column = self.columns.get(key)
-            if column is not None:
-                row[column] += weight
+            if key in columns:
+                row[columns[key]] += weight
             else:
                 name, index = key
                 try:
