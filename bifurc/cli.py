@@ -88,7 +88,7 @@ def run_trace(options: argparse.Namespace) -> int:
     for branch in follow(orbit, parameter, (low, high), ds_max=options.ds_max, quiet=options.quiet):
         branches.append(branch)
         branch.save(folder / f"{stem}_{len(branches)}.npz")
-        print(f"branch {len(branches)}: {len(branch.column('s'))} orbits, {_reason(branch)}")
+        print(f"branch {len(branches)}: {len(branch.column('s'))} orbits, ends: {_reason(branch)}")
     print(special_point_table(parameter, branches))
 
     figure, (ax,) = bf.plotting.figure()
@@ -329,9 +329,8 @@ def _number(text: str) -> float:
 
 
 def _reason(branch: Any) -> str:
-    """Return why the tracer stopped, as one line, for one half or both."""
-    reason = branch.stop_reason
-    return str(reason) if isinstance(reason, str) else ", ".join(str(part) for part in reason)
+    """Return why the tracer stopped, for both ends, as one line."""
+    return " and ".join(str(reason).replace("_", " ") for reason in branch.stop_reason)
 
 
 def _complex(value: complex) -> str:

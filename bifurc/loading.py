@@ -10,7 +10,6 @@ _READERS = {
     "branch": (".continuation.branch", "Branch"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
-    "trajectory": (".flow.trajectory", "Trajectory"),
 }
 
 
@@ -26,7 +25,7 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
 
     Returns
     -------
-    Branch, PeriodicOrbit, BasinMap or Trajectory
+    Branch, PeriodicOrbit or BasinMap
 
     Raises
     ------

@@ -91,7 +91,7 @@ def test_version(capsys):
 class StandInBranch(fakes.FakeBranch):
     """A branch of stand-in orbits, one a row, that knows why it stopped."""
 
-    stop_reason = "bounds"
+    stop_reason = ("bound", "bound")
 
     def __init__(self, rows, points, orbits):
         super().__init__(rows, points)
@@ -162,7 +162,7 @@ def test_trace_saves_every_branch_and_the_picture(layers, capsys, tmp_path):
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"impact_oscillator_omega_{k}.npz" for k in (1, 2, 3)} | {"impact_oscillator_omega.png"}
     assert "omega from 0.5 to 2" in out
-    assert "branch 3: 4 orbits, bounds" in out
+    assert "branch 3: 4 orbits, ends: bound and bound" in out
 
 
 def test_an_interrupt_keeps_the_finished_branches_and_draws_them(layers, capsys, tmp_path, monkeypatch):
@@ -171,7 +171,7 @@ def test_an_interrupt_keeps_the_finished_branches_and_draws_them(layers, capsys,
     def interrupted(*arguments, **options):
         branch = trace(*arguments, **options)
         if len(layers) == 2:
-            branch.stop_reason = "interrupted"
+            branch.stop_reason = ("bound", "interrupted")
         return branch
 
     monkeypatch.setattr(bf, "trace", interrupted)
