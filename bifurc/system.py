@@ -1,5 +1,6 @@
 """A mechanical system: linear core M q'' + C q' + K q, elements acting on it, and its parameters by name."""
 import functools
+import importlib
 import inspect
 import re
 from collections.abc import Callable, Iterable
@@ -236,6 +237,7 @@ class System:
         """
         own = {item.__name__: item for item in elements}
         if "builder" in record:
+            importlib.import_module(".systems", __package__)  # stands on this module; makes its builders known
             build = own.get(record["builder"]) or _BUILDERS.get(record["builder"])
             if build is None:
                 raise ValueError(f"the record uses the builder {record['builder']!r}; hand it over in elements=[...]. "
@@ -266,8 +268,14 @@ class System:
         omega = "None" if self.omega is None else f"{self.omega:g}"
         return f"System(n={self.n}, omega={omega}, elements=[{', '.join(self.labels)}])"
 
-    def __reduce__(self):
-        raise TypeError("a System is not pickled; use to_record() and System.from_record()")
+    def __getstate__(self):
+        return {**self.__dict__, "_scene": None}
+
+    def __copy__(self):
+        return self
+
+    def __deepcopy__(self, memo):
+        return self
 
 
 def builder(build: Callable[..., System]) -> Callable[..., System]:

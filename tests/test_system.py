@@ -1,11 +1,16 @@
 """Systems: matrices and elements checked, parameters by name, records, equality, symmetry."""
+import copy
 import json
+import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from bifurc import elements as el
 from bifurc import systems
+from bifurc.compose import scene_of
 from bifurc.elements import HarmonicForce, RigidStop
 from bifurc.system import System, builder
 
@@ -40,6 +45,7 @@ def test_scalars_make_one_degree_of_freedom():
     ((1.0, 0.0, 1.0, [RigidStop(dof=1)]), "degree of freedom 1 is not allowed; there are 0 to 0"),
     ((1.0, 0.0, 1.0, [RigidStop(row=(1.0, 2.0))]), "it must be 1 finite factors"),
     ((1.0, 0.0, 1.0, [RigidStop(row=(0.0,))]), "not all zero"),
+    ((1.0, 0.0, 1.0, [el.BaseMotion(row=(1.0, 2.0))]), "BaseMotion: row = .* it must be 1 factors"),
     ((1.0, 0.0, 1.0, [HarmonicForce()]), "omega = None is not allowed with HarmonicForce"),
     ((1.0, 0.0, 1.0, [RigidStop(amplitude=1.0, harmonic=1)]), "omega = None is not allowed with RigidStop"),
 ])
@@ -183,3 +189,18 @@ def test_equality_is_by_content():
 ])
 def test_symmetry_is_found_from_the_elements(elements, symmetry):
     assert System(1.0, 0.1, 1.0, elements, omega=0.7).symmetry == symmetry
+
+
+def test_copies_and_processes():
+    system = systems.impact_chain(n=2)
+    scene_of(system)
+    assert copy.deepcopy(system) is system and copy.copy(system) is system
+    sent = pickle.loads(pickle.dumps(system))
+    assert sent == system and sent._scene is None and sent.with_parameters(n=3).n == 3
+
+
+def test_builders_of_the_package_are_found_in_a_fresh_process():
+    record = json.dumps(systems.impact_oscillator(gap=0.3).to_record())
+    code = f"import json; from bifurc.system import System; print(System.from_record(json.loads('{record}')))"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert shown.startswith("impact_oscillator(") and "gap=0.3" in shown

@@ -114,16 +114,13 @@ class BaseMotion(Element):
 
     def site(self, n):
         """Return all coordinates."""
+        if self.row is not None and len(self.row) != n:
+            raise ValueError(f"BaseMotion: row = {self.row!r} is not allowed; it must be {n} factors")
         return Rows.of(np.eye(n), n)
 
     def mode(self, key, core):
         """Return the only mode."""
-        if core.omega is None:
-            raise ValueError("BaseMotion needs an excitation frequency; give the system its omega")
-        n = len(core.mass)
-        carried = np.ones(n) if self.row is None else np.array(self.row)
-        if carried.size != n:
-            raise ValueError(f"BaseMotion: row = {self.row!r} is not allowed; it must be {n} factors")
+        carried = np.ones(len(core.mass)) if self.row is None else np.array(self.row)
         speed = rate(wave(self.amplitude, self.harmonic, self.phase), core.omega)
         acceleration = rate(speed, core.omega)
         inertia = core.mass @ carried
