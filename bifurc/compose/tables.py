@@ -77,18 +77,17 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harm
         views.append(flat[start:stop].reshape(shape))
         start = stop
     whole = np.int64
-    return Tables(
-        flat, *views, k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
-        np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
-        np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole),
-        np.zeros(modes),
-        np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)), np.zeros((modes, ns, nx)),
-        np.zeros((modes, nw)), np.zeros((modes, guards, nx)))
+    counts = [k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
+              np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
+              np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole)]
+    derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
+               np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx))]
+    return Tables(*[flat, *views, *counts, *derived])
 
 
 @njit
 def rate(T, m):
-    """Bound on the rate of change in mode ``m``: scaled norm of A (velocities over the root of the stiffness), forcing."""
+    """Bound on the rate of change in mode ``m``: scaled norm of A (velocities over root of stiffness), forcing."""
     A, flat, harmonics = T.A, T.flat, T.harmonics
     ns = A.shape[1]
     n = ns // 2
@@ -111,9 +110,9 @@ def rate(T, m):
 @njit
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4 from the flat numbers."""
-    A, E, G, G4, GT, YT, flat, harmonics, n_guards, step, turn = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat, T.harmonics, T.n_guards, T.step, T.turn
+    A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat
+    harmonics, n_guards, step, turn = T.harmonics, T.n_guards, T.step, T.turn
     modes, ns, nx = A.shape
-    nw = nx - ns
     omega = flat[0]
     for m in range(modes):
         top = rate(T, m)
