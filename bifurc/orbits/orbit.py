@@ -5,13 +5,14 @@ import math
 import numpy as np
 
 from ..compose.scene import Scene, scene_of
+from ..elements import EventKind
 from ..flow.trajectory import Event
 from ..system import System
 from . import sequence
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .path import constant_path
-from .sequence import BEFORE, GUARD
+from .sequence import BEFORE, CLOSES, GUARD
 from .signature import Signature, repeated
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
@@ -130,10 +131,13 @@ class PeriodicOrbit:
             engine.forcing_rate(T, x, dw)
             engine.guard_gradient(T, node[BEFORE], node[GUARD], x, row)
             speed = float(engine.guard_rate(row, f, dw))
-            kind = scene.event_kind(node[BEFORE], node[GUARD])
+            kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
+            if node[CLOSES]:  # the rest of an infinite sequence, as one entry
+                left = _closing(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
+                kind, ratio, end = EventKind.CHATTER, float(T.ratio[node[BEFORE], node[GUARD]]), float(tau * period + left)
             motion.start_of(T, whole.nodes, U, i, P, x)
             found.append(Event(float(tau * period), scene.element_name(node[BEFORE], node[GUARD]), kind, speed,
-                               values[1:].copy(), x[:scene.ns].copy()))
+                               values[1:].copy(), x[:scene.ns].copy(), ratio, end))
         return tuple(sorted(found, key=lambda event: event.time))
 
     # what it says of itself
@@ -284,3 +288,14 @@ class PeriodicOrbit:
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         return f"PeriodicOrbit({self.signature}, {stable}, {self.status}, residual {self.residual:.1e})"
+
+
+def _closing(scene: Scene):
+    """Return the kernel that gives the duration of the rest of an infinite sequence."""
+    if scene.closed_form:
+        from ..flow.scan import closing
+
+        return closing
+    from ..compose.writer import kernels
+
+    return kernels(scene.laws, scene.n).closing

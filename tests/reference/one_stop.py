@@ -106,11 +106,11 @@ def _orbit(motion, gap, r, n, t, v, multipliers, samples):
 
 
 def resonant_orbit(force, restitution):
-    """The 1-1 orbit of the undamped oscillator at omega = 1, gap 0: speed pi force/(1 + r), both multipliers -r.
+    """Impact speed pi force/(1 + r) of the 1-1 orbit of the undamped oscillator at omega = 1; both multipliers are -r.
 
-    Over one period the unforced flow is the identity and the load adds (0, pi force) in the component in phase with it:
-    x = force t sin(t)/2 moves by (0, force pi) over a period when the impact falls at cos(t) = 1, so t = 0 mod 2 pi;
-    momentum balance (1 + r) v = pi force.  The impact lies at phase 0 because x must return to the stop.
+    Over a period the unforced flow is the identity and the load adds pi force (sin t0, cos t0) to a state at time t0:
+    the impact falls at t0 = 0, where momentum balance is (1 + r) v = pi force.  Any gap; the multipliers follow from
+    the trace -2 r and the determinant r**2 of the saltation matrix.
     """
     return mp.pi * number(force) / (1 + number(restitution))
 
