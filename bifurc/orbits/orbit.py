@@ -134,7 +134,8 @@ class PeriodicOrbit:
             kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
             if node[CLOSES]:  # the rest of an infinite sequence, as one entry
                 left = _closing(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
-                kind, ratio, end = EventKind.CHATTER, float(T.ratio[node[BEFORE], node[GUARD]]), float(tau * period + left)
+                kind, end = EventKind.CHATTER, float(tau * period + left)
+                ratio = float(T.ratio[node[BEFORE], node[GUARD]])
             motion.start_of(T, whole.nodes, U, i, P, x)
             found.append(Event(float(tau * period), scene.element_name(node[BEFORE], node[GUARD]), kind, speed,
                                values[1:].copy(), x[:scene.ns].copy(), ratio, end))
