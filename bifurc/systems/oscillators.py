@@ -84,8 +84,10 @@ def two_sided_impact_oscillator(*, zeta: float = 0.1, omega: float = 2.0, amplit
 @builder
 def bilinear_oscillator(*, zeta: float = 0.05, omega: float = 0.5, amplitude: float = 0.3, gap: float = 0.5,
                         stiffness_ratio: float = 5.0) -> System:
-    """x'' + 2 zeta x' + P(x) = amplitude cos(omega t) with P = x below the gap, and
-    stiffness_ratio x + (1 - stiffness_ratio) gap above it.
+    """x'' + 2 zeta x' + P(x) = amplitude cos(omega t), P piecewise linear with a corner at the gap.
+
+    P = x below the gap, stiffness_ratio x + (1 - stiffness_ratio) gap above it.  With the defaults the branch in omega
+    grazes, folds and flips twice each up to omega = 2.5.
 
     Parameters
     ----------
