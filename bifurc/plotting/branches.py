@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from . import style
 
 _DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
+_FINE = 8  # drawn pieces of the smooth line between two rows
 _WORDS = {1: "stable", 0: "unstable", -1: "stability unknown"}
 
 
@@ -72,9 +73,29 @@ def pieces(branch: Any, s, x, y, special, at_points) -> list[tuple[tuple[bool | 
     """Return the runs of equal style ``((contact, stable), x, y)``; a style changes exactly at a special point.
 
     Between a row and a special point the style is the row's; where it changes with no special point between two rows,
-    it changes half way.
+    it changes half way. Within a stretch of equal contact the lines are smooth; where contact begins they may have a
+    corner.
     """
     keys = list(zip(_contact(branch, s.size), _stable(branch, s.size), strict=True))
+    nodes, styles = _nodes(s, x, y, keys, special, at_points)
+    runs = []
+    start = 0
+    for i in range(1, len(styles) + 1):
+        if i < len(styles) and styles[i][0] == styles[start][0]:
+            continue
+        curve = _smooth(nodes[start:i + 1])
+        first = start
+        for k in range(start + 1, i + 1):
+            if k == i or styles[k] != styles[first]:
+                line = curve[(first - start) * _FINE:(k - start) * _FINE + 1]
+                runs.append((styles[first], line[:, 0], line[:, 1]))
+                first = k
+        start = i
+    return runs
+
+
+def _nodes(s, x, y, keys, special, at_points) -> tuple[np.ndarray, list]:
+    """Return rows and special points in one line ``(s, x, y)`` (m, 3), and the style of each interval between them."""
     marked = {point.s for point in special}
     order = np.argsort([point.s for point in special], kind="stable")
     nodes: list[tuple[float, float, float, int | None]] = []  # s, x, y, row
@@ -89,19 +110,36 @@ def pieces(branch: Any, s, x, y, special, at_points) -> list[tuple[tuple[bool | 
         nodes.append((s[row], x[row], y[row], row))
     nodes += [(special[i].s, special[i].parameter, at_points[i], None) for i in order[k:]]
 
-    runs: list[tuple[tuple[bool | None, int], list[tuple[float, float]]]] = []
+    kept, styles = nodes[:1], []
     last = keys[0] if keys else (None, -1)
     for before, after in zip(nodes, nodes[1:], strict=False):
         if after[3] is not None:
             last = keys[after[3]]
         elif before[3] is not None:
             last = keys[before[3]]
-        if after[:3] == before[:3]:  # a row on a special point
-            continue
-        if not runs or runs[-1][0] != last:
-            runs.append((last, [before[1:3]]))
-        runs[-1][1].append(after[1:3])
-    return [(key, *np.array(line).T) for key, line in runs]
+        if after[0] - kept[-1][0] > 1e-12 * (nodes[-1][0] - nodes[0][0]):
+            kept.append(after)
+            styles.append(last)
+        elif after[3] is None:  # a row on a special point: the point is the more exact
+            kept[-1] = after
+    return np.array([node[:3] for node in kept], float), styles
+
+
+def _smooth(nodes: np.ndarray) -> np.ndarray:
+    """Return points ``(x, y)``, `_FINE` an interval, of cubics over s with the slopes of parabolas at the nodes."""
+    h = np.diff(nodes[:, 0])
+    if len(h) < 2:
+        return np.linspace(nodes[0, 1:], nodes[-1, 1:], len(h) * _FINE + 1)
+    chord = np.diff(nodes[:, 1:], axis=0) / h[:, None]
+    slope = np.empty((len(nodes), 2))
+    left, right = h[:-1, None], h[1:, None]
+    slope[1:-1] = (right * chord[:-1] + left * chord[1:]) / (left + right)
+    slope[0], slope[-1] = 2 * chord[0] - slope[1], 2 * chord[-1] - slope[-2]
+    t = (np.arange(_FINE) / _FINE)[None, :, None]
+    a, b = nodes[:-1, None, 1:], nodes[1:, None, 1:]
+    da, db = (part[:, None] * h[:, None, None] for part in (slope[:-1], slope[1:]))
+    curve = a + (b - a) * t * t * (3 - 2 * t) + t * (1 - t) * ((1 - t) * da - t * db)
+    return np.vstack([curve.reshape(-1, 2), nodes[-1:, 1:]])
 
 
 def _value(point: Any, measure: str, s, y) -> float:
