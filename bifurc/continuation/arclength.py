@@ -17,7 +17,7 @@ from .rows import Curve, Part, Point, Row, arc_length, tests_of
 TARGET_ANGLE = 0.2  # radians a step
 MAX_ANGLE = 0.35  # radians; a step that turns more is rejected
 MISFIT = 0.1  # sideways distance not explained by the turn, as part of the step
-FEW, MANY = 4, 7  # Newton iterations that allow growth, that force shrinking
+FEW, MANY = 4, 6  # Newton iterations up to which steps may grow; above MANY a step is rejected: Newton has wandered
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 NEARLY_SINGULAR = 16.0  # fall of log det in one step that means the same
@@ -138,6 +138,8 @@ class Half:
         if not c.converged:
             reason = StopReason.NOT_FINITE if c.status == CorrectorStatus.NOT_FINITE else StopReason.DS_MIN
             return None, (reason, 0.4, f"the corrector ended with {c.status!s}")
+        if c.iterations > MANY and ds > 1e3 * self.options.ds_min:
+            return None, (StopReason.DS_MIN, 0.5, "Newton wanders in every step")
         if fixed:
             moved = (c.x - row.x) / row.part.scale
             along = float(np.dot(moved, row.tangent))
@@ -169,7 +171,7 @@ class Half:
     def next_length(self, ds, angle, iterations):
         """Length of the next step from what this one turned and cost."""
         factor = min(max(TARGET_ANGLE / angle, 0.5), 2.0) if angle > 0.1 else 2.0
-        if iterations >= MANY:
+        if iterations == MANY:
             factor = min(factor, 0.5)
         elif iterations > FEW:
             factor = min(factor, 1.2)
@@ -227,7 +229,7 @@ class Half:
                     continue
                 inner, cause = self.onto_bound(row, beyond)
                 return (cause or (StopReason.DS_MIN, 0.5, "")) if inner is None else self.accept(row, inner)
-        self.take(row, new, found)
+        self.take(row, new, found if cut is None else [*found, cut.special])
         if cut is not None:
             self.cross(new, cut)
         return None

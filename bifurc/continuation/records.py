@@ -128,7 +128,7 @@ def problem_from(record, problem, elements):
         made.x0 = np.array(record["x0"], float)
         made.scale = np.array(record["scale"], float)
         return made
-    from ..orbits.problem import OrbitProblem
+    from .orbit_problem import OrbitProblem
 
     return OrbitProblem.from_record(record, elements=elements)
 

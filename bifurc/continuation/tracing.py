@@ -26,8 +26,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
 
     Parameters
     ----------
-    start : Problem or object with ``continuation_problem(parameter)``
-        For instance a periodic orbit; a `Problem` starts at its ``x0``, corrected at fixed parameter.
+    start : PeriodicOrbit or Problem
+        A `Problem` starts at its ``x0``, corrected at fixed parameter.
     parameter : str, optional
         Name of the parameter; a `Problem` has only its own.
     bounds : tuple of float, optional
@@ -57,8 +57,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     ValueError
         For bounds that are empty or do not hold the start, and step lengths that are not positive.
     """
-    problem = problem_of(start, parameter)
     low, high = ordered_bounds(bounds)
+    problem = problem_of(start, parameter, bounds)
     options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None)
     if direction not in (None, 1, -1):
         raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
@@ -82,12 +82,16 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     return Branch.of_halves(plus, minus, options)
 
 
-def problem_of(start, parameter):
-    """Return the problem of a start object."""
-    if hasattr(start, "continuation_problem"):
-        return start.continuation_problem(parameter)
+def problem_of(start, parameter, bounds):
+    """Return the problem of a start object; a periodic orbit needs the name of a parameter and bounds."""
+    if hasattr(start, "unknowns"):
+        from .orbit_problem import orbit_problem
+
+        if parameter is None or bounds is None:
+            raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
+        return orbit_problem(start, parameter, ordered_bounds(bounds))
     if not hasattr(start, "correct"):
-        raise TypeError(f"start must be a Problem or have continuation_problem(parameter), got {type(start).__name__}")
+        raise TypeError(f"start must be a PeriodicOrbit or a Problem, got {type(start).__name__}")
     if parameter is not None and parameter != start.parameter:
         raise ValueError(f"unknown parameter {parameter!r}; this problem has only {start.parameter!r}")
     return start

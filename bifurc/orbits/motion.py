@@ -7,7 +7,7 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
-from ..flow.affine import advance, arc, carry, field, forcing, forcing_rate, guard_gradient, state_series
+from ..flow.affine import advance, arc, carry, field, forcing, forcing_rate, guard_gradient, reach, state_series
 from .sequence import AFTER, BEFORE, CLOSES, GUARD, guard_rate, reset, series_maximum
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -71,7 +71,7 @@ def measures(T, nodes, span, U, dof, h, out):
         s = ((U[(i + 1) * (1 + ns)] if i < count - 1 else U[0] + span) - begin) * period
         t = 0.0
         while t < s:
-            step = min(T.step[m], s - t)
+            step = min(reach(T, m, x), s - t)
             state_series(T, m, dof, x, a)
             top, low = max(top, a[0]), min(low, a[0])
             top = max(top, series_maximum(a, step)[0])

@@ -156,7 +156,7 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
         mu = wrap if last else 1.0
         end = U[nxt * size] + (span if last else 0.0)
         duration = (end - tau) * period
-        arc(T, after, xp, max(duration, 0.0), y1, Phi)  # a negative duration is met only inside Newton
+        arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
         field(T, after, xp, f)
         for c in range(ns):
             move[c] = start[c] - f[c] * period
@@ -457,7 +457,16 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
         for j in range(n):
             J[i, j] *= scales[j]
     sign2, log2 = lu(J, pivot[:n])
-    ratio = np.exp(min(log2 - log - np.log(norm), 700.0)) if sign2 != 0.0 else 0.0
-    info[FLIP] = sign2 * ratio / (1.0 + ratio)
     monitor(T, nodes, fixed, span, closure, U, weights, info)
+    short = 1.0  # det J(mu) carries the duration of every contact as a factor: an elastic graze is no flip
+    for i in range(nodes.shape[0]):
+        if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
+            begin = U[(i - 1) * (1 + weights.size)] if i > 0 else U[n - 1 - weights.size] - span
+            duration = U[i * (1 + weights.size)] - begin
+            short *= duration / (0.05 + abs(duration))
+    if abs(short) < 1e-9:
+        info[FLIP] = np.nan
+    else:
+        ratio = np.exp(min(log2 - log - np.log(norm) - np.log(abs(short)), 700.0)) if sign2 != 0.0 else 0.0
+        info[FLIP] = sign2 * np.sign(short) * ratio / (1.0 + ratio)
     return 1
