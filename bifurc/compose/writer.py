@@ -17,7 +17,8 @@ import tempfile
 
 from .lawtext import LawError, standalone
 
-ENGINE_MODULE = "bifurc.flow.smooth"
+ENGINE_MODULES = ("bifurc.flow.smooth", "bifurc.flow.smoothguards")  # their `ENGINE` names replace those of templates
+FACADE_MODULE = "bifurc.flow.smoothguards"  # has every name of the affine engine
 LAW_MODULE = "bifurc.flow.nolaw"  # what the templates import; its written twin takes its place
 AFFINE_MODULE = "bifurc.flow.affine"
 
@@ -48,7 +49,7 @@ def kernels(laws, dofs: int, template: str = AFFINE_MODULE):
     if found is None:
         text = law_text(laws, dofs)
         writer = _Writer(text)
-        found = _loaded[identity, template] = writer.module(ENGINE_MODULE if template == AFFINE_MODULE else template)
+        found = _loaded[identity, template] = writer.module(FACADE_MODULE if template == AFFINE_MODULE else template)
     return found
 
 
@@ -79,15 +80,15 @@ def law_text(laws, dofs: int) -> str:
             body = _call(f"slope_{i}", sum(places, []), local, names)
         else:
             body = _differences(i, row, rows, places, local, names)
-        slope.append(_branch(i, load, "NODES", sum(places, []), body))
-    steps = "    step = steps(local, h)\n" if differenced(laws) else ""
+        slope.append(_branch(i, load, "nodes", sum(places, []), body))
+    steps = "    step = steps(local, nodes, h)\n" if differenced(laws) else ""
     return "\n".join([
-        '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit",
-        "from bifurc.flow.gauss import NODES\n", f"DOFS = {dofs}", f"ROWS = {len(first)}",
+        '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit\n",
+        'NAME = "bifurc_step_@"  # of the step as a symbol', f"DOFS = {dofs}", f"ROWS = {len(first)}",
         f"FIRST = np.array({first})", f"COUNT = np.array({count})", f"WIDTH = {max(count)}\n\n", "\n\n".join(defined), "",
         _STEPS if steps else "",
         "@njit", "def forces(law, acts, m, nodes, local):", *force, "",
-        "@njit", "def slopes(law, acts, m, h, local, slope):", steps + "".join(slope), ""])
+        "@njit", "def slopes(law, acts, m, h, nodes, local, slope):", steps + "".join(slope), ""])
 
 
 def _branch(number: int, load: str, nodes: str, places: list[str], body: str) -> str:
@@ -116,12 +117,12 @@ def _differences(number: int, row: int, rows: int, places, local, names) -> str:
 
 _STEPS = '''
 @njit
-def steps(local, h):
+def steps(local, nodes, h):
     """Steps of the differences: a thousandth of the largest coordinate and speed met on the way."""
     out = np.empty((2, ROWS))
     for r in range(ROWS):
         size, speed = 0.0, 0.0
-        for j in range(NODES):
+        for j in range(nodes):
             size = max(size, abs(local[0, r, j]))
             speed = max(speed, abs(local[1, r, j]))
         out[0, r] = 1e-3 * max(size + h * speed, 1e-12)
@@ -160,8 +161,8 @@ class _Writer:
         whole = "\n".join((numba.__version__, sys.version, source_hash(), text))
         self.key = hashlib.sha256(whole.encode()).hexdigest()[:20]
         self.folder = pathlib.Path(cache_folder()) / "written" / self.key
-        self.text = text
-        self.engine = importlib.import_module(ENGINE_MODULE).ENGINE
+        self.text = text.replace("bifurc_step_@", f"bifurc_step_{self.key}")
+        self.engine = {name: module for module in ENGINE_MODULES for name in importlib.import_module(module).ENGINE}
         self._again: dict[str, bool] = {}
 
     def module(self, name: str):
@@ -187,9 +188,9 @@ class _Writer:
         """Return whether a module must be written again: it imports a name of the engine, or a module that must."""
         if name not in self._again:
             self._again[name] = False  # a circle would end here
-            self._again[name] = name in (ENGINE_MODULE, LAW_MODULE) or any(
-                self.again(source) or bool({alias.name for alias in node.names} & set(self.engine))
-                for node, source in _imports(name) if source not in (ENGINE_MODULE,))
+            self._again[name] = name == LAW_MODULE or any(
+                self.again(source) or not self.engine.keys().isdisjoint(alias.name for alias in node.names)
+                for node, source in _imports(name))
         return self._again[name]
 
     def _rewritten(self, name: str) -> str:
@@ -198,23 +199,20 @@ class _Writer:
         lines = text.splitlines()
         new: dict[int, str] = {}
         gone: set[int] = set()
+        own = name in (*ENGINE_MODULES, LAW_MODULE)
         for node, source in _imports(name):
-            keep, ours = [], []
+            place: dict[str, list[str]] = {}
             for alias in node.names:
-                (ours if alias.name in self.engine and name != ENGINE_MODULE else keep).append(ast.unparse(alias))
-            place = []
-            if keep:
-                place.append(f"from {self._twin(source)} import {', '.join(keep)}")
-            if ours:
-                place.append(f"from {self._twin(ENGINE_MODULE)} import {', '.join(ours)}")
+                origin = source if own else self.engine.get(alias.name, source)
+                place.setdefault(origin, []).append(ast.unparse(alias))
             gone |= set(range(node.lineno, node.end_lineno + 1))
-            new[node.lineno] = "\n".join(place)
-        if name != ENGINE_MODULE:
-            for node in ast.parse(text).body:
-                if isinstance(node, ast.FunctionDef) and node.name in self.engine:
-                    start = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-                    gone |= set(range(start, node.end_lineno + 1))
-                    new[start] = f"from {self._twin(ENGINE_MODULE)} import {node.name}"
+            new[node.lineno] = "\n".join(f"from {self._twin(origin)} import {', '.join(names)}"
+                                         for origin, names in place.items())
+        for node in ast.parse(text).body:
+            if not own and isinstance(node, ast.FunctionDef) and node.name in self.engine:
+                start = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+                gone |= set(range(start, node.end_lineno + 1))
+                new[start] = f"from {self._twin(self.engine[node.name])} import {node.name}"
         out = [new.get(i, "") if i in gone else line for i, line in enumerate(lines, 1)]
         return "\n".join(out) + "\n"
 

@@ -155,6 +155,12 @@ def multiply(a, b, scratch):
 
 
 @njit
+def reach(T, m, x):
+    """Duration from ``x`` on which the series of guards and states are good: a step of the tables."""
+    return T.step[m]
+
+
+@njit
 def guard_series(T, m, g, x, a):
     """Write the Taylor coefficients (ORDER+1,) of guard ``g`` along the flow from ``x``; good up to one step."""
     A, GT = T.A, T.GT

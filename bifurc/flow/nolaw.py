@@ -3,6 +3,7 @@ import numpy as np
 
 from .._jit import njit
 
+NAME = "bifurc_step_nolaw"  # of the step as a symbol
 DOFS = 0  # degrees of freedom; 0: as the tables say
 ROWS = 0  # rows of all laws
 FIRST = np.zeros(1, np.int64)  # first row of the law that owns a row
@@ -16,5 +17,5 @@ def forces(law, acts, m, nodes, local):
 
 
 @njit
-def slopes(law, acts, m, h, local, slope):
-    """Write derivatives ``slope`` (2, rows, WIDTH, NODES) of the forces by coordinates and speeds of the own rows."""
+def slopes(law, acts, m, h, nodes, local, slope):
+    """Write derivatives ``slope`` (2, rows, WIDTH, nodes) of the forces by coordinates and speeds of the own rows."""

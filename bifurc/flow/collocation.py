@@ -1,0 +1,407 @@
+"""Steps of a mode under a law that is not affine: collocation at eight Gauss points.
+
+The accelerations at the nodes are iterated (order 16; integrating to the last digit with few long steps is Everhart's
+idea, 1985, see also Rein and Spiegel 2015).  Positions are integrated twice, so that an iteration gains two orders of
+the step.  Variations of the state obey the same equations, linear.
+
+All other kernels reach the step through one C function, bound by its name: LLVM would otherwise optimise the step again
+in each of them, and compilation would take minutes.
+
+This is a template: the written module of a scene (`bifurc.compose.writer`) is this text with the law functions of that
+scene in the place of `nolaw`.  As it stands it integrates affine scenes, which the tests use.
+"""
+import llvmlite.binding
+import numpy as np
+from numba import carray, cfunc, types
+
+from .._jit import njit
+from ..compose.tables import TURN
+from .gauss import DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS, C
+from .nolaw import COUNT, DOFS, FIRST, NAME, ROWS, WIDTH, forces, slopes
+
+ITERATIONS = 30
+SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
+WORST = 30.0  # times the defect aimed at is still accepted
+TABLED, WISH, ERROR, ARRAYS = range(4)  # places in the scratch: step of the tabled turns, step wished next, defect
+ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
+
+
+@njit
+def rate(A, m, LU, LS, LP, law, acts, x, f, local):
+    """Write y' into ``f`` (ns,); ``local`` (3, rows, 1) is room for coordinates, speeds and forces of the laws."""
+    n = DOFS if DOFS > 0 else A.shape[1] // 2
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    for i in range(n):
+        f[i] = x[n + i]
+        total = 0.0
+        for c in range(x.size):
+            total += A[m, n + i, c] * x[c]
+        f[n + i] = total
+    if rows > 0:
+        for r in range(rows):
+            total, speed = 0.0, 0.0
+            for c in range(x.size):
+                total += LU[r, c] * x[c]
+                speed += LS[r, c] * x[c]
+            local[0, r, 0] = total
+            local[1, r, 0] = speed
+        forces(law, acts, m, 1, local)
+        for r in range(rows):
+            for i in range(n):
+                f[n + i] += LP[m, r, i] * local[2, r, 0]
+
+
+@njit
+def prepare(harmonics, omega, h, turn):
+    """Fill the turns of the forcing states at the nodes and the end of a step ``h``."""
+    for k in range(harmonics.size):
+        angle = harmonics[k] * omega * h
+        for j in range(NODES):
+            turn[1 + 2 * k, j] = np.cos(angle * C[j])
+            turn[2 + 2 * k, j] = np.sin(angle * C[j])
+        turn[1 + 2 * k, NODES] = np.cos(angle)
+        turn[2 + 2 * k, NODES] = np.sin(angle)
+
+
+@njit
+def excite(A, m, LU, LS, x, turn, base, local):
+    """Write what the forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
+    n = DOFS if DOFS > 0 else base.shape[0]
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    ns = 2 * n
+    for i in range(n):
+        for j in range(NODES):
+            base[i, j] = A[m, n + i, ns]
+    for r in range(rows):
+        for j in range(NODES):
+            local[3, r, j] = LU[r, ns]
+            local[4, r, j] = LS[r, ns]
+    for c in range(1, x.size - ns, 2):
+        cos0, sin0 = x[ns + c], x[ns + c + 1]
+        for j in range(NODES):
+            cos = turn[c, j] * cos0 - turn[c + 1, j] * sin0
+            sin = turn[c, j] * sin0 + turn[c + 1, j] * cos0
+            for i in range(n):
+                base[i, j] += A[m, n + i, ns + c] * cos + A[m, n + i, ns + c + 1] * sin
+            for r in range(rows):
+                local[3, r, j] += LU[r, ns + c] * cos + LU[r, ns + c + 1] * sin
+                local[4, r, j] += LS[r, ns + c] * cos + LS[r, ns + c + 1] * sin
+
+
+@njit
+def spread(x, i, n, h, a, q, v):
+    """Positions and velocities of coordinate ``i`` at the nodes, from its accelerations there."""
+    for j in range(NODES):
+        once, twice = 0.0, 0.0
+        for k in range(NODES):
+            twice += DOUBLE[j, k] * a[i, k]
+            once += SINGLE[j, k] * a[i, k]
+        q[i, j] = x[i] + h * (C[j] * x[n + i] + h * twice)
+        v[i, j] = x[n + i] + h * once
+
+
+@njit
+def finish(x, i, n, h, a):
+    """Move coordinate ``i`` and its velocity in ``x`` to the end of the step."""
+    once, twice = 0.0, 0.0
+    for k in range(NODES):
+        twice += MOMENTS[k] * a[i, k]
+        once += WEIGHTS[k] * a[i, k]
+    x[i] += h * (x[n + i] + h * twice)
+    x[n + i] += h * once
+
+
+@njit
+def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base):
+    """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
+
+    ``local`` (5, rows, NODES): coordinates, speeds, forces of the laws, and what forcing adds to the first two; ``q``,
+    ``v``, ``a``, ``base`` (n, NODES).  Returns the number of iterations, 0 where they do not converge, and the largest
+    acceleration.
+    """
+    n = DOFS if DOFS > 0 else a.shape[0]
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    excite(A, m, LU, LS, x, turn, base, local)
+    for i in range(n):
+        for j in range(NODES):
+            a[i, j] = f0[n + i]
+    old = np.inf
+    for iteration in range(1, ITERATIONS + 1):
+        for i in range(n):
+            spread(x, i, n, h, a, q, v)
+        if rows > 0:
+            for r in range(rows):
+                for j in range(NODES):
+                    total, speed = local[3, r, j], local[4, r, j]
+                    for i in range(n):
+                        total += LU[r, i] * q[i, j]
+                        speed += LS[r, n + i] * v[i, j]
+                    local[0, r, j] = total
+                    local[1, r, j] = speed
+            forces(law, acts, m, NODES, local)
+        change, top, size = 0.0, 0.0, 0.0
+        for i in range(n):
+            for j in range(NODES):
+                new = base[i, j]
+                for k in range(n):
+                    new += A[m, n + i, k] * q[k, j] + A[m, n + i, n + k] * v[k, j]
+                for r in range(rows):
+                    new += LP[m, r, i] * local[2, r, j]
+                change = max(change, abs(new - a[i, j]))
+                top = max(top, abs(new))
+                size = max(size, abs(q[i, j]))
+                a[i, j] = new
+        noise = 2e-15 * (top + stiff * size)
+        if not (change < np.inf):
+            return 0, top
+        if change <= noise or (iteration > 1 and change < 0.5 * old and change * change <= noise * (old - change)):
+            return iteration, top
+        if iteration > 4 and change > 0.5 * old:
+            if change <= 1e3 * noise:
+                return iteration, top
+            if change > old:
+                return 0, top
+        old = change
+    return 0, 0.0
+
+
+@njit
+def defect(h, f0, f1, top, a):
+    """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed."""
+    n = DOFS if DOFS > 0 else a.shape[0]
+    worst = 0.0
+    for i in range(n):
+        a0, a1 = 0.0, 0.0
+        for k in range(NODES):
+            a0 += EDGES[0, k] * a[i, k]
+            a1 += EDGES[1, k] * a[i, k]
+        worst = max(worst, abs(a0 - f0[n + i]), abs(a1 - f1[n + i]))
+        top = max(top, abs(f1[i] / h))
+    return worst / top if top > 0.0 else 0.0
+
+
+@njit
+def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
+    """Derivatives of the acceleration at some nodes in positions, ``K`` (n, n, nodes), and velocities, ``D``.
+
+    ``slope`` (2, rows, WIDTH, nodes) is room for the derivatives of the laws.
+    """
+    n = DOFS if DOFS > 0 else K.shape[0]
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    nodes = K.shape[2]
+    for i in range(n):
+        for c in range(n):
+            for j in range(nodes):
+                K[i, c, j] = A[m, n + i, c]
+                D[i, c, j] = A[m, n + i, n + c]
+    if rows > 0:
+        slopes(law, acts, m, h, nodes, local, slope)
+        for r in range(rows):
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                for i in range(n):
+                    for c in range(n):
+                        pu = LP[m, r, i] * LU[other, c]
+                        ps = LP[m, r, i] * LS[other, n + c]
+                        for j in range(nodes):
+                            K[i, c, j] += pu * slope[0, r, b, j]
+                            D[i, c, j] += ps * slope[1, r, b, j]
+
+
+@njit
+def vary(x, X, row, h, K, D, iterations, q, v, a):
+    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room."""
+    n = DOFS if DOFS > 0 else K.shape[0]
+    for i in range(2 * n):
+        x[i] = X[row, i]
+    for i in range(n):
+        for j in range(NODES):
+            q[i, j] = x[i] + h * C[j] * x[n + i]
+            v[i, j] = x[n + i]
+    for iteration in range(iterations + 1):
+        for i in range(n):
+            for j in range(NODES):
+                total = 0.0
+                for c in range(n):
+                    total += K[i, c, j] * q[c, j] + D[i, c, j] * v[c, j]
+                a[i, j] = total
+        if iteration < iterations:
+            for i in range(n):
+                spread(x, i, n, h, a, q, v)
+    for i in range(n):
+        finish(x, i, n, h, a)
+    for i in range(2 * n):
+        X[row, i] = x[i]
+
+
+@njit
+def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
+            base):
+    """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
+
+    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
+    """
+    n = DOFS if DOFS > 0 else a.shape[0]
+    ns = 2 * n
+    if not fresh:
+        prepare(harmonics, omega, h, turn)
+    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base)
+    if iterations == 0:
+        return 0, np.inf
+    for i in range(ns):
+        moved[i] = now[i]
+    for i in range(n):
+        finish(moved, i, n, h, a)
+    moved[ns] = 1.0
+    for c in range(ns + 1, now.size, 2):
+        cos, sin = turn[c - ns, NODES], turn[c + 1 - ns, NODES]
+        moved[c], moved[c + 1] = cos * now[c] - sin * now[c + 1], cos * now[c + 1] + sin * now[c]
+    rate(A, m, LU, LS, LP, law, acts, moved, f1, one)
+    e = defect(h, f0, f1, top, a)
+    return iterations, e if e < np.inf else np.inf
+
+
+@njit
+def wished(h, e, aim):
+    """Step that would have the defect ``aim``, from one with the defect ``e``."""
+    if e == np.inf:
+        return 0.25 * h
+    return h * min(2.0, max(0.1, 0.9 * (aim / max(e, 1e-30)) ** (1.0 / NODES)))
+
+
+@njit
+def longest(harmonics, omega):
+    """Longest step on which the forcing is one Taylor series."""
+    return ANGLE / (harmonics[-1] * omega) if harmonics.size > 0 and omega > 0.0 else np.inf
+
+
+@njit
+def scratch_of(n, rows, nw, count):
+    """Return the scratch array of `step` for ``count`` variations."""
+    size = ARRAYS + nw * (NODES + 1) + rows * (5 * NODES + 3) + n * (4 * NODES + 4)
+    if count > 0:
+        size += 2 * (NODES + 1) * (n * n + rows * WIDTH) + 2 * n
+    scratch = np.empty(size)
+    scratch[TABLED] = 0.0
+    return scratch
+
+
+@njit
+def shaped(scratch, start, a, b):
+    """A part of the scratch array as a matrix (a, b), and where the next part starts."""
+    return scratch[start:start + a * b].reshape((a, b)), start + a * b
+
+
+@njit
+def shaped3(scratch, start, a, b, c):
+    """A part of the scratch array as (a, b, c), and where the next part starts."""
+    return scratch[start:start + a * b * c].reshape((a, b, c)), start + a * b * c
+
+
+_numbers, _whole = types.CPointer(types.float64), types.CPointer(types.int64)
+SIGNATURE = types.float64(
+    types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp,
+    types.float64, types.float64, types.float64, types.float64,
+    _numbers, _numbers, _numbers, _numbers, _numbers, _whole, _whole,
+    _numbers, _numbers, _numbers, _numbers, _numbers, _numbers, _numbers)
+
+
+def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim,
+          A_, LU_, LS_, LP_, law_, acts_, harmonics_, x_, x1_, acc_, force_, X_, accs_, scratch_):
+    """See `step`."""
+    n = DOFS if DOFS > 0 else n
+    rows = ROWS if DOFS > 0 else rows
+    ns = 2 * n
+    A, LU, LS, LP = carray(A_, (m + 1, ns, nx)), carray(LU_, (rows, nx)), carray(LS_, (rows, nx)), carray(LP_, (m + 1, rows, n))
+    law, acts, harmonics = carray(law_, (values,)), carray(acts_, (m + 1, laws)), carray(harmonics_, (harmonic_count,))
+    x, x1, acc, force = carray(x_, (nx,)), carray(x1_, (nx,)), carray(acc_, (n, NODES + 2)), carray(force_, (rows, NODES + 2))
+    nw = nx - ns
+    size = ARRAYS + nw * (NODES + 1) + rows * (5 * NODES + 3) + n * (4 * NODES + 4)
+    if count > 0:
+        size += 2 * (NODES + 1) * (n * n + rows * WIDTH) + 2 * n
+    scratch = carray(scratch_, (size,))
+    turn, at = shaped(scratch, ARRAYS, nw, NODES + 1)
+    local, at = shaped3(scratch, at, 5, rows, NODES)
+    one, at = shaped3(scratch, at, 3, rows, 1)
+    q, at = shaped(scratch, at, n, NODES)
+    v, at = shaped(scratch, at, n, NODES)
+    a, at = shaped(scratch, at, n, NODES)
+    base, at = shaped(scratch, at, n, NODES)
+    f0 = scratch[at:at + ns]
+    f1 = scratch[at + ns:at + 2 * ns]
+    at += 2 * ns
+    rate(A, m, LU, LS, LP, law, acts, x, f0, one)
+    for r in range(rows):
+        force[r, 0] = one[2, r, 0]
+    while True:
+        fresh = abs(h - scratch[TABLED]) <= 1e-14 * abs(h)
+        iterations, e = attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, (TURN / unit) ** 2, h, fresh, x, x1, f0, f1,
+                                turn, local, one, q, v, a, base)
+        scratch[TABLED] = h
+        scratch[ERROR] = e
+        scratch[WISH] = wished(abs(h), e, aim)
+        if e <= WORST * aim or not abs(h) > SHORTEST * unit:
+            break
+        h = scratch[WISH] if h > 0.0 else -scratch[WISH]
+    if iterations == 0:
+        for i in range(ns):
+            x1[i] = np.nan
+    for i in range(n):
+        acc[i, 0] = f0[n + i]
+        acc[i, NODES + 1] = f1[n + i]
+        for j in range(NODES):
+            acc[i, j + 1] = a[i, j]
+    for r in range(rows):
+        force[r, NODES + 1] = one[2, r, 0]
+        for j in range(NODES):
+            force[r, j + 1] = local[2, r, j]
+    if count == 0:
+        return h
+    X, accs = carray(X_, (count, ns)), carray(accs_, (count, n, NODES + 2))
+    K, at = shaped3(scratch, at, n, n, NODES)
+    D, at = shaped3(scratch, at, n, n, NODES)
+    slope = scratch[at:at + 2 * rows * WIDTH * NODES].reshape((2, rows, WIDTH, NODES))
+    at += 2 * rows * WIDTH * NODES
+    Ke, at = shaped3(scratch, at, n, n, 1)
+    De, at = shaped3(scratch, at, n, n, 1)
+    edge = scratch[at:at + 2 * rows * WIDTH].reshape((2, rows, WIDTH, 1))
+    at += 2 * rows * WIDTH
+    room = scratch[at:at + ns]
+    linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D)
+    for end in range(2):
+        if edges:
+            rate(A, m, LU, LS, LP, law, acts, x if end == 0 else x1, f1, one)
+            linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
+        for k in range(count):
+            if end == 1:
+                vary(room, X, k, h, K, D, iterations, q, v, a)
+            if edges:
+                for i in range(n):
+                    total = 0.0
+                    for c in range(n):
+                        total += Ke[i, c, 0] * X[k, c] + De[i, c, 0] * X[k, n + c]
+                    accs[k, i, end * (NODES + 1)] = total
+                    if end == 1:
+                        for j in range(NODES):
+                            accs[k, i, j + 1] = a[i, j]
+    return h
+
+
+COMPILED = cfunc(SIGNATURE, cache=True, error_model="numpy")(_step)
+llvmlite.binding.add_symbol(NAME, COMPILED.address)
+BOUND = types.ExternalFunction(NAME, SIGNATURE)
+
+
+@njit
+def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
+    """One step of at most ``h`` from ``x`` (nx,) to ``x1`` with a defect near ``aim``; return its length.
+
+    ``acc`` (n, NODES + 2) and ``force`` (rows, NODES + 2) receive accelerations and forces of laws at start, nodes and
+    end; the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
+    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  Where the law leaves the
+    finite numbers ``x1`` is NaN, which the callers' statuses catch.
+    """
+    A, LU, harmonics, law, acts = T.A, T.LU, T.harmonics, T.law, T.acts
+    return BOUND(m, A.shape[1] // 2, LU.shape[0], A.shape[2], harmonics.size, acts.shape[1], law.size, X.shape[0], edges,
+                 T.flat[0], T.step[m], h, aim, A.ctypes, LU.ctypes, T.LS.ctypes, T.LP.ctypes, law.ctypes, acts.ctypes,
+                 harmonics.ctypes, x.ctypes, x1.ctypes, acc.ctypes, force.ctypes, X.ctypes, accs.ctypes, scratch.ctypes)

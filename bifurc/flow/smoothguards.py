@@ -1,0 +1,419 @@
+"""Guards and states of modes under a law: polynomials on a step, certified passage, divided guards, peaks.
+
+The accelerations at the start, the nodes and the end of a step make a polynomial of degree nine, positions one of degree
+eleven.  Steps for polynomials are short (`TIGHT`), so that zeros found on them are as good as the state; steps that are
+only proved free of events are long, with the defect as a bound on what the polynomial may miss.
+"""
+import numpy as np
+
+from .._jit import njit
+from ..compose.tables import ORDER
+from .affine import forcing, forcing_rate  # noqa: F401  (with these the module has all names of `affine`)
+from .collocation import ERROR, WISH, WORST, longest, rate, scratch_of, step
+from .gauss import NODES, POWERS
+from .nolaw import COUNT, DOFS, FIRST, ROWS, WIDTH, slopes
+from .polynomial import EPS, fourth, highest, horner
+from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
+
+ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
+          "closing", "segment_peak")
+TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 30 times that allowed
+CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed, as in `scan`
+ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
+FITTED = 1e4  # rounding of a coefficient that comes from the polynomial, against one of the field
+HIGHEST_ORDER = 5  # of a zero that is looked for
+
+
+@njit
+def fitted(T, m, x, limit, acc, force, x1, X, accs):
+    """Take a step of at most ``limit`` from ``x`` (nx,) on which polynomials are good; return its length.  See `step`."""
+    n, rows = acc.shape[0], force.shape[0]
+    scratch = scratch_of(n, rows, x.size - 2 * n, X.shape[0])
+    h = min(limit, min(longest(T.harmonics, T.flat[0]), T.step[m]))
+    return step(T, m, x, h, TIGHT, x1, acc, force, X, 1, accs, scratch)
+
+
+@njit
+def integrated(gamma, h, times, a):
+    """Add the polynomial through ``gamma`` (NODES + 2,) on [0, h], integrated ``times`` times, to ``a`` (ORDER + 1,)."""
+    unit = 1.0
+    for j in range(NODES + 2):
+        total = 0.0
+        for k in range(NODES + 2):
+            total += POWERS[j, k] * gamma[k]
+        total *= unit
+        if times > 0:
+            total /= j + 1
+        if times > 1:
+            total /= j + 2
+        a[j + times] += total
+        unit /= h
+
+
+@njit
+def series(T, m, g, x, n, h, acc, force, forced, a):
+    """Write guard ``g`` along ``x`` (state in the first ``2 n``) with accelerations ``acc`` as a polynomial ``a``; ``forced`` 0: a variation.
+    """
+    G, LG = T.G, T.LG
+    rows = ROWS if DOFS > 0 else LG.shape[2]
+    ns = 2 * n
+    gamma = np.empty(NODES + 2)
+    for j in range(ORDER + 1):
+        a[j] = 0.0
+    for times in range(1, 3):
+        some = False
+        for j in range(NODES + 2):
+            gamma[j] = 0.0
+        for i in range(n):
+            w = G[m, g, i] if times == 2 else G[m, g, n + i]
+            if w != 0.0:
+                some = True
+                for j in range(NODES + 2):
+                    gamma[j] += w * acc[i, j]
+        if some:
+            integrated(gamma, h, times, a)
+    for c in range(ns):
+        a[0] += G[m, g, c] * x[c]
+    for i in range(n):
+        a[1] += G[m, g, i] * x[n + i]
+    if forced == 0:
+        return
+    for r in range(rows):
+        if LG[m, g, r] != 0.0:
+            for j in range(NODES + 2):
+                gamma[j] = LG[m, g, r] * force[r, j]
+            integrated(gamma, h, 0, a)
+    a[0] += G[m, g, ns]
+    for k in range(T.harmonics.size):
+        omega = T.harmonics[k] * T.flat[0]
+        c = ns + 1 + 2 * k
+        even = G[m, g, c] * x[c] + G[m, g, c + 1] * x[c + 1]
+        odd = G[m, g, c + 1] * x[c] - G[m, g, c] * x[c + 1]
+        unit = 1.0
+        for j in range(0, ORDER + 1, 2):
+            a[j] += unit * even
+            unit *= omega / (j + 1)
+            if j < ORDER:
+                a[j + 1] += unit * odd
+            unit *= -omega / (j + 2)
+
+
+@njit
+def reach(T, m, x):
+    """Duration from ``x`` on which the series of guards and states are good."""
+    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    return fitted(T, m, x, np.inf, np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(nx), np.empty((0, 2)),
+                  np.empty((0, n, NODES + 2)))
+
+
+@njit
+def guard_series(T, m, g, x, a):
+    """Write the polynomial (ORDER+1,) of guard ``g`` along the flow from ``x``; good up to `reach`."""
+    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    series(T, m, g, x, n, h, acc, force, 1, a)
+
+
+@njit
+def state_series(T, m, i, x, a):
+    """Write the polynomial (ORDER+1,) of state ``i`` along the flow from ``x``; good up to `reach`."""
+    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    for j in range(ORDER + 1):
+        a[j] = 0.0
+    if i < n:
+        integrated(acc[i], h, 2, a)
+        a[1] += x[n + i]
+    else:
+        integrated(acc[i - n], h, 1, a)
+    a[0] += x[i]
+
+
+@njit
+def guard_value(T, m, g, x):
+    """Value of guard ``g`` of mode ``m`` at ``x``."""
+    row = np.empty(x.size)
+    return guard_and_gradient(T, m, g, x, row)
+
+
+@njit
+def guard_gradient(T, m, g, x, row):
+    """Write the derivative of guard ``g`` in ``x`` into ``row`` (nx,)."""
+    guard_and_gradient(T, m, g, x, row)
+
+
+@njit
+def guard_and_gradient(T, m, g, x, row):
+    """Return guard ``g`` at ``x``; its derivative goes into ``row`` (nx,)."""
+    A, G, LU, LS, LG = T.A, T.G, T.LU, T.LS, T.LG
+    rows = ROWS if DOFS > 0 else LU.shape[0]
+    total = 0.0
+    weight = 0.0
+    for c in range(x.size):
+        row[c] = G[m, g, c]
+        total += G[m, g, c] * x[c]
+    for r in range(rows):
+        weight += abs(LG[m, g, r])
+    if weight > 0.0:
+        one, edge, f = np.empty((3, rows, 1)), np.empty((2, rows, WIDTH, 1)), np.empty(A.shape[1])
+        rate(A, m, LU, LS, T.LP, T.law, T.acts, x, f, one)
+        slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
+        for r in range(rows):
+            total += LG[m, g, r] * one[2, r, 0]
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                for c in range(x.size):
+                    row[c] += LG[m, g, r] * (edge[0, r, b, 0] * LU[other, c] + edge[1, r, b, 0] * LS[other, c])
+    return total
+
+
+@njit
+def guard_divided(T, m, g, x, s, order, row):
+    """Return guard ``g`` at ``s`` after ``x`` over ``s**order``, and its derivative in ``s``; that in ``x`` is ``row``.
+
+    The first ``order`` terms of its series vanish at an orbit and are left out.  In the forcing states ``row`` is right
+    along their own motion only, which is all that a start time can change.
+    """
+    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    ns = 2 * n
+    acc, force, x1 = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(nx)
+    X, accs = np.eye(ns), np.empty((ns, n, NODES + 2))
+    f0, dw, a, unit = np.empty(ns), np.empty(nx - ns), np.empty(ORDER + 1), np.empty(ns)
+    field(T, m, x, f0)
+    forcing_rate(T, x, dw)
+    h = fitted(T, m, x, np.inf, acc, force, x1, X, accs)
+    weight = 0.0
+    for r in range(rows):
+        weight += abs(T.LG[m, g, r])
+    if s <= h and weight == 0.0:
+        series(T, m, g, x, n, h, acc, force, 1, a)
+        value, slope, later = 0.0, 0.0, 0.0
+        for j in range(ORDER, order - 1, -1):
+            slope = slope * s + value
+            value = value * s + a[j]
+            later = later * s + (a[j + 1] * (j + 1) if j < ORDER else 0.0)
+        for c in range(ns):
+            for i in range(ns):
+                unit[i] = 1.0 if i == c else 0.0
+            series(T, m, g, unit, n, h, accs[c], force, 0, a)
+            e = 0.0
+            for j in range(ORDER, order - 1, -1):
+                e = e * s + a[j]
+            row[c] = e
+    else:
+        y1, Phi, f, end = np.empty(ns), np.empty((ns, ns)), np.empty(ns), np.empty(nx)
+        carry(T, m, x, s, x1)
+        arc(T, m, x, s, y1, Phi)
+        field(T, m, x1, f)
+        value = guard_and_gradient(T, m, g, x1, end) / s**order
+        forcing_rate(T, x1, dw)
+        later = 0.0
+        for c in range(ns):
+            later += end[c] * f[c]
+            row[c] = 0.0
+            for i in range(ns):
+                row[c] += end[i] * Phi[i, c] / s**order
+        for k in range(1, nx - ns):
+            later += end[ns + k] * dw[k]
+        later /= s**order
+        slope = later - order * value / s
+        forcing_rate(T, x, dw)
+    size = 0.0
+    for c in range(ns):  # a later start along the motion: the series moves on by what it does in time
+        later -= row[c] * f0[c]
+    for k in range(nx - ns):
+        size += dw[k] * dw[k]
+    for k in range(nx - ns):
+        row[ns + k] = later * dw[k] / size if size > 0.0 else 0.0
+    return value, slope
+
+
+@njit
+def coast(T, m, x, count, orders, slopes_known):
+    """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return how many were proved free of events.
+
+    Inside such a step go as many long steps of the collocation as are needed; on each the guards' polynomials must stay
+    below zero by more than the defect allows them to be wrong.
+    """
+    G, LG, unit, guards = T.G, T.LG, T.step[m], T.n_guards[m]
+    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], x.size
+    for g in range(guards):
+        if orders[g] > 0:
+            return 0
+    acc, force, p = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
+    now, x1, none, accs = x.copy(), np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2))
+    scratch = scratch_of(n, rows, nx - 2 * n, 0)
+    top = min(longest(T.harmonics, T.flat[0]), unit)
+    wish = top
+    for k in range(count):
+        left = unit
+        steps = int(np.ceil(left / wish))
+        while steps > 0:
+            tried = left / steps
+            h = step(T, m, now, tried, DEFECT, x1, acc, force, none, 0, accs, scratch)
+            e = scratch[ERROR]
+            if not e <= WORST * DEFECT:
+                return k
+            most, largest = 0.0, 0.0
+            for i in range(n):
+                most = max(most, abs(x1[n + i] / h))
+                for j in range(NODES + 2):
+                    most = max(most, abs(acc[i, j]))
+            for r in range(rows):
+                for j in range(NODES + 2):
+                    largest = max(largest, abs(force[r, j]))
+            for g in range(guards):
+                series(T, m, g, now, n, h, acc, force, 1, p)
+                wrong = fourth(p, 0, h) * h**4 / 384.0
+                for i in range(n):
+                    wrong += e * most * h * (abs(G[m, g, i]) * h + abs(G[m, g, n + i]))
+                for r in range(rows):
+                    wrong += e * largest * abs(LG[m, g, r])
+                g1, d1 = horner(p, 0, h)
+                if not max(max(p[0], g1), max(p[0] + h / 3.0 * p[1], g1 - h / 3.0 * d1)) + wrong < 0.0:
+                    return k
+            for c in range(nx):
+                now[c] = x1[c]
+            left -= h
+            steps -= 1
+            wish = min(scratch[WISH], top)
+            if h != tried or steps > 0 and (wish < 0.8 * h or wish > 1.6 * h):
+                steps = int(np.ceil(left / wish)) if left > 1e-14 * unit else 0
+        for c in range(nx):
+            x[c] = now[c]
+    return count
+
+
+@njit
+def guard_terms(T, m, g, x, a, size):
+    """Write the polynomial (ORDER+1,) of guard ``g`` along the flow from ``x`` and what its rounding is measured by.
+
+    Derivatives up to the second for positions, the first for speeds, the value for reactions are exact to rounding of
+    their terms, which are added up in ``size`` (ORDER+1,); from the next on they come from the polynomial.
+    """
+    A, G, GT, LG, LP = T.A, T.G, T.GT, T.LG, T.LP
+    n, nx = A.shape[1] // 2, A.shape[2]
+    rows = ROWS if DOFS > 0 else LG.shape[2]
+    one, acc, force = np.empty((3, rows, 1)), np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
+    rate(A, m, T.LU, T.LS, LP, T.law, T.acts, x, np.empty(2 * n), one)
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    series(T, m, g, x, n, h, acc, force, 1, a)
+    exact = 2
+    for i in range(n):
+        if G[m, g, n + i] != 0.0:
+            exact = 1
+    for j in range(ORDER + 1):
+        size[j] = 0.0
+        for c in range(nx):
+            size[j] += abs(GT[m, g, c, j] * x[c])
+    for r in range(rows):
+        if LG[m, g, r] != 0.0:
+            exact = 0
+        size[0] += abs(LG[m, g, r] * one[2, r, 0])
+        for i in range(n):
+            force_size = abs(LP[m, r, i] * one[2, r, 0])
+            size[1] += abs(G[m, g, n + i]) * force_size
+            size[2] += 0.5 * abs(G[m, g, i]) * force_size
+    for j in range(exact + 1, ORDER + 1):
+        size[j] = max(size[j], size[j - 1] / h)
+    for j in range(exact + 1, ORDER + 1):
+        size[j] *= FITTED
+
+
+@njit
+def inside(T, m, g, x, a):
+    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero forever; order of its zero at ``x``."""
+    size = np.empty(ORDER + 1)
+    guard_terms(T, m, g, x, a, size)
+    for j in range(HIGHEST_ORDER + 1):
+        if a[j] < -ZERO * size[j]:
+            return -1, j
+        if a[j] > ZERO * size[j]:
+            return 1, j
+    return 0, ORDER
+
+
+@njit
+def bend(T, m, g, x, f):
+    """Second time derivative at ``x`` of a guard of positions; ``f`` (ns,) receives the field."""
+    G = T.G
+    ns = f.size
+    n = ns // 2
+    field(T, m, x, f)
+    total = 0.0
+    for i in range(n):
+        total += G[m, g, i] * f[n + i]
+    for k in range(T.harmonics.size):
+        c = ns + 1 + 2 * k
+        total -= (T.harmonics[k] * T.flat[0]) ** 2 * (G[m, g, c] * x[c] + G[m, g, c + 1] * x[c + 1])
+    return total
+
+
+@njit
+def closing(T, m, g, x, v, out):
+    """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
+
+    As for affine modes, with the loss of acceleration by speed and its rate along the held motion as differences: they
+    only weigh the second order.  Returns 0 where the sequence does not (yet) close; ``out`` is ``x`` without the speed.
+    """
+    B, ratio, step, ends_in = T.B, T.ratio, T.step, T.ends_in
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    r = ratio[m, g]
+    f, fast, moved = np.empty(ns), np.empty(nx), np.empty(nx)
+    push = bend(T, m, g, x, f)
+    if push <= 0.0 or r * v > CLOSE * (1.0 - r) * push * step[m]:
+        return 0.0
+    for c in range(nx):
+        out[c] = x[c]
+    for c in range(ns):
+        out[c] -= B[m, g, c] * v
+    push = bend(T, m, g, out, f)
+    if push <= 0.0:
+        return 0.0
+    small = 1e-4 * step[m]
+    for c in range(nx):
+        fast[c] = out[c]
+        moved[c] = out[c]
+    for c in range(ns):
+        fast[c] += B[m, g, c] * push * small
+    loss = (push - bend(T, m, g, fast, f)) / (push * small)
+    if ends_in[m, g] >= 0:
+        carry(T, ends_in[m, g], out, small, moved)
+    rise = (bend(T, m, g, moved, f) - push) / small
+    unit = r * v / (push * (1.0 - r))
+    if 2.0 * unit * max(abs(loss), abs(rise) / push) > CLOSE:
+        return 0.0
+    return 2.0 * unit * (1.0 - (2.0 / 3.0) * unit * (0.5 * loss + rise / push))
+
+
+@njit
+def segment_peak(T, m, g, x, s, closing_guard):
+    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x``.
+
+    The end value counts unless the guard is the one that ``closing_guard`` (1) says ends the segment.
+    """
+    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    acc, force, a = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
+    now, x1, out, stack = x.copy(), np.empty(nx), np.empty(3), np.empty(64)
+    best, where, t, rising = -np.inf, 0.0, 0.0, False
+    while t < s:
+        h = fitted(T, m, now, s - t, acc, force, x1, np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+        series(T, m, g, now, n, h, acc, force, 1, a)
+        if rising and a[1] <= 0.0 and a[0] > best:
+            best, where = a[0], t
+        top = highest(a, h, best, out, stack)
+        if top > best:
+            best, where = top, t + out[0]
+        rising = horner(a, 0, h)[1] > 0.0
+        for c in range(nx):
+            now[c] = x1[c]
+        t += h
+        if not h > 1e-14 * s:
+            break
+    if closing_guard == 0:
+        value = guard_value(T, m, g, now)
+        if value > best:
+            best, where = value, s
+    return best, where
