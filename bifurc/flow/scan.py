@@ -105,12 +105,13 @@ def project(H, S, holds, ns, m, x):
 
 
 @njit
-def closing(A, B, GT, r, h, rest, omega, harmonics, m, g, x, v, out):
+def closing(T, m, g, x, v, out):
     """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
-    Returns 0 where it does not (yet) close.  ``rest`` is the mode in which it ends; ``out`` (nx,) receives the state with
-    the speed taken away.
+    Returns 0 where it does not (yet) close.  ``out`` (nx,) receives the state with the speed taken away.
     """
+    A, B, GT, harmonics = T.A, T.B, T.GT, T.harmonics
+    r, h, rest, omega = T.ratio[m, g], T.step[m], T.ends_in[m, g], T.flat[0]
     ns, nx = A.shape[1], A.shape[2]
     loss, push, rate = 0.0, 0.0, 0.0
     for c in range(ns):
@@ -146,9 +147,9 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
     where it stopped.  ``limit`` is the largest number of events a period (autonomous: in all).  ``rows`` (N, 5) and
     ``record`` (N, 3 + 2 ns) receive events and passed sections; N = 0 records nothing.
     """
-    A, B, D, G, GT, H, R, S, step, n_guards, n_holds, then, kick, ends_in, ratio, element, harmonics, omega = (
-        T.A, T.B, T.D, T.G, T.GT, T.H, T.R, T.S, T.step, T.n_guards, T.n_holds, T.then, T.kick, T.ends_in, T.ratio, T.element,
-        T.harmonics, T.flat[0])
+    B, D, G, GT, H, R, S, step, n_guards, n_holds, then, kick, ends_in, ratio, element, omega = (
+        T.B, T.D, T.G, T.GT, T.H, T.R, T.S, T.step, T.n_guards, T.n_holds, T.then, T.kick, T.ends_in, T.ratio, T.element,
+        T.flat[0])
     ns, nx = R.shape[2], R.shape[3]
     period = 2.0 * np.pi / omega if omega > 0.0 else np.inf
     orders, slopes = ints[ORDERS:], floats[SLOPES:]
@@ -176,7 +177,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         arrive = span = 0.0
         hit = passed * h
         if passed == 0:  # the guards as polynomials: the first zero, or a touch before it
-            hit = min(h, left)
+            hit = min(reach(T, m, x), left)
             for i in range(n_guards[m]):
                 guard_series(T, m, i, x, a)
                 if slopes[i] == slopes[i]:
@@ -238,7 +239,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
             r = ratio[m, g]
             first = 0
             if kicked and ends_in[m, g] != -1 and 0.0 < r < 1.0:
-                span = closing(A, B, GT, r, step[m], ends_in[m, g], omega, harmonics, m, g, x, arrive, rested)
+                span = closing(T, m, g, x, arrive, rested)
                 first = -1 if span > 0.0 else 0
             after = np.nan
             chosen = -1

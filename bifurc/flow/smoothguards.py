@@ -352,18 +352,16 @@ def bend(T, m, g, x, f):
 
 
 @njit
-def closing(T, m, g, x, v, out):
+def closing(T, A, B, GT, r, h, rest, omega, harmonics, m, g, x, v, out):
     """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
     As for affine modes, with the loss of acceleration by speed and its rate along the held motion as differences: they
     only weigh the second order.  Returns 0 where the sequence does not (yet) close; ``out`` is ``x`` without the speed.
     """
-    B, ratio, step, ends_in = T.B, T.ratio, T.step, T.ends_in
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    r = ratio[m, g]
+    ns, nx = A.shape[1], A.shape[2]
     f, fast, moved = np.empty(ns), np.empty(nx), np.empty(nx)
     push = bend(T, m, g, x, f)
-    if push <= 0.0 or r * v > CLOSE * (1.0 - r) * push * step[m]:
+    if push <= 0.0 or r * v > CLOSE * (1.0 - r) * push * h:
         return 0.0
     for c in range(nx):
         out[c] = x[c]
@@ -372,15 +370,15 @@ def closing(T, m, g, x, v, out):
     push = bend(T, m, g, out, f)
     if push <= 0.0:
         return 0.0
-    small = 1e-4 * step[m]
+    small = 1e-4 * h
     for c in range(nx):
         fast[c] = out[c]
         moved[c] = out[c]
     for c in range(ns):
         fast[c] += B[m, g, c] * push * small
     loss = (push - bend(T, m, g, fast, f)) / (push * small)
-    if ends_in[m, g] >= 0:
-        carry(T, ends_in[m, g], out, small, moved)
+    if rest >= 0:
+        carry(T, rest, out, small, moved)
     rise = (bend(T, m, g, moved, f) - push) / small
     unit = r * v / (push * (1.0 - r))
     if 2.0 * unit * max(abs(loss), abs(rise) / push) > CLOSE:
