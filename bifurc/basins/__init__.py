@@ -1,1 +1,7 @@
+"""Which start leads to which motion: basin maps over two components of the state."""
+from .attractors import ChaoticAttractor
+from .basinmap import BasinMap, CellState
+from .grid import Grid
+from .mapping import basins_of_attraction
 
+__all__ = ["BasinMap", "CellState", "ChaoticAttractor", "Grid", "basins_of_attraction"]

@@ -1,0 +1,314 @@
+"""Basins of attraction: attractors discovered and confirmed, then every start of a grid labelled by closeness to one."""
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+
+import numpy as np
+
+from ..compose.scene import Scene, scene_of
+from ..orbits.orbit import PeriodicOrbit
+from ..progress import Progress
+from ..system import System
+from . import noise
+from .attractors import ChaoticAttractor, examine, same, section_points, targets_of
+from .basinmap import BasinMap
+from .grid import Grid
+from .marcher import Cells, Marcher
+from .states import REACHED, UNSETTLED
+from .store import Store
+
+CHUNK = 2048  # cells that one thread does at a time
+RANDOM_STARTS = 64  # from which attractors are looked for first
+LOOKED = 16  # unsettled starts that are examined before the rest is labelled again
+SHELL = 8  # starts around each section point that must come back to it
+SHRINK = 4.0  # of a radius whose shell did not
+LEAST = 1e-9  # scaled radius
+NEW = -2  # label of a cell not done yet
+
+
+def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0,
+                         workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 1000,
+                         max_events: int = 2000, progress: bool = False, file=None) -> BasinMap:
+    """Return which start of a grid leads to which attractor.
+
+    Attractors are discovered from seeded random starts and from every start that comes near none of those known; each is
+    confirmed by Newton on the map and by its multipliers (or, chaotic, by an exponent above zero) before it gets a number.
+    A start is labelled when its section point comes within the tolerance of a section point of a confirmed attractor.
+    Labels depend on system, grid and seed alone, not on the number of workers.
+
+    Parameters
+    ----------
+    system : System
+        With an excitation; the section is phase 0.
+    grid : Grid
+        Two components of the start.
+    attractors : sequence of PeriodicOrbit or ChaoticAttractor, optional
+        Known attractors of the system, which get the first numbers; others are discovered all the same.
+    seed : int
+        Of the random starts.
+    workers : int, optional
+        Threads; default: one a processor.
+    tolerance : float
+        Distance at which a section point counts as on an attractor, in units of the largest start (velocities over omega);
+        made smaller for an attractor whose neighbours at this distance do not all come back to it.
+    max_periods : int
+        After so many forcing periods a start is unsettled.
+    max_events : int
+        Largest number of events a forcing period.
+    progress : bool
+        Show progress.
+    file : path-like, optional
+        Where the map is saved.  What is finished is kept beside it while the work goes on: after an interrupt the same
+        call computes only what is missing; when the map is there already, it is read.
+
+    Returns
+    -------
+    BasinMap
+
+    Raises
+    ------
+    ValueError
+        Autonomous system, components the system has not, options out of range, attractors of another system.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=1.4)
+    >>> basins = bf.basins_of_attraction(system, bf.Grid(q0=(-3, 1, 20), v0=(-4, 4, 20)))
+    >>> len(basins.attractors)
+    2
+    """
+    if system.period is None:
+        raise ValueError(f"{system!r} is autonomous; a basin map needs the phase of an excitation (omega)")
+    if not isinstance(grid, Grid):
+        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+    scene = scene_of(system)
+    grid.places(scene.n, scene.ns)
+    grid.base(scene.n, scene.ns)
+    workers = os.cpu_count() or 1 if workers is None else _whole("workers", workers)
+    options = {"seed": _whole("seed", seed, 0), "tolerance": _tolerance(tolerance),
+               "max_periods": _whole("max_periods", max_periods), "max_events": _whole("max_events", max_events)}
+    known = _known(system, attractors)
+    job = {"system": system.to_record(), "grid": grid.to_record(), "options": options,
+           "known": [section_points(item).tolist() for item in known]}
+    store = Store(file, job)
+    if store.finished():
+        from .. import io
+        return BasinMap.from_record(*io.read(store.path))
+    with Progress("basins", grid.size, progress) as bar:
+        work = _Work(system, scene, grid, options, known, workers, store, bar)
+        found = work.map()
+    if file is not None:
+        found.save(store.path)
+        store.remove()
+    return found
+
+
+class _Work:
+    """One basin map in the making."""
+
+    def __init__(self, system: System, scene: Scene, grid: Grid, options: dict, known: list, workers: int, store: Store,
+                 bar: Progress):
+        self.system, self.scene, self.grid, self.options, self.store, self.bar = system, scene, grid, options, store, bar
+        self.workers = workers
+        self.marcher = Marcher(scene, options["max_events"])
+        self.rng = np.random.default_rng(options["seed"])
+        self.starts = grid.starts(scene.n, scene.ns)
+        self.scale = _scale(scene, self.starts)
+        self.most = options["max_periods"]
+        self.attractors: list = []
+        self.radii: list[float] = []
+        self.seeds: list[np.ndarray] = []  # states from which the attractors were found, in order
+        self.given = len(known)
+        for item in known:
+            self._admit(item)
+
+    def map(self) -> BasinMap:
+        """Discover, label, look at what is unsettled, label again."""
+        size = self.grid.size
+        cells = Cells(*(np.full(size, value, np.int64) for value in (NEW, 0, 0, UNSETTLED)))
+        seen = np.full(size, -1)  # attractors that were known when a cell was labelled
+        kept = self.store.load()
+        if kept is None:
+            self._discover(self._random_starts())
+        else:
+            for y in kept["seeds"]:
+                self._admit(examine(self.system, y, self.scale), y)
+            for mine, values in zip((*cells, seen), (kept[name] for name in (*Cells._fields, "seen")), strict=True):
+                mine[:] = values
+            self.bar.advance(int(np.count_nonzero(cells.labels != NEW)))
+        while True:
+            self._label(cells, seen)
+            unsettled = np.flatnonzero(cells.states == UNSETTLED)
+            before = len(self.attractors)
+            if not unsettled.size:
+                break
+            chosen = unsettled[np.linspace(0, unsettled.size - 1, min(LOOKED, unsettled.size)).astype(int)]
+            self._discover(self.starts[chosen])
+            if len(self.attractors) == before:
+                break
+        order = self._order()
+        number = np.empty(len(order) + 1, np.int64)
+        number[order], number[-1] = np.arange(len(order)), -1
+        measured = self._noise(cells)
+        shape = self.grid.shape
+        return BasinMap(self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.attractors[i] for i in order),
+                        cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
+                        cells.impacts.astype(np.int32).reshape(shape), tuple(self.radii[i] for i in order), self.scale,
+                        measured, self.options, self.store.key)
+
+    # labels
+
+    def _targets(self):
+        return targets_of(self.attractors, self.radii, self.scale)
+
+    def _label(self, cells: Cells, seen: np.ndarray) -> None:
+        """Label the cells that are new, or unsettled since fewer attractors were known."""
+        targets, count = self._targets(), len(self.attractors)
+        waiting = np.flatnonzero((cells.labels == NEW) | ((cells.states == UNSETTLED) & (seen < count)))
+        parts = iter([waiting[i:i + CHUNK] for i in range(0, waiting.size, CHUNK)])
+        pool = ThreadPoolExecutor(self.workers)
+        running: dict = {}
+
+        def submit(some: Iterator) -> None:
+            for part in some:
+                running[pool.submit(self.marcher.label, self.starts[part], targets, self.most)] = part
+                if len(running) >= 2 * self.workers:
+                    return
+
+        def take(future) -> None:
+            part = running.pop(future)
+            found = future.result()
+            fresh = int(np.count_nonzero(cells.labels[part] == NEW))
+            for mine, values in zip(cells, found, strict=True):
+                mine[part] = values
+            seen[part] = count
+            self.bar.advance(fresh, f"{count} attractors")
+
+        try:
+            submit(parts)
+            while running:
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    take(future)
+                submit(parts)
+                self._keep(cells, seen)
+        finally:  # an interrupt: chunks that run are waited for and kept
+            for future in list(running):
+                future.cancel()
+            pool.shutdown(wait=True)
+            for future in [item for item in running if not item.cancelled() and item.exception() is None]:
+                take(future)
+            self._keep(cells, seen, now=bool(running))
+            if running:
+                raise_later = None  # noqa: F841
+
+    def _keep(self, cells: Cells, seen: np.ndarray, now: bool = False) -> None:
+        seeds = np.array(self.seeds).reshape(len(self.seeds), self.scene.ns)
+        self.store.save({**cells._asdict(), "seen": seen, "seeds": seeds}, now)
+
+    # attractors
+
+    def _random_starts(self) -> np.ndarray:
+        starts = np.tile(self.grid.base(self.scene.n, self.scene.ns), (RANDOM_STARTS, 1))
+        for axis, place in enumerate(self.grid.places(self.scene.n, self.scene.ns)):
+            starts[:, place] = self.rng.uniform(self.grid.low[axis], self.grid.high[axis], RANDOM_STARTS)
+        return starts
+
+    def _discover(self, starts: np.ndarray) -> None:
+        """Examine the ends of motions that come near no known attractor, one after the other."""
+        left = starts
+        while len(left):
+            ends = left.copy()
+            found = self.marcher.label(ends, self._targets(), min(self.most, 200))
+            away = np.flatnonzero(found.states == UNSETTLED)
+            left = left[away]
+            new = False
+            for k, i in enumerate(away):
+                attractor = examine(self.system, ends[i], self.scale)
+                if attractor is not None and self._admit(attractor, ends[i]):
+                    left = left[k + 1:]
+                    new = True
+                    break
+            if not new:
+                return
+
+    def _admit(self, attractor, y=None) -> bool:
+        """Give a confirmed attractor its number and radius; return False when it is known."""
+        if any(same(item, attractor, self.scale) for item in self.attractors):
+            return False
+        self.attractors.append(attractor)
+        self.radii.append(self.options["tolerance"])
+        if y is not None:
+            self.seeds.append(np.array(y))
+        return True
+
+    def _order(self) -> list[int]:
+        """Return the order of the numbers: those given first, then by period, impacts and size; chaotic ones last."""
+        def rank(i: int):
+            item = self.attractors[i]
+            if isinstance(item, ChaoticAttractor):
+                return (1, 0, 0, 0.0)
+            middle = section_points(item).mean(axis=0)[0] / self.scale[0]
+            return (0, item.periods, len(item.events), round(float(middle), 6))
+        given = list(range(self.given))
+        return given + sorted(range(self.given, len(self.attractors)), key=rank)
+
+    # noise
+
+    def _noise(self, cells: Cells) -> noise.LabelNoise:
+        """Measure how labels change with the start."""
+        counted = np.flatnonzero((cells.states == REACHED) | (cells.states == UNSETTLED))
+        if len(self.attractors) < 2 and np.all(cells.labels[counted] == cells.labels[counted][:1]):
+            return noise.LabelNoise(np.empty(0), np.empty(0), 0, 1.0, 0.0, 0.0)
+        rng = np.random.default_rng([self.options["seed"], 1])
+        chosen = np.sort(rng.choice(counted, min(noise.SAMPLES, counted.size), replace=False))
+        targets = self._targets()
+        steps = np.zeros(self.scene.ns)
+        places = list(self.grid.places(self.scene.n, self.scene.ns))
+        steps[places] = self.scale[places]
+
+        def relabel(starts: np.ndarray) -> np.ndarray:
+            found = self._parallel(starts, targets)
+            return np.where((found.states == REACHED) | (found.states == UNSETTLED), found.labels, -2)
+
+        return noise.measure(relabel, self.starts[chosen], cells.labels[chosen], steps, rng)
+
+    def _parallel(self, starts: np.ndarray, targets) -> Cells:
+        parts = [starts[i:i + 256].copy() for i in range(0, len(starts), 256)]
+        with ThreadPoolExecutor(self.workers) as pool:
+            found = list(pool.map(lambda part: self.marcher.label(part, targets, self.most), parts))
+        return Cells(*(np.concatenate(values) for values in zip(*found, strict=True)))
+
+
+def _scale(scene: Scene, starts: np.ndarray) -> np.ndarray:
+    """Return the sizes (ns,) of states: one length, its velocity at the excitation's frequency."""
+    n, omega = scene.n, float(scene.omega or 1.0)
+    length = max(float(np.abs(starts[:, :n]).max()), float(np.abs(starts[:, n:2 * n]).max()) / omega)
+    scale = np.full(scene.ns, length)
+    scale[n:2 * n] *= omega
+    return scale
+
+
+def _known(system: System, attractors) -> list:
+    known = [] if attractors is None else list(attractors)
+    for item in known:
+        if not isinstance(item, (PeriodicOrbit, ChaoticAttractor)):
+            raise ValueError(f"attractors contain {item!r}; they must be PeriodicOrbit or ChaoticAttractor")
+        if item.system != system:
+            raise ValueError(f"attractors contain {item!r} of another system, {item.system!r}")
+        if isinstance(item, PeriodicOrbit) and not (item.success and item.stable):
+            raise ValueError(f"attractors contain {item!r}, which is no attractor; it must be a stable orbit")
+    return known
+
+
+def _whole(name: str, value, least: int = 1) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ValueError(f"{name} = {value!r} is not allowed; it must be a whole number of at least {least}")
+    return int(value)
+
+
+def _tolerance(value) -> float:
+    value = float(value)
+    if not 0.0 < value <= 0.1:
+        raise ValueError(f"tolerance = {value!r} is not allowed; it must be above 0 and at most 0.1")
+    return value

@@ -1,0 +1,37 @@
+"""What became of a start."""
+from enum import StrEnum
+
+
+class CellState(StrEnum):
+    """Outcome of a cell; the position in ``tuple(CellState)`` is the code in `BasinMap.states`."""
+
+    ATTRACTED = "attracted"
+    UNSETTLED = "unsettled"
+    OUTSIDE = "outside"
+    DIVERGED = "diverged"
+    TOO_MANY_EVENTS = "too_many_events"
+    INCONSISTENT = "inconsistent"
+
+    @property
+    def code(self) -> int:
+        """Position of the state."""
+        return _CODES[self]
+
+    @property
+    def sentence(self) -> str:
+        """What it means, and what to try."""
+        return _SENTENCES[self]
+
+
+_CODES = {state: code for code, state in enumerate(CellState)}
+_SENTENCES = {
+    CellState.ATTRACTED: "The motion came within the tolerance of a confirmed attractor.",
+    CellState.UNSETTLED: "The motion came near no confirmed attractor within max_periods; raise max_periods, or look at it "
+                         "with simulate: it may be quasi-periodic, neutral, or very slow.",
+    CellState.OUTSIDE: "The cell lies beyond a rigid stop: it is no start.",
+    CellState.DIVERGED: "The state left the finite numbers.",
+    CellState.TOO_MANY_EVENTS: "A period held more events than max_events.",
+    CellState.INCONSISTENT: "No combination of modes may follow an event of this motion.",
+}
+REACHED, UNSETTLED, OUTSIDE, DIVERGED, CROWDED, STUCK = range(6)  # the codes, as kernels know them
+ASK = 6  # the kernel leaves the cell to the general march
