@@ -66,6 +66,7 @@ class Half:
         self.steps = 0
         self.unresolved = []  # (kind, s, p) of pairs that cannot be told from none
         self.origin = origin  # row at which a closed branch ends
+        self.slope = 0.0  # dp/ds just before the last boundary
         self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
         self.signs = [0] * part.count if signs is None else list(signs)
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
@@ -297,7 +298,7 @@ class Half:
         detect.remember(self, first, (), fresh=True)
         cut.special.successor = problem
         cut.special.after = problem.signature
-        slope = detect.slope_before(self.rows, row)
+        slope = self.slope
         if clear := detect.clear_slope(first.tests[0]):
             cut.special.reverses = slope * first.tests[0] < 0.0
         self.pending = None if clear else (slope, cut.special)

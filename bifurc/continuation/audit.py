@@ -48,23 +48,29 @@ class Audit:
 
 def audit_branch(branch, arrays) -> Audit:
     """Audit a branch from its arrays."""
-    violations = parity_violations(arrays["s"], arrays["slope"], branch.special_points)
+    violations = parity_violations(arrays["s"], arrays["slope"], arrays["part"], branch.special_points, branch.problems)
     angles = np.histogram(np.minimum(arrays["angle"], EDGES[-1] - 1e-12), EDGES)[0]
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
                  float(arrays["residual"].max()), branch.unresolved)
 
 
-def parity_violations(s, slope, points):
+def parity_violations(s, slope, part, points, problems):
     """Return the intervals between clear values of dp/ds whose sign changes do not match the reversing points."""
     clear = np.flatnonzero(np.abs(slope) > BOUNDARY_BAND)
     if clear.size < 2:
         return ()
     left, right = clear[:-1], clear[1:]
     turned = np.sign(slope[left]) != np.sign(slope[right])
-    places = np.array([point.s for point in points if point.reverses])
-    listed = np.searchsorted(s[clear], places, side="left") - 1  # interval (left, right] of each reversing point
     counts = np.zeros(left.size, int)
-    inside = (listed >= 0) & (listed < left.size)
-    np.add.at(counts, listed[inside], 1)
+    index = {id(problem): k for k, problem in enumerate(problems)}
+    for point in points:
+        if not point.reverses:
+            continue
+        before = s < point.s
+        if point.successor is not None:  # two rows lie on a boundary, one on either side of the point
+            before |= (s == point.s) & (part < max(index[id(point.problem)], index[id(point.successor)]))
+        k = int(np.searchsorted(clear, np.count_nonzero(before))) - 1
+        if 0 <= k < left.size:
+            counts[k] += 1
     wrong = np.flatnonzero((counts % 2 == 1) != turned)
     return tuple((float(s[left[k]]), float(s[right[k]])) for k in wrong)

@@ -19,6 +19,11 @@ SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
 BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
 MONITOR_BAND = 1e-12  # of the largest value seen
 DIP = 0.15  # a test whose interpolated extremum falls below this part of its ends is looked at
+SUDDEN = 0.05  # radians: change of turn between steps that is looked at
+DECAY = 0.6  # part to which the determinant falls in a step that is looked at
+ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
+REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
+NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -60,16 +65,6 @@ class Cut:
 def clear_slope(v):
     """Whether dp/ds is clearly not zero."""
     return abs(v) > BOUNDARY_BAND
-
-
-def slope_before(rows, row):
-    """Last clear dp/ds on the part that ends in ``row``; 0 if there is none."""
-    for other in reversed(rows):
-        if other.part is row.part and clear_slope(other.tests[0]):
-            return other.tests[0]
-        if other.part.index < row.part.index:
-            break
-    return 0.0
 
 
 def remember(half, row, before, fresh=False):
@@ -118,6 +113,8 @@ def boundary(half, row, new):
 def crossed(half, row, new, at_boundary):
     """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it."""
     part = row.part
+    if jumped(half, row, new):
+        return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
     found = []
     crossing = None
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
@@ -130,18 +127,20 @@ def crossed(half, row, new, at_boundary):
             v0, v1 = row.tests[0], new.tests[0]
             crossing.reverses = v0 * v1 < 0.0 and abs(crossing.tangent[-1]) < 1e-5
     for j in part.events:
-        value = new.tests[j]
-        if value != value:
+        if new.tests[j] != new.tests[j]:
             continue
-        if half.signs[j] == 0:
-            first_sign(half, row, new, j)
-        sign = half.signs[j]
+        a = beginning(half, row, new, j)
+        b = ending(half, row, new, j) if at_boundary else new
+        value, sign = b.tests[j], half.signs[j]
+        if j == 0 and at_boundary:
+            half.slope = value if clear_slope(value) else float(sign)  # just before the boundary
         band = MONITOR_BAND * max(half.sizes[j], abs(value)) if j else (BOUNDARY_BAND if at_boundary else SLOPE_BAND)
         if sign == 0 or abs(value) <= band or (value > 0.0) == (sign > 0):
             continue
         if j == 0 and crossing is not None and crossing.reverses:
             continue
-        a, b = (row, new) if row.tests[j] * sign > 0.0 else earlier_pair(half, row, new, j, sign)
+        if a.tests[j] * sign <= 0.0:
+            a, b = earlier_pair(half, row, new, j, sign)
         special = zero_between(part, a, b, j)
         if special is None:
             if new.s - row.s > SHORT:
@@ -156,20 +155,45 @@ def crossed(half, row, new, at_boundary):
     return found, None
 
 
-def first_sign(half, row, new, j):
-    """Find the sign of a test just behind a row where it is zero, so that a zero in the first step is not lost."""
-    value = Curve(row, new).test(j)
-    for t in (1e-3, 1e-2, 1e-1):
-        made = value(t)
-        if made is not None and abs(made[0]) > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * abs(new.tests[j])):
-            half.signs[j] = 1 if made[0] > 0.0 else -1
-            break
-    else:
-        half.signs[j] = int(math.copysign(1.0, new.tests[j])) if clear_slope(new.tests[j]) else 0
-    if j == 0 and half.pending is not None and half.signs[0]:
+def beginning(half, row, new, j):
+    """Return the row, or where a test is zero at the first row of a part, a row just behind it, and its sign as the old one.
+
+    A contact is born with dp/ds = 0, and a fold may follow at once.
+    """
+    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND:
+        return row
+    if len(half.rows) > 1 and half.rows[-2].part is row.part:
+        return row
+    inner = clear_inside(half, row, new, j, NEAR)
+    if inner is None:
+        return row
+    half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
+    if j == 0 and half.pending is not None:
         before, special = half.pending
         special.reverses = before * half.signs[0] < 0.0
         half.pending = None
+    return inner
+
+
+def ending(half, row, new, j):
+    """Return the last row of a part, or where a test is zero there, a row just before it."""
+    if abs(new.tests[j]) > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
+        return new
+    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in NEAR))
+    return new if inner is None else inner
+
+
+def clear_inside(half, row, new, j, places):
+    """Return a row of the step, at the first of ``places`` where a test is clearly not zero; None if it is nowhere."""
+    curve = Curve(row, new)
+    band = BOUNDARY_BAND if j == 0 else MONITOR_BAND * max(half.sizes[j], abs(new.tests[j]), abs(row.tests[j]))
+    for t in places:
+        c = curve.at(t)
+        if c is not None:
+            tests = tests_of(c)
+            if abs(tests[j]) > band:
+                return Row(c, row.part, row.s + t * curve.length, new.angle * t, tests, new.ds)
+    return None
 
 
 def earlier_pair(half, row, new, j, sign):
@@ -354,6 +378,33 @@ def dip(half, row, new):
             if inner is not None:
                 return inner
     return None
+
+
+def jumped(half, row, new):
+    """Whether the two ends of the step lie on different branches that cross or nearly touch at a small angle.
+
+    Such a jump shows no turn, no misfit and sometimes no change of sign of the determinant.  Where the curvature changes
+    suddenly or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on the Hermite
+    curve to the fourth order, between two branches it does not.
+    """
+    rows = half.rows
+    if len(rows) < 2 or rows[-2].part is not row.part or row.singular:
+        return False
+    before = rows[-2]
+    length, back = new.s - row.s, row.s - before.s
+    bend = abs(new.angle - row.angle * length / back)
+    a = math.exp(min(row.det_log - before.det_log, 50.0))
+    b = math.exp(min(new.det_log - before.det_log, 50.0))
+    heading = a - (1.0 - a) * length / back
+    if bend < SUDDEN and heading > DECAY * a and b > DECAY * a:
+        return False
+    if heading < 0.0 < row.det_sign * new.det_sign and b > REFLECTION * -heading:
+        return True  # it was heading for zero and came back
+    curve = Curve(row, new)
+    c = curve.at(0.5)
+    if c is None:
+        return row.det_sign * new.det_sign > 0.0  # a middle on a branch point has no tangent
+    return c.distance > ASIDE * length
 
 
 def between(half, row, new, j, t, sign):
