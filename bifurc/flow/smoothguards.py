@@ -352,13 +352,14 @@ def bend(T, m, g, x, f):
 
 
 @njit
-def closing(T, A, B, GT, r, h, rest, omega, harmonics, m, g, x, v, out):
+def closing(T, m, g, x, v, out):
     """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
     As for affine modes, with the loss of acceleration by speed and its rate along the held motion as differences: they
     only weigh the second order.  Returns 0 where the sequence does not (yet) close; ``out`` is ``x`` without the speed.
     """
-    ns, nx = A.shape[1], A.shape[2]
+    B, r, h, rest = T.B, T.ratio[m, g], T.step[m], T.ends_in[m, g]
+    ns, nx = T.A.shape[1], T.A.shape[2]
     f, fast, moved = np.empty(ns), np.empty(nx), np.empty(nx)
     push = bend(T, m, g, x, f)
     if push <= 0.0 or r * v > CLOSE * (1.0 - r) * push * h:
