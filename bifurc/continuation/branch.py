@@ -1,5 +1,5 @@
 """A branch: rows in the order of arclength, special points, how it ended, audit, columns, saving and extending."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,14 @@ class Branch:
         """Join two halves that start at the same row."""
         return cls._joined([], [], [], plus, minus, options, (0, 0), [])
 
+    def over(self, low, high) -> "Branch":
+        """Return the same branch with its problems prepared for other bounds."""
+        problems = [problem.over(low, high) for problem in self.problems]
+        other = {id(old): new for old, new in zip(self.problems, problems, strict=True)}
+        points = [replace(point, problem=other[id(point.problem)], successor=other.get(id(point.successor)))
+                  for point in self.special_points]
+        return Branch(self.parameter, problems, self._arrays, points, self.ends, (low, high), self.options, self.unresolved)
+
     def joined(self, rows, plus, minus, options) -> "Branch":
         """Return this branch with what two halves added at its ends."""
         rejected = (self.ends[0].rejected, self.ends[1].rejected)
@@ -94,6 +102,17 @@ class Branch:
         stored = {"ds": options.ds, "ds_min": options.ds_min, "ds_max": options.ds_max, "max_steps": options.max_steps}
         return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends, (options.low, options.high),
                    stored, unresolved)
+
+    def reaching(self, low, high) -> "Branch":
+        """Return the branch with problems that are defined between two values of the parameter."""
+        made: dict = {}
+        problems = [problem.bounded(low, high, made) for problem in self.problems]
+        if all(new is old for new, old in zip(problems, self.problems, strict=True)):
+            return self
+        place = {id(old): new for old, new in zip(self.problems, problems, strict=True)}
+        points = [replace(point, problem=place.get(id(point.problem), point.problem),
+                          successor=place.get(id(point.successor), point.successor)) for point in self.special_points]
+        return Branch(self.parameter, problems, self._arrays, points, self.ends, self.bounds, self.options, self.unresolved)
 
     def rows(self) -> list:
         """Return the rows as the tracer uses them."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from .branchpoint import locate_crossing
 from .kinds import LocationStatus, SpecialPointKind, StopReason
-from .roots import enclose, polish
+from .roots import PROBE, Root, enclose, polish
 from .rows import Curve, Row, tests_of
 
 SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
@@ -146,8 +146,13 @@ def crossed(half, row, new, at_boundary):
             if new.s - row.s > SHORT:
                 return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
             special = guessed(part, row, new, j)
+        confirm = getattr(part.problem, "confirm", None)
+        if j and confirm is not None and not confirm(part.kinds[j], special.x):
+            continue
         if j == 0:
             special.reverses = True
+        elif not part.problem.confirm(special.kind, special.x):
+            continue
         if not any(other.kind is special.kind and other.name == special.name and abs(other.s - special.s) < 1e-9
                    for other in half.found):
             found.append(special)
@@ -215,9 +220,10 @@ def zero_between(part, a, b, j):
     own = getattr(part.problem, "locate", None)
     if own is not None:
         c = own(part.kinds[j], a, b)
-        if c is not None:
+        if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
             t, _ = curve.nearest(c.x)
-            return located(part, a, b, j, curve, polish(curve.test(j), t, tests_of(c)[j], c))
+            noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
+            return located(part, a, b, j, curve, Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0))
     guess = None
     if j == 0:  # the parameter is known with its slope: root of the derivative of its cubic
         mean = (b.p - a.p) / (part.scale[-1] * curve.length)

@@ -70,6 +70,7 @@ class OrbitProblem(Problem):
             monitors.append(Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True))
         monitors.append(Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True))
         if self._halves is not None:
+            self._merges = len(monitors)
             monitors.append(Monitor(SpecialPointKind.PERIOD_DOUBLING, MERGES, boundary=True))
         self._tori = self.scene.n > 1
         if self._tori:
@@ -86,9 +87,14 @@ class OrbitProblem(Problem):
             failed = CorrectorStatus.NOT_FINITE if not math.isfinite(residual) else STATUS[status]
             return Corrected(U, tangent, False, failed, iterations, residual, math.inf, math.inf, 0.0, -math.inf, NO_MONITORS)
         moved = (U - x) / self.scale
+        sign, log = float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG])
+        values = self._values(U, info)
+        if self._halves is not None:  # det is odd in the difference of the halves: its zero is the merging, no crossing
+            apart = -values[self._merges]
+            sign *= math.copysign(1.0, apart)
+            log -= math.log(max(abs(apart), 1e-300) / (1.0 + abs(apart)))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
-                         float(info[sequence.CONTRACTION]), float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG]),
-                         self._values(U, info))
+                         float(info[sequence.CONTRACTION]), sign, log, values)
 
     def _values(self, x, info) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found."""
@@ -126,6 +132,16 @@ class OrbitProblem(Problem):
         at = np.argmin(np.abs(np.abs(mu) - 1.0) + 10.0 * (np.abs(mu.imag) < 1e-7))
         return bool(abs(mu[at].imag) > 1e-7)
 
+    def locate(self, kind, a, b):
+        """Return the point between two rows where a doubled orbit merges with its orbit of half the period, or None.
+
+        There the doubled equations are singular; the flip of the single orbit is located instead.
+        """
+        if kind is not SpecialPointKind.PERIOD_DOUBLING or self._halves is None:
+            return None
+        f0, f1 = (float(np.dot(self._halves[0], row.x)) + self._halves[1] for row in (a, b))
+        return orbit_switching.merging(self, a, b, f0 / (f0 - f1)) if f0 * f1 <= 0.0 else None
+
     def residual(self, u, p):
         """Return the scaled residual (n,)."""
         return self.equations.residual(np.append(u, p))
@@ -154,6 +170,15 @@ class OrbitProblem(Problem):
 
     # other equations
 
+    def bounded(self, low, high, made):
+        """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""
+        path = self.path
+        if path.low <= low and high <= path.high:
+            return self
+        if path not in made:
+            made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
+        return OrbitProblem(self.system, made[path], self.sequence, self.weights, self.x0, self.parameter_scale)
+
     def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
         """Return the problem of another event signature along the same path."""
         return OrbitProblem(self.system, self.path, signature, self.weights, x0, self.parameter_scale)
@@ -165,6 +190,11 @@ class OrbitProblem(Problem):
     def branches(self, point, n_max):
         """Return the orbits that meet this branch in a special point."""
         return orbit_switching.branches(self, point, n_max)
+
+    def over(self, low, high) -> "OrbitProblem":
+        """Return the problem along a path over other bounds."""
+        path = parameter_path(self.scene, self.system, self.parameter, (low, high))
+        return OrbitProblem(self.system, path, self.sequence, self.weights, self.x0, self.parameter_scale)
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations."""
@@ -232,5 +262,5 @@ class OrbitProblem(Problem):
         """Make the problem that gave ``record``."""
         system = System.from_record(record["system"], elements)
         signature = Signature(np.array(record["nodes"], np.int64), np.array(record["fixed"]), record["span"], record["closure"])
-        path = parameter_path(scene_of(system), system, record["parameter"], tuple(record["path"]))
+        path = parameter_path(scene_of(system), system, record["parameter"], tuple(record["path"]), pad=0.0)
         return cls(system, path, signature, np.array(record["weights"]), np.array(record["x0"]), record["parameter_scale"])

@@ -9,7 +9,8 @@ import numpy as np
 from ..orbits import sequence
 from ..orbits.sequence import AFTER, BEFORE, GUARD
 from ..orbits.signature import Signature, divided, repeated, sections
-from .kinds import SpecialPointKind
+from .kinds import CorrectorStatus, SpecialPointKind
+from .problem import Corrected
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
@@ -242,6 +243,48 @@ def doubled(problem, point):
     new = problem.with_sequence(signature, start + 1e-6 * direction)
     orbit = stepped_out(new, start, direction)
     return () if orbit is None else (orbit,)
+
+
+def merging(problem, a, b, t):
+    """Return the corrected point where the doubled orbits between rows ``a`` and ``b`` merge, near the part ``t``; or None.
+
+    It is the flip of the single orbit: secant on its flip test at fixed parameters, then written out twice.
+    """
+    s, x = problem.sequence, a.x + t * (b.x - a.x)
+    half = (len(x) - 1) // 2
+    count = len(s.nodes) // 2
+    shift = np.zeros(half)
+    shift[::half // count] = 0.5 * s.span
+    single = problem.with_sequence(Signature(s.nodes[:count], s.fixed[:count], 0.5 * s.span),
+                                   np.append(0.5 * (x[:half] + x[half:-1] - shift), x[-1]))
+    tangent = np.zeros(half + 1)
+    tangent[-1] = 1.0
+
+    def flip(guess, p):
+        c = single.correct(np.append(guess, p), tangent, True)
+        return c if c.converged and np.isfinite(c.monitors[0]) else None
+
+    old = flip(single.x0[:-1], x[-1])
+    if old is None:
+        return None
+    new = flip(old.x[:-1], x[-1] + 1e-5 * problem.scale[-1])
+    for _ in range(20):
+        if new is None or new.monitors[0] == old.monitors[0]:
+            break
+        step = -new.monitors[0] * (new.p - old.p) / (new.monitors[0] - old.monitors[0])
+        old, new = new, flip(new.x[:-1], new.p + step)
+        if new is None or abs(step) <= 1e-15 * problem.scale[-1] + 4e-16 * abs(new.p):
+            break
+    if new is None:
+        return None
+    v = critical(single, new.x)
+    direction = np.concatenate([v, -v, [0.0]]) / problem.scale
+    direction /= np.sqrt(direction @ direction)
+    if direction @ a.tangent < 0.0:
+        direction = -direction
+    joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
+    return Corrected(joined, direction, True, CorrectorStatus.CONVERGED, new.iterations, new.residual, 0.0, 0.0, a.det_sign,
+                     a.det_log, np.where(np.arange(len(a.tests) - 1) == problem._merges, 0.0, a.tests[1:]))
 
 
 def symmetry_broken(problem, point):

@@ -229,6 +229,18 @@ class Problem:
         other.x0 = np.array(x, float)
         return other
 
+    def confirm(self, kind, x) -> bool:
+        """Whether a zero of a monitor at ``x`` (n + 1,) is what its kind says."""
+        return True
+
+    def over(self, low, high):
+        """Return the problem for a branch that is extended to the bounds (low, high), own units."""
+        return self
+
+    def bounded(self, low, high, made):
+        """Return the problem defined between two parameter values; ``made`` is a dict shared by the problems of a branch."""
+        return self
+
     def same(self, other) -> bool:
         """Whether ``other`` has the same equations and unknowns, so that a branch may close in it."""
         return self is other

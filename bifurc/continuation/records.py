@@ -159,7 +159,7 @@ class Missing:
         """Return the record it was read from."""
         return self.record
 
-    def correct(self, *arguments):
+    def over(self, low, high):
         """Refuse: the code of the problem is not in the file."""
         raise ValueError(f"the file holds no code: give Branch.load(path, problem={self.record['class']}(...))")
 

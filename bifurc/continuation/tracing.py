@@ -269,9 +269,11 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
         if end.reason is StopReason.BOUND and not low <= end.p <= high:
             raise ValueError(f"the branch ends at {branch.parameter} = {end.p:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
     old = branch.options
+    branch = branch.over(low, high)
     with Progress(progress, branch.parameter) as shown:
         options = step_options(low, high, old["ds"], old["ds_max"] if ds_max is None else ds_max, old["ds_min"], max_steps,
                                stop, record, shown)
+        branch = branch.reaching(low, high)
         rows = branch.rows()
         plus = Half(rows[-1], options, origin=rows[0] if len(rows) > 2 else None)
         minus = Half(reversed_row(rows[0]), options)

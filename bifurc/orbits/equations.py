@@ -2,6 +2,7 @@
 import numpy as np
 
 from ..compose.scene import Scene
+from ..compose.writer import kernels
 from . import motion, sequence
 from .path import ParameterPath
 from .signature import Signature
@@ -38,7 +39,8 @@ class Equations:
         self.scale = np.append(np.tile(np.concatenate([[0.25], self.weights]), len(signature.nodes)), parameter_scale)
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
         self.closure = signature.signs(scene.ns)
-        self.kernel, self.motion = sequence, motion
+        self.kernel = kernels(scene.laws, scene.n, sequence.__name__)
+        self.motion = kernels(scene.laws, scene.n, motion.__name__)
         self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
                       signature.span, self.closure, self.scale, self.weights)
 

@@ -51,8 +51,7 @@ class PeriodicOrbit:
     def __init__(self, system: System, sequence: Signature, unknowns: np.ndarray, weights: np.ndarray, how: dict | None = None,
                  status: OrbitStatus | None = None):
         self.system, self.sequence = system, sequence
-        self._unknowns = np.array(unknowns, float)
-        self._unknowns.flags.writeable = False
+        self._unknowns = np.array(unknowns, float)  # handed out as a copy: kernels compile again for read-only arrays
         self.weights = np.array(weights, float)
         self.how = dict(how or {})
         self._failed = status
@@ -67,7 +66,7 @@ class PeriodicOrbit:
     @property
     def unknowns(self) -> np.ndarray:
         """Times (forcing periods) and states before the events, (m (1 + ns),)."""
-        return self._unknowns
+        return self._unknowns.copy()
 
     @functools.cached_property
     def equations(self) -> Equations:

@@ -49,8 +49,10 @@ def constant_path(scene: Scene, system: System) -> ParameterPath:
     return ParameterPath(scene.refill(system), None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
 
 
-def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float, float]) -> ParameterPath:
+def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float, float], pad: float = PAD) -> ParameterPath:
     """Return the path of ``system`` along ``name`` over ``bounds`` (unordered pair, parameter's unit).
+
+    ``pad`` widens the interval on both sides by this part of its width, where the builder allows it.
 
     Raises
     ------
@@ -63,14 +65,14 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     def sample(value):
         return scene.flat_of(system.with_parameters(**{name: float(value)}))
 
-    sample(low), sample(high)  # the builder's own message if it refuses a bound
-    for pad in (PAD * wide, 0.0):
-        a, b = low - pad, high + pad
-        try:
-            sample(a), sample(b)
-        except ValueError:
-            continue
-        break
+    for end in (low, high):
+        system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+    a, b = low - pad * wide, high + pad * wide
+    try:
+        for end in (a, b):
+            system.with_parameters(**{name: end})
+    except ValueError:
+        a, b = low, high
     if not b > a:
         raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
     middle, half = 0.5 * (a + b), 0.5 * (b - a)
