@@ -140,7 +140,7 @@ class Branch:
     @property
     def closed(self) -> bool:
         """Whether the branch is a closed loop; its last row repeats the first."""
-        return self.ends[1].reason is StopReason.CLOSED
+        return StopReason.CLOSED in self.stop_reason
 
     @property
     def orbits(self) -> "Solutions":

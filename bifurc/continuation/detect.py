@@ -317,7 +317,7 @@ def at_end(half, row):
     found = []
     for j in part.events:
         value = row.tests[j]
-        if not abs(value) <= (1e-6 if j == 0 else 1e-8 * max(half.sizes[j], 1e-300)):
+        if not abs(value) <= (BOUNDARY_BAND if j == 0 else 1e-8 * max(half.sizes[j], 1e-300)):
             continue
         if any(other.kind is part.kinds[j] and abs(other.s - row.s) < 1e-5 for other in half.found):
             continue
@@ -350,7 +350,7 @@ def dip(half, row, new):
     length = new.s - row.s
     part = row.part
     a, b = row.tests[0], new.tests[0]
-    if a * b > 0.0 and min(abs(a), abs(b)) > 1e-6:
+    if a * b > 0.0 and min(abs(a), abs(b)) > BOUNDARY_BAND:
         sign = 1.0 if a > 0.0 else -1.0
         a, b = abs(a), abs(b)
         mean = sign * (new.p - row.p) / (part.scale[-1] * length)
@@ -432,9 +432,8 @@ def between(half, row, new, j, t, sign):
         if made is None:
             return None
         f = sign * made[0]
-        if f < 0.0 and abs(f) > MONITOR_BAND * max(ends):
-            inner = Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), (1.0 - t) * curve.length)
-            return inner
+        if f < -(MONITOR_BAND * max(ends) if j else SLOPE_BAND):
+            return Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), (1.0 - t) * curve.length)
         if f < least:
             least = f
         points = sorted([*points, (t, f)])

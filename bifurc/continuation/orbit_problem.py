@@ -129,8 +129,7 @@ class OrbitProblem(Problem):
         if kind is not SpecialPointKind.NEIMARK_SACKER:
             return True
         mu = self._multipliers(x)
-        at = np.argmin(np.abs(np.abs(mu) - 1.0) + 10.0 * (np.abs(mu.imag) < 1e-7))
-        return bool(abs(mu[at].imag) > 1e-7)
+        return bool(np.any((np.abs(mu.imag) > 1e-7) & (np.abs(np.abs(mu) - 1.0) < 1e-6)))
 
     def locate(self, kind, a, b):
         """Return the point between two rows where a doubled orbit merges with its orbit of half the period, or None.

@@ -228,6 +228,8 @@ def run_halves(plus, minus, direction, lost):
                 half.run()
             except KeyboardInterrupt:
                 half.stop(StopReason.INTERRUPTED)
+    if minus.reason is StopReason.CLOSED:
+        plus.stop(StopReason.CLOSED, plus.message)
 
 
 class Progress:

@@ -2,5 +2,6 @@
 from .dense import sample
 from .scan import run, workspace
 from .settle import affine_series as series
+from .tangent import grow
 
-__all__ = ["run", "sample", "series", "workspace"]
+__all__ = ["grow", "run", "sample", "series", "workspace"]

@@ -78,3 +78,9 @@ DOUBLED_MULTIPLIERS = (0.9026125173, 0.1609127998)
 # its (time, speed) at the upper and at the lower stop there
 ASYMMETRIC_FLIP = 2.572411101449816038985
 ASYMMETRIC_FLIP_ORBIT = (0.13758603188710854707, 0.53191475791796509922, 2.7164460526652536558, 0.63982782854634487011)
+
+# the orbit with one impact in two periods that leaves the default branch at its first grazing: its fold, its own grazing,
+# and the flip of the orbit with two impacts in two periods that goes on from there to the first flip of the default branch
+TWO_PERIOD_FOLD = 0.68297636662137579642
+TWO_PERIOD_GRAZING = 0.6834069925062473678477
+TWO_PERIOD_FLIP = 0.7048595875154732244122

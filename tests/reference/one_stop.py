@@ -181,7 +181,7 @@ def special_frequencies(zeta, force, gap, restitution, n=1, low=0.5, high=2.0, s
     gap_, r = number(gap), number(restitution)
     hits = []
     for branch in (0, 1):
-        previous = None
+        previous, absent = None, False
         for i in range(samples + 1):
             w = number(low) + (number(high) - number(low)) * i / samples
             motion = Oscillator(zeta, w, force)
@@ -189,16 +189,18 @@ def special_frequencies(zeta, force, gap, restitution, n=1, low=0.5, high=2.0, s
             if len(found) < 2 or found[branch] <= 0:
                 if previous is not None and len(found) < 2:
                     hits.append(("fold", previous[0], previous[1]))
-                previous = None
+                previous, absent = None, len(found) < 2
                 continue
             v = found[branch]
             trace, det = monodromy(motion, gap_, r, n, v)
             now = (w, v, 1 - trace + det, 1 + trace + det)
+            if absent:
+                hits.append(("fold", w, v))
             if previous is not None:
                 for kind, k in (("fold", 2), ("period_doubling", 3)):
                     if previous[k] * now[k] < 0:
                         hits.append((kind, (previous[0] + w) / 2, (previous[1] + v) / 2))
-            previous = now
+            previous, absent = now, False
     result = []
     for kind, w, v in hits:
         try:
