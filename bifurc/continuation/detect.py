@@ -257,7 +257,7 @@ def parameter_error(part, c, root, length):
     along = p_scale * abs(float(c.tangent[-1])) * length * root.error
     across = getattr(part.problem, "uncertainty", None)
     own = across(c.x, c.tangent) if across is not None else 0.0
-    return along + 0.5 * root.p_curve * root.error**2 + 4.0 * root.p_noise + own + 1e-15 * (p + p_scale)
+    return along + 0.5 * root.p_curve * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
 
 
 def guessed(part, a, b, j):
@@ -336,8 +336,8 @@ def at_end(half, row):
         error = parameter_error(part, c, root, 1.0)
         if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
             monitor = part.monitors[j - 1] if j else None
-            found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s, row.s + root.low,
-                               row.s + root.high, error, part, reverses=j == 0, corrected=c))
+            found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s,
+                               row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part, reverses=j == 0, corrected=c))
     return found
 
 
@@ -425,6 +425,7 @@ def between(half, row, new, j, t, sign):
             c = curve.at(t)
             return None if c is None else (c.det_sign * math.exp(c.det_log - row.det_log) if c.det_sign else 0.0, c)
         ends = 1.0, math.exp(min(new.det_log - row.det_log, 50.0))
+    band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*ends, half.sizes[j] if j < part.count else 0.0)
     points = [(0.0, ends[0]), (1.0, ends[1])]
     least = math.inf
     for _ in range(25):
@@ -432,7 +433,7 @@ def between(half, row, new, j, t, sign):
         if made is None:
             return None
         f = sign * made[0]
-        if f < -(MONITOR_BAND * max(ends) if j else SLOPE_BAND):
+        if f < -band:
             return Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), (1.0 - t) * curve.length)
         if f < least:
             least = f

@@ -7,12 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there is below rounding, noise is not
+REPEATS = 3  # refinements, of which the first is enough unless the slope changes within 1e-8
+SAFETY = 16.0  # of a noise that is known from five samples
+PLACES = (-2.3, -1.0, 0.0, 1.0, 1.7)  # of the probes: uneven, so that noise that is periodic does not look straight
+CENTRE = sum(PLACES) / 5.0
+WEIGHTS = tuple((place - CENTRE) / sum((other - CENTRE)**2 for other in PLACES) for place in PLACES)
 SUPERLINEAR = 30  # evaluations before giving up
 
 
 @dataclass(slots=True)
 class Root:
-    """A root: position in the interval, point, interval with the sign change, error of the position, slope, noise of p."""
+    """A root: position in the interval, point, interval with the sign change, error of the position, slope, noise and
+    second difference of the parameter, and whether the value is at the level of the noise."""
 
     at: float
     point: Any
@@ -22,6 +28,7 @@ class Root:
     slope: float
     p_noise: float
     p_curve: float
+    settled: bool
 
 
 def enclose(f, a, fa, b, fb, guess=None):
@@ -87,6 +94,18 @@ def polish(f, t, value, point):
         if made is None:
             return None
         value, point = made
+    for _ in range(REPEATS):
+        step = probed(f, t, value, point)
+        if step is None:
+            return None
+        (t, (value, point)), root = step
+        if root.settled:
+            break
+    return root
+
+
+def probed(f, t, value, point):
+    """One refinement of `polish`; returns ``((t, (value, point)), Root)``, None where it fails."""
     probe = PROBE
     while True:
         below, above = f(t - probe), f(t + probe)
@@ -102,10 +121,19 @@ def polish(f, t, value, point):
         if probe > 1e-4:
             return None
     made = f(t + shift)
-    if made is None:
+    further = f(t + PLACES[0] * probe), f(t + PLACES[4] * probe)
+    if made is None or further[0] is None or further[1] is None:
         return None
-    noise = abs(above[0] - 2.0 * value + below[0])
-    p_second = float(above[1].x[-1]) - 2.0 * float(point.x[-1]) + float(below[1].x[-1])
-    low, high = t - probe, t + probe
-    return Root(t + shift, made[1], low, high, (abs(made[0]) + 4.0 * noise) / abs(slope) + 4e-16, slope, abs(p_second),
-                abs(p_second) / probe**2)
+    noise = off_line((further[0][0], below[0], value, above[0], further[1][0]))
+    p_noise = off_line([float(q.x[-1]) for q in (further[0][1], below[1], point, above[1], further[1][1])])
+    error = (abs(made[0]) + SAFETY * noise) / abs(slope) + 4e-16
+    settled = abs(made[0]) <= 2.0 * noise and probe == PROBE
+    root = Root(t + shift, made[1], t - probe, t + probe, error, slope, SAFETY * p_noise, p_noise / probe**2, settled)
+    return (t + shift, made), root
+
+
+def off_line(values):
+    """Largest distance of five values, at `PLACES`, from the straight line that fits them best."""
+    middle = sum(values) / 5.0
+    slope = sum(weight * value for weight, value in zip(WEIGHTS, values, strict=True))
+    return max(abs(value - middle - slope * (place - CENTRE)) for place, value in zip(PLACES, values, strict=True))

@@ -14,6 +14,8 @@ from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopRea
 from .problem import Corrected
 from .rows import Part, Row, reversed_row, tests_of
 
+ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
+BESIDE = 1e-4  # arclength at which the side of a boundary is looked up
 DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
 
 
@@ -77,6 +79,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         minus.rows[0].recorded = first.recorded
         if plus.reason is not None:
             minus.stop(StopReason.STOPPED if plus.reason is StopReason.STOPPED else plus.reason, plus.message)
+        for half in (plus, minus):
+            begin_on_boundary(half)
         run_halves(plus, minus, direction, singular is None and first.singular)
     plus.found[:0] = here
     return Branch.of_halves(plus, minus, options)
@@ -208,6 +212,32 @@ def start_points(half, row, crossing):
         found.append(detect.Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, row.tangent, 0.0, -width, width,
                                   crossing.error * float(row.part.scale[-1]), row.part, directions=crossing.directions))
     return found
+
+
+def begin_on_boundary(half):
+    """Where the first row lies on a boundary, note the sign behind it or go on at once with the equations beyond."""
+    row = half.rows[0]
+    part = row.part
+    for j in part.boundary:
+        if abs(row.tests[j]) > ON_BOUNDARY:
+            continue
+        try:
+            c = part.problem.correct(row.x + BESIDE * row.direction, row.tangent)
+        except Exception:  # the problem's own code; the first step will say what
+            continue
+        if not c.converged:
+            continue
+        if tests_of(c)[j] < row.tests[j]:
+            half.signs[j] = -1
+            continue
+        here = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0,
+                         row.det_sign, row.det_log, np.array(row.tests[1:]))
+        monitor = part.monitors[j - 1]
+        special = detect.Found(part.kinds[j], monitor.name, row.x, row.tangent, 0.0, 0.0, 0.0,
+                               float(part.scale[-1]) * abs(row.tests[j]) + 1e-15 * abs(row.p), part, corrected=here)
+        half.found.append(special)
+        half.slope = row.tests[0]
+        return half.cross(row, detect.Cut(row, here, j, special))
 
 
 def run_halves(plus, minus, direction, lost):

@@ -1,0 +1,44 @@
+"""Bordered systems against numpy."""
+import numpy as np
+import pytest
+
+from bifurc.solve.bordered import factor, null_vectors, solve_factored
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 20])
+def test_factor_gives_solution_and_determinant(n):
+    rng = np.random.default_rng(n)
+    for _ in range(10):
+        a, b = rng.normal(size=(n, n)), rng.normal(size=n)
+        lu, pivots, sign, log = factor(a)
+        expected = np.linalg.slogdet(a)
+        assert sign == expected[0] and log == pytest.approx(expected[1], abs=1e-12)
+        assert a @ solve_factored(lu, pivots, b) == pytest.approx(b, abs=1e-9)
+
+
+def test_singular_and_not_finite_have_no_sign():
+    assert factor(np.zeros((2, 2)))[2:] == (0.0, -np.inf)
+    assert factor(np.full((2, 2), np.nan))[2:] == (0.0, -np.inf)
+    assert factor(np.array([[1.0, 2.0], [2.0, 4.0]]))[2] == 0.0
+
+
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_null_vectors(lost):
+    rng = np.random.default_rng(lost)
+    n = 5
+    wide = rng.normal(size=(n, n + 1))
+    wide[:lost] = 0.0
+    right, left = null_vectors(wide)
+    assert len(right) == 1 + lost and len(left) == lost
+    assert np.abs(wide @ right.T).max() < 1e-14
+    assert lost == 0 or np.abs(left @ wide).max() < 1e-14
+    assert right @ right.T == pytest.approx(np.eye(1 + lost), abs=1e-14)
+
+
+def test_sign_changes_with_the_last_row():
+    """det [J; r] = (r.t) det [J; t] for the unit null vector t: the rule by which the tracer orients determinants."""
+    rng = np.random.default_rng(0)
+    wide, row = rng.normal(size=(4, 5)), rng.normal(size=5)
+    (t,), _ = null_vectors(wide)
+    value = np.linalg.det(np.vstack([wide, row]))
+    assert value == pytest.approx((row @ t) * np.linalg.det(np.vstack([wide, t])), rel=1e-12)
