@@ -3,7 +3,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..orbits.orbit import PeriodicOrbit
 from ..system import System
 from .marcher import Targets
 
@@ -14,7 +13,6 @@ CLOSED = 1e-6  # scaled distance after which a return counts as one for certain
 NEAR = 0.03  # scaled distance of the settled motion from the orbit that is accepted for it
 SAME = 1e-6  # scaled distance of section points of one orbit found twice
 EXPONENT_PERIODS = 4000
-SURE = 3.0  # standard errors between a chaotic attractor's exponent and zero
 SAMPLE = 20000  # section points of a chaotic attractor
 PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
 COVERED = 0.999
@@ -61,8 +59,8 @@ class ChaoticAttractor:
         return cls(system, arrays["points"], header["exponent"], header["exponent_error"], header["width"])
 
     def __repr__(self):
-        return (f"ChaoticAttractor({len(self.points)} points, exponent {self.exponent:.4g} +- {self.exponent_error:.1g} per "
-                "time)")
+        return (f"ChaoticAttractor({len(self.points)} points, "
+                f"exponent {self.exponent:.4g} +- {self.exponent_error:.1g} per time)")
 
 
 def section_points(attractor) -> np.ndarray:
@@ -75,9 +73,9 @@ def section_points(attractor) -> np.ndarray:
 def examine(system: System, y: np.ndarray, scale: np.ndarray):
     """Return the attractor on which the motion from ``y`` (ns,) at phase 0 settles, or None.
 
-    A return of the section points after k periods is only a candidate: Newton on the map must confirm an orbit there, and
-    its multipliers must call it stable.  A motion without return is chaotic when its largest exponent exceeds zero by
-    three standard errors.
+    A return of the section points after k periods is only a candidate: Newton on the map must confirm an orbit there,
+    and its multipliers must call it stable.  A motion without return is chaotic when its largest exponent exceeds zero
+    by four standard errors.
     """
     from ..flow.simulate import simulate
     from ..orbits.find import find_orbit
@@ -106,10 +104,13 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttracto
     """Return the chaotic attractor on which ``y`` lies, or None when its exponent is not surely positive."""
     from ..flow.simulate import simulate
     from ..orbits.lyapunov import lyapunov_exponents
-    found = lyapunov_exponents(system, y0=y, periods=EXPONENT_PERIODS)
-    exponent, error = float(found.exponents[0]), float(found.errors[0])
-    if not exponent > SURE * error:
+    try:
+        found = lyapunov_exponents(system, y, periods=EXPONENT_PERIODS, transient=0)
+    except ArithmeticError:
         return None
+    if not found.chaotic:
+        return None
+    exponent, error = float(found.values[0]), float(found.errors[0])
     points = []
     for _ in range(0, SAMPLE + PROBE, 1000):
         motion = simulate(system, y, periods=1000)

@@ -20,8 +20,8 @@ class BasinMap:
     system : System
     grid : Grid
     labels : ndarray of int
-        Number of the attractor of each cell (axis 0: first component of the grid), -1 where there is none; `states` says
-        why.
+        Number of the attractor of each cell (axis 0: first component of the grid), -1 where there is none; `states`
+        says why.
     attractors : tuple of PeriodicOrbit and ChaoticAttractor
         Confirmed; label k is ``attractors[k]``.
     states : ndarray of int
@@ -81,7 +81,7 @@ class BasinMap:
         for label, attractor in enumerate(self.attractors):
             lines.append(f"{label:>4} {self.fractions[label]:>10.6f}  {attractor!r}")
         lines.append(f"{-1:>4} {self.fractions[-1]:>10.6f}  unresolved")
-        lines += [f"     {count:>10d}  cells: {state.sentence}" for state, count in counts.items() if isinstance(state, CellState)]
+        lines += [f"     {counts[state]:>10d}  cells: {state.sentence}" for state in CellState if state in counts]
         noise = self.noise
         measured = ", ".join(f"{f:.2g} at {e:.0e}" for e, f in zip(noise.perturbations, noise.changed, strict=True))
         lines.append(f"labels changed by perturbations: {measured or 'not measured'} ({noise.samples} starts)")
@@ -97,14 +97,16 @@ class BasinMap:
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
-        headers, arrays = [], {"labels": self.labels, "states": self.states, "periods": self.periods, "impacts": self.impacts,
-                               "radii": np.array(self.radii, float), "scale": self.scale}
+        headers = []
+        arrays = {"labels": self.labels, "states": self.states, "periods": self.periods, "impacts": self.impacts,
+                  "radii": np.array(self.radii, float), "scale": self.scale}
         for number, attractor in enumerate(self.attractors):
             header, mine = attractor.to_record()
             headers.append(header)
             arrays |= {f"attractor_{number}_{name}": values for name, values in mine.items()}
-        return {"kind": "basins", "system": self.system.to_record(), "grid": self.grid.to_record(), "attractors": headers,
-                "noise": self.noise.to_record(), "options": self.options, "key": self.key}, arrays
+        header = {"kind": "basins", "system": self.system.to_record(), "grid": self.grid.to_record(),
+                  "attractors": headers, "noise": self.noise.to_record(), "options": self.options, "key": self.key}
+        return header, arrays
 
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "BasinMap":
@@ -128,5 +130,6 @@ class BasinMap:
 
     def __repr__(self):
         shares = ", ".join(f"{self.fractions[label]:.4f}" for label in range(len(self.attractors)))
-        return (f"BasinMap({self.labels.shape[0]} x {self.labels.shape[1]} cells, {len(self.attractors)} attractors: {shares}, "
+        across, up = self.labels.shape
+        return (f"BasinMap({across} x {up} cells, {len(self.attractors)} attractors: {shares or 'none'}, "
                 f"unresolved {self.fractions[-1]:.4f}, label noise {self.label_uncertainty:.1e})")

@@ -2,22 +2,26 @@
 import numpy as np
 
 from .._jit import njit
-from ..flow.scan import COUNT, DONE, EVENTS, INSTANT, LIMIT, LOST, MODE, ORDERS, SLOPES, STATE, TAU, WHOLE, run, workspace
+from ..flow.scan import BEFORE, DONE, EVENTS, FULL, GUARD, KIND, LIMIT, LOST, MODE, PASSED, STATE, TAU, run, workspace
 from .near import STAY, boxed, nearest
 from .states import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 
+ROWS = 64  # of the record from which impacts are counted
+
 
 @njit
-def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, labels, periods, impacts, states):
+def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, labels, periods, impacts,
+          states):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
     ``inverse`` to ``keepers`` see `bifurc.basins.near`.  Writes label (-1: none), periods, impacts and state of each;
     starts with a negative mode are left to the caller.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
+    kick = T.kick
     ints, floats = workspace(T)
-    rows = np.zeros((0, 5), np.int64)
-    record = np.zeros((0, STATE + 2 * ns))
+    rows = np.zeros((ROWS, 5), np.int64)
+    record = np.zeros((ROWS, STATE + 2 * ns))
     x = np.empty(nx)
     y = x[:ns]
     for i in range(X.shape[0]):
@@ -33,10 +37,17 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
         ints[MODE], floats[TAU] = m, 0.0
         labels[i] = -1
         states[i] = UNSETTLED
+        impacts[i] = 0
         stay = 0
         guest = -1
         for k in range(1, most + 1):
-            code = run(T, ints, floats, x, k, 0.0, limit, rows, record)
+            code = FULL
+            while code == FULL:
+                code = run(T, ints, floats, x, k, 0.0, limit, rows, record)
+                for e in range(ints[EVENTS]):
+                    if rows[e, KIND] != PASSED and rows[e, GUARD] >= 0:
+                        impacts[i] += kick[rows[e, BEFORE], rows[e, GUARD]]
+                ints[EVENTS] = 0
             periods[i] = k
             if code != DONE:
                 states[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
@@ -52,6 +63,5 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
                 labels[i] = found
                 states[i] = REACHED
                 break
-        impacts[i] = ints[EVENTS]
         for c in range(ns):
             X[i, c] = x[c]

@@ -15,8 +15,8 @@ class Grid:
     at : mapping of str to float, optional
         Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0.
     **ranges : (low, high, cells)
-        Exactly two components by name (``q0`` is the first coordinate, ``v0`` its velocity): bounds and number of cells.
-        The first named one is the first axis of ``labels``.
+        Exactly two components by name (``q0`` is the first coordinate, ``v0`` its velocity): bounds and number of
+        cells.  The first named one is the first axis of ``labels``.
 
     Attributes
     ----------
@@ -46,8 +46,8 @@ class Grid:
 
     def __init__(self, *, at: Mapping[str, float] | None = None, **ranges):
         if len(ranges) != 2:
-            raise ValueError(f"Grid: {len(ranges)} components are given ({', '.join(ranges) or 'none'}); a grid has exactly two, "
-                             "such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+            raise ValueError(f"Grid: {len(ranges)} components are given ({', '.join(ranges) or 'none'}); a grid has exactly "
+                             "two, such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
         sides = [_side(name, value) for name, value in ranges.items()]
         fixed = {}
         for name, value in (at or {}).items():
@@ -117,16 +117,16 @@ class Grid:
 def _named(name: str) -> tuple[str, int]:
     match = re.fullmatch(r"([qv])(0|[1-9]\d*)", name)
     if match is None:
-        raise ValueError(f"Grid: component {name!r} is unknown; components are q0, q1, ... (coordinates) and v0, v1, ... "
-                         "(velocities)")
+        raise ValueError(f"Grid: component {name!r} is unknown; components are q0, q1, ... (coordinates) and "
+                         "v0, v1, ... (velocities)")
     return match[1], int(match[2])
 
 
 def _place(name: str, n: int) -> int:
     kind, index = _named(name)
     if index >= n:
-        raise ValueError(f"Grid: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of freedom, so "
-                         f"q0 .. q{n - 1} and v0 .. v{n - 1}")
+        raise ValueError(f"Grid: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
+                         f"freedom: q0 .. q{n - 1} and v0 .. v{n - 1}")
     return index if kind == "q" else n + index
 
 
@@ -140,7 +140,8 @@ def _side(name: str, value) -> tuple[float, float, int]:
     if not low < high:
         raise ValueError(f"Grid: {name} = {value!r} is not allowed; its low bound must be below its high bound")
     if isinstance(cells, bool) or not isinstance(cells, (int, np.integer)) or cells < 1:
-        raise ValueError(f"Grid: {name} = {value!r} is not allowed; the number of cells must be a whole number of at least 1")
+        raise ValueError(f"Grid: {name} = {value!r} is not allowed; the number of cells must be a whole number of at "
+                         "least 1")
     return low, high, int(cells)
 
 

@@ -13,8 +13,8 @@ def label(P, I, length, modes, X, limit, most, inverse, points, squares, owner, 
           impacts, states):
     """Follow the starts ``X`` (N, 2), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``P, I, length`` are `bifurc.flow.single.pack`; ``inverse`` to ``keepers`` see `bifurc.basins.near`.  Writes label (-1:
-    none), periods, impacts and state of each; starts with a negative mode are left to the caller.
+    ``P, I, length`` are `bifurc.flow.single.pack`; ``inverse`` to ``keepers`` see `bifurc.basins.near`.  Writes label
+    (-1: none), periods, impacts and state of each; starts with a negative mode are left to the caller.
     """
     work = scratch()
     counts = np.zeros(2, np.int64)

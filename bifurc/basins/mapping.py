@@ -1,4 +1,4 @@
-"""Basins of attraction: attractors discovered and confirmed, then every start of a grid labelled by closeness to one."""
+"""Basins of attraction: attractors discovered and confirmed, then every start of a grid labelled by closeness."""
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -10,31 +10,34 @@ from ..orbits.orbit import PeriodicOrbit
 from ..progress import Progress
 from ..system import System
 from . import noise
-from .attractors import ChaoticAttractor, examine, same, section_points, targets_of
+from .attractors import ChaoticAttractor, distance, examine, same, section_points, targets_of
 from .basinmap import BasinMap
 from .grid import Grid
 from .marcher import Cells, Marcher
 from .states import REACHED, UNSETTLED
 from .store import Store
 
-CHUNK = 2048  # cells that one thread does at a time
+CHUNK = 512  # cells that one thread does at a time
 RANDOM_STARTS = 64  # from which attractors are looked for first
 LOOKED = 16  # unsettled starts that are examined before the rest is labelled again
 SHELL = 8  # starts around each section point that must come back to it
 SHRINK = 4.0  # of a radius whose shell did not
+COMES_BACK = 0.1  # of the radius is where the shell must arrive
+TRANSIENT = 200  # forcing periods before the end of a motion is examined
+FAILURES = 6  # ends that are no new attractor before the rest is left unsettled
 LEAST = 1e-9  # scaled radius
 NEW = -2  # label of a cell not done yet
 
 
 def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0,
-                         workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 1000,
+                         workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000,
                          max_events: int = 2000, progress: bool = False, file=None) -> BasinMap:
     """Return which start of a grid leads to which attractor.
 
-    Attractors are discovered from seeded random starts and from every start that comes near none of those known; each is
-    confirmed by Newton on the map and by its multipliers (or, chaotic, by an exponent above zero) before it gets a number.
-    A start is labelled when its section point comes within the tolerance of a section point of a confirmed attractor.
-    Labels depend on system, grid and seed alone, not on the number of workers.
+    Attractors are discovered from seeded random starts and from every start that comes near none of those known; each
+    is confirmed by Newton on the map and by its multipliers (or, chaotic, by an exponent above zero) before it gets a
+    number.  A start is labelled when its section point comes within the tolerance of a section point of a confirmed
+    attractor.  Labels depend on system, grid and seed alone, not on the number of workers.
 
     Parameters
     ----------
@@ -49,8 +52,8 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     workers : int, optional
         Threads; default: one a processor.
     tolerance : float
-        Distance at which a section point counts as on an attractor, in units of the largest start (velocities over omega);
-        made smaller for an attractor whose neighbours at this distance do not all come back to it.
+        Distance at which a section point counts as on an attractor, in units of the largest start (velocities over
+        omega); made smaller for an attractor whose neighbours at this distance do not all come back to it.
     max_periods : int
         After so many forcing periods a start is unsettled.
     max_events : int
@@ -81,7 +84,8 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; a basin map needs the phase of an excitation (omega)")
     if not isinstance(grid, Grid):
-        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
+                         "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
     scene = scene_of(system)
     grid.places(scene.n, scene.ns)
     grid.base(scene.n, scene.ns)
@@ -107,9 +111,10 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
 class _Work:
     """One basin map in the making."""
 
-    def __init__(self, system: System, scene: Scene, grid: Grid, options: dict, known: list, workers: int, store: Store,
-                 bar: Progress):
-        self.system, self.scene, self.grid, self.options, self.store, self.bar = system, scene, grid, options, store, bar
+    def __init__(self, system: System, scene: Scene, grid: Grid, options: dict, known: list, workers: int,
+                 store: Store, bar: Progress):
+        self.system, self.scene, self.grid, self.options = system, scene, grid, options
+        self.store, self.bar = store, bar
         self.workers = workers
         self.marcher = Marcher(scene, options["max_events"])
         self.rng = np.random.default_rng(options["seed"])
@@ -152,10 +157,11 @@ class _Work:
         number[order], number[-1] = np.arange(len(order)), -1
         measured = self._noise(cells)
         shape = self.grid.shape
-        return BasinMap(self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.attractors[i] for i in order),
-                        cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
-                        cells.impacts.astype(np.int32).reshape(shape), tuple(self.radii[i] for i in order), self.scale,
-                        measured, self.options, self.store.key)
+        return BasinMap(
+            self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.attractors[i] for i in order),
+            cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
+            cells.impacts.astype(np.int64).reshape(shape), tuple(self.radii[i] for i in order), self.scale, measured,
+            self.options, self.store.key)
 
     # labels
 
@@ -192,15 +198,17 @@ class _Work:
                     take(future)
                 submit(parts)
                 self._keep(cells, seen)
-        finally:  # an interrupt: chunks that run are waited for and kept
-            for future in list(running):
+        except BaseException:  # an interrupt: chunks that run are waited for; what is finished is kept
+            for future in running:
                 future.cancel()
             pool.shutdown(wait=True)
-            for future in [item for item in running if not item.cancelled() and item.exception() is None]:
-                take(future)
-            self._keep(cells, seen, now=bool(running))
-            if running:
-                raise_later = None  # noqa: F841
+            for future in list(running):
+                if not future.cancelled() and future.exception() is None:
+                    take(future)
+            self._keep(cells, seen, now=True)
+            raise
+        pool.shutdown()
+        self._keep(cells, seen, now=True)
 
     def _keep(self, cells: Cells, seen: np.ndarray, now: bool = False) -> None:
         seeds = np.array(self.seeds).reshape(len(self.seeds), self.scene.ns)
@@ -216,21 +224,19 @@ class _Work:
 
     def _discover(self, starts: np.ndarray) -> None:
         """Examine the ends of motions that come near no known attractor, one after the other."""
-        left = starts
-        while len(left):
+        left, failures = starts, 0
+        while len(left) and failures < FAILURES:
             ends = left.copy()
-            found = self.marcher.label(ends, self._targets(), min(self.most, 200))
+            found = self.marcher.label(ends, self._targets(), min(self.most, TRANSIENT))
             away = np.flatnonzero(found.states == UNSETTLED)
-            left = left[away]
-            new = False
-            for k, i in enumerate(away):
-                attractor = examine(self.system, ends[i], self.scale)
-                if attractor is not None and self._admit(attractor, ends[i]):
-                    left = left[k + 1:]
-                    new = True
+            left, ends = left[away], ends[away]
+            while len(left) and failures < FAILURES:
+                attractor = examine(self.system, ends[0], self.scale)
+                new = attractor is not None and self._admit(attractor, ends[0])
+                left, ends = left[1:], ends[1:]
+                if new:
                     break
-            if not new:
-                return
+                failures += 1
 
     def _admit(self, attractor, y=None) -> bool:
         """Give a confirmed attractor its number and radius; return False when it is known."""
@@ -238,9 +244,29 @@ class _Work:
             return False
         self.attractors.append(attractor)
         self.radii.append(self.options["tolerance"])
+        if isinstance(attractor, PeriodicOrbit):
+            self._shrink(attractor)
         if y is not None:
             self.seeds.append(np.array(y))
         return True
+
+    def _shrink(self, orbit: PeriodicOrbit) -> None:
+        """Make the radius of the last attractor so small that a shell of it around each section point comes back."""
+        rng = np.random.default_rng([self.options["seed"], 2, len(self.attractors)])
+        points = np.repeat(section_points(orbit) / self.scale, SHELL, axis=0)
+        away = rng.normal(size=points.shape)
+        away /= np.linalg.norm(away, axis=1)[:, None]
+        own = len(self.attractors) - 1
+        while self.radii[own] > LEAST:
+            radii = [*self.radii[:own], COMES_BACK * self.radii[own]]
+            shell = (points + self.radii[own] * away) * self.scale
+            found = self.marcher.label(shell, targets_of(self.attractors, radii, self.scale), self.most)
+            gone = (found.states == REACHED) & (found.labels != own)
+            for i in np.flatnonzero(found.states == UNSETTLED):  # slow is allowed, farther is not
+                gone[i] = distance(section_points(orbit) / self.scale, shell[i] / self.scale) > self.radii[own]
+            if not gone.any():
+                return
+            self.radii[own] /= SHRINK
 
     def _order(self) -> list[int]:
         """Return the order of the numbers: those given first, then by period, impacts and size; chaotic ones last."""
@@ -261,7 +287,10 @@ class _Work:
         if len(self.attractors) < 2 and np.all(cells.labels[counted] == cells.labels[counted][:1]):
             return noise.LabelNoise(np.empty(0), np.empty(0), 0, 1.0, 0.0, 0.0)
         rng = np.random.default_rng([self.options["seed"], 1])
-        chosen = np.sort(rng.choice(counted, min(noise.SAMPLES, counted.size), replace=False))
+        mean = cells.periods[counted].mean()
+        budget = max(noise.SHARE * mean * self.grid.size, 4e5 if self.marcher.lean else 4e4 / self.scene.n)
+        samples = int(np.clip(budget / (6.0 * max(mean, 1.0)), *noise.SAMPLES))
+        chosen = np.sort(rng.choice(counted, min(samples, counted.size), replace=False))
         targets = self._targets()
         steps = np.zeros(self.scene.ns)
         places = list(self.grid.places(self.scene.n, self.scene.ns))

@@ -1,4 +1,4 @@
-"""From starts to labels: the compiled march where it serves, the general one behind it, Python for what both leave open."""
+"""From starts to labels: the compiled march, and the simulation with its joint decisions for what that leaves open."""
 import itertools
 import threading
 from typing import NamedTuple
@@ -7,11 +7,14 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..flow import settle
+from ..flow.status import Status
 from .near import STAY, boxed, nearest
 from .starting import BEYOND, begin
 from .states import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
+BLOCK = 16  # forcing periods that the general march does at a time
+FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
 
 
 class Targets(NamedTuple):
@@ -47,15 +50,13 @@ class Marcher:
 
     def __init__(self, scene: Scene, limit: int):
         from ..flow import single
-        from ..flow.engine import engine_of
         self.scene, self.limit = scene, limit
-        self._engine_of = engine_of
         self._lock = threading.Lock()
         self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
         self.lean = scene.closed_form and bool(single.fits(scene.tables))
 
     def label(self, X: np.ndarray, targets: Targets, most: int) -> Cells:
-        """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed."""
+        """Follow the starts ``X`` (N, ns), in place, until near an attractor or for ``most`` periods."""
         cells = Cells(*(np.full(len(X), value, np.int64) for value in (-1, 0, 0, ASK)))
         modes = np.empty(len(X), np.int64)
         starts = X.copy()
@@ -64,8 +65,8 @@ class Marcher:
         begin(T, self._candidates, X, modes)
         cells.states[modes == BEYOND] = OUTSIDE
         if self.lean:
-            from .lean import label
             from ..flow.single import pack
+            from .lean import label
             label(*pack(T), modes, X, self.limit, most, *targets, *cells)
         else:
             self._general()(T, modes, X, self.limit, most, *targets, *cells)
@@ -84,33 +85,24 @@ class Marcher:
 
     def _follow(self, i: int, X: np.ndarray, cells: Cells, targets: Targets, most: int) -> None:
         """Follow one start with all decisions open to Python."""
-        from ..flow.scan import COUNT, DONE, EVENTS, LIMIT, LOST, MODE, NEED, SINCE, STATE, TAU
-        from ..flow.scan import AT_GUARD
-        from ..flow.simulate import _forcing, _orders, _resize
-        scene, engine = self.scene, self._engine_of(self.scene)
-        x = np.zeros(scene.ns + scene.nw)
-        x[:scene.ns] = X[i]
-        _forcing(scene, 0.0, x)
-        try:
-            mode, x = settle.start(scene, x, engine.series)
-        except settle.Penetration:
-            cells.states[i] = OUTSIDE
-            return
-        except settle.Inconsistent:
-            cells.states[i] = STUCK
-            return
-        T = scene.tables
-        ints, floats = engine.workspace(T)
-        ints[MODE], floats[TAU] = mode, 0.0
-        _orders(engine.series, T, mode, x, ints, floats)
-        rows, record = np.zeros((0, 5), np.int64), np.zeros((0, STATE + 2 * scene.ns))
-        stay, guest, k = 0, -1, 1
-        cells.labels[i], cells.states[i] = -1, UNSETTLED
-        while k <= most:
-            cells.periods[i] = k
-            code = engine.run(T, ints, floats, x, k, 0.0, self.limit, rows, record)
-            if code == DONE:
-                y = x[:scene.ns]
+        from ..flow.scan import PASSED
+        from ..flow.simulate import march
+        y, stay, guest = X[i].copy(), 0, -1
+        cells.labels[i], cells.states[i], cells.periods[i], cells.impacts[i] = -1, UNSETTLED, 0, 0
+        for first in range(0, most, BLOCK):
+            last = min(first + BLOCK, most)
+            try:
+                motion = march(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            except settle.Penetration:
+                cells.states[i] = OUTSIDE
+                return
+            except settle.Inconsistent:
+                cells.states[i] = STUCK
+                return
+            rows = motion.recorded.rows[1:]
+            kicked = self.scene.tables.kick[rows[:, 0], np.maximum(rows[:, 1], 0)] == 1
+            kicks = rows[(rows[:, 3] != PASSED) & kicked, 4]
+            for k, y in enumerate(motion.sections[1:], first + 1):
                 found = nearest(y, targets.inverse, targets.points, targets.squares, targets.owner)
                 if found < 0 and targets.keys.size:
                     keeper = boxed(y, targets.inverse, targets.width, targets.keys, targets.keepers)
@@ -118,27 +110,12 @@ class Marcher:
                     guest = keeper
                     found = keeper if stay >= STAY else -1
                 if found >= 0:
-                    cells.labels[i], cells.states[i] = found, REACHED
-                    break
-                k += 1
-                continue
-            if code in (LIMIT, LOST):
-                cells.states[i] = CROWDED if code == LIMIT else DIVERGED
-                break
-            m, g = int(ints[MODE]), int(ints[AT_GUARD])
-            if code == NEED:
-                T = scene.expand(m, g)
-            else:
-                try:
-                    ints[MODE], x, _ = settle.decide(scene, m, g, x, floats[SINCE], engine.series)
-                except settle.Inconsistent:
-                    cells.states[i] = STUCK
-                    break
-                ints[EVENTS] += 1
-                ints[COUNT] += 1
-                T = scene.tables
-            engine = self._engine_of(scene)
-            ints, floats = _resize(engine, T, ints, floats)
-            _orders(engine.series, T, int(ints[MODE]), x, ints, floats)
-        cells.impacts[i] = ints[EVENTS]
-        X[i] = x[:scene.ns]
+                    cells.labels[i], cells.states[i], cells.periods[i] = found, REACHED, k
+                    cells.impacts[i] += np.count_nonzero(kicks < k)
+                    return
+            cells.periods[i] = last
+            cells.impacts[i] += kicks.size
+            X[i] = y
+            if not motion.success:
+                cells.states[i] = FAILED[motion.status]
+                return

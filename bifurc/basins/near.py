@@ -1,7 +1,7 @@
-"""Which attractor a section point has reached: closeness to confirmed orbits, membership of the boxes of chaotic samples.
+"""Which attractor a section point has reached: closeness to confirmed orbits, boxes of chaotic samples.
 
-States are compared scaled, ``s = y / scale``.  A periodic attractor is its section points with a radius each.  A chaotic
-one is the set of boxes that its sample visits, kept as sorted hashes of their whole-number places; only several
+States are compared scaled, ``s = y / scale``.  A periodic attractor is its section points with a radius each.  A
+chaotic one is the set of boxes that its sample visits, kept as sorted hashes of their whole-number places; only several
 consecutive section points in its boxes count, since a trajectory may pass a few on its way elsewhere.
 """
 import numpy as np

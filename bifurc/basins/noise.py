@@ -1,7 +1,7 @@
 """How many labels rounding could change: measured at larger perturbations, extrapolated by the uncertainty exponent.
 
-The fraction of starts whose label changes under a perturbation e goes like f(e) = C e**alpha with the uncertainty exponent
-alpha (Grebogi, McDonald, Ott and Yorke 1983): 1 for smooth boundaries, near 0 where no computation can tell.
+The fraction of starts whose label changes under a perturbation e goes like f(e) = C e**alpha with the uncertainty
+exponent alpha (Grebogi, McDonald, Ott and Yorke 1983): 1 for smooth boundaries, near 0 where no computation can tell.
 """
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 ROUNDING = 1.1e-16  # relative
-LADDER = tuple(10.0**-k for k in (1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 13.0))  # perturbations, scaled
-SAMPLES = 2000  # starts perturbed at each
+LADDER = tuple(10.0**-k for k in (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 13.0))  # scaled sizes
+SAMPLES = 100, 4000  # least and most starts perturbed at each rung
+SHARE = 0.25  # of the work of the map may go into its noise
 FEWEST = 10  # changed labels that a rung must have to be fitted, and to go on down the ladder
 RUNGS = 5  # of the lower end of the ladder are fitted
+SMALL = 0.15  # fractions above it are left out when three are below: they saturate
 EXTRA = 0.05  # relative error added to that of counting: the law is no exact power
 
 
@@ -83,6 +85,8 @@ def extrapolated(e: np.ndarray, counts: np.ndarray, n: int) -> LabelNoise:
     """Return the noise from ``counts`` changed labels of ``n`` at perturbations ``e``."""
     good = np.flatnonzero(counts >= FEWEST)[-RUNGS:]
     changed = counts / n
+    if np.count_nonzero(changed[good] <= SMALL) >= 3:
+        good = good[changed[good] <= SMALL]
     if good.size >= 3:
         x, y = np.log(e[good]), np.log(changed[good])
         weights = 1.0 / ((1.0 - changed[good]) / counts[good] + EXTRA**2)

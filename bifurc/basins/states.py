@@ -26,8 +26,8 @@ class CellState(StrEnum):
 _CODES = {state: code for code, state in enumerate(CellState)}
 _SENTENCES = {
     CellState.ATTRACTED: "The motion came within the tolerance of a confirmed attractor.",
-    CellState.UNSETTLED: "The motion came near no confirmed attractor within max_periods; raise max_periods, or look at it "
-                         "with simulate: it may be quasi-periodic, neutral, or very slow.",
+    CellState.UNSETTLED: "The motion came near no confirmed attractor within max_periods; raise max_periods, or look "
+                         "at it with simulate: it may be quasi-periodic, neutral, or very slow.",
     CellState.OUTSIDE: "The cell lies beyond a rigid stop: it is no start.",
     CellState.DIVERGED: "The state left the finite numbers.",
     CellState.TOO_MANY_EVENTS: "A period held more events than max_events.",
