@@ -7,7 +7,7 @@ _NAMES = {
     "SpecialPointKind": "kinds", "SpecialPoints": "special", "StopReason": "kinds", "switch_branch": "switching",
     "trace": "tracing",
 }
-__all__ = sorted(_NAMES)
+__all__ = [*sorted(_NAMES)]
 
 
 def __getattr__(name):

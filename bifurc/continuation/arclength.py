@@ -1,9 +1,9 @@
 """Pseudo-arclength continuation of one half of a branch: predict, correct, judge the step, look at what it crossed.
 
-Keller (1977) for the bordered corrector; step law by turning angle and predicted distance (as COCO: Dankowicz & Schilder
-2013) with the iteration count as ceiling.  A step is accepted only if it turns little, if its sideways distance fits the
-arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point is found in it: an
-angle law alone jumps between branches that nearly touch.
+Keller (1977) for the bordered corrector; step law by turning angle and predicted distance (as COCO: Dankowicz &
+Schilder 2013) with the iteration count as ceiling.  A step is accepted only if it turns little, if its sideways
+distance fits the arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point
+is found in it: an angle law alone jumps between branches that nearly touch.
 """
 import math
 from dataclasses import dataclass
@@ -162,7 +162,8 @@ class Half:
         if singular:
             angle = 2.0 * math.atan2(sideways, along)
         if angle > MAX_ANGLE:
-            return None, (StopReason.DS_MIN, max(0.3, 0.7 * MAX_ANGLE / angle), "the branch turns too much in every step")
+            factor = max(0.3, 0.7 * MAX_ANGLE / angle)
+            return None, (StopReason.DS_MIN, factor, "the branch turns too much in every step")
         if abs(sideways - along * math.tan(0.5 * angle)) > MISFIT * along:
             return None, (StopReason.DS_MIN, 0.5, "the corrector leads away from the prediction in every step")
         length = arc_length(math.hypot(along, sideways), angle)
@@ -276,7 +277,8 @@ class Half:
         try:
             answer = part.problem.switch(cut.corrected, monitor)
             if answer is None:
-                return self.stop(StopReason.NO_SUCCESSOR, f"no equations go on behind {monitor.kind!s} {monitor.name}".strip())
+                label = f"{monitor.kind!s} {monitor.name}".strip()
+                return self.stop(StopReason.NO_SUCCESSOR, f"no equations go on behind {label}")
             if isinstance(answer, str):
                 return self.stop(StopReason.NO_SUCCESSOR, answer)
             problem, x, tangent = answer
@@ -287,7 +289,7 @@ class Half:
         except Exception as error:
             return self.stop(StopReason.NO_SUCCESSOR, f"{type(error).__name__}: {error}")
         if not c.converged:
-            return self.stop(StopReason.NO_SUCCESSOR, f"the equations behind {monitor.kind!s} did not converge: {c.status!s}")
+            return self.stop(StopReason.NO_SUCCESSOR, f"the equations behind {monitor.kind!s} ended with {c.status!s}")
         first = Row(c, successor, row.s, 0.0, tests_of(c), min(self.ds, self.options.ds_max))
         if born:
             successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))

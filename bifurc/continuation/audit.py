@@ -15,7 +15,7 @@ class Audit:
     Attributes
     ----------
     parity : bool
-        Between any two rows the parameter turns back exactly as often, modulo two, as reversing special points are listed.
+        Between any two rows the parameter turns back as often, modulo two, as reversing special points are listed.
     violations : tuple of (float, float)
         Arclength intervals where it does not.
     angles : ndarray (7,)
@@ -41,7 +41,7 @@ class Audit:
         return self.parity and not self.unresolved
 
     def __repr__(self) -> str:
-        verdict = "ok" if self.ok else (f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved pairs")
+        verdict = "ok" if self.ok else f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved"
         return (f"Audit({verdict}, {self.n_points} points, {self.n_rejected} rejected, "
                 f"worst residual {self.worst_residual:.1e})")
 

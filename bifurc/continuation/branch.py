@@ -68,14 +68,6 @@ class Branch:
         """Join two halves that start at the same row."""
         return cls._joined([], [], [], plus, minus, options, (0, 0), [])
 
-    def over(self, low, high) -> "Branch":
-        """Return the same branch with its problems prepared for other bounds."""
-        problems = [problem.over(low, high) for problem in self.problems]
-        other = {id(old): new for old, new in zip(self.problems, problems, strict=True)}
-        points = [replace(point, problem=other[id(point.problem)], successor=other.get(id(point.successor)))
-                  for point in self.special_points]
-        return Branch(self.parameter, problems, self._arrays, points, self.ends, (low, high), self.options, self.unresolved)
-
     def joined(self, rows, plus, minus, options) -> "Branch":
         """Return this branch with what two halves added at its ends."""
         rejected = (self.ends[0].rejected, self.ends[1].rejected)
@@ -100,8 +92,8 @@ class Branch:
         ends = tuple(End(half.reason, half.message, half.rows[-1].p, half.ds, half.rejected + old)
                      for half, old in zip((minus, plus), rejected, strict=True))
         stored = {"ds": options.ds, "ds_min": options.ds_min, "ds_max": options.ds_max, "max_steps": options.max_steps}
-        return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends, (options.low, options.high),
-                   stored, unresolved)
+        return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends,
+                   (options.low, options.high), stored, unresolved)
 
     def reaching(self, low, high) -> "Branch":
         """Return the branch with problems that are defined between two values of the parameter."""
@@ -112,7 +104,8 @@ class Branch:
         place = {id(old): new for old, new in zip(self.problems, problems, strict=True)}
         points = [replace(point, problem=place.get(id(point.problem), point.problem),
                           successor=place.get(id(point.successor), point.successor)) for point in self.special_points]
-        return Branch(self.parameter, problems, self._arrays, points, self.ends, self.bounds, self.options, self.unresolved)
+        return Branch(self.parameter, problems, self._arrays, points, self.ends, self.bounds, self.options,
+                      self.unresolved)
 
     def rows(self) -> list:
         """Return the rows as the tracer uses them."""
@@ -150,8 +143,8 @@ class Branch:
     @property
     def column_names(self) -> tuple[str, ...]:
         """Names that `column` knows."""
-        names = ["step", "s", self.parameter, *self._measure_names(), *self._recorded(), "iterations", "residual", "angle"]
-        return tuple(dict.fromkeys(names))
+        names = ["step", "s", self.parameter, *self._measure_names(), *self._recorded()]
+        return tuple(dict.fromkeys([*names, "iterations", "residual", "angle"]))
 
     def column(self, name: str) -> np.ndarray:
         """Return one column (m,), in the order of arclength; measures are computed when first asked for.
@@ -198,7 +191,7 @@ class Branch:
 
         return plotting.plot_branch(self, ax=ax)
 
-    # ---- going on and saving --------------------------------------------------------------------------------------------
+    # ---- going on and saving ---------------------------------------------------------------------------------------
 
     def extend(self, bounds=None, **options) -> "Branch":
         """Return the branch continued at both ends; see `trace` for the options.

@@ -1,12 +1,13 @@
-"""Simple branch points: location by an unfolded system that tells a crossing from a near miss, and their two directions.
+"""Simple branch points: located by an unfolded system that tells a crossing from a near miss; their two directions.
 
 At a branch point the wide Jacobian J loses one rank: kernel V (n+1, 2), left null vector w (n,).  The system
 
     F(x) + beta b = 0,      g_i(x) = w(x)^T J(x) V_i = 0   (i = 1, 2)
 
-is regular there and also at the centre of a perturbed (imperfect) bifurcation, where beta is the size of the perturbation:
-beta at rounding level is a crossing, anything else two branches that miss each other (Griewank & Reddien 1984; Govaerts
-2000, section 8).  The directions solve the algebraic bifurcation equation sum_ij w^T F_xx[V_i, V_j] a_i a_j = 0.
+is regular there and also at the centre of a perturbed (imperfect) bifurcation, where beta is the size of the
+perturbation: beta at rounding level is a crossing, anything else two branches that miss each other (Griewank & Reddien
+1984; Govaerts 2000, section 8).  The directions solve the algebraic bifurcation equation
+sum_ij w^T F_xx[V_i, V_j] a_i a_j = 0.
 """
 import math
 from dataclasses import dataclass
@@ -91,7 +92,7 @@ def _newton(problem, x, scale):
         f = np.reshape(np.asarray(problem.residual(x[:-1], float(x[-1])), float), n)
         if norm is None:
             norm = max(float(np.abs(j).max()), float(np.abs(hessian).max()) / max(w_size, 1e-300))
-        system = np.zeros((n + 3, n + 2))[:n + 2]
+        system = np.zeros((n + 2, n + 2))
         system[:n, :n + 1], system[:n, n + 1], system[n:, :n + 1] = j, b, -hessian
         step = np.linalg.solve(system, -np.concatenate([f + beta * b, g]))
         if not np.isfinite(step).all():
@@ -116,7 +117,8 @@ def _newton(problem, x, scale):
     directions = _directions(problem, x, u[:, -1], kernel)
     if directions is None:
         return Crossing("near_miss", x)
-    return Crossing("located", x, directions, 4.0 * size + abs(beta) / norm + floor * (1.0 + float(np.abs(x / scale).max())))
+    error = 4.0 * size + abs(beta) / norm + floor * (1.0 + float(np.abs(x / scale).max()))
+    return Crossing("located", x, directions, error)
 
 
 def _second(problem, x, w, v):

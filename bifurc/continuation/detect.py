@@ -1,8 +1,8 @@
 """What lies in a step: boundaries of validity, branch points, folds and zeros of monitors, and pairs of them.
 
 A boundary is located first and the step is cut there, so that every other test is one-sided.  A test counts as crossed
-when its last clear sign changes; values at rounding level keep the old sign, so that a step that lands on a zero neither
-loses it nor counts it twice.
+when its last clear sign changes; values at rounding level keep the old sign, so that a step that lands on a zero
+neither loses it nor counts it twice.
 """
 import math
 from dataclasses import dataclass
@@ -83,7 +83,7 @@ def remember(half, row, before, fresh=False):
 
 
 def boundary(half, row, new):
-    """Return ``(cut, None)`` if a boundary is crossed, ``(None, None)`` if not, ``(None, cause)`` to reject the step."""
+    """Return ``(cut, None)`` where a boundary is crossed, ``(None, None)`` if none is, ``(None, cause)`` to reject."""
     part = row.part
     if not part.boundary:
         return None, None
@@ -98,7 +98,7 @@ def boundary(half, row, new):
         if half.signs[j] >= 0:
             if row.tests[j] > 0.0 and half.signs[j] > 0:
                 return None, (StopReason.INADMISSIBLE, 0.5, "the branch does not enter the region of validity")
-            return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are not valid on either side")
+            return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are valid on neither side")
         found = zero_between(part, row, end, j)
         if found is None:
             return None, (StopReason.DS_MIN, 0.5, f"the boundary {part.monitors[j - 1].kind!s} could not be located")
@@ -161,7 +161,7 @@ def crossed(half, row, new, at_boundary):
 
 
 def beginning(half, row, new, j):
-    """Return the row, or where a test is zero at the first row of a part, a row just behind it, and its sign as the old one.
+    """Return the row, or where a test is zero at the first row of a part, a row just behind it that sets the old sign.
 
     A contact is born with dp/ds = 0, and a fold may follow at once.
     """
@@ -223,7 +223,8 @@ def zero_between(part, a, b, j):
         if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
             t, _ = curve.nearest(c.x)
             noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
-            return located(part, a, b, j, curve, Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0))
+            root = Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0, True)
+            return located(part, a, b, j, curve, root)
     guess = None
     if j == 0:  # the parameter is known with its slope: root of the derivative of its cubic
         mean = (b.p - a.p) / (part.scale[-1] * curve.length)
@@ -265,8 +266,9 @@ def guessed(part, a, b, j):
     t = abs(a.tests[j]) / (abs(a.tests[j]) + abs(b.tests[j]))
     curve = Curve(a, b)
     monitor = part.monitors[j - 1] if j else None
-    return Found(part.kinds[j], monitor.name if monitor else "", curve.place(t), curve.tangent(t), a.s + t * curve.length,
-                 a.s, b.s, abs(b.p - a.p) + part.scale[-1] * curve.length**2, part, LocationStatus.GUESS)
+    error = abs(b.p - a.p) + part.scale[-1] * curve.length**2
+    return Found(part.kinds[j], monitor.name if monitor else "", curve.place(t), curve.tangent(t),
+                 a.s + t * curve.length, a.s, b.s, error, part, LocationStatus.GUESS)
 
 
 def branch_point(row, new):
@@ -297,9 +299,8 @@ def branch_point(row, new):
             error = float(part.scale[-1]) * crossing.error
             width = max(crossing.error, 1e-15)
             s = row.s + t * curve.length
-            special = Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, direction, s, s - width, s + width, error, part,
-                            directions=d)
-            return special, None
+            return Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, direction, s, s - width, s + width, error,
+                         part, directions=d), None
         return (None, jump) if flips else (None, None)
     if not flips:
         return None, None
@@ -337,12 +338,13 @@ def at_end(half, row):
         if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
             monitor = part.monitors[j - 1] if j else None
             found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s,
-                               row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part, reverses=j == 0, corrected=c))
+                               row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part,
+                               reverses=j == 0, corrected=c))
     return found
 
 
 def dip(half, row, new):
-    """Return a row between two zeros of one test in the step, where both ends have the same sign; None if there is none.
+    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none.
 
     Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
     touches zero to rounding is noted in ``half.unresolved``.
@@ -389,9 +391,9 @@ def dip(half, row, new):
 def jumped(half, row, new):
     """Whether the two ends of the step lie on different branches that cross or nearly touch at a small angle.
 
-    Such a jump shows no turn, no misfit and sometimes no change of sign of the determinant.  Where the curvature changes
-    suddenly or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on the Hermite
-    curve to the fourth order, between two branches it does not.
+    Such a jump shows no turn, no misfit and sometimes no change of sign of the determinant.  Where the curvature
+    changes suddenly or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on
+    the Hermite curve to the fourth order, between two branches it does not.
     """
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not row.part or row.singular:
@@ -434,7 +436,8 @@ def between(half, row, new, j, t, sign):
             return None
         f = sign * made[0]
         if f < -band:
-            return Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), (1.0 - t) * curve.length)
+            rest = (1.0 - t) * curve.length
+            return Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), rest)
         if f < least:
             least = f
         points = sorted([*points, (t, f)])

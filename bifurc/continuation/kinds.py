@@ -1,4 +1,4 @@
-"""Kinds of special points, reasons to stop and states of the corrector: enumerations whose members are also sentences."""
+"""Kinds of special points, reasons to stop, states of the corrector: enumerations whose members have sentences."""
 from enum import StrEnum
 
 
@@ -75,12 +75,12 @@ _SENTENCES = {
     "max_steps": "max_steps points were computed; extend(max_steps=...) goes on from here.",
     "stopped": "The stop function returned true.",
     "interrupted": "The trace was interrupted from the keyboard; the points so far are kept and extend() goes on.",
-    "ds_min": "The corrector failed, turned too much or jumped at every step down to ds_min; the branch may end, or have "
-              "a corner here. Try a smaller ds_min, other scales, or look at the last solution.",
-    "not_finite": "The residual or its Jacobian is NaN or infinite at every step down to ds_min; the branch reaches the "
-                  "edge of where the problem is defined. Set a bound before it.",
-    "singular": "The Jacobian has lost more than one rank and no single branch direction exists; perturb the start or a "
-                "second parameter.",
+    "ds_min": "The corrector failed, turned too much or jumped at every step down to ds_min; the branch may end, or "
+              "have a corner here. Try a smaller ds_min, other scales, or look at the last solution.",
+    "not_finite": "The residual or its Jacobian is NaN or infinite at every step down to ds_min; the branch reaches "
+                  "the edge of where the problem is defined. Set a bound before it.",
+    "singular": "The Jacobian has lost more than one rank and no single branch direction exists; perturb the start or "
+                "a second parameter.",
     "exception": "The problem's own code raised at every step down to ds_min; the message names the exception.",
     "no_successor": "The branch crossed the end of validity of its equations and no successor problem was offered, or "
                     "the successor could not be started.",

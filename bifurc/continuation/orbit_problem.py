@@ -190,11 +190,6 @@ class OrbitProblem(Problem):
         """Return the orbits that meet this branch in a special point."""
         return orbit_switching.branches(self, point, n_max)
 
-    def over(self, low, high) -> "OrbitProblem":
-        """Return the problem along a path over other bounds."""
-        path = parameter_path(self.scene, self.system, self.parameter, (low, high))
-        return OrbitProblem(self.system, path, self.sequence, self.weights, self.x0, self.parameter_scale)
-
     def same(self, other) -> bool:
         """Whether two problems have the same equations."""
         return self.sequence.key == other.sequence.key

@@ -1,8 +1,8 @@
 """What the tracer needs of a problem F(u, p) = 0, and a base class that gives all of it for a residual.
 
-Every vector of unknowns is joined with the parameter to ``x = (u, p)``, n + 1 numbers in their own units.  ``scale`` holds
-their natural sizes; arclength, angles and tangents are measured in ``x / scale``.  A tangent has unit length there, and a
-step of length ds is predicted as ``x + ds scale tangent``.
+Every vector of unknowns is joined with the parameter to ``x = (u, p)``, n + 1 numbers in their own units.  ``scale``
+holds their natural sizes; arclength, angles and tangents are measured in ``x / scale``.  A tangent has unit length
+there, and a step of length ds is predicted as ``x + ds scale tangent``.
 
 A problem may be any object with the attributes and methods of `Problem`; periodic orbits bring their own, compiled.
 """
@@ -50,7 +50,7 @@ class Corrected:
         Unit tangent of the branch at ``x`` in scaled unknowns, from the Jacobian at ``x``, oriented like the given one.
     converged : bool
     status : CorrectorStatus
-        ``singular`` with ``converged``: ``x`` solves the equations but the tangent is not unique; the given one is kept.
+        ``singular`` with ``converged``: ``x`` solves the equations but its tangent is not unique; the given one stays.
     iterations : int
     residual : float
         Largest residual at ``x``, in units of the residual.
@@ -110,7 +110,7 @@ NO_MONITORS = np.empty(0)
 
 
 class Problem:
-    """Base class of problems F(u, p) = 0 with one parameter; write ``residual`` and, for speed and accuracy, ``jacobian``.
+    """Base class of problems F(u, p) = 0 with one parameter: write ``residual`` and, for speed, ``jacobian``.
 
     Parameters
     ----------
@@ -233,12 +233,8 @@ class Problem:
         """Whether a zero of a monitor at ``x`` (n + 1,) is what its kind says."""
         return True
 
-    def over(self, low, high):
-        """Return the problem for a branch that is extended to the bounds (low, high), own units."""
-        return self
-
     def bounded(self, low, high, made):
-        """Return the problem defined between two parameter values; ``made`` is a dict shared by the problems of a branch."""
+        """Return the problem defined on [low, high]; ``made`` is a dict shared by the problems of a branch."""
         return self
 
     def same(self, other) -> bool:
@@ -306,7 +302,8 @@ class Problem:
             moved = (x - start) / scale
             status = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
             values = np.asarray(self.monitor_values(x[:-1], float(x[-1]), new), float)
-        return Corrected(x, new, True, status, count, size_f, math.sqrt(float(moved @ moved)), contraction, sign, log, values)
+        distance = math.sqrt(float(moved @ moved))
+        return Corrected(x, new, True, status, count, size_f, distance, contraction, sign, log, values)
 
     def wide_jacobian(self, x):
         """Return [F_u F_p] (n, n + 1) at ``x`` (n + 1,)."""

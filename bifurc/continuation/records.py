@@ -84,7 +84,8 @@ def branch_record(branch, arrays):
     stored["special"] = np.array([[point.s, *point.bracket, point.error] for point in points]).reshape(len(points), 4)
     stored["special_x"] = joined([point.x for point in points])
     stored["special_tangent"] = joined([point.tangent for point in points])
-    stored["special_directions"] = joined([point.directions.ravel() for point in points if point.directions is not None])
+    crossings = [point.directions.ravel() for point in points if point.directions is not None]
+    stored["special_directions"] = joined(crossings)
     stored["special_crossing"] = np.array([point.directions is not None for point in points], bool)
     return header, stored
 
@@ -101,11 +102,11 @@ def from_arrays(kind, header, arrays, problem, elements):
             directions = arrays["special_directions"][crossing:crossing + 2 * size].reshape(2, size)
             crossing += 2 * size
         s, low, high, error = (float(value) for value in arrays["special"][k])
-        x = arrays["special_x"][start:start + size]
+        x, tangent = (arrays[name][start:start + size] for name in ("special_x", "special_tangent"))
         points.append(SpecialPoint(
-            SpecialPointKind(entry["kind"]), float(x[-1]), error, s, (low, high), x, arrays["special_tangent"][start:start + size],
-            LocationStatus(entry["status"]), entry["reverses"], entry["name"], entry["before"], entry["after"], directions,
-            owner, problems[entry["successor"]] if entry["successor"] >= 0 else None))
+            SpecialPointKind(entry["kind"]), float(x[-1]), error, s, (low, high), x, tangent,
+            LocationStatus(entry["status"]), entry["reverses"], entry["name"], entry["before"], entry["after"],
+            directions, owner, problems[entry["successor"]] if entry["successor"] >= 0 else None))
         start += size
     from .branch import End
 
@@ -123,7 +124,8 @@ def problem_from(record, problem, elements):
         if problem is None:
             return Missing(record)
         if type(problem).__name__ != record["class"]:
-            raise ValueError(f"the branch belongs to a problem of class {record['class']!r}, got {type(problem).__name__!r}")
+            raise ValueError(f"the branch belongs to a problem of class {record['class']!r}, "
+                             f"got {type(problem).__name__!r}")
         made = copy.copy(problem)
         made.x0 = np.array(record["x0"], float)
         made.scale = np.array(record["scale"], float)
@@ -159,7 +161,7 @@ class Missing:
         """Return the record it was read from."""
         return self.record
 
-    def over(self, low, high):
+    def bounded(self, low, high, made):
         """Refuse: the code of the problem is not in the file."""
         raise ValueError(f"the file holds no code: give Branch.load(path, problem={self.record['class']}(...))")
 

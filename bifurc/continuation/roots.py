@@ -1,7 +1,7 @@
 """Bracketed root of a scalar test along a curve, with an error that is measured: superlinear, then two close probes.
 
-The bracketing iteration is Chandrupatla's (Chandrupatla 1997): inverse quadratic where the three points allow it, bisection
-otherwise.  Two probes at a tiny distance then give the slope and, by their second difference, the noise of the test.
+The bracketing iteration is Chandrupatla's (Chandrupatla 1997): inverse quadratic where the three points allow it,
+bisection otherwise.  Probes at a tiny distance then give the slope and, by their distance from a line, the noise.
 """
 from dataclasses import dataclass
 from typing import Any

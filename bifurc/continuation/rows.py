@@ -60,7 +60,7 @@ def reversed_row(row):
 
 
 class Point:
-    """What ``stop=`` and ``record=`` see of a row: unknowns, parameter, arclength, monitors, and the solution on demand."""
+    """What ``stop=`` and ``record=`` see of a row: unknowns, parameter, arclength, monitors, the solution on demand."""
 
     __slots__ = ("_row",)
 

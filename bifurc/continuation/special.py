@@ -17,8 +17,8 @@ class SpecialPoint:
     parameter : float
         Value of the parameter, own units.
     error : float
-        Bound on the distance of ``parameter`` to the true value, own units: final bracket, measured noise of the test and
-        of the corrector, and their effect on the parameter.
+        Bound on the distance of ``parameter`` to the true value, own units: final bracket, measured noise of the test
+        and of the corrector, and their effect on the parameter.
     s : float
         Arclength, scaled unknowns.
     bracket : tuple of float
@@ -118,9 +118,10 @@ def special_point(found, sign):
     low, high = found.low, found.high
     if sign < 0:
         low, high, before, after = 0.0 - high, 0.0 - low, after, before
-    return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), found.s if sign > 0 else 0.0 - found.s, (low, high),
-                        found.x, found.tangent if sign > 0 else -found.tangent, found.status, bool(found.reverses), found.name,
-                        before, after, found.directions, problem, found.successor)
+    s, tangent = (found.s, found.tangent) if sign > 0 else (0.0 - found.s, -found.tangent)
+    return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), s, (low, high), found.x, tangent,
+                        found.status, bool(found.reverses), found.name, before, after, found.directions, problem,
+                        found.successor)
 
 
 def unique(points):

@@ -42,13 +42,13 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     """
     own = point.problem.branches(point, n_max)
     if own is not None:
-        starts = tuple(own)
-        return Switched(starts, getattr(own, "status", f"{len(starts)} found by {type(point.problem).__name__}"))
+        known = tuple(own)
+        return Switched(known, getattr(own, "status", f"{len(known)} found by {type(point.problem).__name__}"))
     if point.kind is not SpecialPointKind.BRANCH_POINT or point.directions is None:
         return Switched((), f"no other branch is known at a {point.kind.value}")
     problem = point.problem
     direction = other_direction(point.directions, point.tangent)
-    starts = []
+    starts: list[object] = []
     for sign in (1.0, -1.0):
         start = beside(problem, point, sign * direction, distance)
         if start is not None:
@@ -59,7 +59,7 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
 
 
 def beside(problem, point, direction, distance):
-    """Return the problem restarted on the other branch at about ``distance`` from the point, None if it is not reached."""
+    """Return the problem restarted on the other branch about ``distance`` from the point, None if not reached."""
     while distance > 1e-7:
         c = problem.correct(point.x + distance * problem.scale * direction, direction)
         if c.converged and isinstance(c.x, np.ndarray) and leads_away(problem, point, c, distance):

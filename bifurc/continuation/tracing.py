@@ -127,8 +127,8 @@ def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progres
     for name, value in (("stop", stop), ("record", record)):
         if value is not None and not callable(value):
             raise TypeError(f"{name} must be callable, got {value!r}")
-    return StepOptions(low, high, min(float(ds), float(ds_max)), float(ds_min), float(ds_max), int(max_steps), stop, record,
-                       progress)
+    return StepOptions(low, high, min(float(ds), float(ds_max)), float(ds_min), float(ds_max), int(max_steps), stop,
+                       record, progress)
 
 
 def with_scale(problem, low, high):
@@ -159,8 +159,8 @@ def start_row(problem, options):
             at[-1] = x[-1] if abs(at[-1] - x[-1]) <= 1e-12 * problem.scale[-1] else at[-1]
             c = problem.correct(at, tangent)
             if c.converged:
-                c = Corrected(c.x, tangent, True, CorrectorStatus.SINGULAR, c.iterations, c.residual, c.distance, 0.0, 0.0,
-                              -math.inf, c.monitors)
+                c = Corrected(c.x, tangent, True, CorrectorStatus.SINGULAR, c.iterations, c.residual, c.distance, 0.0,
+                              0.0, -math.inf, c.monitors)
                 return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), crossing
         c = problem.correct(x, oriented(right[0]))
         if not c.converged:
@@ -173,14 +173,15 @@ def start_row(problem, options):
         c = problem.correct(x, tangent, True)
         if not c.converged:
             solved = newton(lambda u: np.reshape(problem.residual(u, float(x[-1])), n),
-                            lambda u: np.reshape(problem.jacobian(u, float(x[-1]))[0], (n, n)), x[:-1], problem.scale[:-1])
+                            lambda u: np.reshape(problem.jacobian(u, float(x[-1]))[0], (n, n)), x[:-1],
+                            problem.scale[:-1])
             if solved.success:
                 c = problem.correct(np.append(solved.x, x[-1]), tangent, True)
     if c is None or not c.converged:
         c = problem.correct(x, tangent)
     if not c.converged:
-        raise ContinuationError(f"no solution was found near the start ({problem.parameter} = {x[-1]:.12g}): the corrector "
-                                f"ended with {c.status!s}, residual {c.residual:.2e}; give a better guess")
+        raise ContinuationError(f"no solution was found near the start ({problem.parameter} = {x[-1]:.12g}): the "
+                                f"corrector ended with {c.status!s}, residual {c.residual:.2e}; give a better guess")
     if not options.low <= c.p <= options.high:
         c.x[-1] = min(max(c.p, options.low), options.high)
     if float(np.dot(oriented(c.tangent), c.tangent)) < 0.0:
@@ -188,7 +189,8 @@ def start_row(problem, options):
     row = Row(c, part, 0.0, 0.0, tests_of(c), options.ds)
     for k in part.boundary:
         if row.tests[k] > 1e-10:
-            raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is {row.tests[k]:.3g} > 0")
+            raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is "
+                                    f"{row.tests[k]:.3g} > 0")
     return row, None
 
 
@@ -248,7 +250,7 @@ def run_halves(plus, minus, direction, lost):
         if not wanted:
             half.stop(StopReason.NOT_STARTED)
         elif lost:
-            half.stop(StopReason.SINGULAR, "the Jacobian at the start has lost rank and no crossing of two branches is there")
+            half.stop(StopReason.SINGULAR, "the Jacobian at the start has lost rank and no two branches cross there")
         elif half is minus and plus.reason is StopReason.CLOSED:
             half.stop(StopReason.CLOSED)
         elif half is minus and plus.reason is StopReason.INTERRUPTED:
@@ -299,12 +301,12 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
     low, high = (branch.bounds if bounds is None else ordered_bounds(bounds))
     for end in branch.ends:
         if end.reason is StopReason.BOUND and not low <= end.p <= high:
-            raise ValueError(f"the branch ends at {branch.parameter} = {end.p:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
+            raise ValueError(f"the branch ends at {branch.parameter} = {end.p:.12g}, outside the bounds "
+                             f"({low:.12g}, {high:.12g})")
     old = branch.options
-    branch = branch.over(low, high)
     with Progress(progress, branch.parameter) as shown:
-        options = step_options(low, high, old["ds"], old["ds_max"] if ds_max is None else ds_max, old["ds_min"], max_steps,
-                               stop, record, shown)
+        ds_max = old["ds_max"] if ds_max is None else ds_max
+        options = step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown)
         branch = branch.reaching(low, high)
         rows = branch.rows()
         plus = Half(rows[-1], options, origin=rows[0] if len(rows) > 2 else None)

@@ -1,8 +1,8 @@
 """Bordered linear systems of continuation: solutions, oriented determinants and null vectors of wide matrices.
 
-A solution curve of F(x) = 0, F: R^(n+1) -> R^n, has the tangent t with J t = 0.  Bordering the wide Jacobian with a row r
-gives the square matrix M = [J; r]; its determinant is (r.t) det[J; t], so its sign with an oriented t changes exactly at
-simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2).
+A solution curve of F(x) = 0, F: R^(n+1) -> R^n, has the tangent t with J t = 0.  Bordering the wide Jacobian with a
+row r gives the square matrix M = [J; r]; its determinant is (r.t) det[J; t], so its sign with an oriented t changes
+exactly at simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2).
 """
 import math
 

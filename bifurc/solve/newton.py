@@ -1,8 +1,8 @@
 """Damped Newton iteration with an exact Jacobian (Deuflhard 2004, section 2.1: natural monotonicity test).
 
-The step is halved until the simplified Newton correction shrinks; near a solution the full step is taken and the iteration
-converges quadratically.  It ends when the correction is at rounding level, or, where the Jacobian is singular in the
-solution, when the residual is.
+The step is halved until the simplified Newton correction shrinks; near a solution the full step is taken and the
+iteration converges quadratically.  It ends when the correction is at rounding level, or, where the Jacobian is singular
+in the solution, when the residual is.
 """
 from dataclasses import dataclass
 from enum import StrEnum
@@ -29,7 +29,7 @@ class NewtonStatus(StrEnum):
         """What happened, and what to try."""
         return {
             "converged": "The correction is at rounding level.",
-            "singular": "The Jacobian is singular on the way; start elsewhere, or use the bordered corrector near a fold.",
+            "singular": "The Jacobian is singular on the way; start elsewhere, or border it near a fold.",
             "not_finite": "The residual is NaN or infinite; start closer to the solution.",
             "stuck": "No damped step reduces the correction; the guess is probably not near a solution.",
             "iterations": "The iteration limit was reached; start closer or allow more iterations.",
@@ -95,7 +95,8 @@ def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iteration
             if not np.isfinite(j).all():
                 return NewtonResult(x, NewtonStatus.NOT_FINITE, count, _norm(f), correction)
             if (np.abs(f) <= 2.0 * np.finfo(float).eps * (np.abs(j) @ np.abs(x))).all() or not f.any():
-                return NewtonResult(x, NewtonStatus.CONVERGED, count, _norm(f), 0.0 if correction == np.inf else correction)
+                last = 0.0 if correction == np.inf else correction
+                return NewtonResult(x, NewtonStatus.CONVERGED, count, _norm(f), last)
             lu, pivots, sign, _ = factor(j * scale)
             if sign == 0.0:
                 return NewtonResult(x, NewtonStatus.SINGULAR, count, _norm(f), correction)

@@ -55,7 +55,8 @@ def near_miss(eps):
 
 
 def close_pair(a):
-    return Scalar(lambda u, p: p - u**3 + 3 * a * a * u, lambda u, p: (-3 * u * u + 3 * a * a, 1.0), -1.0, -1 + 3 * a * a)
+    return Scalar(lambda u, p: p - u**3 + 3 * a * a * u, lambda u, p: (-3 * u * u + 3 * a * a, 1.0),
+                  -1.0, -1 + 3 * a * a)
 
 
 class Bratu(Problem):
@@ -75,7 +76,7 @@ class Bratu(Problem):
 
 
 class Product(Problem):
-    """(w - a(p)) (w - b(p)) = eps for the first of n unknowns w in skew coordinates u = Q w; the others follow the first."""
+    """(w - a(p)) (w - b(p)) = eps for the first of n unknowns w in skew coordinates u = Q w; the others follow it."""
 
     def __init__(self, a, b, eps, n, rng, p0=-1.0):
         self.a, self.b, self.eps = a, b, eps

@@ -1,4 +1,4 @@
-"""Branches that change their equations on the way: boundaries are located first, tests are one-sided, nothing is lost."""
+"""Branches that change their equations on the way: boundaries are located first, tests are one-sided."""
 import math
 
 import numpy as np
