@@ -164,13 +164,14 @@ def report(rows: list[Traced], others: list[Peer] | None) -> str:
 
 def picture(rows: list[Traced], others: list[Peer] | None):
     """Return the figure: the bilinear branch with its six points, and time against the largest step."""
-    from matplotlib.ticker import NullLocator
+    from matplotlib.ticker import LogFormatter, NullLocator
 
     from bifurc.plotting import style
     made, (left, right) = style.figure(6.3, 3.0, columns=2)
     branch = branch_of(starts()["bilinear"][0], 0.02)
     branch.plot(ax=left)
     left.set_title("bilinear oscillator", fontsize=9)
+    style.legend(left, loc="upper right")
     for name, colour, marker in (("bilinear", style.BLUE, "o"), ("Duffing", style.VERMILION, "s")):
         mine = [r for r in rows if r.problem == name]
         right.plot([r.ds_max for r in mine], [1e3 * r.seconds for r in mine], color=colour, marker=marker, ms=4.5,
@@ -182,7 +183,9 @@ def picture(rows: list[Traced], others: list[Peer] | None):
     ticks = sorted({r.ds_max for r in rows})
     right.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     right.xaxis.set_minor_locator(NullLocator())
-    right.legend()
+    for formatter in (right.yaxis.set_major_formatter, right.yaxis.set_minor_formatter):
+        formatter(LogFormatter(minor_thresholds=(3, 1), labelOnlyBase=False))
+    style.legend(right)
     return made
 
 
@@ -196,7 +199,7 @@ def main(arguments: list[str] | None = None) -> int:
     rows = study(given.setting)
     others = None if given.auto is None else peers(given.auto, given.auto_python)
     publish(given, "branch_time", f"{report(rows, others)}\n\nstudy: {time.process_time() - begun:.0f} s CPU",
-            picture(rows, others))
+            lambda: picture(rows, others))
     return 0
 
 

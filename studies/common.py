@@ -70,11 +70,11 @@ def machine() -> str:
             f"numba {numba.__version__}; CPU time, medians")
 
 
-def publish(arguments: argparse.Namespace, name: str, text: str, made) -> None:
-    """Print the tables, and write them and the picture into the folder of the results."""
-    from bifurc.plotting.style import save_figure
+def publish(arguments: argparse.Namespace, name: str, text: str, picture: Callable[[], object]) -> None:
+    """Print the tables, and write them and the figure that ``picture`` draws into the folder of the results."""
+    from bifurc.plotting.style import save_figure, styled
     text = f"{text}\n\n{machine()}\n"
     sys.stdout.write(text)
     arguments.output.mkdir(parents=True, exist_ok=True)
     (arguments.output / f"{name}.txt").write_text(text, encoding="utf-8")
-    sys.stdout.write(f"picture: {save_figure(made, arguments.output / f'{name}.png')}\n")
+    sys.stdout.write(f"picture: {save_figure(styled(picture)(), arguments.output / f'{name}.png')}\n")
