@@ -151,15 +151,11 @@ class OrbitProblem(Problem):
 
     def wrapped_jacobian(self, x, mu):
         """Return F_u with the factor ``mu`` on the columns of the closing node, and F_p."""
-        e, s = self.equations, self.sequence
-        F, J, delta = np.empty(self.size), np.empty((self.size, self.size)), 1e-6 * self.scale[-1]
+        e, delta = self.equations, 1e-6 * self.scale[-1]
         below, above = x.copy(), x.copy()
         below[-1] -= delta
         above[-1] += delta
-        slope = (e.residual(above) - e.residual(below)) / (2.0 * delta)
-        T = e.numbers_at(x[-1])
-        e.kernel.assemble(T, s.nodes, s.fixed, s.span, e.closure, mu, x[:-1], e.weights, F, J, 1.0)
-        return J, slope
+        return e.jacobian(x, mu), (e.residual(above) - e.residual(below)) / (2.0 * delta)
 
     def null_tangent(self, x) -> np.ndarray:
         """Return a unit null vector of [F_u F_p] in scaled unknowns (n + 1,)."""
@@ -231,8 +227,8 @@ class OrbitProblem(Problem):
 
     def _multipliers(self, x) -> np.ndarray:
         whole, U = self._whole(x)
-        M, found = np.empty((self.scene.ns, self.scene.ns)), np.zeros(2)
-        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M, found)
+        M = np.empty((self.scene.ns, self.scene.ns))
+        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
         if not np.isfinite(M).all():
             return np.full(len(M), complex(np.inf))
         mu = np.linalg.eigvals(M).astype(complex)

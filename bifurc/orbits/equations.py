@@ -63,11 +63,18 @@ class Equations:
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""
-        F, J = np.empty(self.size), np.empty((1, 1))
+        F, none = np.empty(self.size), np.empty((1, 1))
         self.numbers_at(x[-1])
         s = self.signature
-        self.kernel.assemble(self.path.tables, s.nodes, s.fixed, s.span, self.closure, 1.0, x[:-1], self.weights, F, J, 0.0)
+        self.kernel.assemble(self.path.tables, s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, none, none, 0.0)
         return F
+
+    def jacobian(self, x, mu=1.0) -> np.ndarray:
+        """Return the Jacobian (n, n) at ``x`` (n + 1,) with the factor ``mu`` on the closing node."""
+        s, F, J, C = self.signature, np.empty(self.size), np.empty((self.size, self.size)), np.empty((self.size, 1 + self.scene.ns))
+        self.kernel.assemble(self.numbers_at(x[-1]), s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, J, C, 1.0)
+        J[:, :C.shape[1]] += (mu - 1.0) * C
+        return J
 
     def numbers_at(self, value):
         """Return the working tables, rewritten for a parameter value."""

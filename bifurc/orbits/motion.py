@@ -7,8 +7,10 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
-from ..flow.affine import advance, arc, carry, field, forcing, forcing_rate, guard_gradient, reach, state_series
-from .sequence import AFTER, BEFORE, CLOSES, GUARD, guard_rate, reset, series_maximum
+from ..flow.affine import advance, arc, carry, forcing, reach, state_series
+from ..flow.polynomial import highest
+from ..flow.saltation import saltation
+from .sequence import AFTER, BEFORE, CLOSES, GUARD, reset
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = tuple(0.5 * (NODES + 1.0)), tuple(0.5 * WEIGHTS)  # on (0, 1)
@@ -61,7 +63,7 @@ def measures(T, nodes, span, U, dof, h, out):
     period = 2.0 * np.pi / omega
     x = np.empty(nx)
     after = np.empty(nx)
-    a = np.empty(ORDER + 1)
+    a, found, stack = np.empty(ORDER + 1), np.empty(3), np.empty(64)
     P = np.empty((ns, nx))
     top, low, square, cosine, sine = -np.inf, np.inf, 0.0, 0.0, 0.0
     for i in range(count):
@@ -74,10 +76,10 @@ def measures(T, nodes, span, U, dof, h, out):
             step = min(reach(T, m, x), s - t)
             state_series(T, m, dof, x, a)
             top, low = max(top, a[0]), min(low, a[0])
-            top = max(top, series_maximum(a, step)[0])
+            top = highest(a, step, top, found, stack)
             for j in range(ORDER + 1):
                 a[j] = -a[j]
-            low = min(low, -series_maximum(a, step)[0])
+            low = -highest(a, step, -low, found, stack)
             for j in range(ORDER + 1):
                 a[j] = -a[j]
             for k in range(len(NODES)):
@@ -101,69 +103,52 @@ def measures(T, nodes, span, U, dof, h, out):
 
 
 @njit
-def monodromy(T, nodes, span, U, M, found):
-    """Write the derivative of the period map at node 0 into ``M`` (ns, ns).
+def monodromy(T, nodes, span, U, M):
+    """Write the derivative of the period map at node 0, product of arcs and saltations, into ``M`` (ns, ns).
 
-    Product of arcs and saltation matrices S = R_y + (f+ - R_y f- - R_t) h_y / (h_y f- + h_t).  ``found`` (2,) receives the
-    sum of log|det S| and the least scaled arriving rate h_y f- + h_t.
+    Returns the least rate with which a guard is reached; infinite without events.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     count = nodes.shape[0]
     period = 2.0 * np.pi / T.flat[0]
     x = np.empty(nx)
-    f = np.empty(ns)
-    fp = np.empty(ns)
-    dw = np.empty(nx - ns)
-    row = np.empty(nx)
+    xp = np.empty(nx)
     y = np.empty(ns)
     P = np.empty((ns, nx))
     S = np.empty((ns, ns))
     Phi = np.empty((ns, ns))
     scratch = np.empty((ns, ns))
-    found[0], found[1] = 0.0, np.inf
+    least = np.inf
     for i in range(ns):
         for c in range(ns):
             M[i, c] = 1.0 if i == c else 0.0
     for i in range(count):
         base = i * (1 + ns)
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
+        start_of(T, nodes, U, i, P, xp)
         if g >= 0:
             for c in range(ns):
                 x[c] = U[base + 1 + c]
-            forcing(T, U[base] * period, x)
-            field(T, before, x, f)
-            forcing_rate(T, x, dw)
-            guard_gradient(T, before, g, x, row)
-            rate = guard_rate(row, f, dw)
-            found[1] = min(found[1], rate)
-        start_of(T, nodes, U, i, P, x)
-        if g >= 0:
-            field(T, after, x, fp)
-            for c in range(ns):
-                jump = fp[c]
-                for k in range(ns):
-                    jump -= P[c, k] * f[k]
-                for k in range(1, nx - ns):
-                    jump -= P[c, ns + k] * dw[k]
-                for k in range(ns):
-                    S[c, k] = P[c, k] + jump * row[k] / rate
-            for c in range(ns):
-                for k in range(ns):
-                    total = 0.0
-                    for q in range(ns):
-                        total += S[c, q] * M[q, k]
-                    scratch[c, k] = total
-            for c in range(ns):
-                for k in range(ns):
-                    M[c, k] = scratch[c, k]
+            for c in range(ns, nx):
+                x[c] = xp[c]
+            least = min(least, saltation(T, before, g, after, x, xp, P, S))
+            premultiply(S, M, scratch)
         s = ((U[(i + 1) * (1 + ns)] if i < count - 1 else U[0] + span) - U[base]) * period
-        arc(T, after, x, s, y, Phi)
-        for c in range(ns):
-            for k in range(ns):
-                total = 0.0
-                for q in range(ns):
-                    total += Phi[c, q] * M[q, k]
-                scratch[c, k] = total
-        for c in range(ns):
-            for k in range(ns):
-                M[c, k] = scratch[c, k]
+        arc(T, after, xp, s, y, Phi)
+        premultiply(Phi, M, scratch)
+    return least
+
+
+@njit
+def premultiply(a, b, scratch):
+    """b <- a b for small square matrices."""
+    n = a.shape[0]
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += a[i, k] * b[k, j]
+            scratch[i, j] = total
+    for i in range(n):
+        for j in range(n):
+            b[i, j] = scratch[i, j]

@@ -183,9 +183,9 @@ class PeriodicOrbit:
     def monodromy(self) -> np.ndarray:
         """Derivative of the period map just before the first listed event (ns, ns)."""
         whole, U = self._whole
-        M, found = np.empty((self.scene.ns, self.scene.ns)), np.zeros(2)
+        M = np.empty((self.scene.ns, self.scene.ns))
         motion = self.equations.motion
-        motion.monodromy(self.equations.path.tables, whole.nodes, whole.span, U, M, found)
+        motion.monodromy(self.equations.path.tables, whole.nodes, whole.span, U, M)
         return M
 
     @functools.cached_property

@@ -16,25 +16,17 @@ carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 import numpy as np
 
 from .._jit import njit
-from ..compose.tables import ORDER, rebuild
-from ..flow.affine import (
-    arc,
-    carry,
-    field,
-    forcing,
-    forcing_rate,
-    guard_divided,
-    guard_gradient,
-    guard_series,
-    guard_value,
-)
+from ..compose.tables import rebuild
+from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_value
+from ..flow.peak import segment_peak
+from ..flow.saltation import event_map
 from ..solve.dense import lu, lu_solve
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0 or order; CLOSES 1: ends an infinite sequence
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES = range(5)
-MAX_ITERATIONS = 12
+DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
- PEAK_TIME, STEP_NORM, INFO) = range(14)  # places in the `info` array that `correct` fills
+ PEAK_TIME, INFO) = range(13)  # places in the `info` array that `correct` fills
 
 
 @njit
@@ -64,22 +56,13 @@ def guard_rate(row, f, dw):
 
 @njit
 def reset(T, m, g, closes, P):
-    """Write the map of event ``g`` of mode ``m`` into ``P`` (ns, nx): identity for a section; R; R with r = 0.
-
-    A complete infinite sequence leaves the state that a plastic impact leaves: with P the projection along the kick,
-    R = I - (1 + r) P in the velocities.
-    """
-    R, ratio = T.R, T.ratio
-    ns, nx = P.shape
-    for i in range(ns):
-        for c in range(nx):
-            one = 1.0 if i == c else 0.0
-            if g < 0:
-                P[i, c] = one
-            elif closes and i >= ns // 2:
-                P[i, c] = one + (R[m, g, i, c] - one) / (1.0 + ratio[m, g])
-            else:
-                P[i, c] = R[m, g, i, c]
+    """Write the map of a node into ``P`` (ns, nx): that of its event, the identity for a section."""
+    if g >= 0:
+        event_map(T, m, g, closes, P)
+        return
+    for i in range(P.shape[0]):
+        for c in range(P.shape[1]):
+            P[i, c] = 1.0 if i == c else 0.0
 
 
 @njit
@@ -92,11 +75,12 @@ def scale_of(row, weights):
 
 
 @njit
-def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
+def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
-    ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections, ``closure`` (ns,) signs of the closing map, ``wrap``
-    the factor mu on the columns of the closing node, ``weights`` (ns,) natural sizes of the states (rows are scaled).
+    ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections, ``closure`` (ns,) signs of the closing map, ``weights``
+    (ns,) natural sizes of the states (rows are scaled).  ``C`` (n, 1 + ns) is the part of the first columns of ``J`` that
+    node 0 has as the closing node: the Jacobian with the factor mu on it is ``J + (mu - 1) C``.
     """
     step = T.step
     count = nodes.shape[0]
@@ -119,6 +103,8 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
         for r in range(J.shape[0]):
             for c in range(J.shape[1]):
                 J[r, c] = 0.0
+            for c in range(size):
+                C[r, c] = 0.0
     for i in range(count):
         base = i * size
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
@@ -153,7 +139,6 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             start[c] = rate
         last = i == count - 1
         nxt = 0 if last else i + 1
-        mu = wrap if last else 1.0
         end = U[nxt * size] + (span if last else 0.0)
         duration = (end - tau) * period
         arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
@@ -178,8 +163,11 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
                 for k in range(ns):
                     J[r, base] += Phi[c, k] * move[k] / weights[c]
                     J[r, base + 1 + k] += PhiP[c, k] / weights[c]
-                J[r, nxt * size] += mu * f[c] * period / weights[c]
-                J[r, nxt * size + 1 + c] -= mu * sign / weights[c]
+                J[r, nxt * size] += f[c] * period / weights[c]
+                J[r, nxt * size + 1 + c] -= sign / weights[c]
+                if last:
+                    C[r, 0] += f[c] * period / weights[c]
+                    C[r, 1 + c] -= sign / weights[c]
         order = nodes[nxt, DIVIDE]
         if order == 0:
             continue
@@ -189,7 +177,9 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             scale = scale_of(row, weights)
             F[r] = value / scale
             if want > 0.0:
-                J[r, nxt * size] += mu * slope * period / scale
+                J[r, nxt * size] += slope * period / scale
+                if last:
+                    C[r, 0] += slope * period / scale
                 J[r, base] -= slope * period / scale
                 for k in range(1, nx - ns):
                     J[r, base] += row[ns + k] * dw[k] * period / scale
@@ -203,108 +193,14 @@ def assemble(T, nodes, fixed, span, closure, wrap, U, weights, F, J, want):
             scale = scale_of(row, weights) * duration**order
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
-                J[r, nxt * size] += mu * guard_rate(row, f, dw) * period / scale
+                rate = guard_rate(row, f, dw) * period / scale
+                J[r, nxt * size] += rate
+                if last:
+                    C[r, 0] += rate
                 for c in range(ns):
                     for k in range(ns):
                         J[r, base] += row[c] * Phi[c, k] * move[k] / scale
                         J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
-
-
-@njit
-def series_maximum(a, s):
-    """Largest interior local maximum (value, time) of the polynomial ``a`` on (0, s); value -inf if there is none."""
-    best, where = -np.inf, 0.0
-    parts = 8
-    left, dl = 0.0, a[1]
-    if dl == 0.0:
-        left = 1e-9 * s
-        dl = slope_of(a, left)
-    for k in range(1, parts + 1):
-        right = s * k / parts
-        dr = slope_of(a, right)
-        if dl > 0.0 and dr <= 0.0:
-            low, high, mid = left, right, left + (right - left) * dl / (dl - dr)
-            for _ in range(60):
-                d = slope_of(a, mid)
-                if d > 0.0:
-                    low = mid
-                else:
-                    high = mid
-                dd = 0.0
-                for j in range(ORDER, 1, -1):
-                    dd = dd * mid + a[j] * (j * (j - 1))
-                new = mid - d / dd if dd != 0.0 else 0.5 * (low + high)
-                if not (low < new < high):
-                    new = 0.5 * (low + high)
-                if abs(new - mid) <= 1e-15 * s:
-                    mid = new
-                    break
-                mid = new
-            value = 0.0
-            for j in range(ORDER, -1, -1):
-                value = value * mid + a[j]
-            if value > best:
-                best, where = value, mid
-        left, dl = right, dr
-    return best, where
-
-
-@njit
-def slope_of(a, s):
-    """Derivative of the polynomial ``a`` at ``s``."""
-    d = 0.0
-    for j in range(ORDER, 0, -1):
-        d = d * s + a[j] * j
-    return d
-
-
-@njit
-def segment_peak(T, m, g, x, s, closing):
-    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x``.
-
-    A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
-    value counts unless the guard is the one that ``closing`` (1) says ends the segment.
-    """
-    G4, step = T.G4, T.step
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    f = np.empty(ns)
-    dw = np.empty(nx - ns)
-    row = np.empty(nx)
-    moved = x.copy()
-    after = x.copy()
-    a = np.empty(ORDER + 1)
-    best, where, t = -np.inf, 0.0, 0.0
-    g0, d0 = -np.inf, 0.0
-    first = True
-    while True:
-        h = 0.0 if first else min(step[m], s - t)
-        if not first:
-            carry(T, m, moved, h, after)
-        field(T, m, after, f)
-        forcing_rate(T, after, dw)
-        guard_gradient(T, m, g, after, row)
-        g1 = guard_value(T, m, g, after)
-        d1 = guard_rate(row, f, dw)
-        if not first:
-            e = 0.0
-            for c in range(nx):
-                e += G4[m, g, c] * abs(moved[c])
-            top = max(g0 + h * d0 / 3.0, g1 - h * d1 / 3.0) + e * (h / step[m])**4
-            if top > best and ((d0 > 0.0 and d1 <= 0.0) or top > max(g0, g1)):
-                guard_series(T, m, g, moved, a)
-                value, at = series_maximum(a, h)
-                if value > best:
-                    best, where = value, t + at
-        for c in range(nx):
-            moved[c] = after[c]
-        g0, d0 = g1, d1
-        t += h
-        if t >= s:
-            break
-        first = False
-    if closing == 0 and g0 > best:
-        best, where = g0, s
-    return best, where
 
 
 @njit
@@ -373,40 +269,45 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     ``U`` (n+1,) holds the unknowns and the parameter, at entry a guess; ``predicted`` (n+1,) the point whose plane
     orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched; ``scales`` (n+1,) natural sizes.  With ``free``
     = 0 the parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
+
+    The derivative in the parameter is a difference; it is renewed at the end, where the tangent needs it, and kept in
+    between, where it only steers Newton.
     """
     n = U.size - 1
-    F = np.empty(n)
-    F2 = np.empty(n)
-    J = np.empty((n, n))
-    K = np.empty((n + 1, n + 1))
-    b = np.empty(n + 1)
+    size = 1 + weights.size
+    F, F2 = np.empty(n), np.empty(n)
+    J, C = np.empty((n, n)), np.empty((n, size))
+    K, b = np.empty((n + 1, n + 1)), np.empty(n + 1)
+    slope = np.zeros(n)
     pivot = np.empty(n + 1, np.int64)
+    delta = DIFFERENCE * scales[n]
     old_step = np.inf
     info[CONTRACTION] = 0.0
-    info[ITERATIONS] = 0.0
-    done = False
     k = 0
     while True:
-        delta = 1e-7 * scales[n]
-        set_parameter(T, index, series, low, high, U[n] + delta)
-        assemble(T, nodes, fixed, span, closure, 1.0, U, weights, F2, J, 0.0)
+        renew = k == 0 or old_step < 1e-4  # the last iteration is foreseen by the step before it
+        if renew and index.size > 0:
+            set_parameter(T, index, series, low, high, U[n] + delta)
+            assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0)
         set_parameter(T, index, series, low, high, U[n])
-        assemble(T, nodes, fixed, span, closure, 1.0, U, weights, F, J, 1.0)
+        assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 1.0)
+        info[ITERATIONS] = k
         info[RESIDUAL] = 0.0
         for i in range(n):
             if not np.isfinite(F[i]):
                 info[RESIDUAL] = np.inf
                 return 0
             info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
-        if k == 0:
-            info[STEP_NORM] = info[RESIDUAL]
+            if renew and index.size > 0:
+                slope[i] = (F2[i] - F[i]) / DIFFERENCE
+        finished = k > 0 and info[RESIDUAL] <= tolerance and old_step <= 1e-9
         for i in range(n):
             for j in range(n):
                 K[i, j] = J[i, j] * scales[j]
-            K[i, n] = (F2[i] - F[i]) / 1e-7
+            K[i, n] = slope[i]
             b[i] = -F[i]
         b[n] = 0.0
-        if free:
+        if free > 0.0 or finished:
             for j in range(n + 1):
                 K[n, j] = tangent[j]
                 b[n] -= tangent[j] * (U[j] - predicted[j]) / scales[j]
@@ -414,16 +315,10 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             for j in range(n):
                 K[n, j] = 0.0
             K[n, n] = 1.0
-        if not free and done:  # the tangent row, for determinant and tangent at the final point
-            for j in range(n + 1):
-                K[n, j] = tangent[j]
         sign, log = lu(K, pivot)
         if sign == 0.0:
             return -1
-        if done or (k > 0 and info[RESIDUAL] <= tolerance and old_step <= 1e-9):
-            if not done and not free:
-                done = True
-                continue
+        if finished:
             break
         if k >= max_iterations:
             return 0
@@ -439,8 +334,6 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             U[j] += b[j] * scales[j]
         old_step = step
         k += 1
-        info[ITERATIONS] = k
-    info[DET_SIGN], info[DET_LOG] = sign, log
     for j in range(n):
         b[j] = 0.0
     b[n] = 1.0
@@ -451,22 +344,23 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     norm = np.sqrt(norm)
     for j in range(n + 1):
         tangent[j] = b[j] / norm
-    # flip test: the closing columns with mu = -1, relative to the bordered determinant
-    assemble(T, nodes, fixed, span, closure, -1.0, U, weights, F2, J, 1.0)
+    info[DET_SIGN], info[DET_LOG] = sign, log + np.log(norm)
     for i in range(n):
         for j in range(n):
-            J[i, j] *= scales[j]
-    sign2, log2 = lu(J, pivot[:n])
+            K[i, j] = (J[i, j] - 2.0 * C[i, j] if j < size else J[i, j]) * scales[j]
+        K[i, n] = 0.0
+        K[n, i] = 0.0
+    K[n, n] = 1.0
+    sign, log = lu(K, pivot)
     monitor(T, nodes, fixed, span, closure, U, weights, info)
     short = 1.0  # det J(mu) carries the duration of every contact as a factor: an elastic graze is no flip
     for i in range(nodes.shape[0]):
         if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
-            begin = U[(i - 1) * (1 + weights.size)] if i > 0 else U[n - 1 - weights.size] - span
-            duration = U[i * (1 + weights.size)] - begin
+            duration = U[i * size] - (U[(i - 1) * size] if i > 0 else U[n - size] - span)
             short *= duration / (0.05 + abs(duration))
     if abs(short) < 1e-9:
         info[FLIP] = np.nan
     else:
-        ratio = np.exp(min(log2 - log - np.log(norm) - np.log(abs(short)), 700.0)) if sign2 != 0.0 else 0.0
-        info[FLIP] = sign2 * np.sign(short) * ratio / (1.0 + ratio)
+        ratio = np.exp(min(log - info[DET_LOG] - np.log(abs(short)), 700.0)) if sign != 0.0 else 0.0
+        info[FLIP] = sign * np.sign(short) * ratio / (1.0 + ratio)
     return 1

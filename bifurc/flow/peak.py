@@ -1,0 +1,49 @@
+"""Largest maximum of a guard along a segment of an affine mode: how near a motion comes to an event it does not have."""
+import numpy as np
+
+from .._jit import njit
+from ..compose.tables import ORDER
+from .affine import carry, guard_series
+from .polynomial import highest
+
+
+@njit
+def segment_peak(T, m, g, x, s, closing):
+    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x`` (nx,).
+
+    A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
+    value counts unless the guard is the one that ``closing`` (1) says ends the segment.
+    """
+    G, GT, G4, step = T.G, T.GT, T.G4, T.step
+    nx = x.size
+    now, after = x.copy(), np.empty(nx)
+    a, out, stack = np.empty(ORDER + 1), np.empty(3), np.empty(64)
+    best, where, t, rising = -np.inf, 0.0, 0.0, False
+    value, slope = 0.0, 0.0
+    for c in range(nx):
+        value += G[m, g, c] * x[c]
+        slope += GT[m, g, c, 1] * x[c]
+    while t < s:
+        h = min(step[m], s - t)
+        carry(T, m, now, h, after)
+        value1, slope1, e = 0.0, 0.0, 0.0
+        for c in range(nx):
+            value1 += G[m, g, c] * after[c]
+            slope1 += GT[m, g, c, 1] * after[c]
+            e += G4[m, g, c] * abs(now[c])
+        if rising and slope <= 0.0 and value > best:  # a maximum on the border of two steps
+            best, where = value, t
+        top = max(value + h * slope / 3.0, value1 - h * slope1 / 3.0) + e * (h / step[m])**4
+        if top > best and ((slope > 0.0 and slope1 <= 0.0) or top > max(value, value1)):
+            guard_series(T, m, g, now, a)
+            found = highest(a, h, best, out, stack)
+            if found > best:
+                best, where = found, t + out[0]
+        rising = slope > 0.0
+        for c in range(nx):
+            now[c] = after[c]
+        value, slope = value1, slope1
+        t += h
+    if closing == 0 and value > best:
+        best, where = value, s
+    return best, where
