@@ -54,7 +54,7 @@ def curved(a, low, s):
 def bracketed(a, low, left, right, pl, pr, dl, dr):
     """Only zero of ``a[low:]`` in (left, right], where pl < 0 <= pr, to rounding, and the slope there.
 
-    Third-order steps (Chebyshev's) kept in the bracket: after a step of 2e-6 the next one is below rounding, and the
+    Third-order steps (Chebyshev's) kept in the bracket: after a step of 1e-7 the next one is below rounding, and the
     slope is carried along it.
     """
     L = right - left
@@ -80,7 +80,7 @@ def bracketed(a, low, left, right, pl, pr, dl, dr):
             if abs(bend) < 0.25:
                 step *= 1.0 + bend
             new = s - step
-            if abs(step) <= 2e-6 * s and abs(bend) <= 2e-6 or abs(step) <= EPS * s:
+            if abs(step) <= 1e-7 * s and abs(bend) <= 1e-7 or abs(step) <= EPS * s:
                 return min(max(new, left), right), d - 2.0 * c * step
         else:
             new = lo
