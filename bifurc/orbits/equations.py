@@ -10,6 +10,7 @@ from .signature import Signature
 
 TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
 MAX_ITERATIONS = 14
+GROWTH = 4.0  # a branch is expected to reach a few times the amplitude at its start: unit of arclength in the states
 
 
 class Equations:
@@ -37,7 +38,8 @@ class Equations:
         self.scene, self.path, self.signature = scene, path, signature
         self.weights = np.ascontiguousarray(weights, float)
         self.size = signature.nodes.size // signature.nodes.shape[1] * (1 + scene.ns)
-        self.scale = np.append(np.tile(np.concatenate([[0.25], self.weights]), len(signature.nodes)), parameter_scale)
+        sizes = np.concatenate([[0.25], GROWTH * self.weights])
+        self.scale = np.append(np.tile(sizes, len(signature.nodes)), parameter_scale)
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
         self.closure = signature.signs(scene.ns)
         self.kernel = kernels(scene.laws, scene.n, sequence.__name__)
