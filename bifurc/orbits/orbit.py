@@ -16,7 +16,7 @@ from .sequence import BEFORE, CLOSES, GUARD
 from .signature import Signature, repeated
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
-TOUCH = 1e-10  # scaled; an unlisted maximum so far beyond a guard is still a touch
+TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
 
 
 class PeriodicOrbit:

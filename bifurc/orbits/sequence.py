@@ -24,6 +24,7 @@ from ..solve.dense import lu, lu_solve
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0 or order; CLOSES 1: ends an infinite sequence
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES = range(5)
+NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, INFO) = range(13)  # places in the `info` array that `correct` fills
@@ -262,6 +263,18 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
 
 
 @njit
+def at_rounding(F, J, U, tolerance):
+    """Whether no residual exceeds what the rounding of the unknowns makes of it: a stiff contact turns far in one eps."""
+    for i in range(F.size):
+        noise = 0.0
+        for j in range(F.size):
+            noise += abs(J[i, j] * U[j])
+        if not abs(F[i]) <= tolerance + NOISE * noise:
+            return False
+    return True
+
+
+@njit
 def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
             info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
@@ -300,7 +313,8 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
             if renew and index.size > 0:
                 slope[i] = (F2[i] - F[i]) / DIFFERENCE
-        finished = k > 0 and info[RESIDUAL] <= tolerance and old_step <= 1e-9
+        finished = k > 0 and old_step <= 1e-9 and (
+            info[RESIDUAL] <= tolerance or at_rounding(F, J, U, tolerance))
         for i in range(n):
             for j in range(n):
                 K[i, j] = J[i, j] * scales[j]

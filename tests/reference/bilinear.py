@@ -1,8 +1,8 @@
-"""The bilinear oscillator: orbits with one contact a period by shooting cut at the two crossings, in mpmath.
+"""The bilinear oscillator: orbits by shooting cut at the crossings of its kink, in mpmath.
 
     x'' + 2 zeta x' + x + (ratio - 1) max(x - gap, 0) = force cos(omega t)
 
-Unknowns are (entry time, entry velocity, exit time, exit velocity); both pieces are closed form.  The monodromy is the
+Unknowns are (entry time, entry velocity, exit time, exit velocity) of each contact; both pieces are closed form.  The monodromy is the
 product of two matrix exponentials, det M = exp(-2 zeta T).
 """
 from dataclasses import dataclass
@@ -36,23 +36,29 @@ def pieces(zeta, omega, force, gap, ratio):
 
 
 def equations(zeta, omega, force, gap, ratio, unknowns):
-    """Four residuals of the closed orbit."""
+    """Residuals of the closed orbit with k contacts; unknowns (entry, its speed, exit, its speed) for each, in order."""
     apart, contact = pieces(zeta, omega, force, gap, ratio)
-    t0, v0, t1, v1 = unknowns
-    x, v = contact.flow(t0, number(gap), v0, t1)
-    y, w = apart.flow(t1, number(gap), v1, t0 + apart.period)
-    return x - number(gap), v - v1, y - number(gap), w - v0
+    gap, rows = number(gap), []
+    for i in range(0, len(unknowns), 4):
+        t0, v0, t1, v1 = unknowns[i:i + 4]
+        last = i + 4 == len(unknowns)
+        after, speed = (unknowns[0] + apart.period, unknowns[1]) if last else (unknowns[i + 4], unknowns[i + 5])
+        x, v = contact.flow(t0, gap, v0, t1)
+        y, w = apart.flow(t1, gap, v1, after)
+        rows += [x - gap, v - v1, y - gap, w - speed]
+    return tuple(rows)
 
 
 def monodromy(zeta, omega, force, gap, ratio, unknowns):
     """Trace and determinant of the map over one period."""
     apart, contact = pieces(zeta, omega, force, gap, ratio)
-    t0, _, t1, _ = unknowns
-    a = matrix(2, 2)
-    b = matrix(2, 2)
-    a[0, 0], a[0, 1], a[1, 0], a[1, 1] = contact.homogeneous(t1 - t0)
-    b[0, 0], b[0, 1], b[1, 0], b[1, 1] = apart.homogeneous(t0 + apart.period - t1)
-    m = b * a
+    m = mp.eye(2)
+    for i in range(0, len(unknowns), 4):
+        t0, t1 = unknowns[i], unknowns[i + 2]
+        after = unknowns[0] + apart.period if i + 4 == len(unknowns) else unknowns[i + 4]
+        for motion, span in ((contact, t1 - t0), (apart, after - t1)):
+            e11, e12, e21, e22 = motion.homogeneous(span)
+            m = matrix([[e11, e12], [e21, e22]]) * m
     return m[0, 0] + m[1, 1], mp.exp(-2 * apart.zeta * apart.period)
 
 
@@ -70,7 +76,7 @@ def orbit(zeta, omega, force, gap, ratio, guess):
 
 
 def special_point(kind, zeta, force, gap, ratio, guess):
-    """Fold ('fold') or flip ('period_doubling') in omega; guess = (omega, entry, speed, exit, speed)."""
+    """Fold ('fold') or flip ('period_doubling') in omega; guess = (omega, then entry, speed, exit, speed of each contact)."""
     sign = {"fold": -1, "period_doubling": 1}[kind]
 
     def system(w, *u):
@@ -78,4 +84,18 @@ def special_point(kind, zeta, force, gap, ratio, guess):
         return *equations(zeta, w, force, gap, ratio, u), 1 + sign * trace + det
 
     solution = mp.findroot(system, [number(g) for g in guess], tol=mpf(10) ** (-2 * mp.dps + 14), maxsteps=40)
-    return solution[0], [solution[i] for i in range(1, 5)]
+    return solution[0], [solution[i] for i in range(1, len(guess))]
+
+
+def grazing(zeta, force, gap, ratio, guess):
+    """Omega at which a further maximum touches the spring.
+
+    guess = (omega, time of the touch, then (entry, speed, exit, speed) of each contact, the touch after the last one).
+    """
+    def system(w, touch, *u):
+        apart, _ = pieces(zeta, w, force, gap, ratio)
+        x, v = apart.flow(u[-2], number(gap), u[-1], touch)
+        return *equations(zeta, w, force, gap, ratio, u), x - number(gap), v
+
+    solution = mp.findroot(system, [number(g) for g in guess], tol=mpf(10) ** (-2 * mp.dps + 14), maxsteps=40)
+    return solution[0], [solution[i] for i in range(1, len(guess))]

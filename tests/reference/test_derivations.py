@@ -244,3 +244,20 @@ def test_square_root_of_the_zero_time_map(psi):
     acceleration = abs(motion.acceleration(apex, gap, 0))
     assert abs(v + (1 + r) * mp.sqrt(2 * acceleration * psi)) < 20 * psi
     assert abs((x - gap) / psi + 1 + 2 * r) < 60 * mp.sqrt(psi)
+
+
+@pytest.mark.parametrize("point", [0, 2, 5, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow),
+                                   pytest.param(4, marks=pytest.mark.slow), pytest.param(6, marks=pytest.mark.slow),
+                                   pytest.param(7, marks=pytest.mark.slow), pytest.param(8, marks=pytest.mark.slow),
+                                   pytest.param(9, marks=pytest.mark.slow)])
+def test_points_of_the_stiff_bilinear_branch(point):
+    kind, omega, contacts = digits.STIFF_POINTS[point]
+    found, orbit = bilinear.special_point(kind, ".05", ".3", ".5", 1000, (omega, *contacts))
+    assert close(found, omega) and all(close(a, b) for a, b in zip(orbit, contacts, strict=True))
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_inner_grazings_of_the_stiff_bilinear_branch(index):
+    omega, touch, *contact = digits.STIFF_GRAZINGS[index]
+    found, orbit = bilinear.grazing(".05", ".3", ".5", 1000, (omega, touch, *contact))
+    assert close(found, omega) and all(close(a, b) for a, b in zip(orbit, (touch, *contact), strict=True))
