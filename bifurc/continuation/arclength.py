@@ -18,6 +18,7 @@ TARGET_ANGLE = 0.2  # radians a step
 MAX_ANGLE = 0.35  # radians; a step that turns more is rejected
 MISFIT = 0.1  # sideways distance not explained by the turn, as part of the step
 FEW, MANY = 4, 6  # Newton iterations up to which steps may grow; above MANY a step is rejected: Newton has wandered
+GROWTH = 2.0  # of the curvature from step to step, at most, that the step length foresees
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 NEARLY_SINGULAR = 16.0  # fall of log det in one step that means the same
@@ -167,12 +168,17 @@ class Half:
         if abs(sideways - along * math.tan(0.5 * angle)) > MISFIT * along:
             return None, (StopReason.DS_MIN, 0.5, "the corrector leads away from the prediction in every step")
         length = arc_length(math.hypot(along, sideways), angle)
-        new = Row(c, row.part, row.s + length, angle, tests_of(c), self.next_length(ds, angle, c.iterations))
+        new = Row(c, row.part, row.s + length, angle, tests_of(c), ds)
+        new.bend = angle / length
+        new.ds = self.next_length(ds, new.bend, row.bend, c.iterations)
         return new, None
 
-    def next_length(self, ds, angle, iterations):
-        """Length of the next step from what this one turned and cost."""
-        factor = min(max(TARGET_ANGLE / angle, 0.5), 2.0) if angle > 0.1 else 2.0
+    def next_length(self, ds, bend, before, iterations):
+        """Length of the next step from the curvature of this one and the last, and from what this one cost."""
+        if bend > before > 0.0:  # it grows: expect it to grow on
+            bend *= min(bend / before, GROWTH)
+        turn = bend * ds
+        factor = min(max(TARGET_ANGLE / turn, 0.5), 2.0) if turn > 0.5 * TARGET_ANGLE else 2.0
         if iterations == MANY:
             factor = min(factor, 0.5)
         elif iterations > FEW:

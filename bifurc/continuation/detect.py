@@ -22,6 +22,7 @@ DIP = 0.15  # a test whose interpolated extremum falls below this part of its en
 SUDDEN = 0.05  # radians: change of turn between steps that is looked at
 DECAY = 0.6  # part to which the determinant falls in a step that is looked at
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
+LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
 NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
@@ -357,7 +358,7 @@ def dip(half, row, new):
         a, b = abs(a), abs(b)
         mean = sign * (new.p - row.p) / (part.scale[-1] * length)
         c2, c1 = 3.0 * (a + b) - 6.0 * mean, 6.0 * mean - 4.0 * a - 2.0 * b
-        if c2 > 0.0 and 0.0 < -c1 < 2.0 * c2 and a - 0.25 * c1 * c1 / c2 < DIP * min(a, b):
+        if c2 > 0.0 and 0.0 < -c1 < 2.0 * c2 and a - 0.25 * c1 * c1 / c2 < DIP * min(a, b) + LOOSE * max(a, b):
             inner = between(half, row, new, 0, -0.5 * c1 / c2, sign)
             if inner is not None:
                 return inner
@@ -381,7 +382,8 @@ def dip(half, row, new):
         slope = sign * first + bend * back  # at `row`
         if bend <= 0.0 or slope >= 0.0 or slope + 2.0 * bend * length <= 0.0:
             continue
-        if abs(a) - 0.25 * slope * slope / bend < DIP * min(abs(a), abs(b)):
+        least = abs(a) - 0.25 * slope * slope / bend
+        if least < DIP * min(abs(a), abs(b)) + LOOSE * max(abs(a), abs(b)):
             inner = between(half, row, new, j, -0.5 * slope / (bend * length), sign)
             if inner is not None:
                 return inner
