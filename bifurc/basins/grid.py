@@ -46,8 +46,8 @@ class Grid:
 
     def __init__(self, *, at: Mapping[str, float] | None = None, **ranges):
         if len(ranges) != 2:
-            raise ValueError(f"Grid: {len(ranges)} components are given ({', '.join(ranges) or 'none'}); a grid has exactly "
-                             "two, such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+            raise ValueError(f"Grid: {len(ranges)} components are given ({', '.join(ranges) or 'none'}); a grid has "
+                             "exactly two, such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
         sides = [_side(name, value) for name, value in ranges.items()]
         fixed = {}
         for name, value in (at or {}).items():

@@ -13,7 +13,7 @@ LADDER = tuple(10.0**-k for k in (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 1
 SAMPLES = 100, 4000  # least and most starts perturbed at each rung
 SHARE = 0.25  # of the work of the map may go into its noise
 FEWEST = 10  # changed labels that a rung must have to be fitted, and to go on down the ladder
-RUNGS = 5  # of the lower end of the ladder are fitted
+RUNGS = 8  # of the lower end of the ladder are fitted
 SMALL = 0.15  # fractions above it are left out when three are below: they saturate
 EXTRA = 0.05  # relative error added to that of counting: the law is no exact power
 

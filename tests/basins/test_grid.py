@@ -1,0 +1,73 @@
+"""Grids of starts: centres, order, fixed components, and requests that cannot be met."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+
+
+def test_cells_stand_for_their_centres_and_the_first_component_is_the_first_axis():
+    grid = bf.Grid(v1=(-1, 1, 4), q0=(0.0, 3.0, 3), at={"q1": 0.25})
+    starts = grid.starts(2, 4).reshape(4, 3, 4)
+    np.testing.assert_array_equal(starts[:, 0, 3], [-0.75, -0.25, 0.25, 0.75])
+    np.testing.assert_array_equal(starts[0, :, 0], [0.5, 1.5, 2.5])
+    assert (starts[..., 1] == 0.25).all() and (starts[..., 2] == 0.0).all()
+    assert (grid.shape, grid.size, grid.names) == ((4, 3), 12, ("v1", "q0"))
+
+
+def test_record_and_line():
+    grid = bf.Grid(q0=(-3, 1, 400), v0=(-4, 4, 300))
+    assert bf.Grid.from_record(grid.to_record()) == grid
+    assert hash(bf.Grid.from_record(grid.to_record())) == hash(grid)
+    assert repr(grid) == "Grid(q0=(-3, 1, 400), v0=(-4, 4, 300))"
+
+
+@pytest.mark.parametrize(("keywords", "said"), [
+    ({"q0": (-1, 1, 3)}, "1 components are given"),
+    ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "q1": (0, 1, 2)}, "3 components are given"),
+    ({"x": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'x' is unknown"),
+    ({"q01": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'q01' is unknown"),
+    ({"q0": (1, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
+    ({"q0": (2, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
+    ({"q0": (float("nan"), 1, 3), "v0": (-1, 1, 3)}, "must be finite"),
+    ({"q0": (-1, float("inf"), 3), "v0": (-1, 1, 3)}, "must be finite"),
+    ({"q0": (-1, 1, 0), "v0": (-1, 1, 3)}, "number of cells"),
+    ({"q0": (-1, 1, 2.5), "v0": (-1, 1, 3)}, "number of cells"),
+    ({"q0": (-1, 1), "v0": (-1, 1, 3)}, "must be (low, high, cells)"),
+    ({"q0": "wide", "v0": (-1, 1, 3)}, "must be (low, high, cells)"),
+    ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "at": {"q0": 1.0}}, "which the grid runs over"),
+    ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "at": {"q1": float("nan")}}, "must be finite"),
+])
+def test_impossible_grids_are_named(keywords, said):
+    with pytest.raises(ValueError) as error:
+        bf.Grid(**keywords)
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize("grid", [
+    bf.Grid(q0=(-1, 1, 2), v1=(-1, 1, 2)), bf.Grid(q0=(-1, 1, 2), v0=(-1, 1, 2), at={"q3": 0.0}),
+])
+def test_components_the_system_has_not(grid):
+    with pytest.raises(ValueError, match="unknown to this system; it has 1 degree of freedom: q0 .. q0 and v0 .. v0"):
+        bf.basins_of_attraction(bf.systems.impact_oscillator(), grid)
+
+
+@pytest.mark.parametrize(("keywords", "said"), [
+    ({"workers": 0}, "workers = 0"), ({"tolerance": 0.0}, "tolerance = 0.0"), ({"tolerance": np.nan}, "tolerance = nan"),
+    ({"max_periods": 0}, "max_periods = 0"), ({"seed": -1}, "seed = -1"), ({"max_events": 1.5}, "max_events = 1.5"),
+    ({"attractors": [3]}, "they must be PeriodicOrbit or ChaoticAttractor"),
+])
+def test_options_out_of_range(keywords, said):
+    with pytest.raises(ValueError) as error:
+        bf.basins_of_attraction(bf.systems.impact_oscillator(), bf.Grid(q0=(-1, 1, 2), v0=(-1, 1, 2)), **keywords)
+    assert said in str(error.value)
+
+
+def test_an_autonomous_system_has_no_section():
+    system = bf.System(1.0, 0.1, 1.0, [bf.elements.RigidStop(gap=1.0)])
+    with pytest.raises(ValueError, match="autonomous"):
+        bf.basins_of_attraction(system, bf.Grid(q0=(-1, 1, 2), v0=(-1, 1, 2)))
+
+
+def test_a_grid_must_be_a_grid():
+    with pytest.raises(ValueError, match="it must be a Grid"):
+        bf.basins_of_attraction(bf.systems.impact_oscillator(), {"q0": (-1, 1, 2), "v0": (-1, 1, 2)})
