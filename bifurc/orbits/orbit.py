@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..compose.scene import Scene, scene_of
+from ..compose.writer import kernels
 from ..elements import EventKind
 from ..flow.trajectory import Event
 from ..system import System
@@ -12,10 +13,12 @@ from . import sequence
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .path import constant_path
-from .sequence import BEFORE, CLOSES, GUARD
+from .sequence import AFTER, BEFORE, CLOSES, GUARD
 from .signature import Signature, repeated
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
+INSTANT = 1e-12  # periods: kicks this close are simultaneous
+DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
 
 
@@ -48,8 +51,8 @@ class PeriodicOrbit:
     how : dict
     """
 
-    def __init__(self, system: System, sequence: Signature, unknowns: np.ndarray, weights: np.ndarray, how: dict | None = None,
-                 status: OrbitStatus | None = None):
+    def __init__(self, system: System, sequence: Signature, unknowns: np.ndarray, weights: np.ndarray,
+                 how: dict | None = None, status: OrbitStatus | None = None):
         self.system, self.sequence = system, sequence
         self._unknowns = np.array(unknowns, float)  # handed out as a copy: kernels compile again for read-only arrays
         self.weights = np.array(weights, float)
@@ -176,8 +179,34 @@ class PeriodicOrbit:
 
     @property
     def message(self) -> str:
-        """The status as a sentence."""
+        """The status as a sentence, and whether simultaneous kicks leave the multipliers undefined."""
+        if self.status is OrbitStatus.CONVERGED and self._disputed is not None:
+            names = " and ".join(repr(name) for name in self._disputed)
+            return (f"{self.status.sentence} The kicks of {names} are simultaneous and their two orders have different "
+                    "derivatives: multipliers are not unique (NaN) and stability is not told. Orbits nearby, with one "
+                    "gap slightly changed, have them.")
         return self.status.sentence
+
+    @functools.cached_property
+    def _disputed(self) -> tuple[str, str] | None:
+        """Elements whose simultaneous kicks have no derivative that both orders share, or None."""
+        whole, U = self._whole
+        nodes, rows = whole.nodes.tolist(), U.reshape(len(whole.nodes), -1)
+        scene, T = self.scene, self.equations.path.tables
+        for i, node in enumerate(nodes):
+            other = nodes[i - 1]
+            apart = (rows[i][0] - rows[i - 1][0]) % whole.span
+            if len(nodes) < 2 or min(apart, whole.span - apart) > INSTANT or min(node[GUARD], other[GUARD]) < 0 \
+                    or not (node[BEFORE] == other[BEFORE] == node[AFTER] and node[GUARD] != other[GUARD]):
+                continue
+            mode, first, second = other[BEFORE], other[GUARD], node[GUARD]
+            if T.kick[mode, first] and T.kick[mode, second]:
+                x = np.empty(T.A.shape[2])
+                x[:scene.ns] = rows[i - 1][1:]
+                self.equations.kernel.forcing(T, rows[i - 1][0] * self.system.period, x)
+                if _order_gap(scene)(scene, mode, first, second, x) > DISPUTED:
+                    return scene.element_name(mode, first), scene.element_name(mode, second)
+        return None
 
     @functools.cached_property
     def monodromy(self) -> np.ndarray:
@@ -190,8 +219,11 @@ class PeriodicOrbit:
 
     @functools.cached_property
     def multipliers(self) -> np.ndarray:
-        """Floquet multipliers (ns,), complex, largest modulus first; infinite at zero impact speed."""
+        """Floquet multipliers (ns,), complex, largest modulus first; infinite at zero impact speed, NaN where two
+        simultaneous kicks have no common derivative (`message` says so)."""
         M = self.monodromy
+        if self._disputed is not None:
+            return np.full(len(M), complex(np.nan))
         if not np.isfinite(M).all():
             return np.full(len(M), complex(np.inf))
         found = np.linalg.eigvals(M).astype(complex)
@@ -200,7 +232,7 @@ class PeriodicOrbit:
     @property
     def stable(self) -> bool | None:
         """Whether all multipliers lie inside the unit circle; None on it, or for a failed orbit."""
-        if not self.success:
+        if not self.success or self._disputed is not None:
             return None
         top = float(np.abs(self.multipliers).max())
         return None if abs(top - 1.0) < NEUTRAL else top < 1.0
@@ -251,7 +283,8 @@ class PeriodicOrbit:
         ``h`` counts forcing frequencies; h times ``periods`` must be whole (1/2 for a period-2 orbit).
         """
         if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
-            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number >= 0")
+            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole "
+                             "number >= 0")
         out = self._measure(dof, h)
         return complex(out[3], -out[4])
 
@@ -260,8 +293,8 @@ class PeriodicOrbit:
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
         s = self.sequence
-        header = {"kind": "orbit", "system": self.system.to_record(), "span": s.span, "closure": s.closure, "how": self.how,
-                  "status": None if self._failed is None else str(self._failed)}
+        header = {"kind": "orbit", "system": self.system.to_record(), "span": s.span, "closure": s.closure,
+                  "how": self.how, "status": None if self._failed is None else str(self._failed)}
         return header, {"nodes": s.nodes, "fixed": s.fixed, "unknowns": self._unknowns, "weights": self.weights}
 
     @classmethod
@@ -269,7 +302,8 @@ class PeriodicOrbit:
         """Make the orbit that `to_record` described; ``elements`` are user classes and laws."""
         system = System.from_record(header["system"], elements)
         scene_of(system)
-        signature = Signature(arrays["nodes"].astype(np.int64), arrays["fixed"], float(header["span"]), int(header["closure"]))
+        signature = Signature(arrays["nodes"].astype(np.int64), arrays["fixed"], float(header["span"]),
+                              int(header["closure"]))
         status = None if header["status"] is None else OrbitStatus(header["status"])
         return cls(system, signature, arrays["unknowns"], arrays["weights"], header["how"], status)
 
@@ -296,6 +330,9 @@ def _closing(scene: Scene):
         from ..flow.scan import closing
 
         return closing
-    from ..compose.writer import kernels
-
     return kernels(scene.laws, scene.n).closing
+
+
+def _order_gap(scene: Scene):
+    """Return the function that compares the two orders of simultaneous kicks."""
+    return kernels(scene.laws, scene.n, "bifurc.flow.saltation").order_gap
