@@ -165,11 +165,12 @@ class Half:
         if angle > MAX_ANGLE:
             factor = max(0.3, 0.7 * MAX_ANGLE / angle)
             return None, (StopReason.DS_MIN, factor, "the branch turns too much in every step")
-        if abs(sideways - along * math.tan(0.5 * angle)) > MISFIT * along:
+        misfit = sideways / along - math.tan(0.5 * angle)
+        if abs(misfit) > MISFIT:
             return None, (StopReason.DS_MIN, 0.5, "the corrector leads away from the prediction in every step")
         length = arc_length(math.hypot(along, sideways), angle)
         new = Row(c, row.part, row.s + length, angle, tests_of(c), ds)
-        new.bend = angle / length
+        new.bend, new.misfit = angle / length, misfit
         new.ds = self.next_length(ds, new.bend, row.bend, c.iterations)
         return new, None
 

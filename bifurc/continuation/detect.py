@@ -19,8 +19,8 @@ SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
 BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
 MONITOR_BAND = 1e-12  # of the largest value seen
 DIP = 0.15  # a test whose interpolated extremum falls below this part of its ends is looked at
-SUDDEN = 0.05  # radians: change of turn between steps that is looked at
-DECAY = 0.6  # part to which the determinant falls in a step that is looked at
+DOUBT = 0.01  # misfit of a step that is looked at
+DECAY = 0.5  # part to which the determinant falls in a step that is looked at
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
@@ -393,20 +393,19 @@ def dip(half, row, new):
 def jumped(half, row, new):
     """Whether the two ends of the step lie on different branches that cross or nearly touch at a small angle.
 
-    Such a jump shows no turn, no misfit and sometimes no change of sign of the determinant.  Where the curvature
-    changes suddenly or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on
-    the Hermite curve to the fourth order, between two branches it does not.
+    Such a jump shows little turn, little misfit and sometimes no change of sign of the determinant.  Where some misfit
+    is seen or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on the
+    Hermite curve to the fourth order, between two branches it does not.
     """
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not row.part or row.singular:
         return False
     before = rows[-2]
     length, back = new.s - row.s, row.s - before.s
-    bend = abs(new.angle - row.angle * length / back)
     a = math.exp(min(row.det_log - before.det_log, 50.0))
     b = math.exp(min(new.det_log - before.det_log, 50.0))
     heading = a - (1.0 - a) * length / back
-    if bend < SUDDEN and heading > DECAY * a and b > DECAY * a:
+    if abs(new.misfit) < DOUBT and heading > DECAY * a and b > DECAY * a:
         return False
     if heading < 0.0 < row.det_sign * new.det_sign and b > REFLECTION * -heading:
         return True  # it was heading for zero and came back
