@@ -26,7 +26,7 @@ def test_source_with_and_without_literals():
     text, none = written(T)
     other, numbers = written(T, literal=False)
     assert none.size == 0 and numbers.size > 300
-    assert "k[" not in text and "T." not in text and other.count("k[") == numbers.size
+    assert "k[" not in text and "T." not in text and other.count("k[") >= numbers.size
 
 
 def test_other_scenes_are_refused():
