@@ -111,14 +111,14 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttracto
     if not found.chaotic:
         return None
     exponent, error = float(found.values[0]), float(found.errors[0])
-    points = []
+    pieces = []
     for _ in range(0, SAMPLE + PROBE, 1000):
         motion = simulate(system, y, periods=1000)
         if not motion.success:
             return None
-        points.append(motion.sections[1:])
+        pieces.append(motion.sections[1:])
         y = motion.final
-    points = np.concatenate(points)
+    points = np.concatenate(pieces)
     sections = points[-LONGEST - 1:] / scale
     if min(np.linalg.norm(sections[-1] - sections[-1 - k]) for k in range(1, LONGEST + 1)) < CLOSED:
         return None  # it was a long transient
@@ -177,7 +177,6 @@ def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
             points.append(found / scale)
             squares.append(np.full(len(found), radius**2))
             owner.append(np.full(len(found), number))
-    keys, keepers = np.concatenate(keys), np.concatenate(keepers)
-    order = np.argsort(keys, kind="stable")
+    order = np.argsort(np.concatenate(keys), kind="stable")
     return Targets(1.0 / scale, np.concatenate(points), np.concatenate(squares), np.concatenate(owner), width,
-                   keys[order], keepers[order])
+                   np.concatenate(keys)[order], np.concatenate(keepers)[order])

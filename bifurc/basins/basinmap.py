@@ -53,7 +53,7 @@ class BasinMap:
     @property
     def counts(self) -> dict:
         """Cells of each label, and of each `CellState` that occurs among those without."""
-        found = {label: int(np.count_nonzero(self.labels == label)) for label in range(len(self.attractors))}
+        found: dict = {label: int(np.count_nonzero(self.labels == label)) for label in range(len(self.attractors))}
         found[-1] = int(np.count_nonzero(self.labels == -1))
         for state in list(CellState)[1:]:
             count = int(np.count_nonzero(self.states == state.code))

@@ -98,12 +98,12 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     store = Store(file, job)
     if store.finished():
         from .. import io
-        return BasinMap.from_record(*io.read(store.path))
+        return BasinMap.from_record(*io.read(file))
     with Progress("basins", grid.size, progress) as bar:
         work = _Work(system, scene, grid, options, known, workers, store, bar)
         found = work.map()
     if file is not None:
-        found.save(store.path)
+        found.save(file)
         store.remove()
     return found
 

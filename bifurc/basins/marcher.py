@@ -1,6 +1,7 @@
 """From starts to labels: the compiled march, and the simulation with its joint decisions for what that leaves open."""
 import itertools
 import threading
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from .starting import BEYOND, begin
 from .states import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
-BLOCK = 16  # forcing periods that the general march does at a time
+BLOCK = 32  # forcing periods that the general march does at a time
 FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
 
 
@@ -58,30 +59,25 @@ class Marcher:
     def label(self, X: np.ndarray, targets: Targets, most: int) -> Cells:
         """Follow the starts ``X`` (N, ns), in place, until near an attractor or for ``most`` periods."""
         cells = Cells(*(np.full(len(X), value, np.int64) for value in (-1, 0, 0, ASK)))
-        modes = np.empty(len(X), np.int64)
         starts = X.copy()
         with self._lock:
             T = self.scene.tables
+        modes = np.empty(len(X), np.int64)
         begin(T, self._candidates, X, modes)
         cells.states[modes == BEYOND] = OUTSIDE
         if self.lean:
             from ..flow.single import pack
             from .lean import label
-            label(*pack(T), modes, X, self.limit, most, *targets, *cells)
-        else:
-            self._general()(T, modes, X, self.limit, most, *targets, *cells)
-        for i in np.flatnonzero(cells.states == ASK):
-            with self._lock:
+            label(*pack(T), modes, X, self.limit, most, *targets, *cells)  # type: ignore[call-arg]
+        elif self.scene.closed_form:
+            from .general import label as label_any
+            label_any(T, modes, X, self.limit, most, *targets, *cells)
+        # Under a law a period is long beside Python's share of it: the simulation serves, and nothing more is compiled.
+        for i in np.flatnonzero(cells.states == ASK).tolist():
+            with nullcontext() if self.scene.complete else self._lock:
                 X[i] = starts[i]
                 self._follow(i, X, cells, targets, most)
         return cells
-
-    def _general(self):
-        if self.scene.closed_form:
-            from .general import label
-            return label
-        from ..compose.writer import kernels
-        return kernels(self.scene.laws, self.scene.n, "bifurc.basins.general").label
 
     def _follow(self, i: int, X: np.ndarray, cells: Cells, targets: Targets, most: int) -> None:
         """Follow one start with all decisions open to Python."""

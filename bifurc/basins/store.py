@@ -24,7 +24,7 @@ class Store:
 
     def __init__(self, file, job: dict):
         self.path = None if file is None else Path(file)
-        self.partial = None if file is None else self.path.with_name(self.path.name + ".partial")
+        self.partial = None if self.path is None else self.path.with_name(self.path.name + ".partial")
         text = json.dumps(job, sort_keys=True, default=str)
         self.key = hashlib.sha256(text.encode()).hexdigest()
         self._last = time.monotonic()

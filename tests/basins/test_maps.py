@@ -94,19 +94,21 @@ def test_given_attractors_keep_their_numbers(basins):
     np.testing.assert_array_equal(again.labels, np.array([1, 0, -1])[basins.labels])
 
 
-def test_an_unstable_orbit_or_one_of_another_system_is_no_attractor(basins):
+def test_an_orbit_that_repels_or_of_another_system_is_no_attractor(basins):
     with pytest.raises(ValueError, match="of another system"):
         bf.basins_of_attraction(bf.systems.impact_oscillator(), GRID, attractors=[basins.attractors[0]])
-    system = bf.systems.impact_oscillator(omega=1.5, amplitude=0.9)
-    saddle = bf.switch_orbit(system) if hasattr(bf, "switch_orbit") else None
-    assert saddle is None
+    neutral = bf.System(1.0, 0.0, 1.0, [bf.elements.HarmonicForce(0.1)], omega=0.6)
+    orbit = bf.find_orbit(neutral, guess=(0.15, 0.0))
+    assert orbit.success and orbit.stable is None
+    with pytest.raises(ValueError, match="it must be a stable orbit"):
+        bf.basins_of_attraction(neutral, GRID, attractors=[orbit])
 
 
 def test_report_and_line(basins):
     assert "\n" not in repr(basins)
     assert repr(basins).startswith("BasinMap(60 x 50 cells, 2 attractors: 0.")
     text = basins.report()
-    for words in ("rigid_stop.impact x3 / 3 T", "lies beyond a rigid stop", "uncertainty exponent", "untrustworthy labels"):
+    for words in ("rigid_stop.impact x3 / 3 T", "lies beyond a rigid stop", "uncertainty exponent", "untrustworthy"):
         assert words in text
     assert f"{basins.fractions[0]:.6f}" in text
 
@@ -143,8 +145,8 @@ def test_mirror_partners_are_two_attractors_with_mirrored_basins():
 
 def test_an_elastic_stop_and_a_law():
     """Both scenes have a free or small motion beside a large one; labels against long simulations."""
-    for system, window in [(bf.systems.bilinear_oscillator(omega=1.29), (2, 3)), (bf.systems.duffing_oscillator(omega=1.5), (2.5, 4))]:
-        grid = bf.Grid(q0=(-window[0], window[0], 8), v0=(-window[1], window[1], 8))
+    for system in (bf.systems.bilinear_oscillator(omega=1.29), bf.systems.duffing_oscillator(omega=1.5)):
+        grid = bf.Grid(q0=(-2.5, 2.5, 8), v0=(-4, 4, 8))
         basins = bf.basins_of_attraction(system, grid)
         assert len(basins.attractors) == 2 and basins.fractions[-1] == 0.0
         for cell in (0, 19, 36, 63):
@@ -185,10 +187,9 @@ def test_extrapolation_of_an_exact_power_law():
 
 
 def test_noise_of_a_straight_boundary(rng):
-    """Labels by the sign of the first component, uniform starts in [-1, 1]^2: f(e) = e E|cos| / 2 / ... has exponent 1."""
+    """Labels by the sign of the first component, uniform starts: f(e) = e E|cos| / 2 = e / pi."""
     starts = rng.uniform(-1, 1, (4000, 2))
     labels = (starts[:, 0] > 0).astype(int)
     found = measure(lambda y: (y[:, 0] > 0).astype(int), starts, labels, np.ones(2), rng)
     assert abs(found.exponent - 1.0) <= 0.15
-    expected = found.perturbations / np.pi  # half of the mean of |cos|, times e, over the width 1 on each side
-    np.testing.assert_allclose(found.changed[:2], expected[:2], rtol=0.25)
+    np.testing.assert_allclose(found.changed[:2], found.perturbations[:2] / np.pi, rtol=0.4)
