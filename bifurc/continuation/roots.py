@@ -8,10 +8,8 @@ from typing import Any
 
 PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there is below rounding, noise is not
 REPEATS = 3  # refinements, of which the first is enough unless the slope changes within 1e-8
-SAFETY = 16.0  # of a noise that is known from five samples
-PLACES = (-2.3, -1.0, 0.0, 1.0, 1.7)  # of the probes: uneven, so that noise that is periodic does not look straight
-CENTRE = sum(PLACES) / 5.0
-WEIGHTS = tuple((place - CENTRE) / sum((other - CENTRE)**2 for other in PLACES) for place in PLACES)
+UNEVEN = 1.4  # of the probe above to that below, so that noise that is periodic does not look straight
+SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
 
 
@@ -108,10 +106,10 @@ def probed(f, t, value, point):
     """One refinement of `polish`; returns ``((t, (value, point)), Root)``, None where it fails."""
     probe = PROBE
     while True:
-        below, above = f(t - probe), f(t + probe)
+        below, above = f(t - probe), f(t + UNEVEN * probe)
         if below is None or above is None:
             return None
-        slope = (above[0] - below[0]) / (2.0 * probe)
+        slope = (above[0] - below[0]) / ((1.0 + UNEVEN) * probe)
         if slope == 0.0:
             return None
         shift = -value / slope
@@ -121,19 +119,21 @@ def probed(f, t, value, point):
         if probe > 1e-4:
             return None
     made = f(t + shift)
-    further = f(t + PLACES[0] * probe), f(t + PLACES[4] * probe)
-    if made is None or further[0] is None or further[1] is None:
+    if made is None:
         return None
-    noise = off_line((further[0][0], below[0], value, above[0], further[1][0]))
-    p_noise = off_line([float(q.x[-1]) for q in (further[0][1], below[1], point, above[1], further[1][1])])
+    places = (-1.0, 0.0, shift / probe, UNEVEN)
+    noise = off_line(places, (below[0], value, made[0], above[0]))
+    p_noise = off_line(places, [float(q.x[-1]) for q in (below[1], point, made[1], above[1])])
     error = (abs(made[0]) + SAFETY * noise) / abs(slope) + 4e-16
     settled = abs(made[0]) <= 2.0 * noise and probe == PROBE
-    root = Root(t + shift, made[1], t - probe, t + probe, error, slope, SAFETY * p_noise, p_noise / probe**2, settled)
+    root = Root(t + shift, made[1], t - probe, t + UNEVEN * probe, error, slope, SAFETY * p_noise, p_noise / probe**2,
+                settled)
     return (t + shift, made), root
 
 
-def off_line(values):
-    """Largest distance of five values, at `PLACES`, from the straight line that fits them best."""
-    middle = sum(values) / 5.0
-    slope = sum(weight * value for weight, value in zip(WEIGHTS, values, strict=True))
-    return max(abs(value - middle - slope * (place - CENTRE)) for place, value in zip(PLACES, values, strict=True))
+def off_line(places, values):
+    """Largest distance of the values at ``places`` from the straight line that fits them best."""
+    centre, middle = sum(places) / len(places), sum(values) / len(values)
+    spread = sum((place - centre)**2 for place in places)
+    slope = sum((place - centre) * value for place, value in zip(places, values, strict=True)) / spread
+    return max(abs(value - middle - slope * (place - centre)) for place, value in zip(places, values, strict=True))

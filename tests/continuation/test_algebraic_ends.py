@@ -148,7 +148,7 @@ def test_a_corner_ends_at_the_smallest_step():
     corner = trace(start, bounds=(-1, 1))
     assert corner.stop_reason == (StopReason.BOUND, StopReason.DS_MIN)
     assert abs(corner.column("p")[-1]) < 1e-6
-    assert "turns too much" in corner.ends[1].message
+    assert "in every step" in corner.ends[1].message
 
 
 def test_max_steps_stop_and_record():
