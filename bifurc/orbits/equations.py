@@ -3,7 +3,6 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..compose.writer import kernels
-from ..compose.writer import kernels
 from . import motion, sequence
 from .path import ParameterPath
 from .signature import Signature
