@@ -1,33 +1,22 @@
 """Shared set-up: the folder of compiled kernels, floating-point errors raised, seeded draws."""
 import hashlib
 import os
-import pathlib
 import tempfile
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
+from bifurc._cache import source_hash
+
 settings.register_profile("bifurc", derandomize=True, deadline=None, print_blob=False)
 settings.load_profile("bifurc")
-_ROOT = pathlib.Path(__file__).resolve().parents[1]
-
-
-def _source_hash() -> str:
-    """Return a hash over every Python source of the package and the tests (kernels are written from both)."""
-    digest = hashlib.sha256()
-    for folder in ("bifurc", "tests"):
-        for path in sorted((_ROOT / folder).rglob("*.py")):
-            digest.update(path.relative_to(_ROOT).as_posix().encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
 
 # numba looks only at a caller's own file when it judges a cached kernel, so an edited callee would be replayed in its
 # old form: every state of the sources gets a folder of its own. This runs before any test module imports numba.
 if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = os.path.join(
-        tempfile.gettempdir(), f"bifurc-tests-{os.getuid()}", _source_hash())
+        tempfile.gettempdir(), f"bifurc-tests-{os.getuid()}", source_hash())
 os.makedirs(os.environ["NUMBA_CACHE_DIR"], exist_ok=True)
 os.environ.setdefault("MPLBACKEND", "Agg")
 

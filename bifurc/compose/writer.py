@@ -156,7 +156,7 @@ class _Writer:
     def __init__(self, text: str):
         import numba
 
-        from .._jit import cache_folder, source_hash
+        from .._cache import cache_folder, source_hash
 
         whole = "\n".join((numba.__version__, sys.version, source_hash(), text))
         self.key = hashlib.sha256(whole.encode()).hexdigest()[:20]

@@ -8,6 +8,7 @@ from ..orbits import sequence
 from ..orbits.equations import Equations
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.path import ParameterPath, parameter_path
+from ..orbits.sequence import CLOSES
 from ..orbits.signature import Signature, repeated
 from ..system import System
 from . import orbit_switching
@@ -69,6 +70,9 @@ class OrbitProblem(Problem):
         if sequence.events:
             monitors.append(Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True))
         monitors.append(Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True))
+        self._chatters = bool(np.any(self.sequence.nodes[:, CLOSES] == 1))
+        if self._chatters:
+            monitors.append(Monitor(SpecialPointKind.CHATTER_COMPLETION, boundary=True))
         if self._halves is not None:
             self._merges = len(monitors)
             monitors.append(Monitor(SpecialPointKind.PERIOD_DOUBLING, MERGES, boundary=True))
@@ -100,9 +104,12 @@ class OrbitProblem(Problem):
         """Values of the monitors at a solution, from what the kernel found."""
         values = [info[sequence.FLIP]]
         if self.sequence.events:
-            values.append(-info[sequence.LISTED])
+            least = info[sequence.LISTED]
+            values.append(-least if least < np.inf else NO_PEAK)
         peak = info[sequence.PEAK]
         values.append(peak if peak > NO_PEAK else NO_PEAK)
+        if self._chatters:
+            values.append(-info[sequence.RESTS])
         if self._halves is not None:
             values.append(-float(np.dot(self._halves[0], x)) - self._halves[1])
         if self._tori:

@@ -9,6 +9,7 @@ import numpy as np
 from ..orbits import sequence
 from ..orbits.sequence import AFTER, BEFORE, GUARD
 from ..orbits.signature import Signature, divided, repeated, sections
+from .branchpoint import other_direction
 from .kinds import CorrectorStatus, SpecialPointKind
 from .problem import Corrected
 
@@ -175,7 +176,7 @@ def listed_speeds(problem, x):
             continue
         info = np.zeros(sequence.INFO)
         only = s.nodes.copy()
-        only[:, sequence.CLOSES] = 1
+        only[only[:, sequence.CLOSES] == 0, sequence.CLOSES] = 2
         only[i, sequence.CLOSES] = node[sequence.CLOSES]
         e.kernel.monitor(T, only, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
         found.append(float(info[sequence.LISTED]))
@@ -205,6 +206,8 @@ def branches(problem, point, n_max: int):
         return doubled(problem, point)
     if point.kind is SpecialPointKind.BRANCH_POINT and problem.sequence.closure < 0:
         return symmetry_broken(problem, point)
+    if point.kind is SpecialPointKind.BRANCH_POINT and point.directions is not None:
+        return crossing(problem, point)
     if point.kind is SpecialPointKind.GRAZING:
         return grazing_orbits(problem, point, n_max)
     return None
@@ -298,6 +301,13 @@ def symmetry_broken(problem, point):
     start = np.append(U, x[-1])
     new = problem.with_sequence(whole, start)
     found = [stepped_out(new, start, sign * direction) for sign in (1.0, -1.0)]
+    return tuple(orbit for orbit in found if orbit is not None)
+
+
+def crossing(problem, point):
+    """Return the orbits on both sides of the branch that crosses this one at a branch point."""
+    direction = other_direction(point.directions, point.tangent) * problem.scale
+    found = [stepped_out(problem, point.x, sign * direction) for sign in (1.0, -1.0)]
     return tuple(orbit for orbit in found if orbit is not None)
 
 

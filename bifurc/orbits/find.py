@@ -6,11 +6,11 @@ from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
 from ..system import System
-from .equations import MAX_ITERATIONS, TOLERANCE, Equations
+from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .path import constant_path
-from .sequence import GUARD
+from .sequence import BEFORE, CLOSES, GUARD
 from .signature import Signature, divided, repeated, sections
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -126,11 +126,11 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     """Return signature, unknowns and weights of a simulated motion that nearly closes after ``periods``."""
     R, period = motion.recorded, scene.period
     listed = []
-    for row, time, before in zip(R.rows[1:], R.times[1:], R.before[1:], strict=True):
+    for row, time, before, speed in zip(R.rows[1:], R.times[1:], R.before[1:], R.speeds[1:], strict=True):
         m, g, after, what, whole = (int(v) for v in row)
         if what in (PASSED, GRAZE) or scene.tables.silent[m, g]:
             continue
-        listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before))
+        listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before, speed))
     listed = [item for item in listed if item[0] >= -1e-12]
     chosen = [item for item in listed if item[0] < listed[0][0] + periods - 1e-7] if listed else []
     start = motion(first * period)
@@ -144,8 +144,23 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
         mode = int(R.rows[np.searchsorted(R.rows[:, 4] + R.times / period, first, side="right") - 1, 2])
         return sections(mode, periods), np.concatenate([[0.0], start]), weights
     nodes = divided(scene, np.array([item[1] for item in chosen], np.int64))
+    mark_trains(nodes, np.array([item[3] for item in chosen]))
     unknowns = np.concatenate([np.concatenate([[item[0]], item[2]]) for item in chosen])
     return Signature(nodes, np.zeros(len(nodes)), float(periods)), unknowns, weights
+
+
+def mark_trains(nodes, speeds):
+    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of an infinite sequence: none of them can graze."""
+    count = len(nodes)
+    for end in np.flatnonzero(nodes[:, CLOSES] == 1):
+        at = end
+        for _ in range(count - 1):
+            before = (at - 1) % count
+            if nodes[before, GUARD] != nodes[end, GUARD] or nodes[before, BEFORE] != nodes[end, BEFORE] \
+                    or speeds[before] <= speeds[at] or nodes[before, CLOSES]:
+                break
+            nodes[before, CLOSES] = 2
+            at = before
 
 
 def from_orbit(system: System, guess: PeriodicOrbit, periods: int | None) -> PeriodicOrbit:

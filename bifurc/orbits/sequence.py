@@ -22,12 +22,13 @@ from ..flow.peak import segment_peak
 from ..flow.saltation import event_map
 from ..solve.dense import lu, lu_solve
 
-# columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0 or order; CLOSES 1: ends an infinite sequence
+# columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0 or order; CLOSES 1: ends an infinite sequence of
+# impacts, 2: belongs to one
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES = range(5)
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
- PEAK_TIME, INFO) = range(13)  # places in the `info` array that `correct` fills
+ PEAK_TIME, RESTS, INFO) = range(14)  # places in the `info` array that `correct` fills
 
 
 @njit
@@ -57,13 +58,34 @@ def guard_rate(row, f, dw):
 
 @njit
 def reset(T, m, g, closes, P):
-    """Write the map of a node into ``P`` (ns, nx): that of its event, the identity for a section."""
+    """Write the map of a node into ``P`` (ns, nx): that of its event; for a section the identity, which puts what is held
+    on its surface and to rest: rows held all period are no unknowns of the orbit."""
     if g >= 0:
-        event_map(T, m, g, closes, P)
+        event_map(T, m, g, closes == 1, P)
         return
     for i in range(P.shape[0]):
         for c in range(P.shape[1]):
             P[i, c] = 1.0 if i == c else 0.0
+    for k in range(T.n_holds[m]):
+        clear(T.S[m, k], P)
+        clear(T.H[m, k], P)
+
+
+@njit
+def clear(row, P):
+    """Change the affine map ``P`` (ns, nx) so that ``row`` (nx,) of its image is zero."""
+    ns, nx = P.shape
+    square = 0.0
+    for i in range(ns):
+        square += row[i] * row[i]
+    if square == 0.0:
+        return
+    for c in range(nx):
+        value = row[c] if c >= ns else 0.0
+        for i in range(ns):
+            value += row[i] * P[i, c]
+        for i in range(ns):
+            P[i, c] -= row[i] * (value / square)
 
 
 @njit
@@ -206,7 +228,8 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
 
 @njit
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
-    """Fill LISTED (least arriving speed or duration of a listed event) and PEAK (largest unlisted maximum), scaled."""
+    """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), both scaled, and
+    RESTS (shortest rest behind an infinite sequence, periods)."""
     flat, kick, n_guards = T.flat, T.kick, T.n_guards
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -218,7 +241,7 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
     dw = np.empty(nx - ns)
     row = np.empty(nx)
     P = np.empty((ns, nx))
-    info[LISTED], info[LISTED_AT] = np.inf, -1.0
+    info[LISTED], info[LISTED_AT], info[RESTS] = np.inf, -1.0, np.inf
     info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = -np.inf, -1.0, -1.0, 0.0
     for i in range(count):
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
@@ -247,6 +270,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
         last = i == count - 1
         nxt = 0 if last else i + 1
         s = (U[nxt * size] + (span if last else 0.0) - tau) * period
+        if nodes[i, CLOSES] == 1:
+            info[RESTS] = min(info[RESTS], s / period)
         for q in range(n_guards[after]):
             listed = 1 if nodes[nxt, GUARD] == q and nodes[nxt, BEFORE] == after else 0
             guard_gradient(T, after, q, xp, row)

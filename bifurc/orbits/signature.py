@@ -47,7 +47,7 @@ class Signature:
 
     def text(self, scene: Scene) -> str:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``."""
-        names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes else "")
+        names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes == 1 else "")
                  for m, g, _, _, closes in self.nodes.tolist() if g >= 0]
         parts: list[str] = []
         for name in names:
@@ -71,7 +71,6 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     """
     G = (scene.tables if tables is None else tables).G
     nodes = nodes.copy()
-    ns = scene.ns
     for i in range(len(nodes)):
         opening = nodes[i - 1]
         nodes[i, DIVIDE] = 0
@@ -82,7 +81,7 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
             image = scene.mirror(int(nodes[0, BEFORE]))
             b = G[image, scene.mirror_guard(int(nodes[0, BEFORE]), int(nodes[0, GUARD]))]
         size = np.sqrt((a @ a) * (b @ b))
-        if opening[CLOSES] == 0 and np.any(a[:scene.n]) and size - abs(a @ b) <= PROPORTIONAL * size:
+        if opening[CLOSES] != 1 and np.any(a[:scene.n]) and size - abs(a @ b) <= PROPORTIONAL * size:
             nodes[i, DIVIDE] = 1
     return nodes
 
