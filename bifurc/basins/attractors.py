@@ -78,7 +78,7 @@ def examine(system: System, y: np.ndarray, scale: np.ndarray):
     by four standard errors.
     """
     from ..flow.simulate import simulate
-    from ..orbits.find import find_orbit
+    from ..orbits.find import find_orbit, finished, from_motion
     for _ in range(ATTEMPTS):
         motion = simulate(system, y, periods=BLOCK)
         if not motion.success:
@@ -89,7 +89,8 @@ def examine(system: System, y: np.ndarray, scale: np.ndarray):
         least = min(back)[0]
         candidates = [k for gap, k in back if gap <= max(2.0 * least, CLOSED)]
         for k in candidates[:2]:
-            orbit = find_orbit(system, guess=y, periods=k)
+            orbit = from_motion(system, motion, BLOCK - 2 * k, k)  # of its end: a start may add an event of rounding
+            orbit = finished(orbit, None) if orbit.success else find_orbit(system, guess=y, periods=k)
             if orbit.success and orbit.stable and distance(section_points(orbit) / scale, y / scale) <= NEAR:
                 return orbit
     return sampled(system, y, scale)
