@@ -133,6 +133,11 @@ def monodromy(T, nodes, span, U, M):
                 x[c] = xp[c]
             least = min(least, saltation(T, before, g, after, x, xp, P, S))
             premultiply(S, M, scratch)
+        else:
+            for r in range(ns):
+                for c in range(ns):
+                    S[r, c] = P[r, c]
+            premultiply(S, M, scratch)
         s = ((U[(i + 1) * (1 + ns)] if i < count - 1 else U[0] + span) - U[base]) * period
         arc(T, after, xp, s, y, Phi)
         premultiply(Phi, M, scratch)
