@@ -27,7 +27,8 @@ class BasinMap:
     states : ndarray of int
         Code of the `CellState` of each cell.
     periods, impacts : ndarray of int
-        Forcing periods, and impacts, until the motion was within `radii` of its attractor.
+        Forcing periods, and impacts with rigid or contacts with elastic stops, until the motion was within `radii` of
+        its attractor; a completed infinite sequence counts once from where it was closed.
     radii : tuple of float
         Distance, in units of ``scale``, at which a section point counts as on its attractor.
     scale : ndarray

@@ -2,10 +2,12 @@
 import numpy as np
 
 from .._jit import njit
+from ..elements import EventKind
 from ..flow.scan import BEFORE, DONE, EVENTS, FULL, GUARD, KIND, LIMIT, LOST, MODE, PASSED, STATE, TAU, run, workspace
 from .near import STAY, boxed, nearest
 from .states import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 
+CONTACT = EventKind.CONTACT.code
 ROWS = 64  # of the record from which impacts are counted
 
 
@@ -18,7 +20,7 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
     starts with a negative mode are left to the caller.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
-    kick = T.kick
+    kick, kind = T.kick, T.kind
     ints, floats = workspace(T)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * ns))
@@ -46,7 +48,8 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
                 code = run(T, ints, floats, x, k, 0.0, limit, rows, record)
                 for e in range(ints[EVENTS]):
                     if rows[e, KIND] != PASSED and rows[e, GUARD] >= 0:
-                        impacts[i] += kick[rows[e, BEFORE], rows[e, GUARD]]
+                        m, g = rows[e, BEFORE], rows[e, GUARD]
+                        impacts[i] += 1 if kick[m, g] == 1 or kind[m, g] == CONTACT else 0
                 ints[EVENTS] = 0
             periods[i] = k
             if code != DONE:

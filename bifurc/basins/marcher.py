@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compose.scene import Scene
+from ..elements import EventKind
 from ..flow import settle
 from ..flow.status import Status
 from .near import STAY, boxed, nearest
@@ -35,7 +36,7 @@ class Cells(NamedTuple):
 
     labels: np.ndarray  # int64, -1: none
     periods: np.ndarray  # int64, forcing periods until it was near the attractor
-    impacts: np.ndarray  # int64, impacts until then
+    impacts: np.ndarray  # int64, impacts and elastic contacts until then
     states: np.ndarray  # int64, code of `CellState`
 
 
@@ -96,8 +97,9 @@ class Marcher:
                 cells.states[i] = STUCK
                 return
             rows = motion.recorded.rows[1:]
-            kicked = self.scene.tables.kick[rows[:, 0], np.maximum(rows[:, 1], 0)] == 1
-            kicks = rows[(rows[:, 3] != PASSED) & kicked, 4]
+            T, m, g = self.scene.tables, rows[:, 0], np.maximum(rows[:, 1], 0)
+            hit = (T.kick[m, g] == 1) | (T.kind[m, g] == EventKind.CONTACT.code)
+            kicks = rows[(rows[:, 3] != PASSED) & hit, 4]
             for k, y in enumerate(motion.sections[1:], first + 1):
                 found = nearest(y, targets.inverse, targets.points, targets.squares, targets.owner)
                 if found < 0 and targets.keys.size:

@@ -11,16 +11,18 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
+from ..elements import EventKind
 from .polynomial import EPS, first_zero, horner
 from .scan import CLOSE, DONE, LIMIT, NOISE
 
 ASIDE = 100  # take the general march
+CONTACT = EventKind.CONTACT.code
 ROWS = ORDER + 1
 # places in the numbers of a mode; blocks of 5 over (q, v, 1, cos, sin)
 STEP, TURN1, TURN2, RATIO, KAPPA, E0, E1, G0, G1, BOUND, RQ, RV, HOLD, PLACE = 0, 1, 2, 3, 4, 5, 10, 15, 20, 25, 30, 35, 40, 45
 PUSH, PUSH_RATE, SERIES, STATES = 50, 55, 60, 60 + 5 * ROWS  # PUSH_RATE is along the motion held after the sequence
 NUMBERS = 60 + 10 * ROWS
-GUARDED, HELD, KICK, SURFACE, ENDS, COUNT, THEN = range(7)  # places in the integers of a mode; candidates from THEN
+GUARDED, HELD, KICK, SURFACE, ENDS, COUNT, HIT, THEN = range(8)  # places in the integers of a mode; candidates from THEN
 
 
 @njit
@@ -59,6 +61,7 @@ def pack(T):
             continue
         P[m, RATIO] = T.ratio[m, 0]
         I[m, KICK], I[m, ENDS] = kick[m, 0], ends_in[m, 0]
+        I[m, HIT] = 1 if kick[m, 0] == 1 or T.kind[m, 0] == CONTACT else 0
         I[m, SURFACE] = 1 if D[m, 0, 0] != 0.0 else 0
         I[m, COUNT] = then.shape[2]
         for i in range(then.shape[2]):
@@ -156,7 +159,7 @@ def hold(p, q, v, w1, w2):
 def period(P, I, length, m, y, work, counts, limit):
     """March ``y`` (2,) in place over the forcing period that starts at phase 0; return status and mode.
 
-    ``counts`` receives the number of events in [0] and of kicks in [1], added to what is there.  Status DONE, LIMIT, or
+    ``counts`` receives the number of events in [0], of impacts and contacts in [1], added to what is there.  Status DONE, LIMIT, or
     ASIDE with ``y`` as it was.
     """
     omega = 2.0 * np.pi / length
@@ -168,7 +171,7 @@ def period(P, I, length, m, y, work, counts, limit):
     tiny = 4.0 * EPS * length
     order = 0
     known = np.nan
-    events, kicks, instants = 0, 0, 0
+    events, hits, instants = 0, 0, 0
     fresh = True
     loaded = -1
     p = P[m]
@@ -256,7 +259,6 @@ def period(P, I, length, m, y, work, counts, limit):
         rested = 0.0
         i = THEN
         if kicked:
-            kicks += 1
             r = p[RATIO]
             rested = -(s0 * q + s2 + s3 * w1 + s4 * w2) / s1
             v = rested + arrive / s1
@@ -288,6 +290,7 @@ def period(P, I, length, m, y, work, counts, limit):
             i = THEN if i == ENDS else i + 1
         if target < 0:
             return ASIDE, begun
+        hits += I[m, HIT]
         m = target
         if I[m, HELD] > 0:
             q, v = hold(P[m], q, v, w1, w2)
@@ -295,5 +298,5 @@ def period(P, I, length, m, y, work, counts, limit):
     y[0] = q
     y[1] = v
     counts[0] += events
-    counts[1] += kicks
+    counts[1] += hits
     return status, m

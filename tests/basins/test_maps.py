@@ -7,7 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc import io
 from bifurc.basins import mapping
-from bifurc.basins.noise import LADDER, extrapolated, measure
+from bifurc.basins.noise import LADDER, ROUNDING, extrapolated, measure
 
 ARRAYS = ("labels", "states", "periods", "impacts")
 SYSTEM = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
@@ -181,7 +181,7 @@ def test_extrapolation_of_an_exact_power_law():
         law = level * (e / e[0]) ** exponent
         found = extrapolated(e, law * 1e9, 10**9)
         np.testing.assert_allclose(found.exponent, exponent, rtol=1e-6)
-        np.testing.assert_allclose(found.at_rounding, level * (1.1e-16 / e[0]) ** exponent, rtol=1e-6)
+        np.testing.assert_allclose(found.at_rounding, level * (ROUNDING / e[0]) ** exponent, rtol=1e-6)
     none = extrapolated(np.array(LADDER[:3]), np.zeros(3), 1000)
     assert 0.0 < none.at_rounding < 1e-16
 
