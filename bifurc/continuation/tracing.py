@@ -12,6 +12,7 @@ from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
 from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
 from .problem import Corrected
+from .roots import polish
 from .rows import Part, Row, reversed_row, tests_of
 
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
@@ -209,6 +210,8 @@ def flip(c):
 def start_points(half, row, crossing):
     """Special points exactly at the first row."""
     found = detect.at_end(half, row)
+    if any(abs(row.tests[j]) <= ON_BOUNDARY for j in row.part.boundary):  # dp/ds = 0 at the birth of a contact: no fold
+        found = [special for special in found if special.kind is not SpecialPointKind.FOLD]
     if crossing is not None:
         width = max(crossing.error, 1e-15)
         found.append(detect.Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, row.tangent, 0.0, -width, width,
@@ -232,13 +235,24 @@ def begin_on_boundary(half):
         if tests_of(c)[j] < row.tests[j]:
             half.signs[j] = -1
             continue
-        here = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0,
-                         row.det_sign, row.det_log, np.array(row.tests[1:]))
+
+        def test(s, j=j):
+            c = part.problem.correct(row.x + s * row.direction, row.tangent)
+            return (tests_of(c)[j], c) if c.converged else None
+
+        root = polish(test, 0.0, 0.0, None)
+        if root is None:
+            continue
         monitor = part.monitors[j - 1]
-        special = detect.Found(part.kinds[j], monitor.name, row.x, row.tangent, 0.0, 0.0, 0.0,
-                               float(part.scale[-1]) * abs(row.tests[j]) + 1e-15 * abs(row.p), part, corrected=here)
+        special = detect.Found(part.kinds[j], monitor.name, root.point.x, root.point.tangent, 0.0, min(root.low, 0.0),
+                               max(root.high, 0.0), detect.parameter_error(part, root.point, root, 1.0), part,
+                               corrected=root.point)
         half.found.append(special)
+        here = root.point
         half.slope = row.tests[0]
+        if not detect.clear_slope(half.slope):  # dp/ds = 0 here: its sign just before, on the side that is valid
+            made = test(-1e-2 * BESIDE)
+            half.slope = float(made[1].tangent[-1]) if made is not None else 0.0
         return half.cross(row, detect.Cut(row, here, j, special))
 
 

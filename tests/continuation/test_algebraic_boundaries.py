@@ -170,6 +170,9 @@ def test_answers_that_do_not_lead_on():
         assert branch.special_points[0].parameter == pytest.approx(0.0, abs=1e-15)
 
 
-def test_hit_may_start_on_the_boundary_itself():
-    branch = trace(Hit([0.2, 0.0], P_GRAZE, (0.5, 0.0, 1.0)), bounds=(-1, 1))
-    check(branch, (0.5, 0.0, 1.0))
+@pytest.mark.parametrize("name", SERIES)
+@pytest.mark.parametrize("offset", [0.0, 1e-15, -1e-15])
+def test_a_start_on_the_boundary_goes_on_to_both_sides(name, offset):
+    series = SERIES[name]
+    check(trace(Hit([0.2, offset], P_GRAZE, series), bounds=(-1, 1)), series)
+    check(trace(Free([0.2], P_GRAZE + offset, series), bounds=(-1, 1)), series)
