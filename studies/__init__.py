@@ -1,1 +1,1 @@
-"""Studies: what accuracy costs, what generation would win, what an absent effect costs; tables and pictures from one run."""
+"""Studies: what accuracy, tables and absent effects cost in time; a table and a picture from one run."""

@@ -1,9 +1,9 @@
 """Time and completeness of two branches for every largest step: bilinear (two kinds of motion) and Duffing (a law).
 
-The bilinear branch has two folds, two flips and two grazings, one pair of them next to each other; the Duffing branch two
-folds.  Every branch is audited inside the measured time.  References: event-cut shooting and harmonic balance in 40
-digits.  AUTO-07p can be run beside: ``--auto SCRIPT`` names a program that is called as ``SCRIPT PROBLEM --ntst N`` and
-prints one JSON object with ``engine_cpu_s``, ``points``, ``folds`` and ``period_doublings``.
+The bilinear branch has two folds, two flips and two grazings, one pair of them next to each other; the Duffing branch
+two folds. Every branch is audited inside the measured time. References: event-cut shooting and harmonic balance in 40
+digits. AUTO-07p can be run beside: ``--auto SCRIPT`` names a program that is called as ``SCRIPT PROBLEM --ntst N``
+and prints one JSON object with ``engine_cpu_s``, ``points``, ``folds`` and ``period_doublings``.
 """
 import json
 import subprocess
@@ -129,8 +129,8 @@ def peers(script: str, python: str, ntst=(20, 40, 80)) -> list[Peer]:
     rows = []
     for name, truth in (("bilinear", BILINEAR), ("Duffing", DUFFING)):
         for intervals in ntst:
-            done = subprocess.run([python, script, name.lower(), "--ntst", str(intervals)], capture_output=True, text=True,
-                                  check=True)
+            done = subprocess.run([python, script, name.lower(), "--ntst", str(intervals)], capture_output=True,
+                                  text=True, check=True)
             answer = json.loads(done.stdout.strip().splitlines()[-1])
             missed = invented = 0
             worst = 0.0
@@ -159,7 +159,8 @@ def report(rows: list[Traced], others: list[Peer] | None) -> str:
     return own + "\n\n" + table(
         "AUTO-07p, engine alone; grazings are not among its special points",
         ("problem", "NTST", "CPU ms", "points", "missed", "invented", "largest error"),
-        [(r.problem, r.ntst, f"{1e3 * r.seconds:.1f}", r.points, r.missed, r.invented, f"{r.worst:.1e}") for r in others])
+        [(r.problem, r.ntst, f"{1e3 * r.seconds:.1f}", r.points, r.missed, r.invented, f"{r.worst:.1e}")
+         for r in others])
 
 
 def picture(rows: list[Traced], others: list[Peer] | None):

@@ -1,8 +1,9 @@
-"""What an effect costs that is not there: time against a kernel that never heard of it, and what was built for the scene.
+"""What an effect costs that is not there: time against a kernel that never heard of it, and what was built.
 
-One oscillator, x'' + .04 x' + x = cos(2.6 t), with more and more around it.  For each scene: its modes, guards, numbers and
-kernels.  Where nothing can happen, the kernels of the package are timed against a loop over the exact step of the linear
-oscillator that knows no events, no modes and no tables.  In processes of their own: which parts of the package a job loads.
+One oscillator, x'' + .04 x' + x = cos(2.6 t), with more and more around it. For each scene: its modes, guards,
+numbers and kernels. Where nothing can happen, the kernels of the package are timed against a loop over the exact step
+of the linear oscillator that knows no events, no modes and no tables. In processes of their own: which parts of the
+package a job loads.
 """
 import json
 import subprocess
@@ -31,7 +32,8 @@ JOBS = {
     "import bifurc": "import bifurc as bf",
     "simulate, a stop": "import bifurc as bf; bf.simulate(bf.systems.impact_oscillator(), (0.0, 0.0), periods=2)",
     "orbit, a stop": "import bifurc as bf; bf.find_orbit(bf.systems.impact_oscillator())",
-    "simulate, a cubic spring": "import bifurc as bf; bf.simulate(bf.systems.duffing_oscillator(), (0.0, 0.0), periods=2)",
+    "simulate, a cubic spring":
+        "import bifurc as bf; bf.simulate(bf.systems.duffing_oscillator(), (0.0, 0.0), periods=2)",
 }
 _PROBE = """
 import json, sys
@@ -92,8 +94,8 @@ def built() -> list[Built]:
         scene = scene_of(system)
         T = scene.tables
         derived = sum(part.size for part in (T.step, T.YT, T.GT, T.E, T.turn, T.G4))
-        rows.append(Built(name, len(scene.keys), int(T.n_guards.max()), int(T.n_holds.max()), len(scene.laws), T.flat.size,
-                          derived, scene.closed_form and bool(fits(T))))
+        rows.append(Built(name, len(scene.keys), int(T.n_guards.max()), int(T.n_holds.max()), len(scene.laws),
+                          T.flat.size, derived, scene.closed_form and bool(fits(T))))
     return rows
 
 
@@ -165,19 +167,22 @@ def loaded() -> dict[str, dict[str, bool]]:
     """Return which parts of the package each job loads, in a process of its own."""
     found = {}
     for name, job in JOBS.items():
-        done = subprocess.run([sys.executable, "-c", _PROBE.format(job=job, absent=ABSENT)], capture_output=True, text=True,
-                              check=True)
+        done = subprocess.run([sys.executable, "-c", _PROBE.format(job=job, absent=ABSENT)], capture_output=True,
+                              text=True, check=True)
         found[name] = json.loads(done.stdout.strip().splitlines()[-1])
     return found
 
 
 def report(rows: list[Built], times: list[Cost], parts: dict[str, dict[str, bool]]) -> str:
     """Return the tables."""
-    first = table("what was built", ("scene", "modes", "guards", "held rows", "laws", "numbers", "table numbers", "period kernel"),
-                  [(r.scene, r.modes, r.guards, r.holds, r.laws, r.numbers, r.tables, "yes" if r.lean else "no") for r in rows])
+    first = table("what was built",
+                  ("scene", "modes", "guards", "held rows", "laws", "numbers", "table numbers", "period kernel"),
+                  [(r.scene, r.modes, r.guards, r.holds, r.laws, r.numbers, r.tables, "yes" if r.lean else "no")
+                   for r in rows])
     second = table("a start and period in which nothing happens, against a loop that knows only the linear oscillator",
                    ("scene", "kernel", "ns", "ratio", "states differ by"),
-                   [(r.scene, r.kernel, f"{1e9 * r.seconds:.0f}", f"{r.ratio:.2f}", f"{r.difference:.0e}") for r in times])
+                   [(r.scene, r.kernel, f"{1e9 * r.seconds:.0f}", f"{r.ratio:.2f}", f"{r.difference:.0e}")
+                    for r in times])
     names = list(next(iter(parts.values())))
     third = table("what a job loads", ("job", *names),
                   [(job, *("yes" if found[name] else "no" for name in names)) for job, found in parts.items()])
@@ -194,7 +199,7 @@ def picture(rows: list[Built], times: list[Cost]):
     for place, r in enumerate(rows):
         left.text(r.numbers + r.tables, place, f" {r.modes} mode{'s' if r.modes > 1 else ''}", va="center", fontsize=8)
     left.invert_yaxis()
-    left.set(xlabel="numbers of the scene", xlim=(0.0, 1.3 * max(r.numbers + r.tables for r in rows)))
+    left.set(xlabel="numbers of the scene", xlim=(0.0, 1.5 * max(r.numbers + r.tables for r in rows)))
     left.tick_params(axis="y", which="both", length=0)
     labels = [f"{r.kernel},\n{r.scene}" for r in times]
     colours = {"plain loop": style.GREY, "period kernel": style.BLUE, "general march": style.SKY}
@@ -202,7 +207,7 @@ def picture(rows: list[Built], times: list[Cost]):
     for place, r in enumerate(times):
         right.text(1e9 * r.seconds, place, f" {r.ratio:.1f}", va="center", fontsize=8)
     right.invert_yaxis()
-    right.set(xlabel="CPU time of a start and period, ns", xscale="log", xlim=(10.0, 5e9 * max(r.seconds for r in times)))
+    right.set(xlabel="CPU ns a start and period", xscale="log", xlim=(10.0, 5e9 * max(r.seconds for r in times)))
     right.tick_params(axis="y", which="both", length=0)
     return made
 

@@ -1,8 +1,8 @@
 """Writes straight-line source for one scene: the march through impacts and rest, term by term.
 
-What a person would write by hand for exactly this oscillator: one rigid stop, one harmonic, no loop over states, no effect
-that is not there.  It uses the package's `first_zero` and otherwise only scalars.  The numbers are literals (the source
-then holds for one set of parameters) or places of an array that is read when it runs.
+What a person would write by hand for exactly this oscillator: one rigid stop, one harmonic, no loop over states, no
+effect that is not there. It uses the package's `first_zero` and otherwise only scalars. The numbers are literals (the
+source then holds for one set of parameters) or places of an array that is read when it runs.
 """
 import numpy as np
 
@@ -131,7 +131,7 @@ class Numbers:
 
 
 def written(T: Tables, literal: bool = True) -> tuple[str, np.ndarray]:
-    """Return the source for a scene of a free mode and a mode at rest on one rigid stop above (side +1), and its numbers.
+    """Return the source for a scene of a free mode and a mode at rest on one rigid stop above, and its numbers.
 
     Parameters
     ----------
@@ -151,13 +151,14 @@ def written(T: Tables, literal: bool = True) -> tuple[str, np.ndarray]:
     blocks = [_indent(_step(T, m, names, omega, period, k) + end, 20)
               for m, end in ((free, _impact(T, free, held, names, k)), (held, RELEASE))]
     text = HEAD.format(ns=ns, rows=ORDER + 1, load="; ".join(f"{name} = X[i, {i}]" for i, name in enumerate(names)),
-                       period=k.text(period), tiny=k.text(4.0 * np.finfo(float).eps * period), free=blocks[0], held=blocks[1],
+                       period=k.text(period), tiny=k.text(4.0 * np.finfo(float).eps * period), free=blocks[0],
+                       held=blocks[1],
                        store="; ".join(f"X[i, {i}] = {name}" for i, name in enumerate(names)))
     return text, np.array(k.values)
 
 
 def _step(T: Tables, m: int, names: list[str], omega: float, period: float, k: Numbers) -> str:
-    ns, n = len(names), len(names) // 2
+    n = len(names) // 2
     x = [*names, "", "w1", "w2"]
     h = float(T.step[m])
     new = [*(f"n{name}" for name in names), "", "n1", "n2"]
@@ -193,8 +194,9 @@ def _impact(T: Tables, free: int, held: int, names: list[str], k: Numbers) -> st
     rate[ns + 1] += omega * push[ns + 2]
     rate[ns + 2] -= omega * push[ns + 1]
     r = T.ratio[free, 0]
-    return IMPACT.format(place=names[place], speed=names[n + place], gap=k.text(-T.G[free, 0, ns] / T.G[free, 0, place]),
-                         push=k.linear(push, x), r=k.text(r), close=k.text(CLOSE * (1.0 - r)), h=k.text(T.step[free]),
+    return IMPACT.format(place=names[place], speed=names[n + place],
+                         gap=k.text(-T.G[free, 0, ns] / T.G[free, 0, place]), push=k.linear(push, x),
+                         r=k.text(r), close=k.text(CLOSE * (1.0 - r)), h=k.text(T.step[free]),
                          kappa=k.text(abs(push[:ns] @ T.B[free, 0])), push_rate=f"({k.linear(rate, x)})")
 
 

@@ -1,10 +1,10 @@
-"""Mode tables against source written for one scene: what the tables cost in a march, and what they save at every change.
+"""Mode tables against source written for one scene: what tables cost in a march, and what they save at a change.
 
-The kernels of the package know no scene: all they do is in the tables.  The source of `straightline` is a monolith for
-exactly one scene, one rigid stop and one or two degrees of freedom, that reads its numbers from an array, or has them as
-literals (the best that generation can give, for one set of parameters).  Same starts, same states to rounding, CPU times
-taken in turn.  The tables are refilled at a change of parameters in microseconds where source with literal numbers has to
-be written and compiled again.
+The kernels of the package know no scene: all they do is in the tables. The source of `straightline` is a monolith for
+exactly one scene, one rigid stop and one or two degrees of freedom, that reads its numbers from an array, or has them
+as literals (the best that generation can give, for one set of parameters). Same starts, same states to rounding, CPU
+times taken in turn. The tables are refilled at a change of parameters in microseconds where source with literal
+numbers has to be written and compiled again.
 """
 import sys
 import time
@@ -152,10 +152,11 @@ def rebuilds(setting: Setting = Setting.FULL) -> list[Rebuild]:
     for n, scene in scenes.items():
         changed = scene.system.with_parameters(omega=0.31, amplitude=0.4)
         kernels = len(rebuild.signatures)
-        times = interleaved({"rebuild": lambda scene=scene: rebuild_often(scene.tables, max(count // n**3, 20)),
+        often = max(count // n**3, 20)
+        times = interleaved({"rebuild": lambda scene=scene, often=often: rebuild_often(scene.tables, often),
                              "numbers": lambda scene=scene, changed=changed: scene.flat_of(changed)}, 5)
         rebuild(scene.refill(changed))
-        rows.append(Rebuild(n, times["rebuild"] / max(count // n**3, 20), times["numbers"],
+        rows.append(Rebuild(n, times["rebuild"] / often, times["numbers"],
                             len(rebuild.signatures) - kernels))
     return rows
 

@@ -16,7 +16,8 @@ def rows():
 
 def test_same_states(rows):
     """One and two degrees of freedom, general march and period kernel: rounding apart."""
-    assert {(row.kernel, row.dofs) for row in rows} == {("general march", 1), ("general march", 2), ("period kernel", 1)}
+    assert {(row.kernel, row.dofs) for row in rows} == {("general march", 1), ("general march", 2),
+                                                           ("period kernel", 1)}
     assert all(row.difference <= 1e-12 for row in rows)
 
 
