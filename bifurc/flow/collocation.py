@@ -77,15 +77,20 @@ def excite(A, m, LU, LS, x, turn, base, local):
             local[3, r, j] = LU[r, ns]
             local[4, r, j] = LS[r, ns]
     for c in range(1, x.size - ns, 2):
-        cos0, sin0 = x[ns + c], x[ns + c + 1]
+        for i in range(n):
+            turn_on(A[m, n + i, ns + c], A[m, n + i, ns + c + 1], x[ns + c], x[ns + c + 1], turn, c, base[i])
+        for r in range(rows):
+            turn_on(LU[r, ns + c], LU[r, ns + c + 1], x[ns + c], x[ns + c + 1], turn, c, local[3, r])
+            turn_on(LS[r, ns + c], LS[r, ns + c + 1], x[ns + c], x[ns + c + 1], turn, c, local[4, r])
+
+
+@njit
+def turn_on(by_cos, by_sin, cos, sin, turn, c, out):
+    """Add ``by_cos`` cos + ``by_sin`` sin at the nodes to ``out`` (NODES,), from their values at the start."""
+    even, odd = by_cos * cos + by_sin * sin, by_sin * cos - by_cos * sin
+    if even != 0.0 or odd != 0.0:
         for j in range(NODES):
-            cos = turn[c, j] * cos0 - turn[c + 1, j] * sin0
-            sin = turn[c, j] * sin0 + turn[c + 1, j] * cos0
-            for i in range(n):
-                base[i, j] += A[m, n + i, ns + c] * cos + A[m, n + i, ns + c + 1] * sin
-            for r in range(rows):
-                local[3, r, j] += LU[r, ns + c] * cos + LU[r, ns + c + 1] * sin
-                local[4, r, j] += LS[r, ns + c] * cos + LS[r, ns + c + 1] * sin
+            out[j] += even * turn[c, j] + odd * turn[c + 1, j]
 
 
 @njit
@@ -112,6 +117,16 @@ def finish(x, i, n, h, a):
 
 
 @njit
+def largest(a):
+    """Largest magnitude in ``a`` (n, NODES)."""
+    top = 0.0
+    for i in range(DOFS if DOFS > 0 else a.shape[0]):
+        for j in range(NODES):
+            top = max(top, abs(a[i, j]))
+    return top
+
+
+@njit
 def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base):
     """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
 
@@ -125,7 +140,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
     for i in range(n):
         for j in range(NODES):
             a[i, j] = f0[n + i]
-    old = np.inf
+    old, top, noise = np.inf, 0.0, 0.0
     for iteration in range(1, ITERATIONS + 1):
         for i in range(n):
             spread(x, i, n, h, a, q, v)
@@ -139,7 +154,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
                     local[0, r, j] = total
                     local[1, r, j] = speed
             forces(law, acts, m, NODES, local)
-        change, top, size = 0.0, 0.0, 0.0
+        change = 0.0
         for i in range(n):
             for j in range(NODES):
                 new = base[i, j]
@@ -147,14 +162,18 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
                     new += A[m, n + i, k] * q[k, j] + A[m, n + i, n + k] * v[k, j]
                 for r in range(rows):
                     new += LP[m, r, i] * local[2, r, j]
-                change = max(change, abs(new - a[i, j]))
-                top = max(top, abs(new))
-                size = max(size, abs(q[i, j]))
+                change += (new - a[i, j]) ** 2
                 a[i, j] = new
-        noise = 2e-15 * (top + stiff * size)
+        change = np.sqrt(change)
         if not (change < np.inf):
-            return 0, top
-        if change <= noise or (iteration > 1 and change < 0.5 * old and change * change <= noise * (old - change)):
+            return 0, 0.0
+        if iteration == 2:
+            top, noise = largest(a), largest(q)
+            noise = 2e-15 * (top + stiff * noise)
+        if iteration < 2:
+            old = change
+            continue
+        if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)):
             return iteration, top
         if iteration > 4 and change > 0.5 * old:
             if change <= 1e3 * noise:
