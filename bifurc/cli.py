@@ -186,9 +186,8 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     """Map, print, save and draw the basins of one system, and its attractors as motions."""
     print(f"{system!r}: basins of {options.cells} x {options.cells} starts")
     grid = bf.Grid(**{component: (*bounds, options.cells) for component, bounds in window.items()})
-    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet)
-    path = folder / f"{name}_basins.npz"
-    basins.save(path)
+    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet,
+                                     file=folder / f"{name}_basins.npz")
     print(basin_table(basins))
     figure, (ax,) = bf.plotting.figure(6.3, 4.4)
     bf.plotting.plot_basins(basins, ax)
@@ -225,7 +224,7 @@ def run_info(options: argparse.Namespace) -> int:
         for parameter, value in builder().parameters.items():
             print(f"  --set {parameter}={value}")
         return 0
-    from ._jit import cache_folder
+    from ._cache import cache_folder
 
     print(f"bifurc {bf.__version__}, Python {sys.version.split()[0]}")
     for package in ("numpy", "scipy", "numba", "networkx", "matplotlib"):

@@ -193,12 +193,12 @@ def test_no_orbit_to_start_from_is_said(capsys, tmp_path, monkeypatch):
 def test_basin_command_prints_fractions_and_noise_and_draws(capsys, tmp_path, monkeypatch):
     asked = {}
 
-    def basins_of_attraction(system, grid, workers, progress):
+    def basins_of_attraction(system, grid, workers, progress, file):
         asked.update(system=system, workers=workers)
         result = fakes.basins()
         for attractor in result.attractors:
             attractor.multipliers = np.array([0.5 + 0.25j, 0.5 - 0.25j])
-        result.save = lambda path: io.write(path, {"kind": "basins"}, {"labels": result.labels})
+        io.write(file, {"kind": "basins"}, {"labels": result.labels})
         return result
 
     monkeypatch.setattr(bf, "basins_of_attraction", basins_of_attraction)

@@ -3,9 +3,9 @@
 The functions take anything with the attributes that they name; they know no class of the package. Each takes the axes
 to draw on (``ax=None`` makes a figure with pyplot) and returns them, so that everything can be changed afterwards.
 """
-from .basins import describe, plot_basins
+from .basins import plot_basins
 from .branches import plot_branch, plot_branches
-from .motions import plot_orbit, plot_trajectory
+from .motions import describe, plot_orbit, plot_trajectory
 from .style import figure, save_figure
 
 __all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_orbit", "plot_trajectory",

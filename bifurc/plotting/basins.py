@@ -9,6 +9,7 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
 
 from . import style
+from .motions import describe
 
 # (tint of the basin, colour of the attractor's marker); after eight attractors the tints repeat and the markers tell
 _COLORS = [("#9ecae6", style.BLUE), ("#f6c9a6", style.VERMILION), ("#a9dcc6", style.GREEN), ("#ecc9dc", style.PURPLE),
@@ -70,15 +71,6 @@ def plot_basins(basins: Any, ax: Axes | None = None) -> Axes:
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
     return ax
-
-
-def describe(attractor: Any) -> str:
-    """Return words for an attractor: its period in forcing periods and its impacts."""
-    if hasattr(attractor, "points"):
-        return "chaotic"
-    impacts = sum(str(row.kind) in ("impact", "chatter") for row in attractor.events)
-    hits = "no impact" if not impacts else f"{impacts} impact" + "s" * (impacts > 1)
-    return f"period {attractor.periods}, {hits}"
 
 
 def section_points(attractor: Any) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from . import style
 
@@ -36,7 +37,9 @@ def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, sam
     axes[1].set_xlim(t[0] / unit, (t[0] + orbit.period) / unit)
     (start,) = axes[0].plot(y[0, dof], y[0, y.shape[1] // 2 + dof], "k.", markersize=6, zorder=6)
     start.set_label("section point, phase 0")
-    style.legend(axes[0])
+    _legend(axes[0])
+    stable = {True: ", stable", False: ", unstable", None: ""}[orbit.stable]
+    axes[1].set_title(describe(orbit) + stable, loc="right", fontsize=8)
     return axes
 
 
@@ -64,6 +67,15 @@ def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: in
     if t[-1] > t[0]:
         axes[1].set_xlim(t[0] / unit, t[-1] / unit)
     return axes
+
+
+def describe(attractor: Any) -> str:
+    """Return words for an attractor: its period in forcing periods and its impacts."""
+    if hasattr(attractor, "points"):
+        return "chaotic"
+    impacts = sum(str(row.kind) in ("impact", "chatter") for row in attractor.events)
+    hits = "no impact" if not impacts else f"{impacts} impact" + "s" * (impacts > 1)
+    return f"period {attractor.periods}, {hits}"
 
 
 class Wall(NamedTuple):
@@ -121,9 +133,15 @@ def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
     phase.set_ylabel(style.component_label(n + dof, n))
     history.set_xlabel("time / forcing period" if _forced(system) else "time")
     history.set_ylabel(style.component_label(dof, n))
-    style.legend(phase)
-    style.legend(history)
+    phase.xaxis.set_major_locator(MaxNLocator(6))
+    _legend(phase)
+    _legend(history)
     return [phase, history]
+
+
+def _legend(ax: Axes) -> None:
+    """Draw the legend above the axes, where it hides nothing."""
+    style.legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, ncols=3)
 
 
 def _walls(phase: Axes, history: Axes, walls: list[Wall], t, unit: float) -> None:
