@@ -88,8 +88,7 @@ class OrbitProblem(Problem):
         status, U, new, info = self.equations.correct(x, tangent, not fixed)
         iterations, residual = int(info[sequence.ITERATIONS]), float(info[sequence.RESIDUAL])
         if status != 1:
-            failed = CorrectorStatus.NOT_FINITE if not math.isfinite(residual) else STATUS[status]
-            return Corrected(U, tangent, False, failed, iterations, residual, math.inf, math.inf, 0.0, -math.inf, NO_MONITORS)
+            return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf, NO_MONITORS)
         moved = (U - x) / self.scale
         sign, log = float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG])
         values = self._values(U, info)

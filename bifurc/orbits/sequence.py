@@ -164,6 +164,9 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         nxt = 0 if last else i + 1
         end = U[nxt * size] + (span if last else 0.0)
         duration = (end - tau) * period
+        if not -step[after] <= duration <= (span + 1.0) * period:  # Newton has left the sequence: nothing to integrate
+            F[:] = np.nan
+            return
         arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
         field(T, after, xp, f)
         for c in range(ns):
