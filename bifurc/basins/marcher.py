@@ -96,10 +96,9 @@ class Marcher:
             except settle.Inconsistent:
                 cells.states[i] = STUCK
                 return
-            rows = motion.recorded.rows[1:]
-            T, m, g = self.scene.tables, rows[:, 0], np.maximum(rows[:, 1], 0)
-            hit = (T.kick[m, g] == 1) | (T.kind[m, g] == EventKind.CONTACT.code)
-            kicks = rows[(rows[:, 3] != PASSED) & hit, 4]
+            rows = motion.recorded.rows[motion.recorded.rows[:, 3] != PASSED]
+            T, m, g = self.scene.tables, rows[:, 0], rows[:, 1]
+            hits = rows[(T.kick[m, g] == 1) | (T.kind[m, g] == EventKind.CONTACT.code), 4]
             for k, y in enumerate(motion.sections[1:], first + 1):
                 found = nearest(y, targets.inverse, targets.points, targets.squares, targets.owner)
                 if found < 0 and targets.keys.size:
@@ -109,10 +108,10 @@ class Marcher:
                     found = keeper if stay >= STAY else -1
                 if found >= 0:
                     cells.labels[i], cells.states[i], cells.periods[i] = found, REACHED, k
-                    cells.impacts[i] += np.count_nonzero(kicks < k)
+                    cells.impacts[i] += np.count_nonzero(hits < k)
                     return
             cells.periods[i] = last
-            cells.impacts[i] += kicks.size
+            cells.impacts[i] += hits.size
             X[i] = y
             if not motion.success:
                 cells.states[i] = FAILED[motion.status]
