@@ -1,0 +1,82 @@
+"""Growth of small perturbations along a recorded motion: arcs and saltations, orthonormalised after each."""
+import numpy as np
+
+from .._jit import njit
+from .affine import arc, forcing
+from .saltation import event_map, saltation
+
+EVENT, CHATTER = 1, 2  # what a recorded row is, as in `scan`
+LOST = 1e-13  # of its length before: a direction that an event shortens to less is gone for good
+
+
+@njit
+def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, sums):
+    """Carry the directions ``Q`` (ns, ns) along a motion, adding the logarithms of their growth to ``sums`` (bins, ns).
+
+    ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends ``periods`` periods + ``last``.
+    A bin is a period counted from ``begin``.  ``alive`` (1,) is the number of directions that are left.
+    """
+    n_holds = T.n_holds
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    x, xp, y1 = np.empty(nx), np.empty(nx), np.empty(ns)
+    P, S, Phi, new = np.empty((ns, nx)), np.empty((ns, ns)), np.empty((ns, ns)), np.empty((ns, ns))
+    count = rows.shape[0]
+    for i in range(count):
+        for c in range(ns):
+            x[c] = after[i, c]
+        forcing(T, times[i], x)
+        if i + 1 < count:
+            span = (rows[i + 1, 4] - rows[i, 4]) * period + (times[i + 1] - times[i])
+        else:
+            span = (periods - rows[i, 4]) * period + (last - times[i])
+        arc(T, rows[i, 2], x, max(span, 0.0), y1, Phi)
+        jumps = i + 1 < count and (rows[i + 1, 3] == EVENT or rows[i + 1, 3] == CHATTER)
+        for stage in range(2 if jumps else 1):
+            if stage == 1:
+                m, g, k = rows[i + 1, 0], rows[i + 1, 1], rows[i + 1, 2]
+                for c in range(ns):
+                    x[c] = before[i + 1, c]
+                    xp[c] = after[i + 1, c]
+                forcing(T, times[i + 1], x)
+                forcing(T, times[i + 1], xp)
+                event_map(T, m, g, rows[i + 1, 3] == CHATTER, P)
+                saltation(T, m, g, k, x, xp, P, S)
+            for c in range(ns):
+                for k in range(alive[0]):
+                    total = 0.0
+                    for j in range(ns):
+                        total += (Phi[c, j] if stage == 0 else S[c, j]) * Q[j, k]
+                    new[c, k] = total
+            if stage == 1:
+                alive[0] = min(alive[0], ns - 2 * n_holds[rows[i + 1, 2]])
+            orthonormal(new, alive, Q, sums[min(max(rows[i, 4] - begin, 0), sums.shape[0] - 1)])
+
+
+@njit
+def orthonormal(new, alive, Q, sums):
+    """Make the columns of ``new`` orthonormal in ``Q``; add the logarithms of their lengths."""
+    ns = new.shape[0]
+    k = 0
+    while k < alive[0]:
+        length = 0.0
+        for c in range(ns):
+            length += new[c, k] * new[c, k]
+        full = np.sqrt(length)
+        for _ in range(2):
+            for j in range(k):
+                dot = 0.0
+                for c in range(ns):
+                    dot += Q[c, j] * new[c, k]
+                for c in range(ns):
+                    new[c, k] -= dot * Q[c, j]
+        length = 0.0
+        for c in range(ns):
+            length += new[c, k] * new[c, k]
+        length = np.sqrt(length)
+        if not length > LOST * max(full, LOST):
+            alive[0] = k
+            return
+        for c in range(ns):
+            Q[c, k] = new[c, k] / length
+        sums[k] += np.log(length)
+        k += 1
