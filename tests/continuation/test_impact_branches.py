@@ -30,7 +30,7 @@ def free_start(system, zeta, omega, force):
     return bf.find_orbit(system, tuple(float(z) for z in Oscillator(zeta, omega, force).particular(0)), periods=1)
 
 
-def reference_start(orbit, n):
+def reference_start(orbit):
     """State of a closed-form orbit at phase 0."""
     return tuple(float(z) for z in orbit.state(0))
 
@@ -64,7 +64,7 @@ def test_points_lie_on_the_closed_form_branch(default_branch):
     omega = default_branch.column("omega")
     hits = default_branch.column("n_events")
     checked = 0
-    for i in np.flatnonzero(hits == 1)[::4]:
+    for i in np.flatnonzero(hits == 1)[::2]:
         orbit = default_branch.orbits[int(i)]
         (impact,) = orbit.events
         motion = Oscillator(0.05, float(omega[i]), 0.52)
@@ -110,6 +110,31 @@ def test_flips_hand_out_the_doubled_orbit(default_branch):
         assert {p.kind for p in branch.special_points} <= {"period_doubling", "grazing", "fold"}
 
 
+@pytest.mark.parametrize("index", [1, 2])
+def test_the_bubble_of_doubled_orbits_between_two_flips(default_branch, index):
+    """From either flip the same branch of 2-period orbits: two folds, two grazings, merging in both flips."""
+    flips = sorted(default_branch.special_points.of("period_doubling"), key=lambda p: p.parameter)
+    branch = bf.trace(bf.switch_branch(flips[index])[0], "omega", bounds=(0.5, 2.0))
+    want = [*digits.BUBBLE, ("period_doubling", digits.DEFAULT_FLIPS[1]), ("period_doubling", digits.DEFAULT_FLIPS[2])]
+    assert_points(branch, want, 1e-12)
+    assert all(branch.orbits[i].periods == 2 for i in range(3, len(branch) - 3, 6))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_branches_from_free_through_impacting_to_free(seed):
+    """Systems that nobody tuned for: every fold and flip that a fine scan of the closed form finds, and both grazings."""
+    rng = np.random.default_rng(77 + seed)
+    zeta, r, gap = (float(rng.uniform(*pair)) for pair in ((0.02, 0.2), (0.2, 0.9), (0.5, 1.5)))
+    force = float(gap * rng.uniform(2.5 * zeta, 0.95))
+    grazings = one_stop.grazing_frequencies(zeta, force, gap)
+    start = 0.6 * float(grazings[0])
+    want = [("grazing", w) for w in grazings]
+    for kind, omega, speed in one_stop.branch_points_by_scan(zeta, force, gap, r, 1, start, 3.0):
+        want.append((kind, one_stop.special_frequency(kind, zeta, force, gap, r, 1, omega, speed)[0]))
+    system = bf.systems.impact_oscillator(zeta=zeta, restitution=r, gap=gap, amplitude=force, omega=start)
+    assert_points(bf.trace(free_start(system, zeta, start, force), "omega", bounds=(start, 3.0)), want, 1e-11)
+
+
 # zeta, omega, gap, restitution, n, start force, bounds: branches in the load
 FORCE_BRANCHES = [
     (0.05, 1.5, 1.0, 0.7, 1, 0.9, (0.2, 1.25)), (0.05, 2.5, 1.0, 0.7, 1, 11.0, (6.0, 14.0)),
@@ -126,7 +151,7 @@ def test_folds_and_flips_in_the_load(case, ds_max):
     zeta, omega, gap, r, n, force, bounds = case
     system = bf.systems.impact_oscillator(zeta=zeta, omega=omega, amplitude=force, gap=gap, restitution=r)
     reference = [o for o in one_stop.orbits(zeta, omega, force, gap, r, n) if o.admissible][-1]
-    branch = bf.trace(bf.find_orbit(system, reference_start(reference, n), periods=n), "amplitude", bounds=bounds,
+    branch = bf.trace(bf.find_orbit(system, reference_start(reference), periods=n), "amplitude", bounds=bounds,
                       ds_max=ds_max)
     special = one_stop.special_forces(zeta, omega, gap, r, n)
     for kind in ("fold", "period_doubling"):
@@ -164,7 +189,7 @@ def test_random_branches_in_the_load(seed):
             continue
         orbit = min(every, key=lambda o: abs(o.speed - near.speed))
         system = bf.systems.impact_oscillator(zeta=zeta, omega=omega, amplitude=start, gap=gap, restitution=r)
-        branch = bf.trace(bf.find_orbit(system, reference_start(orbit, n), periods=n), "amplitude",
+        branch = bf.trace(bf.find_orbit(system, reference_start(orbit), periods=n), "amplitude",
                           bounds=(0.97 * force, 1.03 * force))
         found = [p for p in branch.special_points.of(kind) if abs(p.parameter - force) < 1e-3 * force]
         assert len(found) == 1, (kind, force, branch.special_points)
@@ -347,3 +372,16 @@ def test_reversed_bounds_and_other_ends_give_the_same_points(default_branch):
     assert_points(branch, DEFAULT, 1e-12)
     got = sorted(p.parameter for p in branch.special_points)
     assert np.allclose(got, sorted(p.parameter for p in default_branch.special_points), rtol=0, atol=3e-14)
+
+
+def test_an_impact_branch_is_saved_and_extended_bit_for_bit(default_branch, tmp_path):
+    """Loaded from its file it has the same columns and points; extended, it is the branch traced at once."""
+    default_branch.save(tmp_path / "branch.npz")
+    again = bf.load(tmp_path / "branch.npz")
+    for name in ("omega", "s", "max_0", "n_events"):
+        assert np.array_equal(again.column(name), default_branch.column(name))
+    assert [(p.kind, p.parameter, p.error) for p in again.special_points] == \
+        [(p.kind, p.parameter, p.error) for p in default_branch.special_points]
+    both = [branch.extend(bounds=(0.5, 2.5)) for branch in (default_branch, again)]
+    assert np.array_equal(both[0].column("omega"), both[1].column("omega"))
+    assert both[0].column("omega").max() == 2.5

@@ -2,8 +2,8 @@
 
     x'' + 2 zeta x' + x + (ratio - 1) max(x - gap, 0) = force cos(omega t)
 
-Unknowns are (entry time, entry velocity, exit time, exit velocity) of each contact; both pieces are closed form.  The monodromy is the
-product of two matrix exponentials, det M = exp(-2 zeta T).
+Unknowns are (entry time, entry velocity, exit time, exit velocity) of each contact; both pieces are closed form.  The
+monodromy is the product of their matrix exponentials, det M = exp(-2 zeta T).
 """
 from dataclasses import dataclass
 

@@ -121,3 +121,7 @@ STIFF_GRAZINGS = (
     (0.637235185437493922936, 13.3849979675793813, 8.83896732068245476, 0.834126906630973093, 8.93769860853672496,
      -0.829826471894056291),
 )
+
+# the doubled orbits between the second and the third flip of the default branch: two impacts, one, two again
+BUBBLE = (("fold", 0.8724953315368105862), ("grazing", 0.8532214787347121595), ("grazing", 0.9383801482911100180),
+          ("fold", 0.9221763501781002630))

@@ -274,3 +274,43 @@ def product_multipliers(motion, gap, r, n, times, speeds_before, side=1):
         e11, e12, e21, e22 = motion.homogeneous(end - t)
         m = matrix([[e11, e12], [e21, e22]]) * matrix([[-r, 0], [g, -r]]) * m
     return roots_of(m[0, 0] + m[1, 1], m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
+
+
+def branch_points_by_scan(zeta, force, gap, r, n, low, high, samples=20001):
+    """Folds and flips of the n-1 branch in omega, admissible or not, as (kind, omega, speed) guesses from a fine scan.
+
+    The speed solves a quadratic at each omega: folds are zeros of its discriminant with v > 0, flips are sign changes of
+    1 + trace + det along either root.  Where a root comes from v = 0 the test starts with the sign of -e12, the limit of
+    the trace there, so that a flip next to a graze is not lost.  Plain numpy, gap > 0.
+    """
+    import numpy as np
+
+    w = np.linspace(low, high, samples)
+    t = n * 2 * np.pi / w
+    wd = np.sqrt(1 - zeta**2)
+    d, c, s = np.exp(-zeta * t), np.cos(wd * t), np.sin(wd * t) / wd
+    e11, e12, e21, e22 = d * (c + zeta * s), d * s, -d * s, d * (c - zeta * s)
+    det = (1 - e11) * (1 - e22) - e12 * e21
+    a1, a2 = e12 / det, (e21 * e12 + (1 - e11) * e22) / det
+    p, q = (1 + r) * a1, (1 + (1 + r) * a2) / w
+    size2 = force**2 / ((1 - w**2) ** 2 + (2 * zeta * w) ** 2)
+    quad, lin, con = p**2 + q**2, gap * p, gap**2 - size2
+    disc = lin**2 - quad * con
+    root = np.sqrt(np.maximum(disc, 0.0))
+    found = []
+    for i in np.flatnonzero(disc[1:] * disc[:-1] < 0):
+        v = -(lin / quad)[i]
+        if v > 0:
+            found.append(("fold", (w[i] + w[i + 1]) / 2, v))
+    for sign in (-1, 1):
+        v = (-lin + sign * root) / quad
+        there = (disc > 0) & (v > 0)
+        p1, p2 = gap + p * v, (1 + (1 + r) * a2) * v
+        with np.errstate(divide="ignore", invalid="ignore"):
+            g = (1 + r) * ((1 - w**2) * p1 + 2 * zeta * p2 - gap) / v
+        test = np.where(there, 1 - r * (e11 + e22) + g * e12 + r**2 * d**2, -np.sign(e12))
+        live = there | (disc > 0)
+        for i in np.flatnonzero((test[1:] * test[:-1] < 0) & live[1:] & live[:-1] & (there[1:] | there[:-1])):
+            j = i if there[i] else i + 1
+            found.append(("period_doubling", w[j], v[j]))
+    return sorted(found, key=lambda row: row[1])
