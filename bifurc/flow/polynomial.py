@@ -14,40 +14,70 @@ from ..compose.tables import ORDER
 EPS = 2.220446049250313e-16
 HALVINGS = 40
 SLOPE_ERROR = np.sqrt(3.0) / 216.0
+FALLING = tuple(float(k * (k - 1) * (k - 2) * (k - 3)) for k in range(ORDER + 1))
 
 
 @njit
 def horner(a, low, s):
-    """Value and slope at ``s`` of the polynomial with coefficients ``a[low:]``."""
-    p = a[ORDER]
-    d = 0.0
-    for j in range(ORDER - 1, low - 1, -1):
-        d = d * s + p
-        p = p * s + a[j]
-    return p, d
+    """Value and slope at ``s`` of the polynomial with coefficients ``a[low:]``.
+
+    Even and odd powers are two chains, since a chain waits for each of its sums.
+    """
+    u = s * s
+    p, q = a[ORDER], a[ORDER - 1]
+    dp, dq = 0.0, 0.0
+    j = ORDER - 2
+    while j > low:
+        dp = dp * u + p
+        p = p * u + a[j]
+        dq = dq * u + q
+        q = q * u + a[j - 1]
+        j -= 2
+    if j == low:
+        dp = dp * u + p
+        p = p * u + a[j]
+    else:
+        p, dp, q, dq = q, dq, p, dp
+    return p + s * q, q + 2.0 * s * (dp + s * dq)
 
 
 @njit
 def fourth(a, low, s):
     """Bound on the fourth derivative of ``a[low:]`` on [0, s]."""
-    total = 0.0
-    for j in range(ORDER, low + 3, -1):
-        k = j - low
-        total = total * s + abs(a[j]) * (k * (k - 1) * (k - 2) * (k - 3))
-    return total
+    u = s * s
+    total, other = 0.0, 0.0
+    j = ORDER
+    while j > low + 4:
+        total = total * u + abs(a[j]) * FALLING[j - low]
+        other = other * u + abs(a[j - 1]) * FALLING[j - low - 1]
+        j -= 2
+    if j == low + 4:
+        return total * u + abs(a[j]) * FALLING[4] + s * other
+    return s * total + other
 
 
 @njit
 def curved(a, low, s):
     """Value, slope and half the second derivative at ``s`` of the polynomial with coefficients ``a[low:]``."""
-    p = a[ORDER]
-    d = 0.0
-    c = 0.0
-    for j in range(ORDER - 1, low - 1, -1):
-        c = c * s + d
-        d = d * s + p
-        p = p * s + a[j]
-    return p, d, c
+    u = s * s
+    p, q = a[ORDER], a[ORDER - 1]
+    dp, dq, cp, cq = 0.0, 0.0, 0.0, 0.0
+    j = ORDER - 2
+    while j > low:
+        cp = cp * u + dp
+        dp = dp * u + p
+        p = p * u + a[j]
+        cq = cq * u + dq
+        dq = dq * u + q
+        q = q * u + a[j - 1]
+        j -= 2
+    if j == low:
+        cp = cp * u + dp
+        dp = dp * u + p
+        p = p * u + a[j]
+    else:
+        p, dp, cp, q, dq, cq = q, dq, cq, p, dp, cp
+    return p + s * q, q + 2.0 * s * (dp + s * dq), dp + 4.0 * u * (cp + s * cq) + 3.0 * s * dq
 
 
 @njit
