@@ -36,7 +36,7 @@ LEAST = 2.5  # 1e6 starts x periods a CPU-second that are asked for
 
 @njit
 def lean(P, I, length, modes, X, periods, limit):
-    """March the starts ``X`` (N, 2) in place over forcing periods by the period kernel; return the number set aside."""
+    """March the starts ``X`` (N, 2) in place over forcing periods by the period kernel; return those set aside."""
     work = scratch()
     counts = np.zeros(2, np.int64)
     aside = 0
@@ -54,7 +54,7 @@ def lean(P, I, length, modes, X, periods, limit):
 
 @njit
 def general(T, modes, X, periods, limit):
-    """March the starts ``X`` (N, ns) in place over forcing periods by the general march; return the number set aside."""
+    """March the starts ``X`` (N, ns) in place over forcing periods by the general march; return those set aside."""
     ns, nx = T.A.shape[1], T.A.shape[2]
     ints, floats = workspace(T)
     rows, record = np.zeros((0, 5), np.int64), np.zeros((0, STATE + 2 * ns))
@@ -184,19 +184,19 @@ def picture(result: Result):
     for place, (name, value) in enumerate(bars.items()):
         spread = result.rates.get(name, [value])
         left.plot([min(spread), max(spread)], [place, place], color=style.BLACK, lw=1.0)
-        left.text(0.04 * max(bars.values()), place, f"{value:.2f}", va="center", fontsize=8, bbox=BOXED)
-    left.axvline(LEAST, color=style.VERMILION, ls="--", lw=1.0)
+        left.text(1.15 * max(spread), place, f"{value:.2f}", va="center", fontsize=8, bbox=BOXED)
+    left.axvline(LEAST, color=style.VERMILION, ls="--", lw=1.0, zorder=0)
     left.text(LEAST, len(bars) - 0.45, "asked for ", color=style.VERMILION, fontsize=8, va="center", ha="right")
-    left.set(xlabel=r"$10^6$ starts $\times$ periods / CPU s", ylim=(-0.6, len(bars) - 0.3),
-             xlim=(0.0, 1.15 * max(LEAST, *bars.values())))
+    left.set(xlabel=r"$10^6$ starts $\times$ periods / CPU s", xscale="log",
+             xlim=(0.1, 4.0 * max(LEAST, *bars.values())), ylim=(-0.6, len(bars) - 0.3))
     left.tick_params(axis="y", which="both", length=0)
     for (n, found), colour, line in zip(result.errors.items(), (style.BLUE, style.VERMILION), ("-", "--"), strict=True):
         values = np.sort(np.maximum(found, 1e-17))
         right.step(values, np.linspace(0.0, 100.0, values.size), color=colour, ls=line,
                    label=f"{n} period{'s' if n > 1 else ''}, {found.size} cells")
     right.set(xscale="log", xlabel="error of the state, length", ylabel="cells with a smaller error, %",
-              ylim=(0.0, 100.0))
-    style.legend(right, loc="lower right")
+              xlim=(5e-18, 2e-13), ylim=(0.0, 100.0))
+    style.legend(right, loc="upper left")
     return made
 
 

@@ -2,22 +2,18 @@
 
 The impact oscillator (zeta .02, omega 2.6, amplitude 1, gap 0, restitution .8) from three states with 11, 10 and 8
 impacts in ten periods, by the exact engine, by the smooth engine (the same spring given as a law, so that nothing is
-closed form), and by scipy's solve_ivp restarted at every terminal event. Errors are those against 34-digit arithmetic
-(`reference`).
+closed form; its steps follow from the forcing, there is no tolerance to set), and by scipy's solve_ivp restarted at
+every terminal event. Errors are those against 34-digit arithmetic (`reference`).
 
 Second table: free flights that pass the stop by 1e-2 to 1e-8 at one random grazing hump; how many are not noticed.
 """
-import re
 import sys
 from dataclasses import dataclass
-from unittest import mock
 
 import numpy as np
 
 import bifurc as bf
-import bifurc.flow.laws
 from bifurc._jit import njit
-from bifurc.compose import writer
 from bifurc.compose.scene import scene_of
 from bifurc.flow.affine import forcing
 from bifurc.flow.scan import EVENTS, MODE, STATE, TAU, WHOLE, run, workspace
@@ -35,7 +31,6 @@ TOLERANCES = {
     Setting.FULL: tuple((method, tolerance) for method, least in (("RK45", -11), ("DOP853", -13), ("LSODA", -12))
                         for tolerance in (10.0 ** k for k in range(-4, least - 1, -1))),
 }
-DEFECTS = {Setting.SMALL: (), Setting.FULL: (1e-1, 1e-3)}  # each is an engine to be compiled
 PEERS = (("RK45", 1e-6), ("DOP853", 1e-6), ("DOP853", 1e-12), ("LSODA", 1e-8))
 FLIGHTS = {Setting.SMALL: (2000, 12), Setting.FULL: (100_000, 100)}  # a depth: exact engine, each integrator
 ROUNDS = {Setting.SMALL: 1, Setting.FULL: 5}
@@ -49,7 +44,7 @@ class Cost:
     ----------
     method : str
     tolerance : float or None
-        Relative and absolute tolerance of an integrator; defect of a step of the smooth engine (None: the package's).
+        Relative and absolute tolerance of an integrator; the engines of the package have none to set.
     seconds : float
         CPU time of one run of ten periods.
     event_error, state_error : float
@@ -89,35 +84,6 @@ def systems():
     elements = (bf.elements.HarmonicForce(f), bf.elements.RigidStop(gap, r),
                 bf.elements.Force(unit_spring, unit_spring_slope))
     return bf.systems.impact_oscillator(**NUMBERS), bf.System(1.0, 2.0 * z, 0.0, elements, omega=w)
-
-
-class Accurate(writer._Writer):
-    """Writes the kernels of a law for another accuracy of the steps."""
-
-    def __init__(self, laws, dofs: int, defect: float):
-        super().__init__(f"{writer.law_text(laws, dofs)}\n# steps of defect {defect!r}\n")
-        self.defect = defect
-
-    def _rewritten(self, name: str) -> str:
-        return re.sub(r"^(DEFECT|TIGHT) = \S+", rf"\1 = {self.defect!r}", super()._rewritten(name), flags=re.MULTILINE)
-
-
-def by_smooth(system, defect: float):
-    """Return final states and impact times with the smooth engine at another accuracy."""
-    scene = scene_of(system)
-    key = (scene.n, defect)
-    if key not in _engines:
-        _engines[key] = Accurate(scene.laws, scene.n, defect)
-    written = _engines[key]
-
-    def kernels(laws, dofs, template=writer.AFFINE_MODULE):
-        return written.module(writer.FACADE_MODULE if template == writer.AFFINE_MODULE else template)
-
-    with mock.patch.object(bifurc.flow.laws, "kernels", kernels):
-        return by_bifurc(system)
-
-
-_engines: dict = {}
 
 
 def by_bifurc(system):
@@ -172,8 +138,6 @@ def costs(setting: Setting = Setting.FULL) -> list[Cost]:
     """Return one row a method and tolerance."""
     exact, smooth = systems()
     calls = {("exact engine", None): lambda: by_bifurc(exact), ("smooth engine", None): lambda: by_bifurc(smooth)}
-    for defect in DEFECTS[setting]:
-        calls["smooth engine", defect] = lambda defect=defect: by_smooth(smooth, defect)
     for method, tolerance in TOLERANCES[setting]:
         calls[(f"scipy {method}", tolerance)] = lambda a=method, b=tolerance: by_scipy(a, b)
     right = truth()
@@ -306,7 +270,6 @@ def picture(rows: list[Cost], found: list[Missed]):
                   color=style.BLACK, ms=8, label="impact missed")
     for name, colour, marker in (("exact engine", style.VERMILION, "*"), ("smooth engine", style.PURPLE, "D")):
         mine = [r for r in rows if r.method == name]
-        mine.sort(key=lambda r: r.seconds)
         left.plot([1e3 * r.seconds for r in mine], [r.state_error for r in mine], lw=1.0, color=colour, marker=marker,
                   ms=9 if marker == "*" else 4, label=name)
     left.set(xscale="log", yscale="log", xlabel="CPU time of ten periods, ms", ylabel="largest error of the state")
