@@ -123,6 +123,15 @@ def bracketed(a, low, left, right, pl, pr, dl, dr):
 
 
 @njit
+def rounding(a, low, s):
+    """Rounding level of the values of ``a[low:]`` on [0, s]: a piece that varies less is not worth halving."""
+    total = 0.0
+    for j in range(ORDER, low - 1, -1):
+        total = total * s + abs(a[j])
+    return 4.0 * EPS * total
+
+
+@njit
 def maximum(a, low, left, right):
     """Time of the zero of the slope of ``a[low:]`` in [left, right], where it falls from positive to negative."""
     lo, hi = left, right
@@ -158,6 +167,7 @@ def first_zero(a, low, s, noise, out, stack):
         out[1] = a[1]
         return
     D4 = fourth(a, low, s)
+    flat = rounding(a, low, s)
     left = 0.0
     depth = 0
     stack[0] = s
@@ -168,6 +178,7 @@ def first_zero(a, low, s, noise, out, stack):
         b1 = pl + L / 3.0 * dl
         b2 = pr - L / 3.0 * dr
         e = D4 * L**4 / 384.0
+        last = depth == HALVINGS or max(max(abs(b1 - pl), abs(b2 - b1)), max(abs(pr - b2), e)) <= flat
         if max(max(pl, pr), max(b1, b2)) + e >= 0.0:
             bend0, bend1 = pl - 2.0 * b1 + b2, b1 - 2.0 * b2 + pr  # second derivative, times L**2 / 6
             allow = D4 * L**4 / 72.0
@@ -177,7 +188,7 @@ def first_zero(a, low, s, noise, out, stack):
                 if not single:
                     rising = SLOPE_ERROR * D4 * L**4 / 3.0
                     single = b1 - pl > rising and b2 - b1 > rising and pr - b2 > rising
-                if single or depth == HALVINGS:
+                if single or last:
                     root, d = bracketed(a, low, left, right, pl, pr, dl, dr)
                     out[0] = root
                     out[1] = d if low == 0 else d * root**low
@@ -195,13 +206,13 @@ def first_zero(a, low, s, noise, out, stack):
                         out[2] = top
             elif bend0 > allow and bend1 > allow:
                 pass  # convex, negative at both ends
-            elif depth < HALVINGS:
+            elif not last:
                 depth += 1
                 stack[depth] = 0.5 * (left + right)
                 continue
             elif (pr if pr > pl else pl) * right**low >= -noise:
                 out[2] = right
-            if pr >= 0.0 and depth < HALVINGS:
+            if pr >= 0.0 and not last:
                 depth += 1
                 stack[depth] = 0.5 * (left + right)
                 continue
@@ -213,6 +224,7 @@ def first_zero(a, low, s, noise, out, stack):
 def highest(a, s, best, out, stack):
     """Return the largest interior maximum of the guard ``a`` on [0, s] above ``best``, else ``best``; time in ``out[0]``."""
     D4 = fourth(a, 0, s)
+    flat = rounding(a, 0, s)
     left, pl, dl = 0.0, a[0], a[1]
     depth = 0
     stack[0] = s
@@ -222,13 +234,14 @@ def highest(a, s, best, out, stack):
         L = right - left
         b1 = pl + L / 3.0 * dl
         b2 = pr - L / 3.0 * dr
+        last = depth == HALVINGS or max(max(abs(b1 - pl), abs(b2 - b1)), max(abs(pr - b2), D4 * L**4 / 384.0)) <= flat
         if max(max(pl, pr), max(b1, b2)) + D4 * L**4 / 384.0 > best:
             bend0, bend1 = pl - 2.0 * b1 + b2, b1 - 2.0 * b2 + pr
             allow = D4 * L**4 / 72.0
             slope = SLOPE_ERROR * D4 * L**4 / 3.0
             rising = b1 - pl > slope and b2 - b1 > slope and pr - b2 > slope
             falling = b1 - pl < -slope and b2 - b1 < -slope and pr - b2 < -slope
-            if (bend0 < -allow and bend1 < -allow) or depth == HALVINGS:
+            if (bend0 < -allow and bend1 < -allow) or last:
                 if dl > 0.0 and dr <= 0.0:
                     top = maximum(a, 0, left, right)
                     p, d = horner(a, 0, top)
