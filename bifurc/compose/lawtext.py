@@ -63,7 +63,7 @@ def _define(function, name, parts, known) -> None:
             raise LawError(f"law {function.__name__}: {inner} = {value!r} is not allowed; a law may use numbers, modules "
                            "and functions from around it, and takes everything else as parameters")
         renamed[inner] = own
-    arguments = ast.parse("lambda " + ", ".join(node.args.args and [a.arg for a in node.args.args]) + ": 0", mode="eval")
+    arguments = ast.parse(f"lambda {', '.join(a.arg for a in node.args.args)}: 0", mode="eval")
     if isinstance(node, ast.Lambda):
         body = [ast.Return(node.body)]
     else:
@@ -92,38 +92,32 @@ def _tree(function):
                        "not on a command line or by exec") from None
     if code.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS) or code.co_kwonlyargcount:
         raise LawError(f"law {function.__name__}: only plain arguments are allowed")
-    found = [node for node in ast.walk(tree)
-             if (isinstance(node, ast.Lambda) and code.co_name == "<lambda>" and node.lineno == code.co_firstlineno)
-             or (isinstance(node, ast.FunctionDef) and node.name == code.co_name
-                 and code.co_firstlineno in (node.lineno, *(d.lineno for d in node.decorator_list)))]
-    for node in found:
-        if _same(_compiled(node, code), code):
+    whole = compile(tree, code.co_filename, "exec", dont_inherit=True)
+    if any(_same(other, code) for other in _all(whole)):
+        spots = [(line, column) for line, _, column, _ in code.co_positions() if line and column]
+        low, high = min(spots, default=(0, 0)), max(spots, default=(0, 0))
+        found = [node for node in ast.walk(tree) if _is(node, code)]
+        inside = [node for node in found if (node.lineno, node.col_offset) <= low
+                  and high <= (node.end_lineno, node.end_col_offset)]
+        for node in (inside or found)[-1:]:
             return node
     raise LawError(f"law {function.__name__}: the source in {code.co_filename} is no longer the one that runs; "
                    "reload it and make the system again")
 
 
-def _compiled(node, code):
-    """Compile a function's tree the way it was, inside a function that owns its free names."""
-    inner = ast.unparse(node)
+def _is(node, code) -> bool:
+    """Return whether a node may be the definition of a code object."""
     if isinstance(node, ast.Lambda):
-        inner = "_ = (" + inner + ")"
-    else:
-        inner = ast.unparse(ast.fix_missing_locations(_Bare().visit(ast.parse(inner))))
-    free = ", ".join(code.co_freevars)
-    text = f"def _outer({free}):\n" + "\n".join("    " + line for line in inner.splitlines())
-    return _codes(_codes(compile(text, code.co_filename, "exec"))[0])[0]
+        return code.co_name == "<lambda>" and node.lineno == code.co_firstlineno
+    return isinstance(node, ast.FunctionDef) and node.name == code.co_name and code.co_firstlineno in (
+        node.lineno, *(decorator.lineno for decorator in node.decorator_list))
 
 
-class _Bare(ast.NodeTransformer):
-    """Takes decorators, defaults and annotations away: they are evaluated outside the function's code."""
-
-    def visit_FunctionDef(self, node):
-        node.decorator_list, node.returns = [], None
-        node.args.defaults, node.args.kw_defaults = [], []
-        for argument in node.args.args:
-            argument.annotation = None
-        return node
+def _all(code):
+    """Yield all code objects in one."""
+    yield code
+    for inner in _codes(code):
+        yield from _all(inner)
 
 
 def _codes(code):
@@ -131,11 +125,9 @@ def _codes(code):
 
 
 def _same(one, other) -> bool:
-    """Return whether two code objects do the same: instructions, names, constants."""
-    if (one.co_code, one.co_names, one.co_varnames, one.co_freevars) != (other.co_code, other.co_names,
-                                                                         other.co_varnames, other.co_freevars):
+    """Return whether two code objects are compiled from the same text at the same place."""
+    names = ("co_name", "co_firstlineno", "co_code", "co_names", "co_varnames", "co_freevars")
+    if any(getattr(one, name) != getattr(other, name) for name in names):
         return False
-    a = [(type(c), c) for c in one.co_consts if not isinstance(c, types.CodeType)]
-    b = [(type(c), c) for c in other.co_consts if not isinstance(c, types.CodeType)]
-    inner = list(zip(_codes(one), _codes(other)))
-    return repr(a) == repr(b) and len(_codes(one)) == len(_codes(other)) and all(_same(x, y) for x, y in inner)
+    a, b = ([(type(c), c) for c in code.co_consts if not isinstance(c, types.CodeType)] for code in (one, other))
+    return repr(a) == repr(b) and list(one.co_positions()) == list(other.co_positions())

@@ -21,7 +21,7 @@ from .nolaw import COUNT, DOFS, FIRST, NAME, ROWS, WIDTH, forces, slopes
 
 ITERATIONS = 30
 SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
-WORST = 30.0  # times the defect aimed at is still accepted
+WORST = 3.0  # times the defect aimed at is still accepted
 TABLED, WISH, ERROR, ARRAYS = range(4)  # places in the scratch: step of the tabled turns, step wished next, defect
 ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
 

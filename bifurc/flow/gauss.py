@@ -22,7 +22,8 @@ def lagrange(points):
         polynomial, scale = [Fraction(1)], Fraction(1)
         for j, other in enumerate(points):
             if j != k:
-                polynomial = [a - other * b for a, b in zip([Fraction(0), *polynomial], [*polynomial, Fraction(0)])]
+                polynomial = [a - other * b for a, b in zip([Fraction(0), *polynomial], [*polynomial, Fraction(0)],
+                                                         strict=True)]
                 scale *= own - other
         rows.append([c / scale for c in polynomial])
     return rows

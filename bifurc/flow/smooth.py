@@ -11,7 +11,7 @@ from .gauss import NODES
 from .nolaw import DOFS, ROWS
 
 ENGINE = ("field", "advance", "carry", "arc")
-DEFECT = 1e-6  # aimed at in a step
+DEFECT = 2e-8  # aimed at in a step
 
 
 @njit

@@ -17,7 +17,7 @@ from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
           "closing", "segment_peak")
-TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 30 times that allowed
+TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
 CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed, as in `scan`
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
 FITTED = 1e4  # rounding of a coefficient that comes from the polynomial, against one of the field
@@ -52,7 +52,9 @@ def integrated(gamma, h, times, a):
 
 @njit
 def series(T, m, g, x, n, h, acc, force, forced, a):
-    """Write guard ``g`` along ``x`` (state in the first ``2 n``) with accelerations ``acc`` as a polynomial ``a``; ``forced`` 0: a variation.
+    """Write guard ``g`` along ``x`` (state in the first ``2 n``) with accelerations ``acc`` as a polynomial ``a``.
+
+    ``forced`` = 0 leaves forcing and the laws' own weights out: a variation of the state.
     """
     G, LG = T.G, T.LG
     rows = ROWS if DOFS > 0 else LG.shape[2]

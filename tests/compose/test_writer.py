@@ -1,0 +1,160 @@
+"""Laws as text of their own, and the modules that are written around them."""
+import functools
+import importlib.util
+import math
+import os
+from math import sin
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.compose import lawtext, writer
+from bifurc.compose.scene import scene_of
+from bifurc.elements import CubicSpring, Force
+
+HARD = 3.5
+SWITCH = True
+
+
+def helper(u):
+    """Odd part."""
+    return u * abs(u)
+
+
+def with_globals(u, s, c: float = 1.0):
+    """A docstring that must not matter."""
+    if SWITCH and u > 0.0:
+        return -c * HARD * helper(u) + math.exp(-u) * np.tanh(s)
+    return sin(u) - s
+
+
+def made(number):
+    def law(u, s, c):
+        return number * u + c * s
+    return law
+
+
+def defined(text):
+    names = {"njit": lambda function: function}
+    exec(text, names)
+    return names
+
+
+def test_text_stands_alone():
+    names = defined(lawtext.standalone(with_globals, "law_0"))
+    for u, s in ((0.3, -0.2), (-1.0, 2.0)):
+        assert names["law_0"](u, s, 0.7) == with_globals(u, s, 0.7)
+
+
+def test_numbers_around_a_closure_go_along():
+    assert defined(lawtext.standalone(made(2.25), "law_3"))["law_3"](1.5, 2.0, 0.5) == made(2.25)(1.5, 2.0, 0.5)
+    assert lawtext.standalone(made(2.25), "law_3") != lawtext.standalone(made(2.5), "law_3")
+
+
+def test_two_lambdas_on_a_line_are_told_apart():
+    one, other = (lambda u, s, c: -c * u * u), (lambda u, s, c: c * s * u)
+    assert defined(lawtext.standalone(one, "f"))["f"](2.0, 3.0, 5.0) == -20.0
+    assert defined(lawtext.standalone(other, "f"))["f"](2.0, 3.0, 5.0) == 30.0
+
+
+def test_comments_and_layout_do_not_change_the_text():
+    assert '"""' not in lawtext.standalone(with_globals, "law_0") and "float" not in lawtext.standalone(with_globals, "law_0")
+
+
+@pytest.mark.parametrize("function, words", [
+    (functools.partial(made, 1.0), "not a Python function"),
+    (lambda u, s, *rest: u, "plain arguments"),
+    (lambda u, s: u * BOX[0], "BOX"),
+])
+def test_what_cannot_be_written_is_named(function, words):
+    with pytest.raises(lawtext.LawError, match=words):
+        lawtext.standalone(function, "law_0")
+
+
+BOX = [1.0]
+
+
+def test_a_law_without_source_is_an_error():
+    names = {}
+    exec("def law(u, s):\n    return -u", names)
+    with pytest.raises(lawtext.LawError, match="source text cannot be found"):
+        lawtext.standalone(names["law"], "law_0")
+
+
+def loaded(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.law
+
+
+def key_of(law):
+    laws = scene_of(bf.System(1.0, 0.0, 1.0, (Force(law),), omega=1.0)).laws
+    return writer._Writer(writer.law_text(laws, 1)).key
+
+
+def test_an_edited_law_is_never_replayed(tmp_path):
+    path = tmp_path / "mylaw.py"
+    path.write_text("def law(u, s):\n    return -2.0 * u**3\n")
+    law = loaded(path)
+    first = key_of(law)
+    path.write_text("def law(u, s):\n    return -3.0 * u**3 - s\n")
+    os.utime(path, (1e9, 1e9))
+    with pytest.raises(lawtext.LawError, match="no longer the one that runs"):
+        key_of(law)
+    second = key_of(loaded(path))
+    path.write_text("# only a comment\n\ndef law(u, s):\n    '''Says more.'''\n    return -3.0 * u ** 3 - s\n")
+    os.utime(path, (2e9, 2e9))
+    assert first != second == key_of(loaded(path))
+
+
+def test_parameters_are_no_text():
+    soft, stiff = (scene_of(bf.systems.duffing_oscillator(beta=beta)).laws for beta in (0.1, 7.0))
+    assert writer.law_text(soft, 1) == writer.law_text(stiff, 1)
+    assert writer.law_text(soft, 1) != writer.law_text(soft, 2)
+
+
+@pytest.mark.parametrize("law, jacobian, words", [
+    (lambda u, s: (u, s), None, "needs one number"),
+    (lambda u, s: -u**3, lambda u, s: -3.0 * u * u, "tuple of 2 numbers"),
+    (lambda u, s: -u**3, lambda u: (0.0, 0.0), "positional argument"),
+])
+def test_results_that_do_not_fit_are_named(law, jacobian, words):
+    laws = scene_of(bf.System(1.0, 0.0, 1.0, (Force(law, jacobian, label="mine"),), omega=1.0)).laws
+    with pytest.raises(lawtext.LawError, match=words):
+        writer.law_text(laws, 1)
+
+
+def test_scenes_without_laws_take_the_modules_themselves():
+    from bifurc.orbits import sequence
+
+    assert writer.kernels((), 1, "bifurc.orbits.sequence") is sequence
+
+
+def test_written_modules_take_the_engine_of_the_laws():
+    laws = scene_of(bf.System(1.0, 0.1, 1.0, (CubicSpring(1.0),), omega=1.0)).laws
+    engine = writer.kernels(laws, 1)
+    scan = writer.kernels(laws, 1, "bifurc.flow.scan")
+    for name in ("carry", "guard_series", "reach", "coast", "inside", "closing"):
+        assert getattr(scan, name).__module__ == engine.__name__ or getattr(engine, name) is getattr(scan, name), name
+    assert writer.kernels(laws, 1, "bifurc.flow.scan") is scan
+    text = open(scan.__file__, encoding="utf-8").read()
+    assert "from bifurc.flow.affine import" in text and "import carry" in text  # forcing stays, the rest leads elsewhere
+    assert ".part" not in " ".join(os.listdir(os.path.dirname(scan.__file__)))
+
+
+def test_several_rows_are_one_law_with_all_derivatives():
+    def pair(u0, u1, s0, s1, c):
+        return -c * (u0 - u1) ** 3, c * (u0 - u1) ** 3
+
+    system = bf.System(np.eye(2), np.zeros((2, 2)), np.eye(2), (Force(pair, site=((1.0, 0.0), (0.0, 1.0)), c=2.0),), omega=1.0)
+    names = defined(writer.law_text(scene_of(system).laws, 2).replace("from bifurc._jit import njit", ""))
+    local, slope = np.zeros((3, 2, 1)), np.empty((2, 2, 2, 1))
+    local[0, :, 0], local[1, :, 0] = (0.7, -0.4), (0.1, 0.2)
+    acts, values = np.ones((1, 1), np.int64), np.array([2.0])
+    names["forces"](values, acts, 0, 1, local)
+    names["slopes"](values, acts, 0, 0.1, 1, local, slope)
+    assert tuple(local[2, :, 0]) == pair(0.7, -0.4, 0.1, 0.2, 2.0)
+    k = 6.0 * 1.1**2
+    assert abs(slope[0, :, :, 0] - [[-k, k], [k, -k]]).max() < 1e-9 * k and abs(slope[1]).max() < 1e-9
