@@ -73,6 +73,7 @@ class Half:
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
         if signs is None:
             detect.remember(self, row, (), fresh=part.born >= 0)
+        row.signs = tuple(self.signs)
 
     def run(self):
         """Step until a reason to stop."""
@@ -225,7 +226,7 @@ class Half:
                 return StopReason.DS_MIN, 0.5, "the branch comes near its start but does not close"
         inner = detect.dip(self, row, new)
         if inner is not None:
-            return self.accept(row, inner)
+            return self.accept(row if inner.s > row.s else self.take_back(), inner)
         found, cause = detect.crossed(self, row, new, cut is not None)
         if cause is not None:
             return cause
@@ -252,6 +253,7 @@ class Half:
             self.pending = None
         self.found.extend(found)
         self.rows.append(new)
+        new.signs = tuple(self.signs)
         self.steps += 1
         self.ds = new.ds
         options = self.options
@@ -261,6 +263,15 @@ class Half:
         if self.origin is not None and new.x is self.origin.x:
             self.stop(StopReason.CLOSED)
         self.ask_user(new)
+
+    def take_back(self):
+        """Undo the last step; returns the row before it."""
+        self.rows.pop()
+        row = self.rows[-1]
+        self.signs = list(row.signs)
+        self.found = [special for special in self.found if special.s <= row.s]
+        self.steps -= 1
+        return row
 
     def ask_user(self, row):
         """Call ``record``, ``stop`` and ``progress``; their exceptions end the branch with the row kept."""
@@ -305,6 +316,7 @@ class Half:
         self.signs = [0] * successor.count
         self.sizes = [0.0] * successor.count
         detect.remember(self, first, (), fresh=True)
+        first.signs = tuple(self.signs)
         cut.special.successor = problem
         cut.special.after = problem.signature
         slope = self.slope

@@ -18,7 +18,8 @@ from .rows import Curve, Row, tests_of
 SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
 BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
 MONITOR_BAND = 1e-12  # of the largest value seen
-DIP = 0.15  # a test whose interpolated extremum falls below this part of its ends is looked at
+DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at
+SHALLOW = 0.9  # the same for tests that are interpolated through three rows, which is much less certain
 DOUBT = 0.01  # misfit of a step that is looked at
 DECAY = 0.5  # part to which the determinant falls in a step that is looked at
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
@@ -348,7 +349,7 @@ def dip(half, row, new):
     """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none.
 
     Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
-    touches zero to rounding is noted in ``half.unresolved``.
+    touches zero to rounding is noted in ``half.unresolved``.  The row may lie before ``row``.
     """
     length = new.s - row.s
     part = row.part
@@ -374,18 +375,22 @@ def dip(half, row, new):
             top = before.det_log
             f0, a, b = (r.det_sign * math.exp(min(r.det_log - top, 50.0)) if r.det_sign else 0.0
                         for r in (before, row, new))
-        if a * b <= 0.0 or f0 * a <= 0.0 or abs(a) >= abs(f0):
+        if not (a * b > 0.0 and f0 * a > 0.0 and (abs(a) < abs(f0) or abs(a) < abs(b))):
             continue
         sign = 1.0 if a > 0.0 else -1.0
-        first, second = (a - f0) / back, (b - a) / length
-        bend = sign * (second - first) / (back + length)
-        slope = sign * first + bend * back  # at `row`
-        if bend <= 0.0 or slope >= 0.0 or slope + 2.0 * bend * length <= 0.0:
+        first, second = sign * (a - f0) / back, sign * (b - a) / length
+        bend = (second - first) / (back + length)
+        if bend <= 0.0:
             continue
+        slope = first + bend * back  # at `row`
         least = abs(a) - 0.25 * slope * slope / bend
-        if least < DIP * min(abs(a), abs(b)) + LOOSE * max(abs(a), abs(b)):
+        if slope < 0.0 < slope + 2.0 * bend * length and least < SHALLOW * min(abs(a), abs(b)):
             inner = between(half, row, new, j, -0.5 * slope / (bend * length), sign)
             if inner is not None:
+                return inner
+        elif slope - 2.0 * bend * back < 0.0 <= slope and least < SHALLOW * min(abs(a), abs(f0)):
+            inner = between(half, before, row, j, 1.0 - 0.5 * slope / (bend * back), sign)
+            if inner is not None:  # between the last two rows: seen only now
                 return inner
     return None
 
@@ -458,5 +463,7 @@ def between(half, row, new, j, t, sign):
             break
     if least <= 1e-9 * max(ends):
         kind = part.kinds[j] if j < part.count else SpecialPointKind.BRANCH_POINT
-        half.unresolved.append((kind.value, row.s + t * curve.length, float(curve.place(t)[-1])))
+        s = row.s + t * curve.length
+        if not any(other[0] == kind.value and abs(other[1] - s) < 1e-3 * curve.length for other in half.unresolved):
+            half.unresolved.append((kind.value, s, float(curve.place(t)[-1])))
     return None

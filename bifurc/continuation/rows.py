@@ -30,7 +30,7 @@ class Row:
     """One point of a branch: what the corrector returned, with its place on the branch."""
 
     __slots__ = ("x", "tangent", "det_sign", "det_log", "tests", "iterations", "residual", "singular", "part", "s", "p",
-                 "angle", "bend", "misfit", "direction", "recorded", "ds")
+                 "angle", "bend", "misfit", "direction", "recorded", "signs", "ds")
 
     def __init__(self, c, part, s, angle, tests, ds):
         self.x = c.x
@@ -49,6 +49,7 @@ class Row:
         self.bend = 0.0  # turn per length
         self.misfit = 0.0  # sideways distance of the step that its turn does not explain, as part of the step
         self.recorded = None
+        self.signs = ()  # last clear signs of the tests, once the row is accepted
         self.ds = ds
 
 

@@ -109,6 +109,24 @@ def test_a_pair_of_zeros_in_one_step(ds_max, gap):
         assert abs(point.parameter - truth) <= point.error <= 1e-14 + 1e-15 / gap
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_zeros_of_wavy_monitors(seed):
+    """Sums of sines up to six radians per unit: all zeros at every step up to a tenth of a wave."""
+    rng = np.random.default_rng(seed)
+    size, rate, phase = rng.normal(size=5), rng.uniform(1, 6, size=5), rng.uniform(0, 6, size=5)
+
+    def test(p):
+        return float(np.sum(size * np.sin(rate * p + phase)))
+
+    grid = np.linspace(-1, 1, 20001)
+    values = np.sum(size[:, None] * np.sin(rate[:, None] * grid + phase[:, None]), axis=0)
+    zeros = grid[:-1][values[:-1] * values[1:] < 0.0]
+    for ds_max in (0.02, 0.1, 0.2):
+        branch = trace(Window([test]), bounds=(-1, 1), ds_max=ds_max)
+        assert [point.parameter for point in branch.special_points] == pytest.approx(zeros, abs=2e-4)
+        assert all(abs(test(point.parameter)) < 1e-12 for point in branch.special_points)
+
+
 @pytest.mark.parametrize("ds_max", [0.02, 0.1, 0.5, 1.0])
 @pytest.mark.parametrize("depth", [0.0, 1e-14])
 def test_a_touch_is_reported_as_unresolved(ds_max, depth):
