@@ -5,13 +5,15 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
 import numpy as np
 
+from .. import __version__
 from ..compose.scene import Scene, scene_of
 from ..orbits.orbit import PeriodicOrbit
 from ..progress import Progress
 from ..system import System
 from . import noise
-from .attractors import ChaoticAttractor, distance, examine, same, section_points, targets_of
+from .attractors import ChaoticAttractor, section_points
 from .basinmap import BasinMap
+from .discovery import Discovery
 from .grid import Grid
 from .marcher import Cells, Marcher
 from .states import REACHED, UNSETTLED
@@ -20,12 +22,6 @@ from .store import Store
 CHUNK = 512  # cells that one thread does at a time
 RANDOM_STARTS = 64  # from which attractors are looked for first
 LOOKED = 16  # unsettled starts that are examined before the rest is labelled again
-SHELL = 8  # starts around each section point that must come back to it
-SHRINK = 4.0  # of a radius whose shell did not
-COMES_BACK = 0.1  # of the radius is where the shell must arrive
-TRANSIENT = 200  # forcing periods before the end of a motion is examined
-FAILURES = 6  # ends that are no new attractor before the rest is left unsettled
-LEAST = 1e-9  # scaled radius
 NEW = -2  # label of a cell not done yet
 
 
@@ -93,7 +89,7 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     options = {"seed": _whole("seed", seed, 0), "tolerance": _tolerance(tolerance),
                "max_periods": _whole("max_periods", max_periods), "max_events": _whole("max_events", max_events)}
     known = _known(system, attractors)
-    job = {"system": system.to_record(), "grid": grid.to_record(), "options": options,
+    job = {"version": __version__, "system": system.to_record(), "grid": grid.to_record(), "options": options,
            "known": [section_points(item).tolist() for item in known]}
     store = Store(file, job)
     if store.finished():
@@ -116,17 +112,11 @@ class _Work:
         self.system, self.scene, self.grid, self.options = system, scene, grid, options
         self.store, self.bar = store, bar
         self.workers = workers
-        self.marcher = Marcher(scene, options["max_events"])
-        self.rng = np.random.default_rng(options["seed"])
         self.starts = grid.starts(scene.n, scene.ns)
         self.scale = _scale(scene, self.starts)
         self.most = options["max_periods"]
-        self.attractors: list = []
-        self.radii: list[float] = []
-        self.seeds: list[np.ndarray] = []  # states from which the attractors were found, in order
-        self.given = len(known)
-        for item in known:
-            self._admit(item)
+        self.marcher = Marcher(scene, options["max_events"])
+        self.found = Discovery(system, self.marcher, self.scale, options, known)
 
     def map(self) -> BasinMap:
         """Discover, label, look at what is unsettled, label again."""
@@ -135,42 +125,45 @@ class _Work:
         seen = np.full(size, -1)  # attractors that were known when a cell was labelled
         kept = self.store.load()
         if kept is None:
-            self._discover(self._random_starts())
+            self.found.search(self._random_starts())
         else:
-            for y in kept["seeds"]:
-                self._admit(examine(self.system, y, self.scale), y)
+            self.found.repeat(kept["seeds"])
             for mine, values in zip((*cells, seen), (kept[name] for name in (*Cells._fields, "seen")), strict=True):
                 mine[:] = values
             self.bar.advance(int(np.count_nonzero(cells.labels != NEW)))
         while True:
             self._label(cells, seen)
             unsettled = np.flatnonzero(cells.states == UNSETTLED)
-            before = len(self.attractors)
+            before = len(self.found.attractors)
             if not unsettled.size:
                 break
             chosen = unsettled[np.linspace(0, unsettled.size - 1, min(LOOKED, unsettled.size)).astype(int)]
-            self._discover(self.starts[chosen])
-            if len(self.attractors) == before:
+            self.found.search(self.starts[chosen])
+            if len(self.found.attractors) == before:
                 break
-        order = self._order()
+        order = self.found.order()
         number = np.empty(len(order) + 1, np.int64)
         number[order], number[-1] = np.arange(len(order)), -1
         measured = self._noise(cells)
         shape = self.grid.shape
         return BasinMap(
-            self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.attractors[i] for i in order),
+            self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.found.attractors[i] for i in order),
             cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
-            cells.impacts.astype(np.int64).reshape(shape), tuple(self.radii[i] for i in order), self.scale, measured,
+            cells.impacts.astype(np.int64).reshape(shape), tuple(self.found.radii[i] for i in order), self.scale, measured,
             self.options, self.store.key)
+
+    def _random_starts(self) -> np.ndarray:
+        rng = np.random.default_rng(self.options["seed"])
+        starts = np.tile(self.grid.base(self.scene.n, self.scene.ns), (RANDOM_STARTS, 1))
+        for axis, place in enumerate(self.grid.places(self.scene.n, self.scene.ns)):
+            starts[:, place] = rng.uniform(self.grid.low[axis], self.grid.high[axis], RANDOM_STARTS)
+        return starts
 
     # labels
 
-    def _targets(self):
-        return targets_of(self.attractors, self.radii, self.scale)
-
     def _label(self, cells: Cells, seen: np.ndarray) -> None:
         """Label the cells that are new, or unsettled since fewer attractors were known."""
-        targets, count = self._targets(), len(self.attractors)
+        targets, count = self.found.targets(), len(self.found.attractors)
         waiting = np.flatnonzero((cells.labels == NEW) | ((cells.states == UNSETTLED) & (seen < count)))
         parts = iter([waiting[i:i + CHUNK] for i in range(0, waiting.size, CHUNK)])
         pool = ThreadPoolExecutor(self.workers)
@@ -211,87 +204,22 @@ class _Work:
         self._keep(cells, seen, now=True)
 
     def _keep(self, cells: Cells, seen: np.ndarray, now: bool = False) -> None:
-        seeds = np.array(self.seeds).reshape(len(self.seeds), self.scene.ns)
+        seeds = np.array(self.found.seeds).reshape(-1, self.scene.ns)
         self.store.save({**cells._asdict(), "seen": seen, "seeds": seeds}, now)
-
-    # attractors
-
-    def _random_starts(self) -> np.ndarray:
-        starts = np.tile(self.grid.base(self.scene.n, self.scene.ns), (RANDOM_STARTS, 1))
-        for axis, place in enumerate(self.grid.places(self.scene.n, self.scene.ns)):
-            starts[:, place] = self.rng.uniform(self.grid.low[axis], self.grid.high[axis], RANDOM_STARTS)
-        return starts
-
-    def _discover(self, starts: np.ndarray) -> None:
-        """Examine the ends of motions that come near no known attractor, one after the other."""
-        left, failures = starts, 0
-        while len(left) and failures < FAILURES:
-            ends = left.copy()
-            found = self.marcher.label(ends, self._targets(), min(self.most, TRANSIENT))
-            away = np.flatnonzero(found.states == UNSETTLED)
-            left, ends = left[away], ends[away]
-            while len(left) and failures < FAILURES:
-                attractor = examine(self.system, ends[0], self.scale)
-                new = attractor is not None and self._admit(attractor, ends[0])
-                left, ends = left[1:], ends[1:]
-                if new:
-                    break
-                failures += 1
-
-    def _admit(self, attractor, y=None) -> bool:
-        """Give a confirmed attractor its number and radius; return False when it is known."""
-        if any(same(item, attractor, self.scale) for item in self.attractors):
-            return False
-        self.attractors.append(attractor)
-        self.radii.append(self.options["tolerance"])
-        if isinstance(attractor, PeriodicOrbit):
-            self._shrink(attractor)
-        if y is not None:
-            self.seeds.append(np.array(y))
-        return True
-
-    def _shrink(self, orbit: PeriodicOrbit) -> None:
-        """Make the radius of the last attractor so small that a shell of it around each section point comes back."""
-        rng = np.random.default_rng([self.options["seed"], 2, len(self.attractors)])
-        points = np.repeat(section_points(orbit) / self.scale, SHELL, axis=0)
-        away = rng.normal(size=points.shape)
-        away /= np.linalg.norm(away, axis=1)[:, None]
-        own = len(self.attractors) - 1
-        while self.radii[own] > LEAST:
-            radii = [*self.radii[:own], COMES_BACK * self.radii[own]]
-            shell = (points + self.radii[own] * away) * self.scale
-            found = self.marcher.label(shell, targets_of(self.attractors, radii, self.scale), self.most)
-            gone = (found.states == REACHED) & (found.labels != own)
-            for i in np.flatnonzero(found.states == UNSETTLED):  # slow is allowed, farther is not
-                gone[i] = distance(section_points(orbit) / self.scale, shell[i] / self.scale) > self.radii[own]
-            if not gone.any():
-                return
-            self.radii[own] /= SHRINK
-
-    def _order(self) -> list[int]:
-        """Return the order of the numbers: those given first, then by period, impacts and size; chaotic ones last."""
-        def rank(i: int):
-            item = self.attractors[i]
-            if isinstance(item, ChaoticAttractor):
-                return (1, 0, 0, 0.0)
-            middle = section_points(item).mean(axis=0)[0] / self.scale[0]
-            return (0, item.periods, len(item.events), round(float(middle), 6))
-        given = list(range(self.given))
-        return given + sorted(range(self.given, len(self.attractors)), key=rank)
 
     # noise
 
     def _noise(self, cells: Cells) -> noise.LabelNoise:
         """Measure how labels change with the start."""
         counted = np.flatnonzero((cells.states == REACHED) | (cells.states == UNSETTLED))
-        if len(self.attractors) < 2 and np.all(cells.labels[counted] == cells.labels[counted][:1]):
+        if len(self.found.attractors) < 2 and np.all(cells.labels[counted] == cells.labels[counted][:1]):
             return noise.LabelNoise(np.empty(0), np.empty(0), 0, 1.0, 0.0, 0.0)
         rng = np.random.default_rng([self.options["seed"], 1])
         mean = cells.periods[counted].mean()
         budget = max(noise.SHARE * mean * self.grid.size, 4e5 if self.marcher.lean else 4e4 / self.scene.n)
         samples = int(np.clip(budget / (6.0 * max(mean, 1.0)), *noise.SAMPLES))
         chosen = np.sort(rng.choice(counted, min(samples, counted.size), replace=False))
-        targets = self._targets()
+        targets = self.found.targets()
         steps = np.zeros(self.scene.ns)
         places = list(self.grid.places(self.scene.n, self.scene.ns))
         steps[places] = self.scale[places]

@@ -193,3 +193,36 @@ def test_noise_of_a_straight_boundary(rng):
     found = measure(lambda y: (y[:, 0] > 0).astype(int), starts, labels, np.ones(2), rng)
     assert abs(found.exponent - 1.0) <= 0.15
     np.testing.assert_allclose(found.changed[:2], found.perturbations[:2] / np.pi, rtol=0.4)
+
+
+@pytest.mark.parametrize(("system", "counted"), [
+    (bf.systems.impact_oscillator(omega=1.4), "impact"),
+    (bf.systems.bilinear_oscillator(omega=1.29), "contact"),
+    (bf.systems.two_sided_impact_oscillator(amplitude=3.45), "impact"),
+])
+def test_impacts_of_a_cell_are_those_of_its_simulated_motion(system, counted):
+    """The period kernel and the general march count what the event table of a simulation lists."""
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-0.9, 0.4, 5), v0=(-2, 2, 5)))
+    starts = basins.grid.starts(1, 2)
+    for cell in (0, 7, 18, 24):
+        motion = bf.simulate(system, starts[cell], periods=int(basins.periods.flat[cell]))
+        assert basins.impacts.flat[cell] == sum(event.kind == counted for event in motion.events)
+
+
+def test_sticking_orbits_attract():
+    """Impacts chatter to rest under the slow load: the superstable orbit is confirmed and every start reaches it."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.2, amplitude=1.0, gap=0.0, restitution=0.5)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-2, -0.1, 12), v0=(-1, 1, 12)))
+    (orbit,) = basins.attractors
+    assert basins.fractions == {0: 1.0, -1: 0.0}
+    assert np.abs(orbit.multipliers).max() == 0.0
+    assert basins.periods.max() <= 2  # a start is forgotten when it first rests
+
+
+def test_rest_for_ever_is_an_attractor():
+    """A ball on a table that never throws it off: rest beside bouncing, each with its multipliers."""
+    basins = bf.basins_of_attraction(bf.systems.bouncing_ball(), bf.Grid(q0=(0.5, 8, 12), v0=(-4, 4, 12)))
+    rest, bouncing = basins.attractors
+    np.testing.assert_allclose(rest.state, [0.5, 0.0], rtol=0, atol=1e-14)
+    assert np.abs(rest.multipliers).max() == 0.0 and len(rest.events) == 0
+    assert len(bouncing.events) == 1 and basins.fractions[-1] == 0.0
