@@ -119,12 +119,12 @@ def stopped(gap=0.5, restitution=0.7, **parameters):
     return system, Duffing(gap=gap, restitution=restitution, **values)
 
 
-@pytest.mark.parametrize("gap, y", [(0.5, (0.1, 0.4)), (0.0, (-0.4, 0.9)), (-0.3, (-1.0, 3.0))])
+@pytest.mark.parametrize("gap, y", [(0.5, (0.1, 0.4)), (0.0, (-0.4, 0.9)), (1.2, (0.0, 4.0))])
 def test_impacts_of_a_cubic_oscillator_against_taylor(gap, y):
     system, reference = stopped(gap)
     motion = bf.simulate(system, y, periods=4)
     end, impacts = reference.run(y, 0.0, 4 * 2.0 * np.pi / 1.5)
-    assert motion.success and len(motion.events) == len(impacts) > 2
+    assert motion.success and len(motion.events) == len(impacts) > 1
     for event, (time, speed) in zip(motion.events, impacts, strict=True):
         assert abs(event.time - float(time)) < 1e-12
         assert abs(event.speed - float(speed)) < 1e-12
