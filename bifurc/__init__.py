@@ -33,7 +33,7 @@ _NAMES = {
     "load": ".loading",
 }
 
-__all__ = [*_MODULES, *_NAMES]  # noqa: PLE0604 (the keys are strings)
+__all__ = [*_MODULES, *_NAMES]
 
 
 def __getattr__(name: str):

@@ -68,8 +68,9 @@ def _define(function, name, parts, known) -> None:
         body = [ast.Return(node.body)]
     else:
         body = [s for s in node.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
+    assert isinstance(arguments.body, ast.Lambda)
     written = ast.FunctionDef(name, arguments.body.args, [_Rename(renamed).visit(s) for s in body], [], None)
-    written.type_params = []
+    written.type_params = []  # type: ignore[attr-defined]  # Python 3.12 asks for them
     parts[name] = "@njit\n" + ast.unparse(ast.fix_missing_locations(written))
 
 

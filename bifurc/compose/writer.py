@@ -60,7 +60,9 @@ def differenced(laws) -> tuple[str, ...]:
 
 def law_text(laws, dofs: int) -> str:
     """Return the text of the law module: the laws, their derivatives, and loops over the nodes."""
-    first, count, value = [], [], 0
+    first: list[int] = []
+    count: list[int] = []
+    value = 0
     defined, force, slope = [], [], []
     for i, law in enumerate(laws):
         _check(law)
@@ -175,6 +177,7 @@ class _Writer:
         if not path.exists():
             _write(path, text)
         spec = importlib.util.spec_from_file_location(own, path)
+        assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[own] = module
         try:
@@ -205,13 +208,13 @@ class _Writer:
             for alias in node.names:
                 origin = source if own else self.engine.get(alias.name, source)
                 place.setdefault(origin, []).append(ast.unparse(alias))
-            gone |= set(range(node.lineno, node.end_lineno + 1))
+            gone |= _lines(node.lineno, node)
             new[node.lineno] = "\n".join(f"from {self._twin(origin)} import {', '.join(names)}"
                                          for origin, names in place.items())
         for node in ast.parse(text).body:
             if not own and isinstance(node, ast.FunctionDef) and node.name in self.engine:
                 start = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-                gone |= set(range(start, node.end_lineno + 1))
+                gone |= _lines(start, node)
                 new[start] = f"from {self._twin(self.engine[node.name])} import {node.name}"
         out = [new.get(i, "") if i in gone else line for i, line in enumerate(lines, 1)]
         return "\n".join(out) + "\n"
@@ -221,8 +224,16 @@ class _Writer:
         return self.module(source).__name__ if self.again(source) else source
 
 
+def _lines(start: int, node: ast.stmt) -> set[int]:
+    """Return the numbers of the lines from ``start`` to the end of a statement."""
+    assert node.end_lineno is not None
+    return set(range(start, node.end_lineno + 1))
+
+
 def _source(name: str) -> str:
-    return pathlib.Path(importlib.util.find_spec(name).origin).read_text(encoding="utf-8")
+    spec = importlib.util.find_spec(name)
+    assert spec is not None and spec.origin is not None
+    return pathlib.Path(spec.origin).read_text(encoding="utf-8")
 
 
 def _imports(name: str):

@@ -57,7 +57,7 @@ class OrbitProblem(Problem):
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
         self.scene = scene_of(system)
-        self.parameter = path.name
+        self.parameter = path.name or ""
         self.parameter_scale = parameter_scale
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
         self.weights = self.equations.weights
@@ -88,7 +88,8 @@ class OrbitProblem(Problem):
         status, U, new, info = self.equations.correct(x, tangent, not fixed)
         iterations, residual = int(info[sequence.ITERATIONS]), float(info[sequence.RESIDUAL])
         if status != 1:
-            return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf, NO_MONITORS)
+            return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
+                             NO_MONITORS)
         moved = (U - x) / self.scale
         sign, log = float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG])
         values = self._values(U, info)

@@ -119,7 +119,7 @@ def inserted(problem, x, periods: int = 1):
         return None
     size = 1 + scene.ns
     rows = x[:-1].reshape(-1, size)
-    items = []
+    items: list[tuple] = []
     for k in range(periods):
         for node, row in zip(s.nodes.tolist(), rows, strict=True):
             if node[GUARD] >= 0:

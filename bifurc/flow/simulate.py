@@ -73,8 +73,25 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
 def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time)."""
     from .engine import engine_of
-    from .scan import (AT_GUARD, COUNT, DONE, EVENT, EVENTS, FULL, LIMIT, LOST, MODE, NEED, ORDERS, SINCE, SLOPES, SPAN, SPEED,
-                       STATE, TAU, TIME, WHOLE)
+    from .scan import (
+        AT_GUARD,
+        COUNT,
+        DONE,
+        EVENT,
+        EVENTS,
+        FULL,
+        LIMIT,
+        LOST,
+        MODE,
+        NEED,
+        SINCE,
+        SPAN,
+        SPEED,
+        STATE,
+        TAU,
+        TIME,
+        WHOLE,
+    )
     period = scene.period or 0.0
     engine = engine_of(scene)
     x = np.zeros(scene.ns + scene.nw)

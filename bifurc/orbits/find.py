@@ -124,7 +124,8 @@ def from_motion(system: System, motion: Trajectory, first: int, periods: int) ->
 
 def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     """Return signature, unknowns and weights of a simulated motion that nearly closes after ``periods``."""
-    R, period = motion.recorded, scene.period
+    R, period, omega = motion.recorded, scene.period, scene.omega
+    assert period is not None and omega is not None  # `find_orbit` refuses autonomous systems
     listed = []
     for row, time, before, speed in zip(R.rows[1:], R.times[1:], R.before[1:], R.speeds[1:], strict=True):
         m, g, after, what, whole = (int(v) for v in row)
@@ -135,7 +136,7 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     chosen = [item for item in listed if item[0] < listed[0][0] + periods - 1e-7] if listed else []
     start = motion(first * period)
     states = np.array([start] + [item[2] for item in chosen])
-    n, omega = scene.n, scene.omega
+    n = scene.n
     length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
     length = length if length > 0.0 else 1.0
     weights = np.full(scene.ns, length)

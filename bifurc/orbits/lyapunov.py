@@ -114,7 +114,8 @@ def lyapunov_exponents(system: System, y0, periods: int = 2000, transient: int =
         step = min(CHUNK, end - now)
         motion = _checked(march(scene, y, (now, 0.0), (now + step, 0.0), max_events))
         R = motion.recorded
-        engine_of(scene).grow(scene.tables, R.rows, R.times, R.before, R.after, now + step, 0.0, scene.period, begin, Q, alive, sums)
+        engine_of(scene).grow(scene.tables, R.rows, R.times, R.before, R.after, now + step, 0.0, scene.period, begin, Q, alive,
+                              sums)
         count, log = _contraction(scene, R, now + step)
         kicks, logs = kicks + count, logs + log
         y = motion.final
@@ -143,7 +144,7 @@ def _contraction(scene, R, whole) -> tuple[int, float]:
     traces = np.array([np.trace(T.A[m, :, :ns]) for m in range(len(scene.keys))])
     total = float(spans @ traces[R.rows[:, 2]])
     kicks = 0
-    for (before, g, _, what, _), speed in zip(R.rows, R.speeds, strict=True):
+    for before, g, _, what, _ in R.rows:
         if what == CHATTER:
             return kicks, -np.inf
         if what == EVENT and T.kick[before, g]:

@@ -12,8 +12,8 @@ from ..flow.polynomial import highest
 from ..flow.saltation import saltation
 from .sequence import AFTER, BEFORE, CLOSES, GUARD, reset
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-NODES, WEIGHTS = tuple(0.5 * (NODES + 1.0)), tuple(0.5 * WEIGHTS)  # on (0, 1)
+_ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)
+NODES, WEIGHTS = tuple(0.5 * (_ROOTS + 1.0)), tuple(0.5 * _FACTORS)  # on (0, 1)
 
 
 @njit

@@ -86,9 +86,16 @@ class PeriodicOrbit:
         return round(self._whole[0].span)
 
     @property
+    def forcing_period(self) -> float:
+        """Period of the excitation, time."""
+        period = self.system.period
+        assert period is not None  # `find_orbit` refuses autonomous systems
+        return period
+
+    @property
     def period(self) -> float:
         """Period, time."""
-        return self.periods * self.system.period
+        return self.periods * self.forcing_period
 
     @property
     def closure(self) -> int:
@@ -134,7 +141,7 @@ class PeriodicOrbit:
             engine.guard_gradient(T, node[BEFORE], node[GUARD], x, row)
             speed = float(engine.guard_rate(row, f, dw))
             kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
-            if node[CLOSES]:  # the rest of an infinite sequence, as one entry
+            if node[CLOSES] == 1:  # the rest of an infinite sequence, as one entry
                 left = _closing(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
                 kind, end = EventKind.CHATTER, float(tau * period + left)
                 ratio = float(T.ratio[node[BEFORE], node[GUARD]])
@@ -244,7 +251,7 @@ class PeriodicOrbit:
         if not (isinstance(n, (int, np.integer)) and n >= 2):
             raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
         tau = np.linspace(0.0, self._whole[0].span, int(n))
-        return tau * self.system.period, self._states(tau)
+        return tau * self.forcing_period, self._states(tau)
 
     def _states(self, tau) -> np.ndarray:
         whole, U = self._whole
