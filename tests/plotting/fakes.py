@@ -124,7 +124,7 @@ def basins() -> SimpleNamespace:
     """A map whose labels are a spiral, with one impacting and one free attractor and a few unresolved cells."""
     impacting = FakeOrbit()
     rest = np.array([-0.5, 0.2])
-    free = SimpleNamespace(periods=1, events=[], state=rest, period=impacting.period,
+    free = SimpleNamespace(periods=1, events=[], state=rest, stable=True, period=impacting.period,
                            system=SimpleNamespace(omega=impacting.omega, elements=()),
                            sample=lambda n: (np.linspace(0, impacting.period, n), np.tile(rest, (n, 1))))
     q, v = np.meshgrid(np.linspace(-3, 1, 200), np.linspace(-4, 4, 200), indexing="ij")
