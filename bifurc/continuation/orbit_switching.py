@@ -187,15 +187,17 @@ def free_of_events(problem, x):
     """Return (signature, x) of the orbit whose last event has vanished: one section at phase 0, least period."""
     scene, s, e = problem.scene, problem.sequence, problem.equations
     T = e.numbers_at(x[-1])
-    node = s.nodes[0]
+    rows = x[:-1].reshape(len(s.nodes), 1 + scene.ns)
+    k = int(np.argmax(rows[:, 0] - np.append(rows[-1, 0] - s.span, rows[:-1, 0])))  # it ends the interval that stays
+    tau, mode = rows[k, 0], int(s.nodes[k, BEFORE])
     joined = np.empty(T.A.shape[2])
-    joined[:scene.ns] = x[1:1 + scene.ns]
+    joined[:scene.ns] = rows[k, 1:]
     period = 2.0 * np.pi / T.flat[0]
-    e.kernel.forcing(T, x[0] * period, joined)
+    e.kernel.forcing(T, tau * period, joined)
     y = np.empty(scene.ns)
     span = s.span if s.closure < 0 else 1.0
-    e.motion.advance(T, int(node[BEFORE]), joined, (np.ceil(x[0]) - x[0]) * period, y)
-    return sections(int(node[BEFORE]), span, s.closure), np.concatenate([[0.0], y, x[-1:]])
+    e.motion.advance(T, mode, joined, (np.ceil(tau) - tau) * period, y)
+    return sections(mode, span, s.closure), np.concatenate([[0.0], y, x[-1:]])
 
 
 # orbits that branch off
