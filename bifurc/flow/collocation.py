@@ -13,6 +13,7 @@ scene in the place of `nolaw`.  As it stands it integrates affine scenes, which 
 import llvmlite.binding
 import numpy as np
 from numba import carray, cfunc, types
+from numba.extending import intrinsic
 
 from .._jit import njit
 from ..compose.tables import TURN
@@ -77,20 +78,19 @@ def excite(A, m, LU, LS, x, turn, base, local):
             local[3, r, j] = LU[r, ns]
             local[4, r, j] = LS[r, ns]
     for c in range(1, x.size - ns, 2):
-        for i in range(n):
-            turn_on(A[m, n + i, ns + c], A[m, n + i, ns + c + 1], x[ns + c], x[ns + c + 1], turn, c, base[i])
+        cos, sin = x[ns + c], x[ns + c + 1]
+        for i in range(n):  # p cos + q sin at a node, from the values at the start and the turn to the node
+            p, q = A[m, n + i, ns + c], A[m, n + i, ns + c + 1]
+            even, odd = p * cos + q * sin, q * cos - p * sin
+            for j in range(NODES):
+                base[i, j] += even * turn[c, j] + odd * turn[c + 1, j]
         for r in range(rows):
-            turn_on(LU[r, ns + c], LU[r, ns + c + 1], x[ns + c], x[ns + c + 1], turn, c, local[3, r])
-            turn_on(LS[r, ns + c], LS[r, ns + c + 1], x[ns + c], x[ns + c + 1], turn, c, local[4, r])
-
-
-@njit
-def turn_on(by_cos, by_sin, cos, sin, turn, c, out):
-    """Add ``by_cos`` cos + ``by_sin`` sin at the nodes to ``out`` (NODES,), from their values at the start."""
-    even, odd = by_cos * cos + by_sin * sin, by_sin * cos - by_cos * sin
-    if even != 0.0 or odd != 0.0:
-        for j in range(NODES):
-            out[j] += even * turn[c, j] + odd * turn[c + 1, j]
+            for k in range(2):
+                p, q = (LU[r, ns + c], LU[r, ns + c + 1]) if k == 0 else (LS[r, ns + c], LS[r, ns + c + 1])
+                if p != 0.0 or q != 0.0:
+                    even, odd = p * cos + q * sin, q * cos - p * sin
+                    for j in range(NODES):
+                        local[3 + k, r, j] += even * turn[c, j] + odd * turn[c + 1, j]
 
 
 @njit
@@ -305,16 +305,12 @@ def scratch_of(n, rows, nw, count):
     return scratch
 
 
-@njit
-def shaped(scratch, start, a, b):
-    """A part of the scratch array as a matrix (a, b), and where the next part starts."""
-    return scratch[start:start + a * b].reshape((a, b)), start + a * b
-
-
-@njit
-def shaped3(scratch, start, a, b, c):
-    """A part of the scratch array as (a, b, c), and where the next part starts."""
-    return scratch[start:start + a * b * c].reshape((a, b, c)), start + a * b * c
+@intrinsic
+def offset(typing_context, pointer, count):
+    """Pointer to the number ``count`` places further on (a view of an array would cost more than some of the loops)."""
+    def codegen(context, builder, signature, arguments):
+        return builder.gep(arguments[0], [arguments[1]])
+    return pointer(pointer, types.intp), codegen
 
 
 _numbers, _whole = types.CPointer(types.float64), types.CPointer(types.int64)
@@ -335,20 +331,16 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
     law, acts, harmonics = carray(law_, (values,)), carray(acts_, (m + 1, laws)), carray(harmonics_, (harmonic_count,))
     x, x1, acc, force = carray(x_, (nx,)), carray(x1_, (nx,)), carray(acc_, (n, NODES + 2)), carray(force_, (rows, NODES + 2))
     nw = nx - ns
-    size = ARRAYS + nw * (NODES + 1) + rows * (5 * NODES + 3) + n * (4 * NODES + 4)
-    if count > 0:
-        size += 2 * (NODES + 1) * (n * n + rows * WIDTH) + 2 * n
-    scratch = carray(scratch_, (size,))
-    turn, at = shaped(scratch, ARRAYS, nw, NODES + 1)
-    local, at = shaped3(scratch, at, 5, rows, NODES)
-    one, at = shaped3(scratch, at, 3, rows, 1)
-    q, at = shaped(scratch, at, n, NODES)
-    v, at = shaped(scratch, at, n, NODES)
-    a, at = shaped(scratch, at, n, NODES)
-    base, at = shaped(scratch, at, n, NODES)
-    f0 = scratch[at:at + ns]
-    f1 = scratch[at + ns:at + 2 * ns]
-    at += 2 * ns
+    scratch, at = carray(scratch_, (ARRAYS,)), ARRAYS
+    turn, at = carray(offset(scratch_, at), (nw, NODES + 1)), at + nw * (NODES + 1)
+    local, at = carray(offset(scratch_, at), (5, rows, NODES)), at + 5 * rows * NODES
+    one, at = carray(offset(scratch_, at), (3, rows, 1)), at + 3 * rows
+    q, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    v, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    a, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    base, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    f0, at = carray(offset(scratch_, at), (ns,)), at + ns
+    f1, at = carray(offset(scratch_, at), (ns,)), at + ns
     rate(A, m, LU, LS, LP, law, acts, x, f0, one)
     for r in range(rows):
         force[r, 0] = one[2, r, 0]
@@ -377,15 +369,13 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
     if count == 0:
         return h
     X, accs = carray(X_, (count, ns)), carray(accs_, (count, n, NODES + 2))
-    K, at = shaped3(scratch, at, n, n, NODES)
-    D, at = shaped3(scratch, at, n, n, NODES)
-    slope = scratch[at:at + 2 * rows * WIDTH * NODES].reshape((2, rows, WIDTH, NODES))
-    at += 2 * rows * WIDTH * NODES
-    Ke, at = shaped3(scratch, at, n, n, 1)
-    De, at = shaped3(scratch, at, n, n, 1)
-    edge = scratch[at:at + 2 * rows * WIDTH].reshape((2, rows, WIDTH, 1))
-    at += 2 * rows * WIDTH
-    room = scratch[at:at + ns]
+    K, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
+    D, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
+    slope, at = carray(offset(scratch_, at), (2, rows, WIDTH, NODES)), at + 2 * rows * WIDTH * NODES
+    Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
+    De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
+    edge, at = carray(offset(scratch_, at), (2, rows, WIDTH, 1)), at + 2 * rows * WIDTH
+    room = carray(offset(scratch_, at), (ns,))
     linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D)
     for end in range(2):
         if edges:
