@@ -3,6 +3,7 @@ import functools
 import importlib.util
 import math
 import os
+import pathlib
 from math import sin
 
 import numpy as np
@@ -139,7 +140,7 @@ def test_written_modules_take_the_engine_of_the_laws():
     for name in ("carry", "guard_series", "reach", "coast", "inside", "closing"):
         assert getattr(scan, name).__module__ == engine.__name__ or getattr(engine, name) is getattr(scan, name), name
     assert writer.kernels(laws, 1, "bifurc.flow.scan") is scan
-    text = open(scan.__file__, encoding="utf-8").read()
+    text = pathlib.Path(scan.__file__).read_text(encoding="utf-8")
     assert "from bifurc.flow.affine import" in text and "import carry" in text  # forcing stays, the rest leads elsewhere
     assert ".part" not in " ".join(os.listdir(os.path.dirname(scan.__file__)))
 
