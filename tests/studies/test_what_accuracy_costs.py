@@ -20,7 +20,7 @@ def test_exact_engine(rows):
 
 
 def test_smooth_engine(rows):
-    """The same spring as a law that is integrated."""
+    """The same oscillator under a law: integrated, not closed form."""
     row = rows["smooth engine", None]
     assert row.wrong == 0 and row.event_error <= 1e-10 and row.state_error <= 1e-10
 
