@@ -71,8 +71,11 @@ def test_points_of_the_default_branch():
 
 @pytest.mark.slow
 def test_the_default_branch_has_no_other_admissible_points():
-    found = [row for n in (1, 2, 3) for row in one_stop.special_frequencies(".05", ".52", 1, ".7", n) if row[3]]
-    assert [row[0] for row in found] == ["period_doubling"] * 3 + ["fold"]
+    every = [[row for row in one_stop.special_frequencies(".05", ".52", 1, ".7", n) if row[3]] for n in (1, 2, 3)]
+    assert [row[0] for row in every[0]] == ["period_doubling"] * 3 + ["fold"]
+    ((kind, omega, *_),) = every[1]  # of the orbits with one impact in two periods
+    assert kind == "fold" and close(omega, digits.TWO_PERIOD_FOLD)
+    assert not every[2]
 
 
 def test_resonant_grazing_unfolds_quadratically():
