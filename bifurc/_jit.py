@@ -3,6 +3,26 @@ from ._cache import cache_folder
 
 cache_folder()  # before numba is imported anywhere
 
+import types  # noqa: E402
+
 import numba  # noqa: E402
 
-njit = numba.njit(cache=True, error_model="numpy", nogil=True)
+OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+
+both = numba.njit(**OPTIONS)  # compiled once, for callers in Python and compiled ones
+_called = numba.njit(**OPTIONS, no_cpython_wrapper=True)
+
+
+def njit(function):
+    """Compile a function for compiled callers, and once more for Python if Python calls it.
+
+    What unpacks the arguments from Python costs .3 s to compile where the tables of a scene are among them (they are 36
+    arrays), more than most functions themselves.  Compiled callers therefore get a twin without it.  Large functions with
+    callers of both kinds are better off as `both`.
+    """
+    twin = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__,
+                              function.__closure__)
+    twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__ + "_called"
+    outer, inner = both(function), _called(twin)
+    outer.get_call_template, outer.get_overload = inner.get_call_template, inner.get_overload  # what compiled callers ask
+    return outer

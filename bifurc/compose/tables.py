@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import njit
+from .._jit import both, njit
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
@@ -107,7 +107,7 @@ def rate(T, m):
     return top
 
 
-@njit
+@both
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4 from the flat numbers."""
     A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat

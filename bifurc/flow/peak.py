@@ -1,13 +1,13 @@
 """Largest maximum of a guard along a segment of an affine mode: how near a motion comes to an event it does not have."""
 import numpy as np
 
-from .._jit import njit
+from .._jit import both
 from ..compose.tables import ORDER
 from .affine import carry, guard_series
 from .polynomial import highest
 
 
-@njit
+@both
 def segment_peak(T, m, g, x, s, closing):
     """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x`` (nx,).
 

@@ -5,7 +5,7 @@ of 16 points a step, so both are exact to rounding.
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import both, njit
 from ..compose.tables import ORDER
 from ..flow.affine import advance, arc, carry, forcing, reach, state_series
 from ..flow.polynomial import highest
@@ -16,7 +16,7 @@ _ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = tuple(0.5 * (_ROOTS + 1.0)), tuple(0.5 * _FACTORS)  # on (0, 1)
 
 
-@njit
+@both
 def start_of(T, nodes, U, i, P, x):
     """Write the joined state just after node ``i`` into ``x`` (nx,)."""
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -35,7 +35,7 @@ def start_of(T, nodes, U, i, P, x):
         x[c] = y[c]
 
 
-@njit
+@both
 def states(T, nodes, span, U, tau, out):
     """Write the states at the sorted times ``tau`` (k,) in [tau_0, tau_0 + span) into ``out`` (k, ns); after an event on it."""
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -54,7 +54,7 @@ def states(T, nodes, span, U, tau, out):
             out[k, c] = y[c]
 
 
-@njit
+@both
 def measures(T, nodes, span, U, dof, h, out):
     """Write maximum, minimum, mean square, and cosine and sine coefficient at ``h`` omega of a coordinate into ``out`` (5,)."""
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -102,7 +102,7 @@ def measures(T, nodes, span, U, dof, h, out):
     out[3], out[4] = factor * cosine / whole, factor * sine / whole
 
 
-@njit
+@both
 def monodromy(T, nodes, span, U, M):
     """Write the derivative of the period map at node 0, product of arcs and saltations, into ``M`` (ns, ns).
 

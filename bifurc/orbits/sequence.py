@@ -15,7 +15,7 @@ carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import both, njit
 from ..compose.tables import rebuild
 from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_value
 from ..flow.peak import segment_peak
@@ -31,7 +31,7 @@ DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to tha
  PEAK_TIME, RESTS, INFO) = range(14)  # places in the `info` array that `correct` fills
 
 
-@njit
+@both
 def set_parameter(T, index, series, low, high, value):
     """Write the numbers of the scene at a parameter value, given as Chebyshev series on [low, high], and rebuild."""
     flat = T.flat
@@ -97,7 +97,7 @@ def scale_of(row, weights):
     return total
 
 
-@njit
+@both
 def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
@@ -229,7 +229,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                         J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
 
 
-@njit
+@both
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), both scaled, and
     RESTS (shortest rest behind an infinite sequence, periods)."""
@@ -302,7 +302,7 @@ def at_rounding(F, J, U, tolerance):
     return True
 
 
-@njit
+@both
 def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
             info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
