@@ -2,6 +2,7 @@
 import numpy as np
 
 from ..compose.scene import Scene, scene_of
+from ..compose.writer import differenced
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
@@ -95,6 +96,8 @@ def solve(system: System, signature: Signature, unknowns, weights, how) -> Perio
     tangent[-1] = 1.0
     status, x, _, info = equations.correct(np.append(unknowns, 0.0), tangent, False)
     how = {"method": "event sequence, Newton", "tolerance": TOLERANCE, "iterations": int(info[0]), **how}
+    if differenced(scene.laws):
+        how["differenced Jacobians"] = list(differenced(scene.laws))
     if status != 1:
         return PeriodicOrbit(system, signature, unknowns, weights, how, OrbitStatus.NOT_CONVERGED)
     return PeriodicOrbit(system, signature, x[:-1], weights, how)

@@ -56,7 +56,8 @@ class Signature:
                 parts[-1] = f"{name} x{count + 1}"
             else:
                 parts.append(name)
-        return f"{', '.join(parts) or 'free'} / {self.span:g} T{' (half)' if self.closure < 0 else ''}"
+        still = "rest" if scene.tables.n_holds[self.nodes[0, AFTER]] else "free"
+        return f"{', '.join(parts) or still} / {self.span:g} T{' (half)' if self.closure < 0 else ''}"
 
 
 def sections(mode: int, span: float, closure: int = 1) -> Signature:
