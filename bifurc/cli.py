@@ -27,6 +27,7 @@ class Story:
     bounds: tuple[float, float]
     basin: dict[str, float]  # parameters of the basin map
     window: dict[str, tuple[float, float]]  # of the starts: two state components
+    guess: tuple[float, ...] | None = None  # state at phase 0 near the motion, where rest is another one
 
 
 _STORIES = {
@@ -36,7 +37,7 @@ _STORIES = {
                                          {"q0": (-1.0, 1.0), "v0": (-3.0, 3.0)}),
     "bilinear_oscillator": Story("omega", (0.5, 2.5), {"omega": 1.29}, {"q0": (-2.0, 2.0), "v0": (-3.0, 3.0)}),
     "duffing_oscillator": Story("omega", (0.5, 2.5), {"omega": 1.5}, {"q0": (-2.5, 2.5), "v0": (-4.0, 4.0)}),
-    "bouncing_ball": Story("amplitude", (0.3, 1.0), {}, {"q0": (0.5, 8.0), "v0": (-4.0, 4.0)}),
+    "bouncing_ball": Story("amplitude", (0.3, 1.2), {}, {"q0": (0.5, 8.0), "v0": (-4.0, 4.0)}, (2.487161, 2.368808)),
     "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
 }
 
@@ -80,7 +81,8 @@ def run_trace(options: argparse.Namespace) -> int:
     stem = f"{name}_{parameter}"
     print(f"{system!r}: {parameter} from {low:g} to {high:g}")
 
-    orbit = bf.find_orbit(start, periods=options.periods)
+    guess = None if options.set else story.guess
+    orbit = bf.find_orbit(start, guess=guess, periods=options.periods)
     if not orbit.success:
         raise UsageError(f"no orbit to start from: {orbit.message}")
     folder = _folder(options.out)

@@ -184,7 +184,7 @@ def test_an_interrupt_keeps_the_finished_branches_and_draws_them(layers, capsys,
 
 def test_no_orbit_to_start_from_is_said(capsys, tmp_path, monkeypatch):
     failed = SimpleNamespace(success=False, message="the motion did not settle; try more periods")
-    monkeypatch.setattr(bf, "find_orbit", lambda system, periods: failed)
+    monkeypatch.setattr(bf, "find_orbit", lambda system, guess, periods: failed)
     code, _, err = said(capsys, "trace", "impact_oscillator", "--out", str(tmp_path))
     assert code == 2
     assert err == "bifurc: error: no orbit to start from: the motion did not settle; try more periods\n"
