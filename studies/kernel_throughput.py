@@ -196,7 +196,7 @@ def picture(result: Result):
                    label=f"{n} period{'s' if n > 1 else ''}, {found.size} cells")
     right.set(xscale="log", xlabel="error of the state, length", ylabel="cells with a smaller error, %",
               xlim=(5e-18, 2e-13), ylim=(0.0, 100.0))
-    style.legend(right, loc="upper left")
+    style.legend(right, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return made
 
 

@@ -198,7 +198,7 @@ def picture(rows: list[Ratio], changes: list[Rebuild]):
     right.set(xscale="log", yscale="log", xlabel="degrees of freedom", ylabel="CPU time of a change, s")
     right.set_xticks(dofs, [str(n) for n in dofs])
     right.xaxis.set_minor_locator(NullLocator())
-    style.legend(right, loc="center right")
+    style.legend(right, loc="center right", bbox_to_anchor=(1.0, 0.66))
     return made
 
 
