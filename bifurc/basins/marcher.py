@@ -69,7 +69,7 @@ class Marcher:
         if self.lean:
             from ..flow.single import pack
             from .lean import label
-            label(*pack(T), modes, X, self.limit, most, *targets, *cells)  # type: ignore[call-arg]
+            label(*pack(T), modes, X, self.limit, most, *targets, *cells)
         elif self.scene.closed_form:
             from .general import label as label_any
             label_any(T, modes, X, self.limit, most, *targets, *cells)
