@@ -1,9 +1,9 @@
 """What accuracy costs: event times and states after ten periods against CPU time, and grazing humps that are missed.
 
 The impact oscillator (zeta .02, omega 2.6, amplitude 1, gap 0, restitution .8) from three states with 11, 10 and 8
-impacts in ten periods, by the exact engine, by the smooth engine (a cubic spring of stiffness zero beside the linear one
-makes it a scene under a law, of which nothing is closed form; its accuracy is fixed, there is no tolerance to set), and by scipy's solve_ivp restarted at every terminal event. Errors are those against 34-digit arithmetic
-(`reference`).
+impacts in ten periods, by the exact engine, by the smooth engine (a cubic spring of stiffness zero beside the linear
+one makes it a scene under a law, of which nothing is closed form; its accuracy is fixed, there is no tolerance to set),
+and by scipy's solve_ivp restarted at every terminal event. Errors are those against 34-digit arithmetic (`reference`).
 
 Second table: free flights that pass the stop by 1e-2 to 1e-8 at one random grazing hump; how many are not noticed.
 """
