@@ -47,7 +47,8 @@ def test_start_at_rest_on_the_stop_leaves_or_stays_by_its_acceleration():
 @pytest.mark.parametrize("gap, amplitude, omega", [(0.0, 1.0, 0.2), (0.2, 1.0, 0.5), (-0.3, 0.7, 0.4), (0.35, 0.9, 1.1)])
 def test_release_from_rest_is_where_the_push_ends(gap, amplitude, omega):
     """At rest on the stop the wall pushes while F cos(omega t) > gap."""
-    motion = bf.simulate(stop(gap=gap, amplitude=amplitude, omega=omega), (gap, 0.0), periods=0.9 * np.arccos(gap / amplitude) / np.pi)
+    system = stop(gap=gap, amplitude=amplitude, omega=omega)
+    motion = bf.simulate(system, (gap, 0.0), periods=0.9 * np.arccos(gap / amplitude) / np.pi)
     release = [event for event in motion.events if event.kind == "release"]
     assert abs(release[0].time - np.arccos(gap / amplitude) / omega) <= 1e-14 / omega
     np.testing.assert_allclose(release[0].after, [gap, 0.0], rtol=0, atol=1e-15)
