@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import bifurc as bf
+from bifurc.warm import warm_up
 
 _INTERRUPTED = 130  # exit code of shells for a program that was interrupted
 _BRANCHES = 12  # at most, followed from one start
@@ -79,7 +80,8 @@ def run_trace(options: argparse.Namespace) -> int:
     low, high = sorted(options.bounds or (story.bounds if parameter == story.parameter else _around(parameter, value)))
     start = system.with_parameters(**{parameter: min(max(value, low), high)})
     stem = f"{name}_{parameter}"
-    print(f"{system!r}: {parameter} from {low:g} to {high:g}")
+    print(f"{system!r}: {parameter} from {low:g} to {high:g}", flush=True)
+    warm_up()
 
     guess = None if options.set else story.guess
     orbit = bf.find_orbit(start, guess=guess, periods=options.periods)
@@ -180,6 +182,7 @@ def run_basins(options: argparse.Namespace) -> int:
         window = {component: (_number(low), _number(high)) for component, low, high in options.window}
         if len(window) != 2:
             raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")
+    warm_up()
     return map_basins(name, system, window, _folder(options.out), options)
 
 

@@ -18,6 +18,7 @@ if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = os.path.join(
         tempfile.gettempdir(), f"bifurc-tests-{os.getuid()}", source_hash())
 os.makedirs(os.environ["NUMBA_CACHE_DIR"], exist_ok=True)
+open(os.path.join(os.environ["NUMBA_CACHE_DIR"], "warm"), "a").close()  # commands under test start no compiling processes
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 
