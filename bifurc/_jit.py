@@ -1,5 +1,5 @@
 """The one `njit` of the package: disk cache keyed by the kernels' sources, IEEE arithmetic, no GIL."""
-from ._cache import cache_folder
+from ._cache import cache_folder, kernel_folder
 
 cache_folder()  # before numba is imported anywhere
 
@@ -9,8 +9,20 @@ import numba  # noqa: E402
 
 OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
-both = numba.njit(**OPTIONS)  # compiled once, for callers in Python and compiled ones
-_called = numba.njit(**OPTIONS, no_cpython_wrapper=True)
+
+def _compiled(function, **options):
+    """Decorate a function; its cache is placed in the folder of its module, a choice that numba makes here and now."""
+    whole = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(kernel_folder(function.__module__))
+    try:
+        return numba.njit(**OPTIONS, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = whole
+
+
+def both(function):
+    """Compile a function once, for callers in Python and compiled ones."""
+    return _compiled(function)
 
 
 def njit(function):
@@ -23,6 +35,6 @@ def njit(function):
     twin = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__,
                               function.__closure__)
     twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__ + "_called"
-    outer, inner = both(function), _called(twin)
+    outer, inner = both(function), _compiled(twin, no_cpython_wrapper=True)
     outer.get_call_template, outer.get_overload = inner.get_call_template, inner.get_overload  # what compiled callers ask
     return outer

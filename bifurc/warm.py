@@ -6,9 +6,9 @@ command.  The compiler holds a lock within a process, so that only processes run
 import subprocess
 import sys
 
-from ._cache import cache_folder
+from ._cache import cache_folder, source_hash
 
-DONE = "warm"  # marker in the cache folder
+DONE = "warm-{}"  # marker in the cache folder, with the hash of the sources
 LONGEST = 300.0  # seconds to wait for a helper process; what it has not compiled is compiled here when it is needed
 
 
@@ -17,7 +17,7 @@ def warm_up(say=print) -> bool:
 
     A process that fails costs nothing but its time: kernels that are still missing are compiled when they are called.
     """
-    marker = cache_folder() / DONE
+    marker = cache_folder() / DONE.format(source_hash())
     if marker.exists():
         return False
     say("compiling kernels for this machine (once, about half a minute)")

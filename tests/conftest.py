@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from bifurc import warm
 from bifurc._cache import source_hash
 
 settings.register_profile("bifurc", derandomize=True, deadline=None, print_blob=False)
 settings.load_profile("bifurc")
 
 # numba looks only at a caller's own file when it judges a cached kernel, so an edited callee would be replayed in its
-# old form: every state of the sources gets a folder of its own. This runs before any test module imports numba.
-if "NUMBA_CACHE_DIR" not in os.environ:
-    os.environ["NUMBA_CACHE_DIR"] = os.path.join(
-        tempfile.gettempdir(), f"bifurc-tests-{os.getuid()}", source_hash())
+# old form: inside this folder every state of a module and of all it imports gets a folder of its own (`bifurc._cache`).
+os.environ.setdefault("NUMBA_CACHE_DIR", os.path.join(tempfile.gettempdir(), f"bifurc-tests-{os.getuid()}"))
 os.makedirs(os.environ["NUMBA_CACHE_DIR"], exist_ok=True)
-open(os.path.join(os.environ["NUMBA_CACHE_DIR"], "warm"), "a").close()  # commands under test start no compiling processes
+marker = os.path.join(os.environ["NUMBA_CACHE_DIR"], warm.DONE.format(source_hash()))
+open(marker, "a").close()  # commands under test start no compiling processes
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 

@@ -158,9 +158,9 @@ class _Writer:
     def __init__(self, text: str):
         import numba
 
-        from .._cache import cache_folder, source_hash
+        from .._cache import cache_folder, closure_hash
 
-        whole = "\n".join((numba.__version__, sys.version, source_hash(), text))
+        whole = "\n".join((numba.__version__, sys.version, closure_hash(__name__, *ENGINE_MODULES), text))
         self.key = hashlib.sha256(whole.encode()).hexdigest()[:20]
         self.folder = pathlib.Path(cache_folder()) / "written" / self.key
         self.text = text.replace("bifurc_step_@", f"bifurc_step_{self.key}")
@@ -169,10 +169,13 @@ class _Writer:
 
     def module(self, name: str):
         """Return the written twin of a module of the package, imported."""
-        own = f"bifurc_written_{self.key}_{name.removeprefix('bifurc.').replace('.', '_')}"
+        from .._cache import closure_hash
+
+        short = f"{name.removeprefix('bifurc.').replace('.', '_')}_{closure_hash(name)}"
+        own = f"bifurc_written_{self.key}_{short}"
         if own in sys.modules:
             return sys.modules[own]
-        path = self.folder / f"{name.removeprefix('bifurc.').replace('.', '_')}.py"
+        path = self.folder / f"{short}.py"
         text = self.text if name == LAW_MODULE else self._rewritten(name)
         if not path.exists():
             _write(path, text)

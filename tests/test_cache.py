@@ -1,0 +1,42 @@
+"""Kernels are keyed by all sources they can see, and by no others."""
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from bifurc import _cache
+
+
+def hashes(folder, *modules):
+    """Return the keys of modules of a copy of the package."""
+    code = f"from bifurc import _cache; print(*(_cache.closure_hash(m) for m in {modules!r}), _cache.source_hash())"
+    return subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True).stdout.split()
+
+
+@pytest.mark.parametrize("edited, changed", [
+    ("flow/affine.py", (True, True, True)),  # everybody builds on the engine
+    ("orbits/sequence.py", (False, True, False)),
+    ("basins/near.py", (False, False, True)),
+    ("elements/kinds.py", (True, True, True)),  # its codes are frozen in kernels
+    ("elements/stops.py", (False, False, False)),  # composed into numbers, never compiled
+])
+def test_an_edit_changes_the_keys_of_those_that_see_it(tmp_path, edited, changed):
+    shutil.copytree(_cache._PACKAGE, tmp_path / "bifurc", ignore=shutil.ignore_patterns("__pycache__"))
+    modules = ("bifurc.flow.simulate", "bifurc.orbits.find", "bifurc.basins.marcher")
+    before = hashes(tmp_path, *modules)
+    with open(tmp_path / "bifurc" / edited, "a") as file:
+        file.write("# edited\n")
+    after = hashes(tmp_path, *modules)
+    assert tuple(a != b for a, b in zip(after[:3], before[:3], strict=True)) == changed
+    assert (after[3] != before[3]) == any(changed)
+
+
+def test_kernels_lie_in_the_folder_of_their_sources(tmp_path):
+    code = "from bifurc.solve import dense; print(dense.lu._cache.cache_path)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
+                         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)})
+    assert out.stdout.startswith(str(tmp_path / _cache.closure_hash("bifurc.solve.dense")))
+    assert _cache.kernel_folder("bifurc.flow.scan").name == _cache.closure_hash("bifurc.flow.scan")
+    assert _cache.kernel_folder("elsewhere") == _cache.cache_folder()
