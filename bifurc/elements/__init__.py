@@ -3,6 +3,7 @@ from . import local
 from .atrow import AtRow
 from .element import ALWAYS, Element
 from .forcing import BaseMotion, ConstantForce, HarmonicForce
+from .friction import Coulomb, Jenkins, LoadedContact, RegularizedFriction, Stribeck
 from .kinds import EventKind
 from .local import Affine, Core, Frame
 from .mode import Guard, Hold, Kick, Law, Mode, Rate, Restitution, Slaved
@@ -10,10 +11,11 @@ from .site import Rows
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
 from .stops import ElasticStop, RigidStop, Wall
 
-__all__ = ["ALWAYS", "Affine", "AtRow", "BaseMotion", "ConstantForce", "Core", "CubicSpring", "ElasticStop", "Element",
-           "EventKind", "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Kick", "Law", "LinearSpring",
-           "Mode", "PolynomialSpring", "Rate", "Restitution", "RigidStop", "Rows", "Slaved", "Wall",
-           "local"]
+__all__ = ["ALWAYS", "Affine", "AtRow", "BaseMotion", "ConstantForce", "Core", "Coulomb", "CubicSpring",
+           "ElasticStop", "Element", "EventKind", "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Jenkins",
+           "Kick", "Law", "LinearSpring", "LoadedContact", "Mode", "PolynomialSpring", "Rate",
+           "RegularizedFriction", "Restitution", "RigidStop", "Rows", "Slaved", "Stribeck", "Wall", "local"]
 
-BUILT_IN = {cls.__name__: cls for cls in (BaseMotion, ConstantForce, CubicSpring, ElasticStop, Force, HarmonicForce,
-                                          LinearSpring, PolynomialSpring, RigidStop)}
+BUILT_IN = {cls.__name__: cls for cls in (BaseMotion, ConstantForce, Coulomb, CubicSpring, ElasticStop, Force, HarmonicForce,
+                                          Jenkins, LinearSpring, PolynomialSpring, RegularizedFriction, RigidStop,
+                                          Stribeck)}

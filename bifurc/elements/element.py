@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .checks import number
-from .local import Core
+from .local import Affine, Core
 from .mode import Mode
 from .site import Rows
 
@@ -18,7 +18,7 @@ class Element:
     """An effect that acts on a system through a site, in one of several modes.  Frozen.
 
     To write one, derive a frozen dataclass with the parameters as fields (those declared ``float`` are parameters of
-    the system, anything else is structure and must be hashable) and give it
+    the system, and ``float | None`` where they are given; anything else is structure and must be hashable) and give it
 
     * ``site(n)`` -> `Rows`: where it sits in a system of n degrees of freedom,
     * ``mode(key, core)`` -> `Mode`: how it acts; called for the keys that are reached, never for all,
@@ -27,7 +27,8 @@ class Element:
 
     * ``start``: keys that may hold at a start, tried in this order (default: one mode, `ALWAYS`),
     * ``harmonics``: harmonics of the excitation that occur in its expressions (those of the site are found),
-    * ``memory``: names of its memory states,
+    * ``memory``: names of its memory states; ``relaxed``: their values, affine in u and s, where a start gives none
+      (default: zeros),
     * ``mirrored()``: the element seen after u -> -u and half a period, or None when that is not known;
       ``mirrored_key(key)`` and ``mirrored_guard(key, guard)``: its mode and guard in that image (default: the same).
 
@@ -54,11 +55,13 @@ class Element:
     start: ClassVar[tuple[Hashable, ...]] = (ALWAYS,)
     harmonics: ClassVar[tuple[int, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
+    relaxed: ClassVar[tuple[Affine, ...]] = ()
 
     def __post_init__(self):
         """Store fields declared as floats as finite floats; call it first when you check more."""
         for name in _named(type(self))[1]:
-            object.__setattr__(self, name, number(type(self).__name__, name, getattr(self, name)))
+            if getattr(self, name) is not None or name not in _named(type(self))[2]:
+                object.__setattr__(self, name, number(type(self).__name__, name, getattr(self, name)))
 
     def site(self, n: int) -> Rows:
         """Return the site in a system of ``n`` degrees of freedom."""
@@ -88,13 +91,14 @@ class Element:
     @property
     def parameters(self) -> dict[str, float]:
         """Fields that are floats, by name."""
-        return {name: getattr(self, name) for name in _named(type(self))[1]}
+        return {name: value for name in _named(type(self))[1] if (value := getattr(self, name)) is not None}
 
     @property
     def structure(self) -> tuple:
         """What a change of parameters cannot change: the class and all fields that are not floats."""
-        names, floats = _named(type(self))
-        return (type(self), *(getattr(self, name) for name in names if name not in floats))
+        names, floats, optional = _named(type(self))
+        return (type(self), *(getattr(self, name) is None if name in optional else getattr(self, name)
+                              for name in names if name not in floats or name in optional))
 
     def with_parameters(self, **changes) -> "Element":
         """Return a copy with some fields changed."""
@@ -111,15 +115,17 @@ class Element:
         return cls(**{name: _tupled(value) for name, value in record.items() if name != "class"})
 
 
-_FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {}
+_FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {}
 
 
-def _named(cls: type) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the fields of a class but for the label, and of those declared as floats; remembered."""
+def _named(cls: type) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """Names of the fields of a class but for the label, of those that are floats, and of those floats that may be None."""
     if cls not in _FIELDS:
         fields = dataclasses.fields(cls)
+        optional = tuple(field.name for field in fields if field.type in (float | None, "float | None"))
         _FIELDS[cls] = (tuple(field.name for field in fields if field.name != "label"),
-                        tuple(field.name for field in fields if field.type in (float, "float")))
+                        tuple(field.name for field in fields if field.type in (float, "float") or field.name in optional),
+                        optional)
     return _FIELDS[cls]
 
 

@@ -132,12 +132,16 @@ class Mode:
     memory : tuple of Slaved, Rate or None
         One entry a memory; None (and an empty tuple) is frozen.
     guards : tuple of Guard
+    bounds : tuple of (Affine, Affine)
+        Of a set-valued law: least and largest multiplier of every held row, what harmonic balance projects on; the flow
+        goes by the guards.  Empty: the holds are no set-valued force law.
     """
 
     force: tuple | Law = ()
     hold: tuple[Hold, ...] = ()
     memory: tuple = ()
     guards: tuple[Guard, ...] = ()
+    bounds: tuple[tuple[Affine, Affine], ...] = ()
 
     @property
     def law(self) -> Law | None:
