@@ -9,12 +9,12 @@ import dataclasses
 import functools
 import re
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from .atrow import AtRow
-from .checks import number, vector
+from .checks import number
 from .kinds import EventKind
 from .local import ONE, Affine, s, u
 from .mode import Guard, Mode, Slaved
@@ -50,16 +50,15 @@ class SliderSet(AtRow):
     def __post_init__(self):
         super().__post_init__()
         name = type(self).__name__
-        for field in self.tuples:
+        for field, limits in self.tuples.items():
             value = getattr(self, field)
-            if not np.size(value):
-                raise ValueError(f"{name}: {field} = {value!r} is not allowed; there must be at least one slider")
-            value = vector(name, field, value)
+            if np.ndim(value) != 1 or not len(value):
+                raise ValueError(f"{name}: {field} = {value!r} is not allowed; it must be a list of numbers, one a slider, "
+                                 "at least one")
+            value = tuple(number(name, f"{field}[{i}]", item, **limits) for i, item in enumerate(value))
             object.__setattr__(self, field, value)
-        for i, limit in enumerate(self.limits):
-            number(name, f"limits[{i}]", limit, least=0.0)
 
-    tuples = ("limits",)  # fields with one number a slider
+    tuples: ClassVar[dict[str, dict[str, float]]] = {"limits": {"least": 0.0}}  # fields with one number a slider, what is allowed
 
     @property
     def count(self) -> int:
@@ -232,15 +231,13 @@ class Iwan(SliderSet):
     stiffnesses: tuple[float, ...] = (1.0,)
     limits: tuple[float, ...] = (1.0,)
 
-    tuples = ("stiffnesses", "limits")
+    tuples: ClassVar = {"stiffnesses": {"above": 0.0}, "limits": {"least": 0.0}}
 
     def __post_init__(self):
         super().__post_init__()
         if len(self.stiffnesses) != len(self.limits):
             raise ValueError(f"Iwan: {len(self.stiffnesses)} stiffnesses and {len(self.limits)} limits were given; "
                              "every slider needs one of each")
-        for i, stiffness in enumerate(self.stiffnesses):
-            number("Iwan", f"stiffnesses[{i}]", stiffness, above=0.0)
 
     def stiffness_of(self, slider):
         """Return the stiffness of a slider."""
