@@ -65,6 +65,12 @@ def is_surface(value: Affine) -> bool:
     return "u" in names and not names & {"s", "z", "lam"}
 
 
+def is_stop(value: Affine) -> bool:
+    """Return whether a guard is that of a speed: sliding that stops."""
+    names = value.names
+    return "s" in names and not names & {"u", "z", "lam"}
+
+
 class Placed(NamedTuple):
     """A site in a frame: rows of an element, and how impulses meet it."""
 
@@ -135,6 +141,25 @@ class Packer:
             if guard.kick is not None and not guard.kick.affine:
                 raise ValueError(f"{name}: the kick {guard.kick!r} is not affine in the speeds; "
                                  "only affine ones can be composed")
+
+    def slaved(self, keys: tuple) -> list[tuple[int, np.ndarray]]:
+        """Return place and row (nx,) of every memory state that follows local values in the mode of these keys."""
+        found = []
+        for e, key in enumerate(keys):
+            local = {"u": self.sites[e].U, "s": self.sites[e].S, "z": self.frame.eye[self.slices[e]]}
+            for i, memory in enumerate(self.mode(e, key).memory):
+                if isinstance(memory, Slaved):
+                    found.append((self.slices[e].start + i, self.frame.row(memory.value, local)))
+        return found
+
+    def relaxed(self) -> list[tuple[int, np.ndarray]]:
+        """Return place and row (nx,) of every memory state that has a relaxed value other than zero."""
+        found = []
+        for e, element in enumerate(self.system.elements):
+            local = {"u": self.sites[e].U, "s": self.sites[e].S}
+            for i, value in enumerate(element.relaxed):
+                found.append((self.slices[e].start + i, self.frame.row(value, local)))
+        return found
 
     def independent(self, keys: tuple) -> bool:
         """Return whether the rows held by all elements together are independent."""
@@ -261,12 +286,17 @@ class Packer:
         """Write the state after a guard: identity, position on the surface, kick, memory of the mode that is left."""
         n, ns = self.frame.n, self.frame.ns
         site, row, R = self.sites[e], T.G[m, g], T.R[m, g]
-        surface = is_surface(guard.value)
+        surface = is_surface(guard.value) and row[:n].any()  # a driven row has no coordinate to put right
         if surface:
             direction = self.inverse @ row[:n]
             direction /= row[:n] @ direction
             T.D[m, g, :n] = direction
             R[:n] -= direction[:, None] * row
+        elif is_stop(guard.value) and row[n:2 * n].any():  # rounding must leave no speed that stick would break on
+            direction = self.inverse @ row[n:2 * n]
+            direction /= row[n:2 * n] @ direction
+            T.D[m, g, n:2 * n] = direction
+            R[n:2 * n] -= direction[:, None] * row
         if guard.kick is not None:
             W = site.J @ site.X
             constant, slope = guard.kick.impulse(np.zeros(len(W)), W)

@@ -75,6 +75,7 @@ class Scene:
         self._guards: list[tuple[GuardOf, ...]] = []
         self._holds: list[tuple[int, ...]] = []
         self._packer = Packer(system, self.frame, self.slices)
+        self._slaved: dict[int, list] = {}
         first = tuple(element.start[0] for element in elements)
         reach = self._closure()
         self.complete = reach is not None
@@ -145,6 +146,37 @@ class Scene:
     def element_name(self, mode: int, guard: int) -> str:
         """Return the label of the element that owns a guard."""
         return self.system.labels[self._guards[mode][guard].element]
+
+    # memory
+
+    def relax(self, x: np.ndarray) -> None:
+        """Write the relaxed memory of all elements into the joined state ``x`` (nx,)."""
+        for place, row in self._packer.relaxed():
+            x[place] = row @ x
+
+    def show(self, mode: int, states: np.ndarray, tau: np.ndarray) -> None:
+        """Write the memory that follows local values in a mode into ``states`` (k, ns) at the times ``tau`` (k,)."""
+        if self.ns == 2 * self.n:
+            return
+        rows = self.slaved(mode)
+        if rows:
+            joined = np.hstack([states, self.forcing(tau)])
+            for place, row in rows:
+                states[:, place] = joined @ row
+
+    def slaved(self, mode: int) -> list[tuple[int, np.ndarray]]:
+        """Return place and row (nx,) of every memory state that follows local values in a mode."""
+        rows = self._slaved.get(mode)
+        if rows is None:
+            rows = self._slaved[mode] = self._packer.slaved(self.keys[mode])
+        return rows
+
+    def forcing(self, tau: np.ndarray) -> np.ndarray:
+        """Return the forcing states (k, nw) at the times ``tau`` (k,)."""
+        angle = np.multiply.outer(np.asarray(tau, float), np.array(self.harmonics, float) * (self.omega or 0.0))
+        found = np.ones((len(angle), self.nw))
+        found[:, 1::2], found[:, 2::2] = np.cos(angle), np.sin(angle)
+        return found
 
     # symmetry
 
@@ -217,7 +249,7 @@ class Scene:
         then = [[self._candidates(m, owner) for owner in found] for m, found in enumerate(self._guards)]
         candidates = max((len(numbers) for found in then for numbers in found), default=1)
         holds = max(len(found) for found in self._holds)
-        T = allocate(len(self.keys), guards, candidates, holds, self.ns, self.harmonics, len(self.laws),
+        T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
                      sum(law.rows for law in self.laws), sum(len(law.law.values) for law in self.laws))
         for m, keys in enumerate(self.keys):
             T.acts[m] = [keys[law.element] == law.key for law in self.laws]

@@ -32,7 +32,7 @@ class Tables(NamedTuple):
     G: np.ndarray  # (modes, guards, nx) guard = G x, negative inside
     R: np.ndarray  # (modes, guards, ns, nx) state after the event; rows of the identity where nothing jumps
     B: np.ndarray  # (modes, guards, ns) velocity direction of the kick with d(guard')/d(B) = 1; zero without a kick
-    D: np.ndarray  # (modes, guards, ns) position direction with guard changing by 1; zero where G has no position
+    D: np.ndarray  # (modes, guards, ns) direction with guard changing by 1: positions of a surface, velocities of a stop, else 0
     H: np.ndarray  # (modes, holds, nx) speeds of held rows, zero while held
     S: np.ndarray  # (modes, holds, nx) positions of held rows that are frozen on a surface; zero row: no surface
     ratio: np.ndarray  # (modes, guards) ratio of the infinite sequence (restitution); 0: none
@@ -61,7 +61,7 @@ class Tables(NamedTuple):
     G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
 
 
-def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harmonics,
+def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: int, harmonics,
              laws: int = 0, law_rows: int = 0, law_values: int = 0) -> Tables:
     """Return tables of zeros with the views laid over one flat buffer."""
     k = np.asarray(harmonics, np.int64)
@@ -69,7 +69,7 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harm
     nx = ns + nw
     shapes = [(modes, ns, nx), (modes, guards, nx), (modes, guards, ns, nx), (modes, guards, ns), (modes, guards, ns),
               (modes, holds, nx), (modes, holds, nx), (modes, guards),
-              (law_values,), (law_rows, nx), (law_rows, nx), (modes, law_rows, ns // 2), (modes, guards, law_rows)]
+              (law_values,), (law_rows, nx), (law_rows, nx), (modes, law_rows, n), (modes, guards, law_rows)]
     flat = np.zeros(1 + sum(math.prod(shape) for shape in shapes))
     views, start = [], 1
     for shape in shapes:
@@ -89,8 +89,7 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, ns: int, harm
 def rate(T, m):
     """Bound on the rate of change in mode ``m``: scaled norm of A (velocities over root of stiffness), forcing."""
     A, flat, harmonics = T.A, T.flat, T.harmonics
-    ns = A.shape[1]
-    n = ns // 2
+    n = T.LP.shape[2]
     stiff = 0.0
     damp = 0.0
     for i in range(n, 2 * n):

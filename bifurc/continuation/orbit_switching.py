@@ -7,7 +7,7 @@ to either side, never assumed: the orbit may live on the impacting or the non-im
 import numpy as np
 
 from ..orbits import sequence
-from ..orbits.sequence import AFTER, BEFORE, GUARD
+from ..orbits.sequence import AFTER, BEFORE, CLOSES, GUARD, STARTS
 from ..orbits.signature import Signature, divided, repeated, sections
 from .branchpoint import other_direction
 from .kinds import CorrectorStatus, SpecialPointKind
@@ -80,7 +80,8 @@ def touches(problem, x):
         mode = int(node[AFTER])
         e.motion.start_of(T, s.nodes, x[:-1], i, P, joined)
         for q in range(int(T.n_guards[mode])):
-            value, at = e.kernel.segment_peak(T, mode, q, joined, (ends[i + 1] - ends[i]) * period, 1)
+            value, at = e.kernel.segment_peak(T, mode, q, joined, (ends[i + 1] - ends[i]) * period, 1,
+                                                     abs(int(node[STARTS + q])) if node.size > STARTS else 0)
             row = np.empty(joined.size)
             e.kernel.guard_gradient(T, mode, q, joined, row)
             if abs(value) <= NEAR * e.kernel.scale_of(row, e.weights):
@@ -123,7 +124,7 @@ def inserted(problem, x, periods: int = 1):
     for k in range(periods):
         for node, row in zip(s.nodes.tolist(), rows, strict=True):
             if node[GUARD] >= 0:
-                items.append((row[0] + k * s.span, len(items), node, row[1:]))
+                items.append((row[0] + k * s.span, len(items), node[:STARTS], row[1:]))
     for tau, mode, guard, y in born:
         nodes = event_nodes(scene, mode, guard)
         if nodes is None:

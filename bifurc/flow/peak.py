@@ -8,8 +8,9 @@ from .polynomial import highest
 
 
 @both
-def segment_peak(T, m, g, x, s, closing):
-    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x`` (nx,).
+def segment_peak(T, m, g, x, s, closing, low):
+    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x`` (nx,), at the start of
+    which it has a zero of order ``low``.
 
     A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
     value counts unless the guard is the one that ``closing`` (1) says ends the segment.
@@ -23,6 +24,10 @@ def segment_peak(T, m, g, x, s, closing):
     for c in range(nx):
         value += G[m, g, c] * x[c]
         slope += GT[m, g, c, 1] * x[c]
+    if low > 0:
+        value = 0.0
+    if low > 1:
+        slope = 0.0
     while t < s:
         h = min(step[m], s - t)
         carry(T, m, now, h, after)
@@ -36,6 +41,9 @@ def segment_peak(T, m, g, x, s, closing):
         top = max(value + h * slope / 3.0, value1 - h * slope1 / 3.0) + e * (h / step[m])**4
         if top > best and ((slope > 0.0 and slope1 <= 0.0) or top > max(value, value1)):
             guard_series(T, m, g, now, a)
+            if t == 0.0:  # the zero at the start is exact: rounding is no maximum beyond it
+                for j in range(low):
+                    a[j] = 0.0
             found = highest(a, h, best, out, stack)
             if found > best:
                 best, where = found, t + out[0]

@@ -47,7 +47,7 @@ def event_map(T, m, g, closes, P):
     """
     R, ratio = T.R, T.ratio
     ns, nx = P.shape
-    n = ns // 2
+    n = T.LP.shape[2]
     for i in range(ns):
         for c in range(nx):
             P[i, c] = R[m, g, i, c]

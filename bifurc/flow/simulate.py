@@ -20,7 +20,8 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     ----------
     system : System
     y0 : array_like
-        State (2 n,) or (ns,): positions, velocities, and memory where there is any (else zero).
+        State (2 n,) or (ns,): positions, velocities, and memory where there is any (left out: relaxed, springs of sliders
+        without force).
     periods, duration : float
         How long: forcing periods or time; exactly one of them.
     t0 : float
@@ -45,8 +46,8 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     True
     """
     scene = scene_of(system)
-    y0 = _state(scene, y0)
     t0 = _number("t0", t0)
+    y0 = _state(scene, y0, t0)
     if (periods is None) == (duration is None):
         raise ValueError("give either periods or duration")
     if periods is not None and scene.period is None:
@@ -153,16 +154,21 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     recorded = Recorded(rows, times, np.concatenate(([0.0], record[:n, SPEED])), np.concatenate(([0.0], record[:n, SPAN])),
                         states[:, :scene.ns].copy(), states[:, scene.ns:].copy())
     stop = int(ints[WHOLE]) * period + floats[TAU]
-    return Trajectory(scene.system, begin[0] * period + begin[1], stop, x[:scene.ns].copy(), status, message, recorded)
+    final = x[None, :scene.ns].copy()
+    scene.show(int(ints[MODE]), final, floats[TAU:TAU + 1])
+    return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
 
 
-def _state(scene, y0) -> np.ndarray:
+def _state(scene, y0, t0: float) -> np.ndarray:
     given = np.asarray(y0, float)
     if given.shape not in {(2 * scene.n,), (scene.ns,)}:
         raise ValueError(f"y0 has shape {given.shape}; a state of this system has shape ({scene.ns},): positions, then velocities")
     if not np.isfinite(given).all():
         raise ValueError(f"y0 = {y0!r} must be finite")
-    return np.concatenate((given, np.zeros(scene.ns - given.size)))
+    x = np.concatenate((given, np.zeros(scene.ns - given.size), scene.forcing(np.array([t0]))[0]))
+    if given.size < scene.ns:
+        scene.relax(x)
+    return x[:scene.ns]
 
 
 def _number(name: str, value) -> float:

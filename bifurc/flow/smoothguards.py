@@ -390,8 +390,9 @@ def closing(T, m, g, x, v, out):
 
 
 @njit
-def segment_peak(T, m, g, x, s, closing_guard):
-    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x``.
+def segment_peak(T, m, g, x, s, closing_guard, low):
+    """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x``, at the start of which it
+    has a zero of order ``low``.
 
     The end value counts unless the guard is the one that ``closing_guard`` (1) says ends the segment.
     """
@@ -402,6 +403,9 @@ def segment_peak(T, m, g, x, s, closing_guard):
     while t < s:
         h = fitted(T, m, now, s - t, acc, force, x1, np.empty((0, 2)), np.empty((0, n, NODES + 2)))
         series(T, m, g, now, n, h, acc, force, 1, a)
+        if t == 0.0:
+            for j in range(low):
+                a[j] = 0.0
         if rising and a[1] <= 0.0 and a[0] > best:
             best, where = a[0], t
         top = highest(a, h, best, out, stack)

@@ -149,6 +149,11 @@ class Trajectory:
         out = np.empty((flat.size, R.after.shape[1]))
         engine_of(scene).sample(scene.tables, np.ascontiguousarray(R.rows[:, 2]), R.times, R.after, index,
                                 np.maximum(spans, 0.0), out)
+        for mode in np.unique(R.rows[index, 2]) if scene.ns > 2 * scene.n else ():
+            here = R.rows[index, 2] == mode
+            shown = out[here]
+            scene.show(int(mode), shown, flat[here])
+            out[here] = shown
         return out.reshape(*times.shape, -1)
 
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:

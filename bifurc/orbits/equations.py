@@ -40,7 +40,7 @@ class Equations:
         sizes = np.concatenate([[0.25], GROWTH * self.weights])
         self.scale = np.append(np.tile(sizes, len(signature.nodes)), parameter_scale)
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
-        self.closure = signature.signs(scene.ns)
+        self.closure = signature.signs(scene)
         self.kernel = kernels(scene.laws, scene.n, sequence.__name__)
         self.motion = kernels(scene.laws, scene.n, motion.__name__)
         self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,

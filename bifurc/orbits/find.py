@@ -11,7 +11,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .path import constant_path
-from .sequence import BEFORE, CLOSES, GUARD
+from .sequence import AFTER, BEFORE, CLOSES, GUARD
 from .signature import Signature, divided, repeated, sections
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -136,7 +136,10 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
             continue
         listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before, speed))
     listed = [item for item in listed if item[0] >= -1e-12]
-    chosen = [item for item in listed if item[0] < listed[0][0] + periods - 1e-7] if listed else []
+    closed = window(listed, periods)
+    chosen = listed[closed] if closed else [item for item in listed if item[0] < listed[0][0] + periods - 1e-7]
+    while len(chosen) > 1 and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:  # a period that does not close yet
+        chosen.pop()
     start = motion(first * period)
     states = np.array([start] + [item[2] for item in chosen])
     n = scene.n
@@ -151,6 +154,24 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     mark_trains(nodes, np.array([item[3] for item in chosen]))
     unknowns = np.concatenate([np.concatenate([[item[0]], item[2]]) for item in chosen])
     return Signature(nodes, np.zeros(len(nodes)), float(periods)), unknowns, weights
+
+
+def window(listed, periods: int) -> slice | None:
+    """Return the part of the listed events that comes nearest to a closed period: its first event returns after it; or
+    None.
+
+    A motion that still settles may have one event more or less in a window of one period than the orbit.
+    """
+    best, found = np.inf, None
+    for i, first in enumerate(listed):
+        for j in range(i + 1, len(listed)):
+            late = listed[j][0] - first[0] - periods
+            if late > 0.5 * periods:
+                break
+            away = abs(late) - 1e-3 * first[0] / periods  # among equals the later one
+            if late > -0.5 * periods and listed[j][1] == first[1] and listed[j - 1][1][AFTER] == first[1][BEFORE] and away < best:
+                best, found = away, slice(i, j)
+    return found
 
 
 def mark_trains(nodes, speeds):

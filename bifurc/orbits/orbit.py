@@ -19,6 +19,7 @@ from .signature import Signature, repeated
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 INSTANT = 1e-12  # periods: kicks this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
+CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
 
 
@@ -158,24 +159,36 @@ class PeriodicOrbit:
         return float(np.abs(self.equations.residual(np.append(self._unknowns, 0.0))).max())
 
     @functools.cached_property
-    def _audit(self) -> tuple[float, float]:
+    def _correction(self) -> float:
+        """Largest scaled Newton correction; infinite where there is none."""
+        x, scale = np.append(self._unknowns, 0.0), self.equations.scale[:-1]
+        residual = self.equations.residual(x)
+        if not np.isfinite(residual).all():
+            return math.inf
+        try:
+            return float(np.abs(np.linalg.solve(self.equations.jacobian(x) * scale, -residual)).max())
+        except np.linalg.LinAlgError:
+            return math.inf
+
+    @functools.cached_property
+    def _audit(self) -> tuple[float, float, float]:
         s, info = self.sequence, np.zeros(sequence.INFO)
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
                                       self._unknowns, self.weights, info)
-        return float(info[sequence.LISTED]), float(info[sequence.PEAK])
+        return float(info[sequence.LISTED]), float(info[sequence.PEAK]), float(info[sequence.LEAVING])
 
     @property
     def admissible(self) -> bool:
         """Whether every segment was found free of unlisted events and every listed event arrives."""
-        listed, peak = self._audit
-        return listed >= -TOUCH and peak <= TOUCH
+        listed, peak, leaving = self._audit
+        return listed >= -TOUCH and max(peak, leaving) <= TOUCH
 
     @property
     def status(self) -> OrbitStatus:
         """How the orbit is to be taken."""
         if self._failed is not None:
             return self._failed
-        if not self.residual <= 50.0 * TOLERANCE:
+        if not (self.residual <= 50.0 * TOLERANCE or self._correction <= CORRECTED):
             return OrbitStatus.NOT_CONVERGED
         return OrbitStatus.CONVERGED if self.admissible else OrbitStatus.INADMISSIBLE
 
@@ -225,10 +238,22 @@ class PeriodicOrbit:
         return M
 
     @functools.cached_property
+    def family(self) -> list[int]:
+        """States (indices) that nothing changes in a period: the orbit is one of a family that they label."""
+        return self._whole[0].kept(self.scene)
+
+    @functools.cached_property
     def multipliers(self) -> np.ndarray:
-        """Floquet multipliers (ns,), complex, largest modulus first; infinite at zero impact speed, NaN where two
-        simultaneous kicks have no common derivative (`message` says so)."""
+        """Floquet multipliers, complex, largest modulus first; infinite at zero impact speed, NaN where two simultaneous
+        kicks have no common derivative (`message` says so).
+
+        There is one a state, less those that nothing changes in a period (memory never written, coordinates that stick all
+        the time): such a state labels the orbits of a family, its multiplier 1 says nothing of stability.
+        """
         M = self.monodromy
+        kept = self.family
+        if kept:
+            M = np.delete(np.delete(M, kept, 0), kept, 1)
         if self._disputed is not None:
             return np.full(len(M), complex(np.nan))
         if not np.isfinite(M).all():
@@ -241,7 +266,7 @@ class PeriodicOrbit:
         """Whether all multipliers lie inside the unit circle; None on it, or for a failed orbit."""
         if not self.success or self._disputed is not None:
             return None
-        top = float(np.abs(self.multipliers).max())
+        top = float(np.abs(self.multipliers).max(initial=0.0))
         return None if abs(top - 1.0) < NEUTRAL else top < 1.0
 
     # measures
@@ -260,9 +285,22 @@ class PeriodicOrbit:
         order = np.argsort(wrapped, kind="stable")
         out = np.empty((len(wrapped), self.scene.ns))
         self.equations.motion.states(self.equations.path.tables, whole.nodes, whole.span, U, wrapped[order], out)
+        self._show(out, wrapped[order], whole, U)
         found = np.empty_like(out)
         found[order] = out
         return found
+
+    def _show(self, states, tau, whole, U) -> None:
+        """Write memory that follows local values into the states (k, ns) at the times ``tau`` (k,), periods."""
+        scene = self.scene
+        if scene.ns == 2 * scene.n:
+            return
+        at = np.searchsorted(U[::1 + scene.ns], tau, side="right") - 1
+        modes = whole.nodes[at, AFTER]
+        for mode in np.unique(modes):
+            shown = states[modes == mode]
+            scene.show(int(mode), shown, tau[modes == mode] * self.forcing_period)
+            states[modes == mode] = shown
 
     def _measure(self, dof: int, h: float) -> np.ndarray:
         if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.scene.n):

@@ -6,9 +6,10 @@ the guard ``g`` of the mode before,
 
     phi(tau_i, tau_{i+1}, y_i+) - y_{i+1} = 0,     g(tau_i, y_i) = 0,     (tau_m, y_m) = (tau_0 + span, closure y_0).
 
-No row contains 1/speed, so that Newton and arclength pass zero impact speed regularly.  Where an interval opens and
-closes on the same surface its closing guard has a trivial root at zero duration ``s``; that row is divided by
-``s**order``, which keeps it regular through the birth of a contact (elastic graze).
+No row contains 1/speed, so that Newton and arclength pass zero impact speed regularly.  Where the opening of an
+interval makes its closing guard vanish at zero duration ``s`` that root is trivial; the row is divided by ``s**order``,
+which keeps it regular through the birth of a contact (elastic graze: order 1) and of a slip (order 2).  Events that
+coincide always (two sliders on one coordinate stop together) have the row ``tau_{i+1} = tau_i`` instead.
 
 A perturbation that is multiplied by mu over the period makes ``det J(mu)`` vanish, where the columns of node ``m``
 carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
@@ -16,19 +17,22 @@ carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 import numpy as np
 
 from .._jit import both, njit
-from ..compose.tables import rebuild
-from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_value
+from ..compose.tables import ORDER, rebuild
+from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_series, guard_value
 from ..flow.peak import segment_peak
 from ..flow.saltation import event_map
 from ..solve.dense import lu, lu_solve
 
-# columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0 or order; CLOSES 1: ends an infinite sequence of
-# impacts, 2: belongs to one
-BEFORE, GUARD, AFTER, DIVIDE, CLOSES = range(5)
+# columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
+# sequence of impacts, 2: belongs to one; then for every guard of the mode AFTER the order of its zero at the start, negative
+# where its leading rate is a condition that no arriving speed implies (a reversal: the mass must be moving away)
+BEFORE, GUARD, AFTER, DIVIDE, CLOSES, STARTS = range(6)
+TOGETHER = -1
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
+STALLED = 1e-10  # two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
- PEAK_TIME, RESTS, INFO) = range(14)  # places in the `info` array that `correct` fills
+ PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, INFO) = range(17)  # places in the `info` array that `correct` fills
 
 
 @both
@@ -90,10 +94,13 @@ def clear(row, P):
 
 @njit
 def scale_of(row, weights):
-    """Natural size of a guard with gradient ``row``."""
+    """Natural size of a guard with gradient ``row``: that of its states, or of its forcing where time alone decides."""
     total = 0.0
     for c in range(weights.size):
         total += abs(row[c]) * weights[c]
+    if total == 0.0:
+        for c in range(weights.size, row.size):
+            total += abs(row[c])
     return total
 
 
@@ -184,6 +191,11 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         for c in range(ns):
             r = base + 1 + c
             sign = closure[c] if last else 1.0
+            if sign == 0.0:  # nothing writes this state in a period: it labels the orbits of a family and is kept
+                F[r] = 0.0
+                if want > 0.0:
+                    J[r, 1 + c] = 1.0 / weights[c]
+                continue
             F[r] = (y1[c] - sign * U[nxt * size + 1 + c]) / weights[c]
             if want > 0.0:
                 for k in range(ns):
@@ -196,6 +208,15 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                     C[r, 1 + c] -= sign / weights[c]
         order = nodes[nxt, DIVIDE]
         if order == 0:
+            continue
+        if order == TOGETHER:
+            r = nxt * size
+            F[r] = U[r] + (span if last else 0.0) - tau
+            if want > 0.0:
+                J[r, r] += 1.0
+                J[r, base] -= 1.0
+                if last:
+                    C[r, 0] += 1.0
             continue
         close, r = nodes[nxt, GUARD], nxt * size  # closing guard of this interval, divided by duration**order
         if duration < step[after]:
@@ -231,8 +252,9 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
 
 @both
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
-    """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), both scaled, and
-    RESTS (shortest rest behind an infinite sequence, periods)."""
+    """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
+    leading rate of a guard that vanishes at a start), all scaled, and RESTS (shortest rest behind an infinite sequence,
+    periods)."""
     flat, kick, n_guards = T.flat, T.kick, T.n_guards
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -244,7 +266,9 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
     dw = np.empty(nx - ns)
     row = np.empty(nx)
     P = np.empty((ns, nx))
+    a = np.empty(ORDER + 1)
     info[LISTED], info[LISTED_AT], info[RESTS] = np.inf, -1.0, np.inf
+    info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = -np.inf, -1.0, -1.0
     info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = -np.inf, -1.0, -1.0, 0.0
     for i in range(count):
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
@@ -255,13 +279,21 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
         for c in range(nx):
             xp[c] = x[c]
         if g >= 0:
-            if kick[before, g] == 0 and nodes[i, DIVIDE] > 0:  # births of contacts: the duration is the smooth measure
-                speed = tau - (U[(i - 1) * size] if i > 0 else U[(count - 1) * size] - span)
-            else:
+            previous = i - 1 if i > 0 else count - 1
+            order = nodes[i, DIVIDE]
+            speed = np.inf
+            if order != TOGETHER:
                 field(T, before, x, f)
                 forcing_rate(T, x, dw)
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
+            if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0:
+                short = tau - U[previous * size] + (0.0 if i > 0 else span)
+                if order > 0:  # what is left of the speed without the trivial root
+                    turn = 2.0 * np.pi * max(short, 0.0)
+                    speed = speed * ((1.0 + turn) / turn)**order if turn > 0.0 else np.inf
+                if order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0:
+                    speed = min(speed, short)  # births: the duration is the smooth measure
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], P)
@@ -275,8 +307,13 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
         s = (U[nxt * size] + (span if last else 0.0) - tau) * period
         if nodes[i, CLOSES] == 1:
             info[RESTS] = min(info[RESTS], s / period)
+        if nodes[nxt, DIVIDE] == TOGETHER:
+            continue
         for q in range(n_guards[after]):
+            start = nodes[i, STARTS + q] if STARTS + q < nodes.shape[1] else 0
             listed = 1 if nodes[nxt, GUARD] == q and nodes[nxt, BEFORE] == after else 0
+            if listed == 0 and nodes[(nxt + 1) % count, DIVIDE] == TOGETHER:
+                listed = 2  # it may be the guard of an event that coincides with the next
             guard_gradient(T, after, q, xp, row)
             scale = scale_of(row, weights)
             if last and closure[0] < 0.0:  # the segment ends with the mirror image of the first event
@@ -284,7 +321,17 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                     x[c] = closure[c] * U[1 + c]
                 forcing(T, (U[0] + span) * period, x)
                 listed = 1 if nodes[0, GUARD] >= 0 and abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
-            value, at = segment_peak(T, after, q, xp, s, listed)
+            if listed == 2:
+                for c in range(ns):
+                    x[c] = U[nxt * size + 1 + c]
+                forcing(T, (U[nxt * size] + (span if last else 0.0)) * period, x)
+                listed = 1 if abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
+            if start < 0:
+                guard_series(T, after, q, xp, a)
+                value = a[-start] / (scale * flat[0]**(-start))
+                if value > info[LEAVING]:
+                    info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = value, i, q
+            value, at = segment_peak(T, after, q, xp, s, listed, abs(start))
             value /= scale
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
@@ -322,7 +369,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     slope = np.zeros(n)
     pivot = np.empty(n + 1, np.int64)
     delta = DIFFERENCE * scales[n]
-    old_step = np.inf
+    old_step, older_step = np.inf, np.inf
     info[CONTRACTION] = 0.0
     k = 0
     while True:
@@ -342,7 +389,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             if renew and index.size > 0:
                 slope[i] = (F2[i] - F[i]) / DIFFERENCE
         finished = k > 0 and old_step <= 1e-9 and (
-            info[RESIDUAL] <= tolerance or at_rounding(F, J, U, tolerance))
+            info[RESIDUAL] <= tolerance or max(old_step, older_step) <= STALLED or at_rounding(F, J, U, tolerance))
         for i in range(n):
             for j in range(n):
                 K[i, j] = J[i, j] * scales[j]
@@ -374,7 +421,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             info[CONTRACTION] = max(info[CONTRACTION], step / old_step)
         for j in range(n + 1):
             U[j] += b[j] * scales[j]
-        old_step = step
+        older_step, old_step = old_step, step
         k += 1
     for j in range(n):
         b[j] = 0.0
@@ -399,7 +446,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     for i in range(nodes.shape[0]):
         if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
             duration = U[i * size] - (U[(i - 1) * size] if i > 0 else U[n - size] - span)
-            short *= duration / (0.05 + abs(duration))
+            short *= (duration / (0.05 + abs(duration)))**nodes[i, DIVIDE]
     if abs(short) < 1e-9:
         info[FLIP] = np.nan
     else:

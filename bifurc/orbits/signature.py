@@ -4,9 +4,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..compose.scene import Scene
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, STARTS, TOGETHER
 
-PROPORTIONAL = 1e-12  # two guard rows within this (relative) are one surface
+PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
+MOST = 5  # orders looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,9 +16,9 @@ class Signature:
 
     Parameters
     ----------
-    nodes : ndarray (m, 5) of int
-        Mode before, guard (-1: section at a fixed time), mode after, order of the trivial root of its closing row, and 1
-        where an infinite sequence is closed.
+    nodes : ndarray (m, 5 or more) of int
+        Mode before, guard (-1: section at a fixed time), mode after, order of the trivial root of its closing row, 1 where
+        an infinite sequence is closed, and what `divided` adds.
     fixed : ndarray (m,)
         Times of sections, periods.
     span : float
@@ -41,14 +42,36 @@ class Signature:
         """Number of listed events."""
         return int(np.count_nonzero(self.nodes[:, GUARD] >= 0))
 
-    def signs(self, ns: int) -> np.ndarray:
-        """Closing map as signs of the states (ns,)."""
-        return np.full(ns, float(self.closure))
+    def signs(self, scene: Scene) -> np.ndarray:
+        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family."""
+        signs = np.full(scene.ns, float(self.closure))
+        if self.closure > 0:
+            signs[self.kept(scene)] = 0.0
+        return signs
+
+    def kept(self, scene: Scene) -> list[int]:
+        """Return the states that no event and no mode of the orbit changes: memory never written, coordinates always held."""
+        T = scene.tables
+        modes = {int(m) for m in self.nodes[:, AFTER]}
+        found = []
+        unit = np.eye(scene.ns, T.A.shape[2])
+        events = [(int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
+        for c in range(2 * scene.n, scene.ns):
+            if all(not T.A[m, c].any() and c not in [place for place, _ in scene.slaved(m)] for m in modes) \
+                    and all(np.array_equal(T.R[m, g, c], unit[c]) for m, g in events):
+                found.append(c)
+        if len(modes) == 1 and not events:
+            for row in T.H[next(iter(modes))][:T.n_holds[next(iter(modes))]]:
+                place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
+                surface = T.S[next(iter(modes))]
+                if not surface.any() and place not in found:
+                    found.append(place)
+        return sorted(found)
 
     def text(self, scene: Scene) -> str:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``."""
         names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes == 1 else "")
-                 for m, g, _, _, closes in self.nodes.tolist() if g >= 0]
+                 for m, g, _, _, closes in self.nodes[:, :STARTS].tolist() if g >= 0]
         parts: list[str] = []
         for name in names:
             if parts and parts[-1].split(" x")[0] == name:
@@ -66,25 +89,89 @@ def sections(mode: int, span: float, closure: int = 1) -> Signature:
 
 
 def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> np.ndarray:
-    """Return ``nodes`` with the order of the trivial root of every closing row filled in.
+    """Return ``nodes`` with the orders of the trivial zeros of all guards at the starts of the intervals, (m, STARTS + guards).
 
-    The root is trivial where the interval opened on the surface of the guard that closes it.
+    Just after an event the guards of the new mode obey what the event says: its own guard is zero, held rows are at rest,
+    memory was written.  The derivatives of a guard that follow from that alone are trivially zero; how many there are is its
+    order at the start.  That of the guard that closes the interval is written into DIVIDE.
     """
-    G = (scene.tables if tables is None else tables).G
-    nodes = nodes.copy()
-    for i in range(len(nodes)):
-        opening = nodes[i - 1]
-        nodes[i, DIVIDE] = 0
-        if nodes[i, GUARD] < 0 or opening[GUARD] < 0:
+    T = scene.tables if tables is None else tables
+    nodes = np.asarray(nodes, np.int64)
+    whole = np.zeros((len(nodes), STARTS + T.G.shape[1]), np.int64)
+    whole[:, :STARTS] = nodes[:, :STARTS]
+    known: dict[tuple, np.ndarray] = {}
+    for i, node in enumerate(whole):
+        key = (*(int(value) for value in node[:DIVIDE]), int(node[CLOSES] == 1))
+        if key not in known:
+            known[key] = start_orders(scene, T, *key)
+        node[STARTS:STARTS + known[key].size] = known[key]
+    for i, node in enumerate(whole):
+        opening = whole[i - 1]
+        node[DIVIDE] = 0
+        if node[GUARD] < 0 or opening[GUARD] < 0:
             continue
-        a, b = G[opening[BEFORE], opening[GUARD]], G[opening[AFTER], nodes[i, GUARD]]
+        before, guard = int(node[BEFORE]), int(node[GUARD])
         if i == 0 and closure < 0:  # closes on the mirror image of the first event
-            image = scene.mirror(int(nodes[0, BEFORE]))
-            b = G[image, scene.mirror_guard(int(nodes[0, BEFORE]), int(nodes[0, GUARD]))]
-        size = np.sqrt((a @ a) * (b @ b))
-        if opening[CLOSES] != 1 and np.any(a[:scene.n]) and size - abs(a @ b) <= PROPORTIONAL * size:
-            nodes[i, DIVIDE] = 1
-    return nodes
+            guard = scene.mirror_guard(before, guard)
+        order = abs(int(opening[STARTS + guard]))
+        node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard) else order
+    return whole
+
+
+def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: int) -> np.ndarray:
+    """Return for every guard of the mode ``after`` the order of its trivial zero just after an event.
+
+    It is negative where the leading rate is a condition of its own, neither given by a kick nor by the rate with which the
+    event arrived.
+    """
+    count = int(T.n_guards[after])
+    orders = np.zeros(count, np.int64)
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    if guard < 0 or closes:
+        return orders
+    reset = np.eye(nx)
+    reset[:ns] = T.R[before, guard]
+    held = [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k])]
+    size = np.ones(nx)
+    size[scene.n:2 * scene.n] = scene.omega or 1.0
+    basis = _basis([T.G[before, guard], *held], size)
+    arrival = _basis([T.G[before, guard], *held, T.GT[before, guard, :, 1]], size)
+    for q in range(count):
+        for order in range(MOST):
+            row = T.GT[after, q, :, order] @ reset * size
+            length = np.sqrt(row @ row)
+            if length > 0.0 and np.abs(row - basis.T @ (basis @ row)).max() > PROPORTIONAL * length:
+                own = np.abs(row - arrival.T @ (arrival @ row)).max() > PROPORTIONAL * length
+                orders[q] = -order if own and not T.kick[before, guard] else order
+                break
+    return orders
+
+
+def coincide(scene: Scene, T, opening, guard: int) -> bool:
+    """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``:
+    another element waited on the same row in the mode before.
+    """
+    before, fired, after = (int(value) for value in opening[:DIVIDE])
+    owner = scene.guard(after, guard).element
+    if T.kick[before, fired] or owner == scene.guard(before, fired).element:
+        return False
+    a, b = T.G[before, fired], T.G[after, guard]
+    size = np.sqrt((a @ a) * (b @ b))
+    return bool(size - a @ b <= PROPORTIONAL * size) and scene.keys[before][owner] == scene.keys[after][owner]
+
+
+def _basis(rows, size) -> np.ndarray:
+    """Return an orthonormal basis (k, nx) of some rows in scaled states."""
+    found = np.empty((0, len(size)))
+    for row in rows:
+        row = row * size
+        length = np.sqrt(row @ row)
+        for _ in range(2):
+            row = row - found.T @ (found @ row)
+        left = np.sqrt(row @ row)
+        if left > PROPORTIONAL * length:
+            found = np.vstack([found, row / left])
+    return found
 
 
 def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signature, np.ndarray]:
@@ -93,10 +180,13 @@ def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signatu
         return signature, U
     mirrored = signature.nodes.copy()
     for node in mirrored:
-        before, guard = int(node[BEFORE]), int(node[GUARD])
-        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(int(node[AFTER]))
+        before, guard, after = int(node[BEFORE]), int(node[GUARD]), int(node[AFTER])
+        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(after)
         if guard >= 0:
             node[GUARD] = scene.mirror_guard(before, guard)
+        starts = node[STARTS:].copy()
+        for g in range(min(int(scene.tables.n_guards[after]), starts.size)):
+            node[STARTS + scene.mirror_guard(after, g)] = starts[g]
     rows = U.reshape(len(mirrored), -1)
     other = -rows
     other[:, 0] = rows[:, 0] + signature.span
