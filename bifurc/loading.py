@@ -24,7 +24,7 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
         User element classes, or user laws, that the saved system was built with. No code is ever taken from a file.
 
     Returns
-    -------
+    --------
     Branch, PeriodicOrbit or BasinMap
 
     Raises
@@ -33,8 +33,8 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
     bifurc.io.FileFormatError
         If the file is foreign, damaged, or newer than this version.
 
-    Example
-    -------
+    Examples
+    --------
     >>> import bifurc as bf
     >>> branch = bf.load("branch.npz")                     # doctest: +SKIP
     """
