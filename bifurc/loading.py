@@ -24,7 +24,7 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
         User element classes, or user laws, that the saved system was built with. No code is ever taken from a file.
 
     Returns
-    --------
+    -------
     Branch, PeriodicOrbit or BasinMap
 
     Raises
