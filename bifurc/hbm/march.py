@@ -318,21 +318,33 @@ def slaves_at(shape: Shape, T: Numbers, k, m, Q, U, V, excite, j, z):
 
 
 @njit
-def broken(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, loose):
-    """Return the first guard of mode ``m`` that is positive at sample ``j`` (``loose``: beyond rounding), or -1."""
+def broken(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, tried):
+    """Return the first guard of mode ``m`` that is positive at sample ``j``, or -1; ``tried``: but those with a trial."""
     for g in range(shape.guards[k, m]):
-        total = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
-        if total > 0.0:
-            if not loose:
-                return g
-            bound = abs(T.GH[k, m, g, 0])
-            for q in range(Q):
-                bound += abs(T.GU[k, m, g, q] * U[shape.rows[k, q], j]) + abs(T.GS[k, m, g, q] * V[shape.rows[k, q], j])
-            for i in range(z.size):
-                bound += abs(T.GZ[k, m, g, i] * z[i])
-            if total > ROUNDING * bound:
-                return g
+        if not (tried and shape.trial[k, m, g] >= 0) and on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) > 0.0:
+            return g
     return -1
+
+
+@njit
+def next_of(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j):
+    """Return (guard, mode) that follow mode ``m`` at sample ``j``; guard -1: it stays.  ``z`` is the memory before the sample."""
+    for g in range(shape.guards[k, m]):
+        b, h = m, g
+        if shape.trial[k, m, g] >= 0:
+            b = shape.trial[k, m, g]
+            h = broken(shape, T, k, b, Q, U, V, excite, z, j, False)
+            if h < 0:
+                return g, b
+        if on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) <= 0.0:
+            continue
+        for i in range(shape.then.shape[3]):
+            d = shape.then[k, b, h, i]
+            if d == m:
+                break
+            if d >= 0 and broken(shape, T, k, d, Q, U, V, excite, z, j, True) < 0:
+                return g, d
+    return -1, m
 
 
 @njit
@@ -348,12 +360,13 @@ def writes(shape: Shape, k, m):
 def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, source, count):
     """Follow contact ``k`` at the samples of one period that repeats; arguments and result as of `exact`.
 
-    An event falls on the first sample at which a guard is positive.  The memory that is left is that of the sample before,
-    or, where no candidate can go on from there, of the sample itself after a passage through the first candidate.
+    Predictor and corrector, so that forces are continuous in the samples: a mode that writes memory is left for one that
+    keeps it as soon as that one is admissible with the memory of the sample before; where it is not, its own broken guard
+    says which mode goes on.
     """
     N, most = U.shape[1] - 1, len(ends)
     Q, Z, turn = width(shape, k), shape.memory[k], 2.0 * np.pi
-    z, z0, old = np.zeros(Z), np.zeros(Z), np.zeros(Z)
+    z, z0 = np.zeros(Z), np.zeros(Z)
     m, wrote = begin(shape, T, k, c, v, z)
     if m < 0:
         return INCONSISTENT
@@ -363,36 +376,18 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, sou
         z0[:] = z
         source[0], source[1] = wrote, at
         for j in range(N):
-            which = broken(shape, T, k, m, Q, U, V, excite, z, j, False)
+            if Z:
+                slaves_at(shape, T, k, m, Q, U, V, excite, j - 1 if j else N - 1, z)
+            which, after = next_of(shape, T, k, m, Q, U, V, excite, z, j)
             if which < 0:
-                continue
-            old[:] = z
-            after, when, by = -1, j - 1, m
-            slaves_at(shape, T, k, m, Q, U, V, excite, j - 1 if j else N - 1, z)
-            for i in range(shape.then.shape[3]):
-                b = shape.then[k, m, which, i]
-                if b >= 0 and broken(shape, T, k, b, Q, U, V, excite, z, j, False) < 0:
-                    after = b
-                    break
-            if after < 0:
-                by, when = shape.then[k, m, which, 0], j
-                slaves_at(shape, T, k, by, Q, U, V, excite, j, z)
-                g = broken(shape, T, k, by, Q, U, V, excite, z, j, False)
-                for i in range(shape.then.shape[3]):
-                    b = shape.then[k, by, g, i] if g >= 0 else -1
-                    if b >= 0 and b != by and broken(shape, T, k, b, Q, U, V, excite, z, j, True) < 0:
-                        after = b
-                        break
-            if after < 0 or (after == m and not writes(shape, k, by)):
-                z[:] = old
                 continue
             if events >= most - 1:
                 return TOO_MANY
             path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
-            ends[events, 0], ends[events, 1] = turn * j / N, turn * when / N
-            zs[events, :Z] = old
-            if writes(shape, k, by):
-                wrote, at, path[events, WROTE] = by, ends[events, 1], by
+            ends[events, 0], ends[events, 1] = turn * j / N, turn * (j - 1) / N
+            zs[events, :Z] = z
+            if writes(shape, k, m):
+                wrote, at, path[events, WROTE] = m, ends[events, 1], m
             events += 1
             m = after
         path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, -1, m, -1

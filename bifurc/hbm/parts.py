@@ -46,6 +46,7 @@ class Shape(NamedTuple):
     start: np.ndarray  # (nc, M) modes of a start in order; -1: none
     kinds: np.ndarray  # (nc, M, G) code of the event
     silent: np.ndarray  # (nc, M, G) 1: no force changes at the event
+    trial: np.ndarray  # (nc, M, G) of modes that write memory: the first successor that keeps it; -1: none
 
 
 class Numbers(NamedTuple):
@@ -277,7 +278,7 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
     guards, then = np.zeros((nc, most), np.int64), np.full((nc, most, G, T), -1)
     slaved, start = np.zeros((nc, most, Z), np.int64), np.full((nc, most), -1)
     kinds, silent = np.zeros((nc, most, G), np.int64), np.zeros((nc, most, G), np.int64)
-    memory = np.zeros(nc, np.int64)
+    memory, trial = np.zeros(nc, np.int64), np.full((nc, most, G), -1)
     for c, (contact, own) in enumerate(zip(contacts, modes, strict=True)):
         element = system.elements[contact.element]
         index = {key: i for i, key in enumerate(contact.keys)}
@@ -292,9 +293,11 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
                 then[c, m, g, :len(after) + 1] = [*after, m]
                 kinds[c, m, g] = guard.kind.code
                 silent[c, m, g] = guard.silent
+                if slaved[c, m].any():
+                    trial[c, m, g] = next((i for i in after if not any(isinstance(z, Slaved) for z in own[i].memory)), -1)
     count = np.array([len(own) for own in modes], np.int64)
     return Shape(dims, waves, place, columns, np.ascontiguousarray(R, float), rows, count, guards, then, slaved, memory, start,
-                 kinds, silent)
+                 kinds, silent, trial)
 
 
 def _sizes(shape: Shape) -> list[tuple[int, ...]]:

@@ -4,6 +4,8 @@
 
 Derivatives are exact, also that by a parameter of the system, given the derivative of the packed numbers by it.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from .._jit import njit
@@ -215,24 +217,58 @@ def rows_of(shape: Shape, x, c):
 
 
 @njit
-def linearised(shape: Shape, flat, dflat, x, samples, cosines, sines, slopes, SU, SS, PU, PS, F, J, f, wide, paths, ends, zs, sources,
-               counts):
-    """Write residual and derivatives of the balance at the packed motion ``x``.
+def motion(shape: Shape, flat, dflat, x, c, v, cp, vp):
+    """Write the coefficients (nr, mi) of the rows' coordinates and speeds, and their derivatives by the parameter."""
+    T, dT = unpacked(flat, shape), unpacked(dflat, shape)
+    rows_of(shape, x, c)
+    signals(shape, T, dT, c, v, cp, vp)
+
+
+class Grid(NamedTuple):
+    """Where motions are looked at: 0 or the number of samples, and tables (nk, grid + 1) of the waves, both ends included."""
+
+    samples: int
+    cosines: np.ndarray
+    sines: np.ndarray
+
+
+class Room(NamedTuple):
+    """Arrays that kernels overwrite; see `spectra.gather` and `march.exact`."""
+
+    SU: np.ndarray
+    SS: np.ndarray
+    PU: np.ndarray
+    PS: np.ndarray
+    F: np.ndarray
+    J: np.ndarray
+    f: np.ndarray  # (size,) residual
+    wide: np.ndarray  # (size, size + 1) derivatives
+    paths: np.ndarray  # of every contact
+    ends: np.ndarray
+    zs: np.ndarray
+    sources: np.ndarray
+    counts: np.ndarray
+
+
+@njit
+def cleared(room: Room):
+    """Set to zero what is added to."""
+    room.SU[:], room.SS[:], room.PU[:], room.PS[:] = 0.0, 0.0, 0.0, 0.0
+    room.F[:], room.J[:] = 0.0, 0.0
+
+
+@njit
+def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, room: Room):
+    """Write residual and derivatives of the balance at the packed motion ``x`` into ``room``.
+
+    Spectra, forces and derivatives of laws must be there (or zeros); those of the contacts are added.
 
     Parameters
     ----------
     flat, dflat : ndarray
         Numbers of the system and their derivatives by the parameter.
-    samples : int
-        0: events are exact.
-    cosines, sines : (nk, grid + 1)
-        Tables of the waves on the grid (the samples), both ends of the period included.
-    SU, SS, PU, PS, F, J
-        Spectra, forces and derivatives of laws, to which those of the contacts are added; see `spectra.gather`.
-    f : (size,), wide : (size, size + 1)
-        Overwritten.
-    paths, ends, zs, sources, counts
-        Segments of every contact, overwritten; see `march.exact`.
+    slopes : bool
+        False: derivatives are not complete.
 
     Returns
     -------
@@ -244,9 +280,11 @@ def linearised(shape: Shape, flat, dflat, x, samples, cosines, sines, slopes, SU
     c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
     rows_of(shape, x, c)
     signals(shape, T, dT, c, v, cp, vp)
-    status = followed(shape, T, samples, cosines, sines, c, v, paths, ends, zs, sources, counts)
+    status = followed(shape, T, grid.samples, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources,
+                      room.counts)
     if status != FOLLOWED:
         return status
-    contact_forces(shape, T, dT, c, v, cp, vp, samples, paths, ends, zs, sources, counts, slopes, SU, SS, PU, PS, F, J)
-    assembled(shape, T, dT, x, F, J, slopes, f, wide)
+    contact_forces(shape, T, dT, c, v, cp, vp, grid.samples, room.paths, room.ends, room.zs, room.sources, room.counts, slopes,
+                   room.SU, room.SS, room.PU, room.PS, room.F, room.J)
+    assembled(shape, T, dT, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

@@ -2,7 +2,8 @@
 
     r(theta) = upper where s > 0, lower where s < 0,  or  clip(s/width, lower, upper)  for a width above 0,
 
-with theta the phase, s a trigonometric polynomial and the bounds trigonometric polynomials of low degree.  Instants are
+with theta the phase, the width a speed over a force (a dashpot 1/width that gives way at the bounds), s a trigonometric
+polynomial and the bounds trigonometric polynomials of low degree.  Instants are
 found on a grid of eight points a wave, with the extrema between them, and polished by Newton; the Fourier coefficients of
 r and of dr/ds then are integrals of products of waves between instants, so nothing is sampled and the error is rounding.
 The derivative of the coefficients of r in those of s depends on the spectrum of dr/ds only (Toeplitz plus Hankel): an
@@ -145,11 +146,10 @@ def pattern(speed, upper, lower, width: float, top: int, slopes: int) -> Pattern
     upper, lower : array (p + 1,), complex
         Phasors of the bounds; the contact is apart (r = 0) where upper < lower.
     width : float
-        Of the regularisation, a speed; 0: set-valued law, r at the reversals does not matter.
+        Of the regularisation, speed over force; 0: set-valued law, r at the reversals does not matter.
     top, slopes : int
         Highest harmonic of the force, and of the spectrum of its derivative.
     """
-    mean = 0.5 * added(upper, lower)
     half = 0.5 * added(upper, -lower)  # apart where negative
     parts = [roots(speed)] if width == 0.0 else [roots(added(speed, -width * upper)), roots(added(speed, -width * lower))]
     varies = len(half) > 1 and np.abs(half[1:]).sum() >= half[0].real
@@ -188,7 +188,6 @@ def pattern(speed, upper, lower, width: float, top: int, slopes: int) -> Pattern
         if len(at):
             weight = evaluate(half, at) / (np.pi * np.abs(evaluate(differentiated(speed), at)))
             slope = np.exp(-1j * np.multiply.outer(np.arange(slopes + 1), at)) @ weight
-    del mean
     moved = kinds != np.roll(kinds, 1)
     if len(kinds) > 1 and moved.any():
         instants, kinds = instants[moved], kinds[moved]
