@@ -19,6 +19,7 @@ _MODULES = ("elements", "systems", "continuation", "plotting")
 _NAMES = {
     "System": ".system",
     "simulate": ".flow.simulate",
+    "hysteresis": ".flow.hysteresis",
     "Trajectory": ".flow.trajectory",
     "find_orbit": ".orbits.find",
     "PeriodicOrbit": ".orbits.orbit",
