@@ -8,6 +8,7 @@ from . import io
 
 _READERS = {
     "branch": (".continuation.branch", "Branch"),
+    "curve": (".continuation.curves", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
 }
