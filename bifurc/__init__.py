@@ -3,8 +3,8 @@
 Names are loaded when they are first used (PEP 562), so that ``import bifurc`` costs next to nothing: numba, scipy,
 networkx and matplotlib are imported by the work that needs them.
 
-Example
--------
+Examples
+--------
 >>> import bifurc as bf
 >>> system = bf.systems.impact_oscillator(omega=0.6)
 >>> orbit = bf.find_orbit(system)

@@ -105,7 +105,8 @@ def read(path: str | os.PathLike, kind: str | None = None) -> tuple[dict[str, An
                 arrays = {name: archive[name] for name in archive.files if name != _HEADER}
         except FileFormatError:
             raise
-        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, ValueError, NotImplementedError) as error:
+        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, ValueError, NotImplementedError,
+                RuntimeError) as error:
             raise FileFormatError(f"{path} is damaged ({error}); results are renamed into place when complete, so it "
                                   "was changed or cut after it was written") from error
     return header, arrays

@@ -8,6 +8,7 @@ from . import io
 
 _READERS = {
     "branch": (".continuation.branch", "Branch"),
+    "curve": (".continuation.curves", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
 }
@@ -33,8 +34,8 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
     bifurc.io.FileFormatError
         If the file is foreign, damaged, or newer than this version.
 
-    Example
-    -------
+    Examples
+    --------
     >>> import bifurc as bf
     >>> branch = bf.load("branch.npz")                     # doctest: +SKIP
     """

@@ -19,8 +19,8 @@ class Progress:
     shown : bool
         Silent when false: library calls are silent unless their ``progress=True``.
 
-    Example
-    -------
+    Examples
+    --------
     >>> with Progress("basins", total=3, shown=False) as progress:
     ...     for chunk in range(3):
     ...         progress.advance(1)

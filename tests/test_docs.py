@@ -1,6 +1,7 @@
 """The documents do what they say: their Python runs, block after block, and prints what stands below it."""
 import contextlib
 import io
+import linecache
 import pathlib
 import re
 import subprocess
@@ -9,7 +10,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-PAGES = sorted(["README.md", *(page.relative_to(ROOT).as_posix() for page in (ROOT / "docs").glob("*.md"))])
+PAGES = sorted(["README.md", *(page.relative_to(ROOT).as_posix() for page in (ROOT / "docs").rglob("*.md"))])
 
 
 def blocks(page: str) -> list[tuple[int, str, str | None]]:
@@ -27,9 +28,10 @@ def test_python_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, monkeypa
     names: dict = {"__name__": "__main__"}
     try:
         for line, code, expected in blocks(page):
-            out = io.StringIO()
+            out, name = io.StringIO(), f"<{page}, line {line}>"
+            linecache.cache[name] = len(code), None, code.splitlines(keepends=True), name  # laws are read again, as in a notebook
             with contextlib.redirect_stdout(out):
-                exec(compile("\n" * (line - 1) + code, page, "exec"), names)
+                exec(compile(code, name, "exec"), names)
             if expected is not None:
                 assert out.getvalue() == expected, f"{page}, block at line {line}"
     finally:

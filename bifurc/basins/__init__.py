@@ -3,5 +3,6 @@ from .attractors import ChaoticAttractor
 from .basinmap import BasinMap, CellState
 from .grid import Grid
 from .mapping import basins_of_attraction
+from .periodmap import Kernel, PeriodMap
 
-__all__ = ["BasinMap", "CellState", "ChaoticAttractor", "Grid", "basins_of_attraction"]
+__all__ = ["BasinMap", "CellState", "ChaoticAttractor", "Grid", "Kernel", "PeriodMap", "basins_of_attraction"]

@@ -1,9 +1,27 @@
-"""Labels of many starts of any scene: on the general march `bifurc.flow.scan.run`, or its twin written around laws."""
+"""Many starts of any scene: on the general march `bifurc.flow.scan.run`."""
 import numpy as np
 
 from .._jit import njit
 from ..elements import EventKind
-from ..flow.scan import BEFORE, DONE, EVENTS, FULL, GUARD, KIND, LIMIT, LOST, MODE, PASSED, STATE, TAU, run, workspace
+from ..flow.scan import (
+    BEFORE,
+    CHATTER,
+    COUNT,
+    DONE,
+    EVENTS,
+    FULL,
+    GUARD,
+    KIND,
+    LIMIT,
+    LOST,
+    MODE,
+    PASSED,
+    SPEED,
+    STATE,
+    TAU,
+    run,
+    workspace,
+)
 from .near import STAY, boxed, nearest
 from .states import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 
@@ -12,45 +30,64 @@ ROWS = 64  # of the record from which impacts are counted
 
 
 @njit
+def begin_at(m, y, ints, floats, x):
+    """Write the start ``y`` (ns,) at phase 0 in mode ``m`` into the march."""
+    ns, nx = y.size, x.size
+    for c in range(ns):
+        x[c] = y[c]
+    for c in range(ns, nx):
+        x[c] = 1.0 if c == ns or (c - ns) % 2 == 1 else 0.0
+    ints[:] = 0
+    floats[:] = np.nan
+    ints[MODE], floats[TAU] = m, 0.0
+
+
+@njit
+def march(T, ints, floats, x, whole, limit, rows, record, tally):
+    """March ``x`` (nx,) to the section number ``whole``; return the status of `run`.
+
+    ``tally`` (2,) receives the number of impacts and contacts, added to [0], and the least speed of arrival, in [1].
+    """
+    kick, kind = T.kick, T.kind
+    ints[COUNT] = 0  # a march that ends on a section leaves the events of its last period there
+    code = FULL
+    while code == FULL:
+        code = run(T, ints, floats, x, whole, 0.0, limit, rows, record)
+        for e in range(ints[EVENTS]):
+            m, g = rows[e, BEFORE], rows[e, GUARD]
+            if rows[e, KIND] != PASSED and g >= 0 and (kick[m, g] == 1 or kind[m, g] == CONTACT):
+                tally[0] += 1.0
+                tally[1] = min(tally[1], 0.0 if rows[e, KIND] == CHATTER else record[e, SPEED])
+        ints[EVENTS] = 0
+    return code
+
+
+@njit
 def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, labels, periods, impacts,
-          states):
+          states, speeds):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``inverse`` to ``keepers`` see `bifurc.basins.near`.  Writes label (-1: none), periods, impacts and state of each;
-    starts with a negative mode are left to the caller.
+    ``inverse`` to ``keepers`` see `bifurc.basins.near`.  Writes label (-1: none), periods, impacts, state and least
+    speed of arrival of each; starts with a negative mode are left to the caller.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
-    kick, kind = T.kick, T.kind
     ints, floats = workspace(T)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * ns))
     x = np.empty(nx)
     y = x[:ns]
+    tally = np.empty(2)
     for i in range(X.shape[0]):
-        m = modes[i]
-        if m < 0:
+        if modes[i] < 0:
             continue
-        for c in range(ns):
-            x[c] = X[i, c]
-        for c in range(ns, nx):
-            x[c] = 1.0 if c == ns or (c - ns) % 2 == 1 else 0.0
-        ints[:] = 0
-        floats[:] = np.nan
-        ints[MODE], floats[TAU] = m, 0.0
+        begin_at(modes[i], X[i], ints, floats, x)
+        tally[0], tally[1] = 0.0, np.inf
         labels[i] = -1
         states[i] = UNSETTLED
-        impacts[i] = 0
         stay = 0
         guest = -1
         for k in range(1, most + 1):
-            code = FULL
-            while code == FULL:
-                code = run(T, ints, floats, x, k, 0.0, limit, rows, record)
-                for e in range(ints[EVENTS]):
-                    if rows[e, KIND] != PASSED and rows[e, GUARD] >= 0:
-                        m, g = rows[e, BEFORE], rows[e, GUARD]
-                        impacts[i] += 1 if kick[m, g] == 1 or kind[m, g] == CONTACT else 0
-                ints[EVENTS] = 0
+            code = march(T, ints, floats, x, k, limit, rows, record, tally)
             periods[i] = k
             if code != DONE:
                 states[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
@@ -66,5 +103,34 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
                 labels[i] = found
                 states[i] = REACHED
                 break
+        impacts[i], speeds[i] = tally[0], tally[1]
         for c in range(ns):
             X[i, c] = x[c]
+
+
+@njit
+def carry(T, modes, X, limit, periods, outcomes, impacts, speeds):
+    """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
+
+    Starts with a negative mode are left to the caller; where a motion ends early, ``X`` is its last section point.
+    """
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    ints, floats = workspace(T)
+    rows = np.zeros((ROWS, 5), np.int64)
+    record = np.zeros((ROWS, STATE + 2 * ns))
+    x = np.empty(nx)
+    tally = np.empty(2)
+    for i in range(X.shape[0]):
+        if modes[i] < 0:
+            continue
+        begin_at(modes[i], X[i], ints, floats, x)
+        tally[0], tally[1] = 0.0, np.inf
+        outcomes[i] = REACHED
+        for k in range(1, periods + 1):
+            code = march(T, ints, floats, x, k, limit, rows, record, tally)
+            if code != DONE:
+                outcomes[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
+                break
+            for c in range(ns):
+                X[i, c] = x[c]
+        impacts[i], speeds[i] = tally[0], tally[1]

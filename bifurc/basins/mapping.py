@@ -121,7 +121,7 @@ class _Work:
     def map(self) -> BasinMap:
         """Discover, label, look at what is unsettled, label again."""
         size = self.grid.size
-        cells = Cells(*(np.full(size, value, np.int64) for value in (NEW, 0, 0, UNSETTLED)))
+        cells = Cells.blank(size, NEW, UNSETTLED)
         seen = np.full(size, -1)  # attractors that were known when a cell was labelled
         kept = self.store.load()
         if kept is None:

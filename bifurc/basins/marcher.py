@@ -38,6 +38,22 @@ class Cells(NamedTuple):
     periods: np.ndarray  # int64, forcing periods until it was near the attractor
     impacts: np.ndarray  # int64, impacts and elastic contacts until then
     states: np.ndarray  # int64, code of `CellState`
+    speeds: np.ndarray  # float, least speed of arrival at a stop until then; 0: an infinite sequence; inf: no impact
+
+    @classmethod
+    def blank(cls, size: int, label: int = -1, state: int = ASK) -> "Cells":
+        """Return cells of which nothing is known yet."""
+        whole = (np.full(size, value, np.int64) for value in (label, 0, 0, state))
+        return cls(*whole, np.full(size, np.inf))
+
+
+class Images(NamedTuple):
+    """Where starts went, one entry each."""
+
+    ends: np.ndarray  # (N, ns) states after the periods; where the outcome is not MAPPED, the last section point
+    outcomes: np.ndarray  # (N,) int64, MAPPED (0) or the code of the `CellState` that ended the motion
+    impacts: np.ndarray  # (N,) int64, impacts and elastic contacts on the way; an infinite sequence counts once
+    speeds: np.ndarray  # (N,) least speed of arrival at a stop; 0: an infinite sequence; inf: no impact
 
 
 class Marcher:
@@ -51,28 +67,28 @@ class Marcher:
     """
 
     def __init__(self, scene: Scene, limit: int):
-        from ..flow import single
         self.scene, self.limit = scene, limit
         self._lock = threading.Lock()
         self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
-        self.lean = scene.closed_form and bool(single.fits(scene.tables))
+        self.lean = scene.closed_form  # periods are cheap beside Python's share of them
 
-    def label(self, X: np.ndarray, targets: Targets, most: int) -> Cells:
-        """Follow the starts ``X`` (N, ns), in place, until near an attractor or for ``most`` periods."""
-        cells = Cells(*(np.full(len(X), value, np.int64) for value in (-1, 0, 0, ASK)))
-        starts = X.copy()
+    def begin(self, X: np.ndarray):
+        """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside."""
         with self._lock:
             T = self.scene.tables
         modes = np.empty(len(X), np.int64)
         begin(T, self._candidates, X, modes)
+        return T, modes
+
+    def label(self, X: np.ndarray, targets: Targets, most: int) -> Cells:
+        """Follow the starts ``X`` (N, ns), in place, until near an attractor or for ``most`` periods."""
+        cells = Cells.blank(len(X))
+        starts = X.copy()
+        T, modes = self.begin(X)
         cells.states[modes == BEYOND] = OUTSIDE
-        if self.lean:
-            from ..flow.single import pack
-            from .lean import label
-            label(*pack(T), modes, X, self.limit, most, *targets, *cells)
-        elif self.scene.closed_form:
-            from .general import label as label_any
-            label_any(T, modes, X, self.limit, most, *targets, *cells)
+        if self.scene.closed_form:
+            from .general import label
+            label(T, modes, X, self.limit, most, *targets, *cells)
         # Under a law a period is long beside Python's share of it: the simulation serves, and nothing more is compiled.
         for i in np.flatnonzero(cells.states == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
@@ -80,12 +96,59 @@ class Marcher:
                 self._follow(i, X, cells, targets, most)
         return cells
 
+    def carry(self, X: np.ndarray, periods: int) -> Images:
+        """Carry the starts ``X`` (N, ns), in place, over forcing periods."""
+        whole = (np.full(len(X), value, np.int64) for value in (ASK, 0))
+        images = Images(X, *whole, np.full(len(X), np.inf))
+        starts = X.copy()
+        T, modes = self.begin(X)
+        images.outcomes[modes == BEYOND] = OUTSIDE
+        if self.scene.closed_form:
+            from .general import carry
+            carry(T, modes, X, self.limit, periods, *images[1:])
+        for i in np.flatnonzero(images.outcomes == ASK).tolist():
+            with nullcontext() if self.scene.complete else self._lock:
+                self._carry(i, starts[i], images, periods)
+        return images
+
+    def _carry(self, i: int, start: np.ndarray, images: Images, periods: int) -> None:
+        """Carry one start with all decisions open to Python."""
+        from ..flow.simulate import march
+        y, images.impacts[i], images.speeds[i], images.ends[i] = start, 0, np.inf, start
+        for first in range(0, periods, BLOCK):
+            last = min(first + BLOCK, periods)
+            try:
+                motion = march(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            except settle.Penetration:
+                images.outcomes[i] = OUTSIDE
+                return
+            except settle.Inconsistent:
+                images.outcomes[i] = STUCK
+                return
+            _, speeds = self._arrivals(motion)
+            images.impacts[i] += speeds.size
+            images.speeds[i] = min(images.speeds[i], speeds.min(initial=np.inf))
+            y = images.ends[i] = motion.sections[-1]
+            if not motion.success:
+                images.outcomes[i] = FAILED[motion.status]
+                return
+        images.outcomes[i] = REACHED
+
+    def _arrivals(self, motion) -> tuple[np.ndarray, np.ndarray]:
+        """Return whole periods and speeds of the impacts and contacts of a motion."""
+        from ..flow.scan import CHATTER, PASSED
+        R, T = motion.recorded, self.scene.tables
+        events = np.flatnonzero((R.rows[:, 3] != PASSED) & (R.rows[:, 1] >= 0))
+        m, g = R.rows[events, 0], R.rows[events, 1]
+        hits = events[(T.kick[m, g] == 1) | (T.kind[m, g] == EventKind.CONTACT.code)]
+        return R.rows[hits, 4], np.where(R.rows[hits, 3] == CHATTER, 0.0, R.speeds[hits])
+
     def _follow(self, i: int, X: np.ndarray, cells: Cells, targets: Targets, most: int) -> None:
         """Follow one start with all decisions open to Python."""
-        from ..flow.scan import PASSED
         from ..flow.simulate import march
         y, stay, guest = X[i].copy(), 0, -1
         cells.labels[i], cells.states[i], cells.periods[i], cells.impacts[i] = -1, UNSETTLED, 0, 0
+        cells.speeds[i] = np.inf
         for first in range(0, most, BLOCK):
             last = min(first + BLOCK, most)
             try:
@@ -96,9 +159,7 @@ class Marcher:
             except settle.Inconsistent:
                 cells.states[i] = STUCK
                 return
-            rows = motion.recorded.rows[motion.recorded.rows[:, 3] != PASSED]
-            T, m, g = self.scene.tables, rows[:, 0], rows[:, 1]
-            hits = rows[(T.kick[m, g] == 1) | (T.kind[m, g] == EventKind.CONTACT.code), 4]
+            hits, speeds = self._arrivals(motion)
             for k, y in enumerate(motion.sections[1:], first + 1):
                 found = nearest(y, targets.inverse, targets.points, targets.squares, targets.owner)
                 if found < 0 and targets.keys.size:
@@ -109,9 +170,11 @@ class Marcher:
                 if found >= 0:
                     cells.labels[i], cells.states[i], cells.periods[i] = found, REACHED, k
                     cells.impacts[i] += np.count_nonzero(hits < k)
+                    cells.speeds[i] = min(cells.speeds[i], speeds[hits < k].min(initial=np.inf))
                     return
             cells.periods[i] = last
             cells.impacts[i] += hits.size
+            cells.speeds[i] = min(cells.speeds[i], speeds.min(initial=np.inf))
             X[i] = y
             if not motion.success:
                 cells.states[i] = FAILED[motion.status]

@@ -5,7 +5,7 @@ _NAMES = {
     "Branch": "branch", "ContinuationError": "kinds", "Corrected": "problem", "CorrectorStatus": "kinds",
     "LocationStatus": "kinds", "Monitor": "problem", "Problem": "problem", "SpecialPoint": "special",
     "SpecialPointKind": "kinds", "SpecialPoints": "special", "StopReason": "kinds", "switch_branch": "switching",
-    "trace": "tracing",
+    "trace": "tracing", "trace_curve": "curves", "ParameterCurve": "curves",
 }
 __all__ = [*sorted(_NAMES)]
 

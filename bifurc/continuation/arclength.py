@@ -297,6 +297,8 @@ class Half:
             if answer is None:
                 label = f"{monitor.kind!s} {monitor.name}".strip()
                 return self.stop(StopReason.NO_SUCCESSOR, f"no equations go on behind {label}")
+            if isinstance(answer, StopReason):
+                return self.stop(answer)
             if isinstance(answer, str):
                 return self.stop(StopReason.NO_SUCCESSOR, answer)
             problem, x, tangent = answer

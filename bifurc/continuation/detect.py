@@ -141,6 +141,8 @@ def crossed(half, row, new, at_boundary):
             continue
         if j == 0 and crossing is not None and crossing.reverses:
             continue
+        if j and sign < 0 and part.monitors[j - 1].falling:
+            continue
         if a.tests[j] * sign <= 0.0:
             a, b = earlier_pair(half, row, new, j, sign)
         special = zero_between(part, a, b, j)

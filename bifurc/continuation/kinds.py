@@ -15,6 +15,8 @@ class SpecialPointKind(StrEnum):
     SEPARATION = "separation"
     CHATTER_COMPLETION = "chatter_completion"
     PEAK = "peak"
+    EXTREMUM = "extremum"
+    CUSP = "cusp"
     USER = "user"
 
 

@@ -1,4 +1,5 @@
 """Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step."""
+import copy
 import math
 
 import numpy as np
@@ -148,6 +149,13 @@ class OrbitProblem(Problem):
         f0, f1 = (float(np.dot(self._halves[0], row.x)) + self._halves[1] for row in (a, b))
         return orbit_switching.merging(self, a, b, f0 / (f0 - f1)) if f0 * f1 <= 0.0 else None
 
+    def monitor_values(self, u, p, tangent) -> np.ndarray:
+        """Return the values of ``monitors`` at a solution; that of the flip is NaN, `wrapped_jacobian` decides it."""
+        e, s, info = self.equations, self.sequence, np.zeros(sequence.INFO)
+        e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, u, e.weights, info)
+        info[sequence.FLIP] = math.nan
+        return self._values(np.append(u, p), info)
+
     def residual(self, u, p):
         """Return the scaled residual (n,)."""
         return self.equations.residual(np.append(u, p))
@@ -180,6 +188,18 @@ class OrbitProblem(Problem):
         if path not in made:
             made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
         return OrbitProblem(self.system, made[path], self.sequence, self.weights, self.x0, self.parameter_scale)
+
+    def family(self, name: str, bounds: tuple[float, float]):
+        """Return the same equations over a second parameter, see `families`."""
+        from .families import orbit_family
+
+        return orbit_family(self, name, bounds)
+
+    def on_path(self, path: ParameterPath) -> "OrbitProblem":
+        """Return the problem with the numbers of another path along the same parameter."""
+        other = copy.copy(self)
+        other.path, other.equations = path, self.equations.on(path)
+        return other
 
     def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
         """Return the problem of another event signature along the same path."""

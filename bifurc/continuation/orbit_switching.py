@@ -152,8 +152,10 @@ def dropped(problem, x):
         if node[GUARD] < 0 or speed is None or abs(speed) > NEAR:
             continue
         gone.add(i)
-        if not T.kick[node[BEFORE], node[GUARD]]:
-            gone.add((i - 1) % len(rows))
+        if not T.kick[node[BEFORE], node[GUARD]]:  # an interval of no duration, between this event and one of its neighbours
+            apart = [min(abs(rows[i, 0] - rows[k, 0]), s.span - abs(rows[i, 0] - rows[k, 0]))
+                     for k in ((i - 1) % len(rows), (i + 1) % len(rows))]
+            gone.add((i - 1 if apart[0] <= apart[1] else i + 1) % len(rows))
     if not gone:
         return None
     kept = [i for i in range(len(rows)) if i not in gone]

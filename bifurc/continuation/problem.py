@@ -32,11 +32,17 @@ class Monitor:
     boundary : bool
         Negative where the equations of the problem are valid: its zero is the end of validity, where `Problem.switch`
         is asked for the equations that go on.
+    odd : bool
+        Changes its sign with the direction of travel, as derivatives along the branch do.
+    falling : bool
+        Only zeros at which it falls along the direction of travel are special: of a slope, the maxima.
     """
 
     kind: SpecialPointKind
     name: str = ""
     boundary: bool = False
+    odd: bool = False
+    falling: bool = False
 
 
 class Corrected:

@@ -120,7 +120,7 @@ def from_arrays(kind, header, arrays, problem, elements):
 
 def problem_from(record, problem, elements):
     """Return the problem of a record; the code of an algebraic problem must be given."""
-    if record["kind"] == "problem":
+    if record["kind"] == "problem" and "peaks" not in record:
         if problem is None:
             return Missing(record)
         if type(problem).__name__ != record["class"]:
@@ -130,9 +130,24 @@ def problem_from(record, problem, elements):
         made.x0 = np.array(record["x0"], float)
         made.scale = np.array(record["scale"], float)
         return made
+    if record["kind"] == "curve":
+        return curve_from(record, problem, elements)
+    if "peaks" in record:
+        from .peaks import WithPeaks
+
+        return WithPeaks(problem_from({key: value for key, value in record.items() if key != "peaks"}, problem, elements),
+                         record["peaks"])
     from .orbit_problem import OrbitProblem
 
     return OrbitProblem.from_record(record, elements=elements)
+
+
+def curve_from(record, problem, elements):
+    """Return the problem of a curve in two parameters on that of its branch."""
+    from .curves import CurveProblem
+
+    base = problem_from(record["of"], problem, elements)
+    return Missing(record) if isinstance(base, Missing) else CurveProblem.from_record(record, base)
 
 
 class Missing:

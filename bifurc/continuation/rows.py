@@ -25,6 +25,10 @@ class Part:
         self.events = [0] + [1 + k for k, monitor in enumerate(self.monitors) if not monitor.boundary]
         self.count = 1 + len(self.monitors)
 
+    def turned(self, values):
+        """Return values of the monitors (k,) as seen in the other direction of travel."""
+        return np.array([-value if monitor.odd else value for value, monitor in zip(values, self.monitors, strict=True)], float)
+
 
 class Row:
     """One point of a branch: what the corrector returned, with its place on the branch."""
@@ -56,8 +60,8 @@ class Row:
 def reversed_row(row):
     """Return a row seen in the other direction of travel."""
     c = Corrected(row.x, -row.tangent, True, CorrectorStatus.SINGULAR if row.singular else CorrectorStatus.CONVERGED,
-                  row.iterations, row.residual, 0.0, 0.0, -row.det_sign, row.det_log, np.array(row.tests[1:]))
-    other = Row(c, row.part, 0.0 - row.s, row.angle, [-row.tests[0], *row.tests[1:]], row.ds)
+                  row.iterations, row.residual, 0.0, 0.0, -row.det_sign, row.det_log, row.part.turned(row.tests[1:]))
+    other = Row(c, row.part, 0.0 - row.s, row.angle, tests_of(c), row.ds)
     other.recorded = row.recorded
     return other
 

@@ -65,6 +65,12 @@ class SpecialPoint:
         return self.problem.solution(self.x)
 
     @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters by name: one, or both at a point of a curve in two parameters."""
+        both = getattr(self.problem, "parameters", None)
+        return {self.problem.parameter: self.parameter} if both is None else both(self.x)
+
+    @property
     def measures(self) -> "Measures":
         """The problem's measures at this point, computed when looked up."""
         return Measures(self.problem, self.x)

@@ -11,6 +11,7 @@ from .arclength import SLOPE, Half, StepOptions
 from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
 from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .peaks import with_peaks
 from .problem import Corrected
 from .roots import polish
 from .rows import Part, Row, reversed_row, tests_of
@@ -21,7 +22,7 @@ DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
 
 
 def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
-          stop=None, record=None, progress=None) -> Branch:
+          stop=None, record=None, progress=None, peaks=None) -> Branch:
     """Trace the branch of solutions through a start by pseudo-arclength continuation.
 
     Lengths are measured in scaled unknowns: a length of 1 is one natural size of the unknowns, or half the width of the
@@ -47,6 +48,9 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         ``record(point) -> dict of float``: further columns.
     progress : bool or callable, optional
         True shows a bar if tqdm is installed; a callable gets ``(parameter, count)`` after every step.
+    peaks : str or sequence of str, optional
+        Measures (columns such as ``max_0``, ``h1_0``, ``rms_0``) whose maxima along the branch become special points of
+        kind ``peak``, located like folds. Default none: each costs the gradient of its measure at every step.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         For bounds that are empty or do not hold the start, and step lengths that are not positive.
     """
     low, high = ordered_bounds(bounds)
-    problem = problem_of(start, parameter, bounds)
+    problem = with_peaks(problem_of(start, parameter, bounds), peaks)
     options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None)
     if direction not in (None, 1, -1):
         raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
@@ -186,7 +190,7 @@ def start_row(problem, options):
     if not options.low <= c.p <= options.high:
         c.x[-1] = min(max(c.p, options.low), options.high)
     if float(np.dot(oriented(c.tangent), c.tangent)) < 0.0:
-        flip(c)
+        flip(c, part)
     row = Row(c, part, 0.0, 0.0, tests_of(c), options.ds)
     for k in part.boundary:
         if row.tests[k] > 1e-10:
@@ -201,10 +205,11 @@ def oriented(tangent):
     return tangent if tangent[k] > 0.0 else -tangent
 
 
-def flip(c):
+def flip(c, part):
     """Turn a corrected point round in place."""
     c.tangent = -c.tangent
     c.det_sign = -c.det_sign
+    c.monitors = part.turned(c.monitors)
 
 
 def start_points(half, row, crossing):

@@ -1,4 +1,6 @@
 """Equations of one event signature along one parameter, and the compiled corrector on them."""
+import copy
+
 import numpy as np
 
 from ..compose.scene import Scene
@@ -45,6 +47,13 @@ class Equations:
         self.motion = kernels(scene.laws, scene.n, motion.__name__)
         self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
                       signature.span, self.closure, self.scale, self.weights)
+
+    def on(self, path: ParameterPath) -> "Equations":
+        """Return the same equations with the numbers of another path."""
+        other = copy.copy(self)
+        other.path = path
+        other._data = (path.tables, path.index, path.series, path.low, path.high, *self._data[5:])
+        return other
 
     def correct(self, x, tangent, free: bool):
         """Return (status, x, tangent, info): 1 converged, 0 not, -1 singular.

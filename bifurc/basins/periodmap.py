@@ -1,0 +1,101 @@
+"""The map of many starts over whole forcing periods, by the fastest kernel that the scene allows.
+
+Everything that works on section points (cell mapping, bifurcation diagrams, edge tracking) goes through `PeriodMap`;
+which kernel it takes is decided once, from the structure of the scene, and can be read in `PeriodMap.kernel`.
+"""
+from enum import StrEnum
+
+import numpy as np
+
+from ..compose.scene import Scene, scene_of
+from ..system import System
+from .marcher import Images, Marcher
+from .states import REACHED
+
+MAPPED = REACHED  # outcome of a start that was carried through all its periods; the other codes are those of `CellState`
+
+
+class Kernel(StrEnum):
+    """How starts are carried over a forcing period."""
+
+    SCALAR = "scalar"
+    SIMULATION = "simulation"
+
+    @property
+    def sentence(self) -> str:
+        """What it is, and for which scenes."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Kernel.SCALAR: "One start after the other on the certified event march: any scene of affine modes.",
+    Kernel.SIMULATION: "One start after the other by simulation: scenes with laws that are not affine.",
+}
+
+
+class PeriodMap:
+    """Carries starts at phase 0 over whole forcing periods.  Safe to be called from several threads.
+
+    The image of a start depends on nothing but the start: not on the other starts of a call, nor on their order.
+
+    Parameters
+    ----------
+    system : System or Scene
+        With an excitation.
+    max_events : int
+        Largest number of events a forcing period.
+
+    Attributes
+    ----------
+    system : System
+    scene : Scene
+    kernel : Kernel
+    error : float
+        Bound, or measured estimate, of the error of one period where the kernel is not exact to rounding, in units of
+        the state; 0: rounding only.
+
+    Raises
+    ------
+    ValueError
+        For an autonomous system.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import bifurc as bf
+    >>> from bifurc.basins import PeriodMap
+    >>> period_map = PeriodMap(bf.systems.impact_oscillator(omega=1.4))
+    >>> images = period_map.apply(np.array([[0.0, 0.5], [-1.0, 2.0]]), periods=10)
+    >>> images.ends.shape, images.outcomes.tolist()
+    ((2, 2), [0, 0])
+    """
+
+    def __init__(self, system: System | Scene, *, max_events: int = 2000):
+        scene = system if isinstance(system, Scene) else scene_of(system)
+        if scene.period is None:
+            raise ValueError(f"{scene.system!r} is autonomous; a map over forcing periods needs an excitation (omega)")
+        self.system, self.scene = scene.system, scene
+        self.max_events = int(max_events)
+        self.error = 0.0
+        self.kernel = Kernel.SCALAR if scene.closed_form else Kernel.SIMULATION
+        self._marcher = Marcher(scene, self.max_events)
+
+    def __repr__(self):
+        return f"PeriodMap({self.system!r}, kernel {self.kernel})"
+
+    def apply(self, X: np.ndarray, periods: int = 1) -> Images:
+        """Return where the starts ``X`` (N, ns) at phase 0 are after ``periods`` forcing periods; ``X`` is kept.
+
+        Raises
+        ------
+        ValueError
+            For starts of the wrong shape or not finite, or fewer than one period.
+        """
+        X = np.array(X, float, order="C")
+        if X.ndim != 2 or X.shape[1] != self.scene.ns:
+            raise ValueError(f"X has shape {X.shape}; it must be (N, {self.scene.ns}), one start a row")
+        if not np.isfinite(X).all():
+            raise ValueError("X contains states that are not finite")
+        if isinstance(periods, bool) or periods != int(periods) or periods < 1:
+            raise ValueError(f"periods = {periods!r} is not allowed; it must be a whole number of at least 1")
+        return self._marcher.carry(X, int(periods))

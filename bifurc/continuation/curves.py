@@ -1,0 +1,350 @@
+"""`trace_curve`: folds, grazings, flips, peaks followed in two parameters on one augmented system.
+
+The unknowns of a point on the curve are (u, a, b): those of the branch on which the special point was found, its parameter
+a, and a second parameter b.  The equations are those of the branch and one condition g = 0 (see `conditions`).  The
+augmented system is an ordinary `Problem` in b, so that steps, bounds, location of special points, saving and extending are
+those of `trace`.
+"""
+import copy
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from . import conditions
+from .branch import Branch
+from .kinds import SpecialPointKind, StopReason
+from .peaks import WithPeaks
+from .problem import EPS, Monitor, Problem
+from .families import family_of
+from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
+
+BOUND = "bound"  # name of the monitors that end a curve at the bounds of a
+STILL = 1e-6  # both components of the unit tangent in the plane of the parameters at a cusp
+TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
+
+
+class CurveProblem(Problem):
+    """F(u, a, b) = 0 and g(u, a, b) = 0 as a problem in b.
+
+    Parameters
+    ----------
+    family : families.Family
+        The branch's problem for every b.
+    kind : SpecialPointKind
+        What is followed.
+    name : str
+        Name of the monitor or measure that is followed; empty if there is one.
+    bounds_a : tuple of float
+        The curve ends where a reaches one of them.
+    x0 : ndarray (n + 2,)
+        Start (u, a, b).
+    """
+
+    def __init__(self, family, kind, name, bounds_a, x0):
+        base = family.problem
+        self.family, self.kind, self.name, self.bounds_a = family, kind, name, bounds_a
+        self.base_parameter, self.parameter = base.parameter, family.name
+        self.x0 = np.array(x0, float)
+        self.size, self.scale = self.x0.size - 1, family.scale.copy()
+        self.condition, self._followed = condition_of(base, kind, name)
+        self.signature = base.signature
+        monitors = [Monitor(SpecialPointKind.EXTREMUM, base.parameter, odd=True)]
+        if kind is SpecialPointKind.PEAK:
+            monitors.append(Monitor(SpecialPointKind.EXTREMUM, name, odd=True))
+        # a graze that is followed as a listed event is also the touch of an unlisted one: its own kind is no boundary
+        self._inherited = [k for k, monitor in enumerate(base.monitors)
+                           if monitor.boundary and (self._followed < 0 or monitor.kind != kind)]
+        self._walls = [k for k in (0, 1) if math.isfinite(bounds_a[k])]
+        for k in self._inherited:
+            monitors.append(base.monitors[k])
+        monitors.extend(Monitor(SpecialPointKind.USER, BOUND, boundary=True) for _ in self._walls)
+        self.monitors = tuple(monitors)
+
+    # equations
+
+    def residual(self, u, p):
+        """Return F and g (n + 1,) at ``u`` = (u, a) and b = ``p``."""
+        x = np.append(u, p)
+        problem = self.family.at(float(p))
+        f = np.reshape(np.asarray(problem.residual(u[:-1], float(u[-1])), float), self.size - 1)
+        return np.append(f, self.condition.value(self.family, x))
+
+    def jacobian(self, u, p):
+        """Return the derivatives of `residual` in (u, a) and in b."""
+        _, wide, _ = self._linearised(np.append(u, p))
+        return wide[:, :-1], wide[:, -1]
+
+    def wide_jacobian(self, x):
+        """See `Problem.wide_jacobian`."""
+        return self._linearised(x)[1]
+
+    def _linearised(self, x):
+        n = self.size - 1
+        inner = conditions.wide_at(self.family, x)
+        f = np.empty(n + 1)
+        f[:n] = np.reshape(self.family.at(float(x[-1])).residual(x[:n], float(x[n])), n)
+        wide = np.empty((n + 1, n + 2))
+        wide[:n, :n + 1] = inner
+        h = conditions.ASIDE * self.scale[-1]
+
+        def moved(y):
+            return np.reshape(self.family.at(float(y[-1])).residual(y[:n], float(y[n])), n)
+        wide[:n, n + 1] = conditions.difference(moved, x, n + 1, h)
+        if not (np.isfinite(inner).all() and np.isfinite(wide[:n]).all() and np.isfinite(f[:n]).all()):
+            f[n] = math.nan
+            wide[n] = math.nan
+            return f, wide, f
+        f[n], wide[n] = self.condition.linearised(self.family, x, inner)
+        return f, wide, EPS * (np.abs(wide) @ np.abs(x))
+
+    def monitor_values(self, u, p, tangent):
+        """Return da/ds, the slope of the measure along a curve of peaks, the branch's own boundaries, the bounds of a."""
+        values = [float(tangent[-2])]
+        problem, a = self.family.at(float(p)), float(u[-1])
+        if self.kind is SpecialPointKind.PEAK:
+            values.append(self._measure_slope(problem, u, p, tangent))
+        if self._inherited:
+            own = problem.monitor_values(u[:-1], a, tangent[:-1])
+            values.extend(float(own[k]) for k in self._inherited)
+        width = self.bounds_a[1] - self.bounds_a[0] if len(self._walls) == 2 else self.scale[-2]
+        values.extend((self.bounds_a[0] - a if k == 0 else a - self.bounds_a[1]) / width for k in self._walls)
+        return np.array(values)
+
+    def _measure_slope(self, problem, u, p, tangent):
+        x = np.append(u, p)
+        slope = np.empty(x.size)
+        slope[:-1] = conditions.measure_gradient(problem, self.name, x[:-1])
+        slope[-1] = conditions.difference(
+            lambda y: float(np.real(self.family.at(float(y[-1])).measure(self.name, y[None, :-1])[0])), x, x.size - 1,
+            conditions.ASIDE * self.scale[-1])
+        return float(slope * self.scale @ tangent)
+
+    def switch(self, point, monitor):
+        """A bound ends the curve; so does the end of validity of the branch's equations."""
+        if monitor.name == BOUND:
+            return StopReason.BOUND
+        return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
+
+    # what is shown and stored
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """The branch's parameter and measures."""
+        return (self.base_parameter, *self.family.problem.measure_names)
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 2)."""
+        if name == self.base_parameter:
+            return xs[:, -2].copy()
+        return np.array([self.family.at(float(x[-1])).measure(name, x[None, :-1])[0] for x in xs])
+
+    def parameters(self, x) -> dict:
+        """Return both parameters at ``x`` (n + 2,) by name."""
+        return {self.base_parameter: float(x[-2]), self.parameter: float(x[-1])}
+
+    def solution(self, x):
+        """Return the solution of the branch's problem at ``x`` (n + 2,)."""
+        return self.family.alone(float(x[-1])).solution(x[:-1])
+
+    def restarted(self, x):
+        """See `Problem.restarted`."""
+        other = copy.copy(self)
+        other.x0 = np.array(x, float)
+        return other
+
+    def bounded(self, low, high, made):
+        """See `Problem.bounded`."""
+        family = self.family.over(low, high)
+        if family is self.family:
+            return self
+        other = CurveProblem(family, self.kind, self.name, self.bounds_a, self.x0)
+        other.scale = self.scale
+        return other
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description."""
+        bounds = [value if math.isfinite(value) else None for value in self.bounds_a]
+        interval = [value if math.isfinite(value) else None for value in self.family.interval]
+        return {"kind": "curve", "class": type(self.family.problem).__name__, "of": self.family.problem.to_record(), "second": self.family.name,
+                "interval": interval, "scale": self.scale.tolist(), "followed": self.kind.value, "name": self.name,
+                "bounds_a": bounds, "x0": self.x0.tolist()}
+
+    @classmethod
+    def from_record(cls, record, base) -> "CurveProblem":
+        """Make the problem that gave ``record``, with the problem of the branch it stands on."""
+        low, high = (inf if value is None else value for value, inf in zip(record["interval"], (-math.inf, math.inf), strict=True))
+        walls = tuple(inf if value is None else value for value, inf in zip(record["bounds_a"], (-math.inf, math.inf), strict=True))
+        family = family_of(base, record["second"], (low, high))
+        family.scale = np.array(record["scale"], float)
+        return cls(family, SpecialPointKind(record["followed"]), record["name"], walls, np.array(record["x0"], float))
+
+
+def condition_of(problem, kind, name):
+    """Return ``(condition, index of the followed monitor or -1)`` for a kind of special point.
+
+    Raises
+    ------
+    ValueError
+        For kinds that no curve follows.
+    """
+    if kind is SpecialPointKind.FOLD:
+        return conditions.Fold(problem), -1
+    if kind is SpecialPointKind.PEAK:
+        return conditions.Extremum(problem, name), -1
+    followed = [k for k, monitor in enumerate(problem.monitors) if monitor.kind == kind and monitor.name == name]
+    if kind is SpecialPointKind.PERIOD_DOUBLING and hasattr(problem, "wrapped_jacobian"):
+        return conditions.Flip(problem), -1
+    if kind is SpecialPointKind.BRANCH_POINT and followed and hasattr(problem, "wrapped_jacobian"):
+        return conditions.Flip(problem), -1  # of the half period: the symmetry breaks
+    if not followed:
+        raise ValueError(f"a {kind.value} cannot be followed in two parameters: in general it exists in isolated points only")
+    return conditions.Zero(problem, followed[0]), followed[0]
+
+
+class ParameterCurve(Branch):
+    """A curve of special points in two parameters, as returned by `trace_curve`: a `Branch` with one more column.
+
+    Attributes
+    ----------
+    parameters : tuple of str
+        Both names, in the order in which they were asked for.
+    kind : SpecialPointKind
+        What is followed.
+
+    Notes
+    -----
+    Special points: ``extremum`` (``name`` is the parameter that turns back, or the measure that is stationary along a
+    curve of peaks), ``cusp``, and those at which the followed orbit ends. The second parameter of a point is in
+    ``point.parameters``.
+    """
+
+    def __init__(self, parameter, problems, arrays, special_points, ends, bounds, options, unresolved=()):
+        points = renamed(parameter, special_points)
+        super().__init__(parameter, problems, arrays, points, ends, bounds, options, unresolved)
+        self.parameters = tuple(options.get("parameters") or (problems[0].base_parameter, parameter))
+        self.kind = problems[0].kind
+
+    def __repr__(self) -> str:
+        a, b = (self.column(name) for name in self.parameters)
+        found = ", ".join(point.kind.value + (f" of {point.name}" if point.name else "") for point in self.special_points)
+        return (f"ParameterCurve({self.kind.value}: {self.parameters[0]} {a.min():.6g} to {a.max():.6g}, {self.parameters[1]} "
+                f"{b.min():.6g} to {b.max():.6g}, {len(self)} points, {found or 'no special points'}, "
+                f"ends: {self.ends[0].reason.value}, {self.ends[1].reason.value})")
+
+    def plot(self, ax=None):
+        """Draw the curve in the plane of the two parameters; returns the axes."""
+        from .. import plotting
+
+        return plotting.plot_curve(self, ax=ax)
+
+    def to_record(self):
+        """See `Branch.to_record`."""
+        header, arrays = super().to_record()
+        return {**header, "kind": "curve"}, arrays
+
+
+def renamed(parameter, points):
+    """Special points in the words of a curve: extrema of either parameter; both at once are a cusp."""
+    points = [replace(point, kind=SpecialPointKind.EXTREMUM, name=parameter) if point.kind is SpecialPointKind.FOLD else point
+              for point in points if point.name != BOUND]
+    kept: list = []
+    for point in points:
+        still = point.kind is SpecialPointKind.EXTREMUM and float(np.abs(point.tangent[-2:]).max()) <= STILL
+        if still:
+            point = replace(point, kind=SpecialPointKind.CUSP, name="")
+        twin = any(other.kind is SpecialPointKind.CUSP and abs(other.s - point.s) <= TOGETHER for other in kept)
+        if not (still and twin):
+            kept.append(point)
+    return kept
+
+
+def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
+                stop=None, record=None, progress=None) -> ParameterCurve:
+    """Follow a special point of a branch in two parameters.
+
+    Parameters
+    ----------
+    point : SpecialPoint
+        A fold, grazing, period doubling, torus point, peak, or any zero of a monitor, of a branch of periodic orbits or of
+        a `Problem`.
+    parameters : (str, str)
+        The branch's own parameter and a second one, in any order; the first is drawn on the horizontal axis. The second
+        parameter of a hand-written `Problem` is an attribute of it.
+    bounds : dict or sequence, optional
+        Values between which the curve is followed: ``{"omega": (0.5, 2), "amplitude": (0, 1)}``, or two pairs in the order
+        of ``parameters``. Orbits need those of the second parameter; those of the branch's own default to the bounds of
+        its branch where known, for orbits.
+    direction : {None, 1, -1}
+        Both ways, or with the second parameter growing or falling at first.
+    ds, ds_max, ds_min, max_steps, stop, record, progress
+        As for `trace`.
+
+    Returns
+    -------
+    ParameterCurve
+
+    Raises
+    ------
+    ContinuationError
+        If the point cannot be corrected onto a curve.
+    ValueError
+        For kinds that no curve follows, unknown parameters, and bounds that do not hold the start.
+    """
+    problem = point.problem
+    if problem is None:
+        raise ValueError("point must be a special point of a branch, with its problem")
+    inner = problem.inner if isinstance(problem, WithPeaks) else problem
+    if isinstance(parameters, str) or len(tuple(parameters)) != 2:
+        raise ValueError(f"parameters must be two names, got {parameters!r}")
+    names = tuple(full_name(inner, name) for name in parameters)
+    if inner.parameter not in names:
+        raise ValueError(f"parameters = {tuple(parameters)!r} must hold the parameter of the branch, {inner.parameter!r}")
+    if names[0] == names[1]:
+        raise ValueError(f"parameters must be two different names, got {parameters!r}")
+    second = names[1] if names[0] == inner.parameter else names[0]
+    table = bounds_by_name(inner, names, bounds)
+    low, high = table[second]
+    a = table[inner.parameter]
+    path = getattr(inner, "path", None)
+    if path is not None:
+        if not math.isfinite(a[0] + a[1]):
+            a = (path.low, path.high)
+        elif a[0] < path.low or a[1] > path.high:
+            inner = inner.bounded(*a, {})
+    if not a[0] <= point.x[-1] <= a[1]:
+        raise ValueError(f"the point has {inner.parameter} = {point.x[-1]:.12g}, outside the bounds {a!r}")
+    family = family_of(inner, second, (low, high))
+    if not low <= family.value <= high:
+        raise ValueError(f"the point has {second} = {family.value:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
+    start = CurveProblem(family, point.kind, point.name, a, np.append(point.x, family.value))
+    made = trace(start, bounds=(low, high) if math.isfinite(low) or math.isfinite(high) else None, direction=direction, ds=ds,
+                 ds_max=ds_max, ds_min=ds_min, max_steps=max_steps, stop=stop, record=record, progress=progress)
+    return ParameterCurve(made.parameter, made.problems, made._arrays, made.special_points, made.ends, made.bounds,
+                          {**made.options, "parameters": list(names)}, made.unresolved)
+
+
+def full_name(problem, name):
+    """Return the full name of a parameter of an orbit's system; that of a hand-written problem is what it is."""
+    system = getattr(problem, "system", None)
+    return name if system is None else system.parameter_name(name)
+
+
+def bounds_by_name(problem, names, bounds):
+    """Return {name: (low, high)}, unbounded where nothing was given."""
+    table = dict.fromkeys(names, (-math.inf, math.inf))
+    if bounds is None:
+        return table
+    if isinstance(bounds, dict):
+        for name, pair in bounds.items():
+            full = full_name(problem, name)
+            if full not in table:
+                raise ValueError(f"bounds name {name!r}; the parameters are {names[0]!r} and {names[1]!r}")
+            table[full] = ordered_bounds(pair)
+        return table
+    pairs = tuple(bounds)
+    if len(pairs) != 2 or any(np.ndim(pair) != 1 for pair in pairs if pair is not None):
+        raise ValueError(f"bounds must be a dict of pairs by name, or two pairs in the order of the parameters, got {bounds!r}")
+    for name, pair in zip(names, pairs, strict=True):
+        table[name] = ordered_bounds(pair)
+    return table

@@ -1,0 +1,217 @@
+"""Equations of a balance, and what Python asks of them: residual and derivatives, corrections, segments of the contacts."""
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from ..system import System
+from .layout import Layout
+from .parts import Contact, Numbers, Parts, split
+from .status import MarchStatus
+
+GRID = 8  # points a shortest wave on which exact events are looked for
+LEAST_GRID = 64
+LAW_SAMPLES = 8  # a shortest wave, by default: exact for polynomials up to degree 6
+LEAST_LAW_SAMPLES = 128
+
+
+class Segment(NamedTuple):
+    """A contact's stay in one mode: phases (radians of the slowest harmonic), mode, memory; what ended it, None: phase 2 pi."""
+
+    start: float
+    stop: float
+    mode: int
+    memory: np.ndarray
+    guard: int | None
+
+
+class Balance:
+    """Harmonic balance equations of one system: residual(x) = 0, x packed as `Layout` says.
+
+    Parameters
+    ----------
+    system : System
+    layout : Layout
+    samples : int
+        Samples a period, at which contacts are marched and laws taken; 0: contacts are followed event by event.
+    law_samples : int, optional
+        Samples for laws where contacts are exact; default: `LAW_SAMPLES` a shortest wave.
+    parts : Parts, optional
+        If the system was split before.
+
+    Attributes
+    ----------
+    parts : Parts
+    size : int
+        Number of unknowns.
+
+    Raises
+    ------
+    ValueError
+        See `parts.split`; and for too few samples.
+
+    Examples
+    --------
+    >>> from bifurc.systems import jenkins_oscillator
+    >>> balance = Balance(jenkins_oscillator(), Layout((0, 1, 2, 3), 1))
+    >>> balance.residual(np.zeros(balance.size))
+    array([ 0., -1.,  0.,  0.,  0.,  0.,  0.])
+    """
+
+    def __init__(self, system: System, layout: Layout, samples: int = 0, law_samples: int | None = None, parts: Parts | None = None):
+        self.system, self.layout, self.samples = system, layout, int(samples)
+        self.parts = split(system, layout) if parts is None else parts
+        self.size = layout.size
+        top = int(self.parts.shape.waves[-1])
+        self.law_samples = self.samples or int(law_samples or max(LEAST_LAW_SAMPLES, LAW_SAMPLES * top))
+        for name, count in (("samples", self.samples), ("law_samples", self.law_samples)):
+            if count and count < 2 * top + 1:
+                raise ValueError(f"{name} = {count} is not enough for harmonic {top}; give at least {2 * top + 1}, and at least "
+                                 f"{4 * top + 1} for a cubic law without aliasing")
+        self._still = np.zeros_like(self.parts.flat)
+
+    # arrays for kernels
+
+    @functools.cached_property
+    def grid(self):
+        """Tables of the waves at the samples, or on the grid on which events are looked for."""
+        from .residual import Grid
+
+        waves = self.parts.shape.waves
+        nodes = self.samples or max(LEAST_GRID, GRID * int(waves[-1]))
+        angle = np.multiply.outer(waves[1::2], np.arange(nodes + 1)) % nodes * (2.0 * np.pi / nodes)
+        return Grid(self.samples, np.cos(angle), np.sin(angle))
+
+    @functools.cached_property
+    def room(self):
+        """Arrays that kernels overwrite."""
+        from .residual import Room
+
+        _, m, nr, mi, _, nc, _, _, _, Z = (int(v) for v in self.parts.shape.dims[:10])
+        top = int(self.parts.shape.waves[-1])
+        L, most = 2 * top + 1, 32 + 8 * top
+        spectra = [np.zeros((nr, nr, L, 2)) for _ in range(4)]
+        return Room(*spectra, np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(self.size),
+                    np.zeros((self.size, self.size + 1)), np.zeros((nc, most, 4), np.int64), np.zeros((nc, most, 2)),
+                    np.zeros((nc, most, Z)), np.zeros((nc, 2)), np.zeros((nc, 2), np.int64))
+
+    @functools.cached_property
+    def _tables(self):
+        from .laws import Sampled
+
+        return Sampled(self.parts.shape.waves, self.parts.shape.place, self.law_samples)
+
+    # equations
+
+    def rows(self, x, flat=None, dflat=None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return coefficients (nr, mi) of the rows' coordinates and speeds, and their derivatives by the parameter.
+
+        Internal slots: mean, then cosine and sine of each harmonic in `Shape.waves`.
+        """
+        from .residual import motion
+
+        shape = self.parts.shape
+        out = np.empty((4, len(shape.R), shape.waves.size))
+        motion(shape, self.parts.flat if flat is None else flat, self._still if dflat is None else dflat,
+               np.ascontiguousarray(x, float), *out)
+        return out[0], out[1], out[2], out[3]
+
+    def linearised(self, x, flat=None, dflat=None, slopes: bool = True) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
+        """Return status, residual (size,) and derivatives (size, size + 1) at ``x``; the last column is by the parameter.
+
+        The arrays are overwritten by the next call.
+
+        Parameters
+        ----------
+        x : ndarray (size,)
+        flat, dflat : ndarray, optional
+            Numbers of the system and their derivatives by a parameter; default: the system's own, and zero.
+        slopes : bool
+            False: only the residual is complete.
+        """
+        from .residual import cleared, linearised
+
+        room, parts = self.room, self.parts
+        flat = parts.flat if flat is None else flat
+        dflat = self._still if dflat is None else dflat
+        x = np.ascontiguousarray(x, float)
+        cleared(room)
+        if parts.laws:
+            from .laws import law_forces
+            from .parts import views
+
+            if not np.isfinite(x).all():
+                return MarchStatus.NOT_FINITE, room.f, room.wide
+            c, v, _, _ = self.rows(x, flat, dflat)
+            law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v, room.SU,
+                       room.SS, room.F, room.J)
+        code = linearised(parts.shape, flat, dflat, x, self.grid, slopes, room)
+        return tuple(MarchStatus)[code], room.f, room.wide
+
+    def residual(self, x) -> np.ndarray:
+        """Return the residual (size,), force; NaN where the contacts cannot be followed."""
+        status, f, _ = self.linearised(x, slopes=False)
+        return f.copy() if status is MarchStatus.FOLLOWED else np.full(self.size, np.nan)
+
+    def jacobian(self, x) -> np.ndarray:
+        """Return the derivative of the residual (size, size)."""
+        status, _, wide = self.linearised(x)
+        return wide[:, :-1].copy() if status is MarchStatus.FOLLOWED else np.full((self.size, self.size), np.nan)
+
+    def stiffness(self, k: int) -> np.ndarray:
+        """Return the dynamic stiffness of the linear core at harmonic ``k``, (n, n) complex, acting on phasors a - ib."""
+        T = self.parts.numbers
+        w = k * T.omega[0]
+        return T.K - w * w * T.M + 1j * w * T.C
+
+    def linear_response(self) -> np.ndarray:
+        """Return the packed motion without contacts and laws; NaN free: a singular harmonic is left zero."""
+        T, layout, out = self.parts.numbers, self.layout, {}
+        for k in layout.harmonics:
+            slot = layout.slot(k)
+            load = T.E[slot] - 1j * T.E[slot + 1] if k else T.E[slot].astype(complex)
+            if load.any():
+                try:
+                    out[k] = np.linalg.solve(self.stiffness(k), load)
+                except np.linalg.LinAlgError:
+                    out[k] = np.zeros(layout.n)
+        return layout.pack(out)
+
+    # contacts along a motion
+
+    def segments(self, x) -> tuple[tuple[Segment, ...], ...]:
+        """Return, for every contact, its stays in modes along the motion ``x`` over a period from phase 0.
+
+        Raises
+        ------
+        ValueError
+            Where the contacts cannot be followed; the message is the sentence of the `MarchStatus`.
+        """
+        status, _, _ = self.linearised(x, slopes=False)
+        if status is not MarchStatus.FOLLOWED:
+            raise ValueError(status.sentence)
+        room, out = self.room, []
+        for k in range(len(self.parts.contacts)):
+            own, start = [], 0.0
+            Z = int(self.parts.shape.memory[k])
+            for n in range(int(room.counts[k, 0])):
+                mode, guard = int(room.paths[k, n, 0]), int(room.paths[k, n, 1])
+                stop = float(room.ends[k, n, 0])
+                own.append(Segment(start, stop, mode, room.zs[k, n, :Z].copy(), None if guard < 0 else guard))
+                start = stop
+            out.append(tuple(own))
+        return tuple(out)
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Elements with guards or memory."""
+        return self.parts.contacts
+
+    @property
+    def numbers(self) -> Numbers:
+        """Numbers of the system by name."""
+        return self.parts.numbers
+
+    def at(self, system: System) -> "Balance":
+        """Return the same balance of another system of the same structure."""
+        return Balance(system, self.layout, self.samples, self.law_samples, self.parts.at(system))

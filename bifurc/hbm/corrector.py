@@ -1,0 +1,161 @@
+"""One compiled call a continuation step: Newton in the bordered system, the tangent, the determinant, margins of events.
+
+The same iteration as `continuation.problem.Problem.correct`, whose stopping rules it shares.
+"""
+import numpy as np
+
+from .._jit import njit
+from ..solve.dense import lu, lu_solve
+from .march import FOLLOWED
+from .margins import FAR, margins
+from .parts import Shape
+from .residual import Grid, Room, cleared, linearised, motion, unpacked
+
+EPS = 2.220446049250313e-16
+MAX_ITERATIONS = 10
+SMALL = 1e-10  # a correction this small is followed by one of the order of its square
+CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, MARCH = 1, 0, -1, -2, -3
+ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+@njit
+def numbers_at(base, index, series, low, high, p, flat, dflat):
+    """Write the numbers of the system at parameter ``p`` and their derivatives, from Chebyshev series on [low, high]."""
+    flat[:] = base
+    dflat[:] = 0.0
+    z = (2.0 * p - low - high) / (high - low)
+    slope = 2.0 / (high - low)
+    degree = series.shape[1] - 1
+    for i in range(index.size):
+        b0, b1, d0, d1 = 0.0, 0.0, 0.0, 0.0
+        for j in range(degree, 0, -1):  # Clenshaw, and its derivative
+            d0, d1 = 2.0 * b0 + 2.0 * z * d0 - d1, d0
+            b0, b1 = 2.0 * z * b0 - b1 + series[i, j], b0
+        flat[index[i]] = z * b0 - b1 + series[i, 0]
+        dflat[index[i]] = (b0 + z * d0 - d1) * slope
+
+
+@njit
+def correct(shape: Shape, base, index, series, low, high, grid: Grid, room: Room, start, tangent, fixed, scale, x, new, info, events):
+    """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
+
+    Parameters
+    ----------
+    base, index, series, low, high
+        Numbers of the system along the parameter, see `numbers_at`.
+    tangent : (size + 1,)
+        Unit, in scaled unknowns.
+    fixed : bool
+        Keep the parameter.
+    scale : (size + 1,)
+        Natural sizes.
+    events : (KINDS, FIELDS)
+        Overwritten by the margins of events at the point.
+
+    Returns
+    -------
+    int
+        CONVERGED, or what went wrong; CONVERGED with ``info[DET_SIGN]`` zero: the tangent is not unique, the given one stays.
+    """
+    size = start.size - 1
+    flat, dflat = np.empty_like(base), np.empty_like(base)
+    matrix, right = np.empty((size + 1, size + 1)), np.empty(size + 1)
+    pivot = np.empty(size + 1, np.int64)
+    x[:] = start
+    new[:] = tangent
+    old, contraction, biggest = np.inf, 0.0, 0.0
+    for i in range(size + 1):
+        biggest = max(biggest, abs(x[i] / scale[i]))
+    rounding = 4.0 * EPS * (1.0 + biggest)
+    sign, log, count = 0.0, 0.0, 0
+    info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
+    for count in range(MAX_ITERATIONS + 1):
+        numbers_at(base, index, series, low, high, x[size], flat, dflat)
+        cleared(room)
+        status = linearised(shape, flat, dflat, x[:size], grid, True, room)
+        info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
+        if status != FOLLOWED:
+            return MARCH
+        biggest, small = 0.0, True
+        for i in range(size):
+            floor, f = 0.0, abs(room.f[i])
+            for j in range(size + 1):
+                w = room.wide[i, j]
+                floor += abs(w * x[j])
+                matrix[i, j] = w * scale[j]
+            if not np.isfinite(f + floor):
+                return NOT_FINITE
+            if f > EPS * floor:
+                small = False
+            biggest = max(biggest, f)
+        info[RESIDUAL] = biggest
+        bordered(matrix, tangent, fixed)
+        sign, log = lu(matrix, pivot)
+        if small or old <= max(rounding, SMALL) or (
+                count > 1 and contraction < 0.1 and contraction * contraction * old < 0.1 * rounding):
+            break
+        if sign == 0.0:
+            return SINGULAR
+        if count == MAX_ITERATIONS:
+            return NOT_CONVERGED
+        for i in range(size):
+            right[i] = room.f[i]
+        right[size] = 0.0
+        lu_solve(matrix, pivot, right)
+        length = np.sqrt(np.sum(right * right))
+        if not np.isfinite(length):
+            return SINGULAR
+        if count > 0:
+            contraction = length / old
+            if contraction > 2.0 and length > 1e-8:
+                return NOT_CONVERGED
+        old = length
+        p = x[size]
+        for i in range(size + 1):
+            x[i] -= scale[i] * right[i]
+        if fixed:
+            x[size] = p
+    if fixed and sign != 0.0:
+        for i in range(size):
+            for j in range(size + 1):
+                matrix[i, j] = room.wide[i, j] * scale[j]
+        bordered(matrix, tangent, False)
+        sign, log = lu(matrix, pivot)
+    if sign != 0.0:
+        right[:] = 0.0
+        right[size] = 1.0
+        lu_solve(matrix, pivot, right)
+        length = np.sqrt(np.sum(right * right))
+        if 0.0 < length < 1.0 / EPS:
+            new[:] = right / length
+            log += np.log(length)
+        else:
+            sign, log = 0.0, -np.inf
+    moved = 0.0
+    for i in range(size + 1):
+        moved += ((x[i] - start[i]) / scale[i])**2
+    info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = contraction, np.sqrt(moved), sign, log
+    watched(shape, flat, dflat, x[:size], grid, room, events)
+    return CONVERGED
+
+
+@njit
+def bordered(matrix, tangent, fixed):
+    """Write the last row: the tangent, or the parameter alone."""
+    size = tangent.size - 1
+    for j in range(size + 1):
+        matrix[size, j] = (1.0 if j == size else 0.0) if fixed else tangent[j]
+
+
+@njit
+def watched(shape: Shape, flat, dflat, x, grid: Grid, room: Room, events):
+    """Write the margins of events along the motion ``x`` whose contacts were followed exactly; none from samples."""
+    events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR
+    if grid.samples:
+        return
+    T = unpacked(flat, shape)
+    nr, mi = len(shape.R), shape.waves.size
+    c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
+    motion(shape, flat, dflat, x, c, v, cp, vp)
+    for k in range(shape.modes.size):
+        margins(shape, T, k, room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.cosines.shape[1] - 1, events)

@@ -1,0 +1,399 @@
+"""Modes of a contact along a given periodic motion: events found and polished, or the modes of samples.
+
+The motion of the contact's rows is a trigonometric polynomial, so that guards are too once memory is frozen or put in.
+Exact: guards are scanned on a grid finer than an eighth of the shortest wave, sign changes and interior maxima (from the
+Hermite cubic of a cell) are polished by Newton on the polynomial; what follows an event is decided as in `flow.settle`: the
+first candidate whose guards are all negative, or zero with a negative first non-zero derivative.  Sampled: guards are
+checked at the samples.  Both repeat the period until mode and memory come back.
+
+Rows are followed with c (nr, mi), the coefficients of the coordinates u, and v (nr, mi), those of the speeds s.
+"""
+import numpy as np
+
+from .._jit import njit
+from .parts import Numbers, Shape
+from .waves import jet, powers, size, value
+
+FOLLOWED, INCONSISTENT, TOO_MANY, NOT_SETTLED, NOT_FINITE = range(5)  # codes, see `MarchStatus`
+PERIODS = 8  # most periods until memory has to repeat
+ROUNDING = 1e-12  # of the size of a guard or its derivative (times the top harmonic): zero
+REPEATS = 1e-11  # relative difference of memory after a period
+SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
+
+# columns of a path: segments of one mode, in order, from 0 to 2 pi
+MODE, GUARD, AFTER, WROTE = 0, 1, 2, 3  # mode, guard that ended it (-1: end of the period), successor, mode that wrote memory
+FIELDS = 4
+
+
+@njit
+def expression(T_U, T_S, T_Z, T_H, rows, Q, excited, c, v, z, out):
+    """Write an affine expression along the motion as a polynomial: ``out`` (mi,)."""
+    out[:] = 0.0
+    for q in range(Q):
+        row = rows[q]
+        if T_U[q] != 0.0:
+            out += T_U[q] * c[row]
+        if T_S[q] != 0.0:
+            out += T_S[q] * v[row]
+    for x in range(excited.size):
+        out[excited[x]] += T_H[x]
+    for i in range(z.size):
+        out[0] += T_Z[i] * z[i]
+
+
+@njit
+def width(shape: Shape, k):
+    """Return the number of rows of contact ``k``."""
+    Q = 0
+    for q in range(shape.rows.shape[1]):
+        if shape.rows[k, q] >= 0:
+            Q += 1
+    return Q
+
+
+@njit
+def slaves(shape: Shape, T: Numbers, k, m, c, v, p, z):
+    """Write the memory that mode ``m`` slaves, at the phase of the powers ``p``, into ``z``."""
+    a = np.empty(c.shape[1])
+    for i in range(shape.memory[k]):
+        if shape.slaved[k, m, i]:
+            expression(T.ZU[k, m, i], T.ZS[k, m, i], z[:0], T.ZH[k, m, i], shape.rows[k], width(shape, k), shape.excited, c, v,
+                       z[:0], a)
+            z[i] = jet(shape.waves, a, p)[0]
+
+
+@njit
+def guard_of(shape: Shape, T: Numbers, k, m, g, c, v, z, a):
+    """Write guard ``g`` of mode ``m`` as a polynomial into ``a`` (mi,)."""
+    expression(T.GU[k, m, g], T.GS[k, m, g], T.GZ[k, m, g], T.GH[k, m, g], shape.rows[k], width(shape, k), shape.excited, c, v, z, a)
+
+
+@njit
+def admissible(shape: Shape, T: Numbers, k, m, c, v, z, p, a):
+    """Return whether mode ``m`` may hold from the phase of the powers ``p`` on."""
+    top = shape.waves[-1]
+    for g in range(shape.guards[k, m]):
+        guard_of(shape, T, k, m, g, c, v, z, a)
+        j = jet(shape.waves, a, p)
+        bound = ROUNDING * (size(a) + 1e-300)
+        if j[0] < -bound:
+            continue
+        if j[0] > bound:
+            return False
+        for order in range(1, 4):
+            bound *= top
+            if j[order] < -bound:
+                break
+            if j[order] > bound:
+                return False
+    return True
+
+
+@njit
+def begin(shape: Shape, T: Numbers, k, c, v, z):
+    """Return the mode at phase 0 of a start with relaxed memory, or with memory as a slaved mode writes it; -1: none."""
+    p = np.empty((shape.waves[-1] + 1, 2))
+    a = np.empty(c.shape[1])
+    powers(0.0, p.shape[0], p)
+    Q = width(shape, k)
+    for attempt in range(-1, shape.modes[k]):
+        for i in range(shape.memory[k]):
+            z[i] = 0.0
+            for q in range(Q):
+                z[i] += T.XU[k, i, q] * c[shape.rows[k, q], 0] + T.XS[k, i, q] * v[shape.rows[k, q], 0]
+        if attempt >= 0:
+            slaves(shape, T, k, attempt, c, v, p, z)
+        for s in range(shape.start.shape[1]):
+            m = shape.start[k, s]
+            if m >= 0 and admissible(shape, T, k, m, c, v, z, p, a):
+                return m, attempt
+    return -1, -1
+
+
+@njit
+def root(waves, a, low, high, guess):
+    """Return the zero of a polynomial that is negative at ``low`` and not at ``high``: Newton kept inside by halving."""
+    t = guess if low < guess < high else 0.5 * (low + high)
+    for _ in range(80):
+        g, d = value(waves, a, t)
+        if g < 0.0:
+            low = t
+        else:
+            high = t
+        new = t - g / d if d != 0.0 else low
+        if not low < new < high:
+            if abs(new - t) <= 4e-16 * (1.0 + t):
+                return t
+            new = 0.5 * (low + high)
+        if abs(new - t) <= 4e-16 * (1.0 + t) or high - low <= 4e-16 * (1.0 + t):
+            return new
+        t = new
+    return t
+
+
+@njit
+def summit(waves, a, low, high):
+    """Return the phase of a maximum between a rise at ``low`` and a fall at ``high``."""
+    for _ in range(60):
+        t = 0.5 * (low + high)
+        g0, g1 = value(waves, a, t)
+        if g1 > 0.0:
+            low = t
+        else:
+            high = t
+        if high - low < 1e-9:
+            break
+    return 0.5 * (low + high)
+
+
+@njit
+def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
+    """Return the first phase in (t0, t1] where a guard that is negative behind t0 is not, or inf.
+
+    ``v``, ``d`` are values and derivatives at the ends; ``fresh``: the value at t0 is zero but for rounding.
+    """
+    h = t1 - t0
+    high = t1
+    if v1 < 0.0:
+        if not (d0 > 0.0 and d1 < 0.0) or fresh:
+            return np.inf
+        cross = (d0 * t0 - d1 * t1 + v1 - v0) / (d0 - d1)  # the tangents of both ends meet above the maximum
+        top = v0 + d0 * (min(max(cross, t0), t1) - t0)
+        if top < 0.0 and top < SLACK * max(v0, v1):
+            return np.inf
+        high = summit(waves, a, t0, t1)
+        if value(waves, a, high)[0] < 0.0:
+            return np.inf
+        return root(waves, a, t0, high, 0.5 * (t0 + high))
+    low = t0
+    if fresh:
+        step = h
+        for _ in range(48):
+            step *= 0.5
+            if value(waves, a, t0 + step)[0] < 0.0:
+                low = t0 + step
+                break
+            high = t0 + step
+        if low == t0:
+            return np.inf
+        return root(waves, a, low, high, 0.5 * (low + high))
+    return root(waves, a, low, high, t0 + h * v0 / (v0 - v1))
+
+
+@njit
+def on_grid(shape: Shape, T: Numbers, k, m, g, Q, u, v, basis, z, j, turned):
+    """Return a guard at grid point ``j`` from tables of the rows (or of their derivatives: ``turned``)."""
+    total = 0.0 if turned else T.GH[k, m, g, 0]
+    for q in range(Q):
+        row = shape.rows[k, q]
+        total += T.GU[k, m, g, q] * u[row, j] + T.GS[k, m, g, q] * v[row, j]
+    for x in range(1, shape.excited.size):
+        total += T.GH[k, m, g, x] * basis[x, j]
+    if not turned:
+        for i in range(z.size):
+            total += T.GZ[k, m, g, i] * z[i]
+    return total
+
+
+@njit
+def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, path, ends, zs, source, count):
+    """Follow contact ``k`` along the motion event by event over one period that repeats.
+
+    Parameters
+    ----------
+    c, v : (nr, mi)
+        Coefficients of coordinates and speeds.
+    U, V, dU, dV : (nr, grid + 1)
+        The same on the grid, and their derivatives by phase.
+    excite, dexcite : (nx, grid + 1)
+        Columns of excitation on the grid, and their derivatives.
+    path : int (most, FIELDS), ends : (most, 2), zs : (most, Z)
+        Segments, overwritten: mode, guard, successor and the mode that wrote memory at the end (-1: none); phases of the end
+        and of the writing; memory.
+    source : (2,)
+        Overwritten: mode (-1: a relaxed start) and phase that wrote the memory at phase 0.
+    count : int (2,)
+        Overwritten by the number of segments, and of periods that were followed.
+
+    Returns
+    -------
+    int
+        Code of a `MarchStatus`.
+    """
+    waves, grid, most = shape.waves, U.shape[1] - 1, len(ends)
+    Q, Z, turn = width(shape, k), shape.memory[k], 2.0 * np.pi
+    z, z0 = np.zeros(Z), np.zeros(Z)
+    p = np.empty((waves[-1] + 1, 2))
+    a = np.empty(waves.size)
+    m, wrote = begin(shape, T, k, c, v, z)
+    if m < 0:
+        return INCONSISTENT
+    at = 0.0
+    G = shape.kinds.shape[2]
+    g0, d0, g1, d1 = np.empty(G), np.empty(G), np.empty(G), np.empty(G)
+    fresh = np.zeros(G, np.bool_)
+    for period in range(PERIODS):
+        m0, events, t = m, 0, 0.0
+        z0[:] = z
+        source[0], source[1] = wrote, at
+        for g in range(shape.guards[k, m]):
+            g0[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, 0, False)
+            d0[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, 0, True)
+            fresh[g] = g0[g] >= 0.0
+        for j in range(1, grid + 1):
+            t1 = turn * j / grid
+            while True:  # events within the cell
+                soonest, which = np.inf, -1
+                for g in range(shape.guards[k, m]):
+                    g1[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
+                    d1[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, j, True)
+                    if g1[g] < 0.0 and not (d0[g] > 0.0 and d1[g] < 0.0):
+                        continue
+                    guard_of(shape, T, k, m, g, c, v, z, a)
+                    found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g])
+                    if found < soonest:
+                        soonest, which = found, g
+                if which < 0:
+                    break
+                if events >= most - 1:
+                    return TOO_MANY
+                powers(soonest, p.shape[0], p)
+                zs[events, :Z] = z
+                slaves(shape, T, k, m, c, v, p, z)
+                after = -1
+                for i in range(shape.then.shape[3]):
+                    b = shape.then[k, m, which, i]
+                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, a):
+                        after = b
+                        break
+                if after < 0:
+                    return INCONSISTENT
+                path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
+                ends[events, 0], ends[events, 1] = soonest, soonest
+                if writes(shape, k, m):
+                    wrote, at, path[events, WROTE] = m, soonest, m
+                events += 1
+                m, t = after, soonest
+                for g in range(shape.guards[k, m]):
+                    guard_of(shape, T, k, m, g, c, v, z, a)
+                    first = jet(waves, a, p)
+                    g0[g], d0[g] = first[0], first[1]
+                    fresh[g] = g0[g] >= -ROUNDING * size(a)
+                if t >= t1:
+                    break
+            if t < t1:
+                for g in range(shape.guards[k, m]):
+                    g0[g], d0[g], fresh[g] = g1[g], d1[g], False
+            t = t1
+        path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, -1, m, -1
+        ends[events, 0], ends[events, 1] = turn, turn
+        zs[events, :Z] = z
+        count[0], count[1] = events + 1, period + 1
+        if m == m0 and repeats(shape, k, m, z, z0, c):
+            return FOLLOWED
+    return NOT_SETTLED
+
+
+@njit
+def repeats(shape: Shape, k, m, z, z0, c):
+    """Return whether the memory that mode ``m`` keeps came back."""
+    for i in range(z.size):
+        if not shape.slaved[k, m, i] and not abs(z[i] - z0[i]) <= REPEATS * (abs(z[i]) + abs(z0[i]) + size(c[shape.rows[k, 0]])):
+            return False
+    return True
+
+
+@njit
+def slaves_at(shape: Shape, T: Numbers, k, m, Q, U, V, excite, j, z):
+    """Write the memory that mode ``m`` slaves at sample ``j`` into ``z``."""
+    for i in range(z.size):
+        if shape.slaved[k, m, i]:
+            total = T.ZH[k, m, i, 0]
+            for q in range(Q):
+                row = shape.rows[k, q]
+                total += T.ZU[k, m, i, q] * U[row, j] + T.ZS[k, m, i, q] * V[row, j]
+            for x in range(1, shape.excited.size):
+                total += T.ZH[k, m, i, x] * excite[x, j]
+            z[i] = total
+
+
+@njit
+def broken(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, tried):
+    """Return the first guard of mode ``m`` that is positive at sample ``j``, or -1; ``tried``: but those with a trial."""
+    for g in range(shape.guards[k, m]):
+        if not (tried and shape.trial[k, m, g] >= 0) and on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) > 0.0:
+            return g
+    return -1
+
+
+@njit
+def next_of(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j):
+    """Return (guard, mode) that follow mode ``m`` at sample ``j``; guard -1: it stays.  ``z`` is the memory before the sample."""
+    for g in range(shape.guards[k, m]):
+        b, h = m, g
+        if shape.trial[k, m, g] >= 0:
+            b = shape.trial[k, m, g]
+            h = broken(shape, T, k, b, Q, U, V, excite, z, j, False)
+            if h < 0:
+                return g, b
+        if on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) <= 0.0:
+            continue
+        for i in range(shape.then.shape[3]):
+            d = shape.then[k, b, h, i]
+            if d == m:
+                break
+            if d >= 0 and broken(shape, T, k, d, Q, U, V, excite, z, j, True) < 0:
+                return g, d
+    return -1, m
+
+
+@njit
+def writes(shape: Shape, k, m):
+    """Return whether a mode writes memory when it is left."""
+    for i in range(shape.memory[k]):
+        if shape.slaved[k, m, i]:
+            return True
+    return False
+
+
+@njit
+def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, source, count):
+    """Follow contact ``k`` at the samples of one period that repeats; arguments and result as of `exact`.
+
+    Predictor and corrector, so that forces are continuous in the samples: a mode that writes memory is left for one that
+    keeps it as soon as that one is admissible with the memory of the sample before; where it is not, its own broken guard
+    says which mode goes on.
+    """
+    N, most = U.shape[1] - 1, len(ends)
+    Q, Z, turn = width(shape, k), shape.memory[k], 2.0 * np.pi
+    z, z0 = np.zeros(Z), np.zeros(Z)
+    m, wrote = begin(shape, T, k, c, v, z)
+    if m < 0:
+        return INCONSISTENT
+    at = 0.0
+    for period in range(PERIODS):
+        m0, events = m, 0
+        z0[:] = z
+        source[0], source[1] = wrote, at
+        for j in range(N):
+            if Z:
+                slaves_at(shape, T, k, m, Q, U, V, excite, j - 1 if j else N - 1, z)
+            which, after = next_of(shape, T, k, m, Q, U, V, excite, z, j)
+            if which < 0:
+                continue
+            if events >= most - 1:
+                return TOO_MANY
+            path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
+            ends[events, 0], ends[events, 1] = turn * j / N, turn * (j - 1) / N
+            zs[events, :Z] = z
+            if writes(shape, k, m):
+                wrote, at, path[events, WROTE] = m, ends[events, 1], m
+            events += 1
+            m = after
+        path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, -1, m, -1
+        ends[events, 0], ends[events, 1] = turn, turn
+        zs[events, :Z] = z
+        count[0], count[1] = events + 1, period + 1
+        if m == m0 and repeats(shape, k, m, z, z0, c):
+            return FOLLOWED
+    return NOT_SETTLED
