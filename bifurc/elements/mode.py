@@ -102,8 +102,10 @@ class Guard:
     value : Affine
         In u, s, z, lam, constants and harmonics.
     kind : EventKind
-    then : tuple of keys
-        Modes of the element, tried in this order; the mode being left is always added as the last (a touch).
+    then : tuple of keys, or callable
+        Modes of the element, tried in this order; the mode being left is always added as the last (a touch).  A block of
+        many contacts may decide jointly: ``then(value)`` returns the keys, ``value(expression)`` being the value of an
+        expression of the element at the event.
     kick : Kick, optional
     silent : bool
         Both sides have the same force law: no unknown of an orbit.
@@ -114,7 +116,7 @@ class Guard:
 
     value: Affine
     kind: EventKind
-    then: tuple[Hashable, ...]
+    then: tuple[Hashable, ...] | Callable[[Callable[[Affine], float]], tuple[Hashable, ...]]
     kick: Kick | None = None
     silent: bool = False
     accumulates: tuple[float, Hashable] | None = None

@@ -320,7 +320,11 @@ class _March:
 
     def then(self, key, g, z, theta):
         """Return the candidates after a guard."""
-        return self.mode(key)[3][g].then
+        found = self.mode(key)[3][g].then
+        if not callable(found):
+            return found
+        w = states(self.harmonics, theta)
+        return found(lambda expression: self.sums(self.frame.row(expression, self.local), z)[0] @ w)
 
     def start(self):
         """Return the mode and memory of a relaxed start at angle 0."""

@@ -111,6 +111,17 @@ def first_zero(harmonics, c: np.ndarray, size: float, start: float, end: float) 
     return float(x)
 
 
+def product(harmonics, pairs) -> tuple[tuple[int, ...], np.ndarray]:
+    """Return the sum of products of pairs of sums: its harmonics and coefficients."""
+    top = max(harmonics, default=0)
+    total = sum(np.convolve(_complex(harmonics, a, top), _complex(harmonics, b, top)) for a, b in pairs)
+    wide = tuple(range(1, 2 * top + 1))
+    c = np.zeros(1 + 4 * top)
+    c[0] = total[2 * top].real
+    c[1::2], c[2::2] = 2.0 * total[2 * top + 1:].real, -2.0 * total[2 * top + 1:].imag
+    return wide, c
+
+
 def product_integral(harmonics, a: np.ndarray, b: np.ndarray, start: float, end: float) -> float:
     """Return the integral of the product of two sums over the angle, in closed form."""
     top = max(harmonics, default=0)
