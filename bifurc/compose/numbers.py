@@ -1,5 +1,5 @@
 """Numbers of a scene: local expressions of elements become rows of the joined vector, held rows are eliminated."""
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -121,6 +121,12 @@ class Packer:
         except KeyError:
             found = self._modes[element, key] = self.system.elements[element].mode(key, self.system.core)
         return found
+
+    def reader(self, element: int, x: np.ndarray) -> Callable[[Affine], float]:
+        """Return a function that gives the value of an expression of an element (without multipliers) at ``x`` (nx,)."""
+        site = self.sites[element]
+        local = {"u": site.U, "s": site.S, "z": self.frame.eye[self.slices[element]]}
+        return lambda expression: float(self.frame.row(expression, local) @ x)
 
     def check(self, element: int, key: Hashable) -> None:
         """Raise ValueError unless a mode fits its site."""

@@ -131,6 +131,11 @@ class Scene:
         """Return element, number and meaning of a guard."""
         return self._guards[mode][guard]
 
+    def followers(self, mode: int, guard: int, x: np.ndarray) -> tuple[Hashable, ...]:
+        """Return the keys of the guard's element that may follow at the joined state ``x`` (nx,), in the order they are tried."""
+        element, _, what = self._guards[mode][guard]
+        return what.then(self._packer.reader(element, x)) if callable(what.then) else what.then
+
     def guards_of(self, mode: int, element: int) -> tuple[int, ...]:
         """Return the guards of a mode that belong to an element."""
         return tuple(g for g, owner in enumerate(self._guards[mode]) if owner.element == element)
@@ -148,6 +153,10 @@ class Scene:
         return self.system.labels[self._guards[mode][guard].element]
 
     # memory
+
+    def memory_of(self, element: int) -> slice:
+        """Return the places of an element's memory in the state."""
+        return self.slices[element]
 
     def relax(self, x: np.ndarray) -> None:
         """Write the relaxed memory of all elements into the joined state ``x`` (nx,)."""
@@ -247,7 +256,7 @@ class Scene:
         """Return tables with the integers of all modes there are, and no numbers yet."""
         guards = max(len(found) for found in self._guards)
         then = [[self._candidates(m, owner) for owner in found] for m, found in enumerate(self._guards)]
-        candidates = max((len(numbers) for found in then for numbers in found), default=1)
+        candidates = max((len(numbers) or 1 for found in then for numbers in found), default=1)
         holds = max(len(found) for found in self._holds)
         T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
                      sum(law.rows for law in self.laws), sum(len(law.law.values) for law in self.laws))
@@ -270,6 +279,8 @@ class Scene:
 
     def _candidates(self, mode: int, owner: GuardOf) -> list[int]:
         """Return the modes tried after a guard; those not built yet are -2, the mode itself is last (a touch)."""
+        if callable(owner.guard.then):
+            return []  # decided where it happens, by `bifurc.flow.settle`
         numbers = [self._number(self._replaced(mode, owner.element, key)) for key in owner.guard.then]
         return [number for number in numbers if number not in (-1, mode)] + [mode]
 
@@ -296,7 +307,8 @@ class Scene:
         """Return the keys of the modes that may follow a guard."""
         element, _, what = self._guards[mode][guard]
         ends = () if what.accumulates is None else (what.accumulates[1],)
-        reached = (self._replaced(mode, element, key) for key in (*what.then, *ends))
+        then = () if callable(what.then) else what.then
+        reached = (self._replaced(mode, element, key) for key in (*then, *ends))
         return [keys for keys in reached if self._possible(keys)]
 
     def _add(self, keys: tuple) -> int:
@@ -326,6 +338,8 @@ class Scene:
                 return None
             for e, key in enumerate(keys):
                 for guard in self._packer.mode(e, key).guards:
+                    if callable(guard.then):
+                        return None
                     ends = () if guard.accumulates is None else (guard.accumulates[1],)
                     for other in (*guard.then, *ends):
                         reached = (*keys[:e], other, *keys[e + 1:])

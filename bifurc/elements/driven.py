@@ -85,6 +85,11 @@ class Driven(Element):
                              "use an elastic contact, such as Jenkins for Coulomb or ElasticStop for RigidStop")
         return mode
 
+    def loaded(self, key, slider: int) -> bool:
+        """Return whether a slider carries a normal load in a mode."""
+        given = getattr(self.element, "loaded", None)
+        return key != "apart" if given is None else given(key, slider)
+
     def mirrored(self):
         """Image of element and motion."""
         image = self.element.mirrored()

@@ -16,7 +16,7 @@ from .atrow import AtRow
 from .checks import number, whole
 from .kinds import EventKind
 from .local import Affine, affine, rate, s, u, wave
-from .microslip import _along, chain_stiffness
+from .microslip import along, chain_stiffness, gathered
 from .mode import Guard, Mode, Slaved
 
 STUCK, UP, DOWN, APART = "s", "+", "-", "a"
@@ -140,7 +140,7 @@ class LoadedMicroSlip(AtRow):
         stuck = np.array([letter == STUCK for letter in key], float)
         slips = np.array([letter in (UP, DOWN) for letter in key], float)
         drive, held, pushed = np.ones(n), np.zeros((n, n)), np.zeros((n, n))
-        flexible = _along(np.diagonal(K)[1:] + k * stuck[1:], -self.spring, np.eye(n - 1))
+        flexible = along(np.diagonal(K)[1:] + k * stuck[1:], -self.spring, np.eye(n - 1))
         drive[1:] = -flexible @ K[1:, 0]
         held[1:, 1:] = flexible * (k * stuck[1:])
         pushed[1:, 1:] = -flexible * slips[1:]
@@ -168,8 +168,8 @@ class LoadedMicroSlip(AtRow):
             if K[0, j]:
                 force = force + K[0, j] * x[j]
         guards, memory = [], []
-        then = _Then(self, key, core.omega, tuple(carried))
         for i, letter in enumerate(key):
+            then = _Then(self, key, core.omega, tuple(carried), i)
             if letter == APART:
                 memory.append(Slaved(x[i]))
                 if self.limits[i] > 0.0:
@@ -183,6 +183,10 @@ class LoadedMicroSlip(AtRow):
                 guards.append(Guard(rates[i] / k - signs[i] * dx[i], EventKind.STICK, then))
             guards.append(Guard(-self.limit[i], EventKind.SEPARATION, then))
         return Mode(force=(-force,), memory=tuple(memory), guards=tuple(guards))
+
+    def loaded(self, key, slider: int) -> bool:
+        """Return whether a slider carries a normal load in a mode."""
+        return key[slider] != APART
 
     def mirrored(self):
         """Its own image but for the phase of the loads."""
@@ -214,6 +218,7 @@ class _Then:
     key: str
     omega: float
     carried: tuple[Affine, ...]
+    fired: int  # contact
 
     def __call__(self, value) -> tuple[str, ...]:
         """Return words in the order they are tried.
@@ -237,7 +242,17 @@ class _Then:
         speeds = _speeds(chain, value(s(0)), low, high)
         pull = k * speeds
         tie = CLOSE * max(np.abs(pull).max(), np.abs(rates).max(), k * abs(value(s(0))))
-        letters = []
+        words = self._words(pull, low, high, apart, tie)
+        i = self.fired
+        if self.key[i] in (UP, DOWN):  # it has stopped, so that its rate says how far rounding reaches
+            drive = chain.statics(self.key)[0]
+            left = abs(pull[i] - (high[i] if self.key[i] == UP else low[i]))
+            words += self._words(pull, low, high, apart, tie + 8.0 * left * drive.max() / drive[i])
+        return tuple(dict.fromkeys(word for word in words if word != self.key))
+
+    def _words(self, pull, low, high, apart, tie) -> list[str]:
+        """Return the words whose rates agree, ties by less than ``tie`` open: stick first."""
+        n, letters = len(pull), []
         for i in range(n):
             if apart[i]:
                 letters.append((APART,))
@@ -259,7 +274,7 @@ class _Then:
                 words.append("".join(letters[j][0] if j == i else kept[j] for j in range(n)))
         else:
             words = ["".join(word) for word in itertools.product(*letters)]
-        return tuple(dict.fromkeys(word for word in words if word != self.key))
+        return words
 
 
 def _speeds(chain: LoadedMicroSlip, drive: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -277,24 +292,10 @@ def _speeds(chain: LoadedMicroSlip, drive: float, low: np.ndarray, high: np.ndar
         load = -K[1:, 0] * drive - given[1:]
         new = speeds.copy()
         if n > 1:
-            new[1:] = _along(diagonal, -chain.spring, load[:, None])[:, 0]
+            new[1:] = along(diagonal, -chain.spring, load[:, None])[:, 0]
         still = ((k * new > low) & (k * new < high)).astype(float)
         done = np.array_equal(still, free) and np.array_equal(np.clip(k * new, low, high)[free == 0.0], given[free == 0.0])
         speeds, free = new, still
         if done:
             break
     return speeds
-
-
-def gathered(element, changes: dict) -> dict:
-    """Return changes of whole fields from changes that may name single numbers ``field[i]``."""
-    found: dict = {}
-    for name, value in changes.items():
-        field, bracket, rest = name.partition("[")
-        if not bracket:
-            found[name] = value
-            continue
-        numbers = list(found.get(field, getattr(element, field)))
-        numbers[int(rest[:-1])] = value
-        found[field] = tuple(numbers)
-    return found

@@ -7,7 +7,6 @@ groups of sliders slip: 2 n + 1 modes with two guards each instead of 3^n, and a
 """
 import dataclasses
 import functools
-import re
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -97,16 +96,7 @@ class SliderSet(AtRow):
 
     def with_parameters(self, **changes):
         """Return a copy with some fields, or single numbers ``limits[i]``, changed."""
-        whole = {}
-        for name, value in changes.items():
-            entry = re.fullmatch(r"(\w+)\[(\d+)\]", name)
-            if entry is None:
-                whole[name] = value
-                continue
-            numbers = list(whole.get(entry[1], getattr(self, entry[1])))
-            numbers[int(entry[2])] = value
-            whole[entry[1]] = tuple(numbers)
-        return dataclasses.replace(self, **whole)
+        return dataclasses.replace(self, **gathered(self, changes))
 
     def stiffness_of(self, slider: int) -> float:
         """Return the stiffness of the spring of a slider, force per length."""
@@ -299,7 +289,7 @@ class MicroSlip(SliderSet):
         K = chain_stiffness(n, self.spring, self.closed)
         stuck = np.array([i not in slips and self.limits[i] > 0.0 for i in range(n)], float)
         drive, held, pushed = np.ones(n), np.zeros((n, n)), np.zeros((n, n))
-        flexible = _along(np.diagonal(K)[1:] + k * stuck[1:], -self.spring, np.eye(n - 1))
+        flexible = along(np.diagonal(K)[1:] + k * stuck[1:], -self.spring, np.eye(n - 1))
         drive[1:] = -flexible @ K[1:, 0]
         held[1:, 1:] = flexible * (k * stuck[1:])
         slipping = np.array([i in slips for i in range(n)], float)
@@ -322,7 +312,7 @@ class MicroSlip(SliderSet):
             load[1, 0] += self.spring
             load[n - 1, 0] += self.spring if self.closed else 0.0
             diagonal[n - 1] -= 0.0 if self.closed else self.spring
-            places[1:] = _along(diagonal[1:], -self.spring, load[1:])
+            places[1:] = along(diagonal[1:], -self.spring, load[1:])
             neighbours = (1, n - 1) if self.closed else (1,)
         force = stuck[0] * places[0] - load[0]
         for j in neighbours:
@@ -338,7 +328,7 @@ class MicroSlip(SliderSet):
         return Iwan(tuple(drops), tuple(drops * self.thresholds), dof=self.dof, row=self.row, label=self.label)
 
 
-def _along(diagonal: np.ndarray, beside: float, load: np.ndarray) -> np.ndarray:
+def along(diagonal: np.ndarray, beside: float, load: np.ndarray) -> np.ndarray:
     """Solve a symmetric tridiagonal system with equal entries beside the diagonal (m,); load and answer (m, columns)."""
     m = len(diagonal)
     if m == 0:
@@ -364,3 +354,17 @@ def chain_stiffness(n: int, spring: float, closed: bool) -> np.ndarray:
         K[i, j] -= spring
         K[j, i] -= spring
     return K
+
+
+def gathered(element, changes: dict) -> dict:
+    """Return changes of whole fields from changes that may name single numbers ``field[i]``."""
+    found: dict = {}
+    for name, value in changes.items():
+        field, bracket, rest = name.partition("[")
+        if not bracket:
+            found[name] = value
+            continue
+        numbers = list(found.get(field, getattr(element, field)))
+        numbers[int(rest[:-1])] = value
+        found[field] = tuple(numbers)
+    return found

@@ -53,7 +53,7 @@ class Piece:
     key: Hashable
     force: np.ndarray = field(repr=False)  # (nw,) on the drive
     memory: np.ndarray = field(repr=False)  # (nz, nw)
-    slaved: tuple[bool, ...] = field(repr=False)
+    loaded: tuple[bool, ...] = field(repr=False)  # which sliders are; those of contacts that are apart are not
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Loop:
         """Range over which each slider slides in a period, peak to peak, length; shape (sliders,)."""
         found = []
         for i in range(len(self.pieces[0].memory)):
-            values = [self._extreme(piece.memory[i], piece) for piece in self.pieces if piece.key != "apart"]
+            values = [self._extreme(piece.memory[i], piece) for piece in self.pieces if piece.loaded[i]]
             found.append(np.ptp(np.concatenate(values)) if values else 0.0)
         return np.array(found)
 
@@ -377,7 +377,7 @@ class _March:
                 memory[i] = self.sums(row, z)[0]
             if at > theta:
                 pieces.append(Piece(theta, at, key, self.sums(force, z)[0], memory,
-                                    tuple(i in slaved for i in range(self.nz))))
+                                    tuple(self.element.loaded(key, i) for i in range(self.nz))))
             theta = at
             if not now:
                 return key, self.written(key, z, TURN), pieces, events, True

@@ -72,6 +72,7 @@ def start(scene, x, series=affine_series):
         When no mode may start.
     """
     reasons, arriving, deepest = [], None, None
+    x = unloaded(scene, x)
     for m in scene.start_modes():
         T = scene.tables
         y = x.copy()
@@ -98,6 +99,32 @@ def start(scene, x, series=affine_series):
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
 
 
+def unloaded(scene, x):
+    """Return ``x`` with memory that is beyond a limit where the limit puts it: an overloaded slider has slipped."""
+    if scene.ns == 2 * scene.n:
+        return x
+    x = x.copy()
+    mode = next(scene.start_modes())
+    for _ in range(4 * (scene.ns - 2 * scene.n)):
+        T = scene.tables
+        for g in range(T.n_guards[mode]):
+            value, size = _value(T, mode, g, x)
+            if value <= NOISE * size or T.kick[mode, g]:
+                continue
+            owner = scene.guard(mode, g)
+            after = next((m for key in owner.guard.then if (m := scene.combine(mode, owner.element, key)) is not None), mode)
+            own = scene.memory_of(owner.element)
+            rows = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
+            if after != mode and rows:
+                for place, row in rows:
+                    x[place] = row @ x
+                mode = after
+                break
+        else:
+            break
+    return x
+
+
 def decide(scene, m, g, x, arrive, series=affine_series):
     """Return mode and state after guard ``g`` of mode ``m`` fired at ``x`` (nx,), and how often kicks were given.
 
@@ -112,7 +139,7 @@ def decide(scene, m, g, x, arrive, series=affine_series):
         y, kicks = _kicks(scene, series, m, order, x, g, arrive)
         scale = np.maximum(sizes(x, scene.ns), sizes(y, scene.ns))
         reasons, missing = [], {}
-        for mode in _combinations(scene, m, joined):
+        for mode in _combinations(scene, m, joined, x):
             T = scene.tables
             z = y.copy()
             why = broken(scene, series, mode, z, scale)
@@ -154,11 +181,11 @@ def _kicks(scene, series, m, order, x, fired, arrive):
     return y, kicks
 
 
-def _combinations(scene, m, joined):
+def _combinations(scene, m, joined, x):
     """Yield the modes in which the joined elements take the keys of their guards' `then`, or keep theirs."""
     choices = []
     for element, guards in joined.items():
-        keys = [key for g in guards for key in scene.guard(m, g).guard.then]
+        keys = [key for g in guards for key in scene.followers(m, g, x)]
         keys = list(dict.fromkeys([*keys, scene.keys[m][element]]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):

@@ -1,7 +1,7 @@
 """Friction contacts and dampers: Yang's contact, micro-slip rings and strips on a test bench, a damped oscillator."""
 import math
 
-from ..elements import Driven, HarmonicForce, Jenkins, MicroSlip
+from ..elements import Driven, HarmonicForce, Jenkins, LoadedMicroSlip, MicroSlip
 from ..elements.checks import choice, number, vector, whole
 from ..system import System, builder
 
@@ -14,6 +14,14 @@ _YANG = {1: (3.0, 2.0, 1, 5.0, 20.0, 0.25, 0.0), 2: (3.0, 2.0, 1, 4.0, 5.0, 2.0,
 def _bench(elements, omega: float) -> System:
     """Return a system for driven elements: a coordinate that stays at rest."""
     return System(1.0, 0.0, 1.0, elements, omega=omega)
+
+
+def _chain(spring, contact, limits, closed, load_amplitude, load_harmonic, load_phase):
+    """Return a bar or ring whose contacts share the variation of their load; None: a constant load."""
+    if load_amplitude is None:
+        return MicroSlip(spring, contact, limits, closed)
+    n = len(limits)
+    return LoadedMicroSlip(spring, contact, limits, (load_amplitude,) * n, (load_phase,) * n, load_harmonic, closed)
 
 
 @builder
@@ -62,7 +70,8 @@ def macro_slip_contact(*, case: int = 1, omega: float = 1.0, friction: float = 0
 @builder
 def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e-3, load: float = 137.0,
                     friction: float = 0.5, length: float = 290.0 * math.pi, area: float = 300.0,
-                    modulus: float = 2.07e5, width: float = 30.0, contact: float = 140.625) -> System:
+                    modulus: float = 2.07e5, width: float = 30.0, contact: float = 140.625,
+                    load_amplitude: float | None = None, load_harmonic: int = 1, load_phase: float = 0.0) -> System:
     """Split ring in a groove as n blocks on elastic sliders, driven at one of them; N and mm.
 
     The full-slip loop encloses 4 F (amplitude - u_s - (2/3) u_e (1 - 1/n^2)) for odd n, with F = friction load,
@@ -88,6 +97,12 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
         Of the contact, mm.
     contact : float
         Tangential stiffness of the contact per area, N/mm^3.
+    load_amplitude : float, optional
+        The normal load varies as 1 + load_amplitude cos(load_harmonic omega t + load_phase), and contacts are apart where
+        that is negative; None: it is constant.
+    load_harmonic : int
+    load_phase : float
+        Radians.
 
     References
     ----------
@@ -95,7 +110,8 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
     """
     whole("micro_slip_ring", "n", n, least=1)
     block = length / n
-    ring = MicroSlip(modulus * area / block, contact * width * block, (friction * load / n,) * n, closed=True)
+    ring = _chain(modulus * area / block, contact * width * block, (friction * load / n,) * n, True, load_amplitude,
+                  load_harmonic, load_phase)
     return _bench((Driven(ring, amplitude, phase=-0.5 * math.pi, label="ring"),), omega)
 
 
@@ -103,7 +119,8 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
 def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32e-3, load_end: float = 34.5,
                      load_middle: float = 5.0, friction: float = 0.5, length: float = 80.0, area: float = 90.0,
                      modulus: float = 2.07e5, width: float = 30.0, contact: float = 140.625,
-                     loads: tuple[float, ...] | None = None) -> System:
+                     loads: tuple[float, ...] | None = None, load_amplitude: float | None = None, load_harmonic: int = 1,
+                     load_phase: float = 0.0) -> System:
     """Strip as n blocks on elastic sliders, loaded more at the ends than in the middle, driven at the first; N and mm.
 
     With the defaults blocks 5 to 10 slip, block 8 first.
@@ -128,6 +145,12 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
         Tangential stiffness of the contact per area, N/mm^3.
     loads : sequence of float, optional
         Normal load of every block, N, instead of the parabola.
+    load_amplitude : float, optional
+        The normal load varies as 1 + load_amplitude cos(load_harmonic omega t + load_phase), and contacts are apart where
+        that is negative; None: it is constant.
+    load_harmonic : int
+    load_phase : float
+        Radians.
 
     References
     ----------
@@ -141,7 +164,8 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
     loads = vector("micro_slip_strip", "loads", loads)
     if len(loads) != n:
         raise ValueError(f"micro_slip_strip: loads has {len(loads)} numbers; it must be n = {n}, one a block")
-    strip = MicroSlip(modulus * area / block, contact * width * block, tuple(friction * load for load in loads))
+    strip = _chain(modulus * area / block, contact * width * block, tuple(friction * load for load in loads), False,
+                   load_amplitude, load_harmonic, load_phase)
     return _bench((Driven(strip, amplitude, phase=-0.5 * math.pi, label="strip"),), omega)
 
 
