@@ -171,7 +171,7 @@ class LoadedMicroSlip(AtRow):
         for i, letter in enumerate(key):
             then = _Then(self, key, core.omega, tuple(carried), i)
             if letter == APART:
-                memory.append(Slaved(x[i]))
+                memory.append(Slaved(x[i]) if self.limits[i] > 0.0 else None)  # without a limit there is no contact
                 if self.limits[i] > 0.0:
                     guards.append(Guard(self.limit[i], EventKind.CONTACT, then))
                 continue

@@ -165,9 +165,8 @@ class SliderSet(AtRow):
         """Return "stick", "slip+k" or "slip-k"."""
         sign, k = (0.0, 0) if key == STICK else (1.0 if key[4] == "+" else -1.0, int(key[5:]))
         slips = sum(self.order[:k], ())
-        absent = [i for i, limit in enumerate(self.limits) if limit == 0.0]
         following = self.order[k][:1] if k < len(self.order) else ()
-        force, places = self.expressions(sign, slips, (*slips, *absent, *following))
+        force, places = self.expressions(sign, slips, (*slips, *following))
         guards = []
         if k:
             guards.append(Guard(-sign * s(0), EventKind.STICK, (STICK,)))
@@ -176,7 +175,7 @@ class SliderSet(AtRow):
             for way in (1.0, -1.0) if key == STICK else (sign,):
                 guards.append(Guard(way * spring - self.limits[i], EventKind.SLIP, (f"slip{'+' if way > 0.0 else '-'}{k + 1}",)))
         memory: list[Slaved | None] = [None] * self.count
-        for i in (*slips, *absent):
+        for i in slips:
             memory[i] = Slaved(places[i] - sign * self.limits[i] / self.stiffness_of(i))
         return Mode(force=(-force,), memory=tuple(memory), guards=tuple(guards))
 

@@ -344,7 +344,8 @@ class _March:
         scale = np.abs(motion).sum()
         try:
             key, z = self.start()
-            for period in range(1, max_periods + 1):
+            while period < max_periods:
+                period += 1
                 before = key, self.written(key, z, 0.0)
                 key, z, pieces, events, complete = self.period(key, z)
                 if not complete:

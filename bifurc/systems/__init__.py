@@ -13,4 +13,5 @@ from .oscillators import (
 
 __all__ = ["bilinear_oscillator", "bouncing_ball", "dry_friction_oscillator", "duffing_oscillator",
            "friction_damped_oscillator", "impact_chain", "impact_oscillator", "jenkins_oscillator",
-           "macro_slip_contact", "micro_slip_ring", "micro_slip_strip", "moving_frame_impact_oscillator", "two_sided_impact_oscillator"]
+           "macro_slip_contact", "micro_slip_ring", "micro_slip_strip", "moving_frame_impact_oscillator",
+           "two_sided_impact_oscillator"]

@@ -16,12 +16,15 @@ def _bench(elements, omega: float) -> System:
     return System(1.0, 0.0, 1.0, elements, omega=omega)
 
 
-def _chain(spring, contact, limits, closed, load_amplitude, load_harmonic, load_phase):
+def _chain(owner, spring, contact, limits, closed, load_amplitude, load_harmonic, load_phase):
     """Return a bar or ring whose contacts share the variation of their load; None: a constant load."""
     if load_amplitude is None:
+        if load_phase is not None:
+            raise ValueError(f"{owner}: load_phase = {load_phase!r} is not allowed with a constant load; "
+                             "give load_amplitude, or leave it out")
         return MicroSlip(spring, contact, limits, closed)
     n = len(limits)
-    return LoadedMicroSlip(spring, contact, limits, (load_amplitude,) * n, (load_phase,) * n, load_harmonic, closed)
+    return LoadedMicroSlip(spring, contact, limits, (load_amplitude,) * n, (load_phase or 0.0,) * n, load_harmonic, closed)
 
 
 @builder
@@ -71,7 +74,7 @@ def macro_slip_contact(*, case: int = 1, omega: float = 1.0, friction: float = 0
 def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e-3, load: float = 137.0,
                     friction: float = 0.5, length: float = 290.0 * math.pi, area: float = 300.0,
                     modulus: float = 2.07e5, width: float = 30.0, contact: float = 140.625,
-                    load_amplitude: float | None = None, load_harmonic: int = 1, load_phase: float = 0.0) -> System:
+                    load_amplitude: float | None = None, load_harmonic: int = 1, load_phase: float | None = None) -> System:
     """Split ring in a groove as n blocks on elastic sliders, driven at one of them; N and mm.
 
     The full-slip loop encloses 4 F (amplitude - u_s - (2/3) u_e (1 - 1/n^2)) for odd n, with F = friction load,
@@ -101,8 +104,8 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
         The normal load varies as 1 + load_amplitude cos(load_harmonic omega t + load_phase), and contacts are apart where
         that is negative; None: it is constant.
     load_harmonic : int
-    load_phase : float
-        Radians.
+    load_phase : float, optional
+        Radians; None: 0.
 
     References
     ----------
@@ -110,8 +113,8 @@ def micro_slip_ring(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.31e
     """
     whole("micro_slip_ring", "n", n, least=1)
     block = length / n
-    ring = _chain(modulus * area / block, contact * width * block, (friction * load / n,) * n, True, load_amplitude,
-                  load_harmonic, load_phase)
+    ring = _chain("micro_slip_ring", modulus * area / block, contact * width * block, (friction * load / n,) * n, True,
+                  load_amplitude, load_harmonic, load_phase)
     return _bench((Driven(ring, amplitude, phase=-0.5 * math.pi, label="ring"),), omega)
 
 
@@ -120,7 +123,7 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
                      load_middle: float = 5.0, friction: float = 0.5, length: float = 80.0, area: float = 90.0,
                      modulus: float = 2.07e5, width: float = 30.0, contact: float = 140.625,
                      loads: tuple[float, ...] | None = None, load_amplitude: float | None = None, load_harmonic: int = 1,
-                     load_phase: float = 0.0) -> System:
+                     load_phase: float | None = None) -> System:
     """Strip as n blocks on elastic sliders, loaded more at the ends than in the middle, driven at the first; N and mm.
 
     With the defaults blocks 5 to 10 slip, block 8 first.
@@ -149,8 +152,8 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
         The normal load varies as 1 + load_amplitude cos(load_harmonic omega t + load_phase), and contacts are apart where
         that is negative; None: it is constant.
     load_harmonic : int
-    load_phase : float
-        Radians.
+    load_phase : float, optional
+        Radians; None: 0.
 
     References
     ----------
@@ -164,8 +167,9 @@ def micro_slip_strip(*, n: int = 15, omega: float = 1.0, amplitude: float = 0.32
     loads = vector("micro_slip_strip", "loads", loads)
     if len(loads) != n:
         raise ValueError(f"micro_slip_strip: loads has {len(loads)} numbers; it must be n = {n}, one a block")
-    strip = _chain(modulus * area / block, contact * width * block, tuple(friction * load for load in loads), False,
-                   load_amplitude, load_harmonic, load_phase)
+    limits = tuple(friction * load for load in loads)
+    strip = _chain("micro_slip_strip", modulus * area / block, contact * width * block, limits, False, load_amplitude,
+                   load_harmonic, load_phase)
     return _bench((Driven(strip, amplitude, phase=-0.5 * math.pi, label="strip"),), omega)
 
 
