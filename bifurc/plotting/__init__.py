@@ -5,8 +5,9 @@ to draw on (``ax=None`` makes a figure with pyplot) and returns them, so that ev
 """
 from .basins import plot_basins
 from .branches import plot_branch, plot_branches
+from .loops import plot_loop, plot_states
 from .motions import describe, plot_orbit, plot_trajectory
 from .style import figure, save_figure
 
-__all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_orbit", "plot_trajectory",
-           "save_figure"]
+__all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_loop", "plot_orbit", "plot_states",
+           "plot_trajectory", "save_figure"]
