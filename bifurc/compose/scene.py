@@ -17,7 +17,7 @@ from ..system import System
 from .numbers import DependentHolds, Packer, layout, views
 from .tables import Tables, allocate, rebuild
 
-CLOSURE = 16  # scenes of at most so many reachable modes are built at once
+CLOSURE = 64  # scenes of at most so many reachable modes are built at once
 
 
 class GuardOf(NamedTuple):

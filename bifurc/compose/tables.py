@@ -109,56 +109,62 @@ def rate(T, m):
 @both
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4 from the flat numbers."""
+    for m in range(T.n_guards.size):
+        rebuild_mode(T, m)
+
+
+@njit
+def rebuild_mode(T, m):
+    """Fill step, YT, GT, E, turn, G4 of mode ``m`` from the flat numbers."""
     A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat
     harmonics, n_guards, step, turn = T.harmonics, T.n_guards, T.step, T.turn
-    modes, ns, nx = A.shape
+    ns, nx = A.shape[1], A.shape[2]
     omega = flat[0]
-    for m in range(modes):
-        top = rate(T, m)
-        if top == 0.0:
-            h = 1.0
-        elif omega > 0.0:  # a whole number of steps a period, so that undisturbed flights end on a step
-            period = 2.0 * np.pi / omega
-            h = period / np.ceil(period * top / TURN)
-        else:
-            h = TURN / top
-        step[m] = h
-        turn[m, 0] = 1.0
-        for k in range(harmonics.size):
-            turn[m, 1 + 2 * k] = np.cos(harmonics[k] * omega * h)
-            turn[m, 2 + 2 * k] = np.sin(harmonics[k] * omega * h)
-        row = np.empty(nx)
-        new = np.empty(nx)
-        for i in range(ns):
+    top = rate(T, m)
+    if top == 0.0:
+        h = 1.0
+    elif omega > 0.0:  # a whole number of steps a period, so that undisturbed flights end on a step
+        period = 2.0 * np.pi / omega
+        h = period / np.ceil(period * top / TURN)
+    else:
+        h = TURN / top
+    step[m] = h
+    turn[m, 0] = 1.0
+    for k in range(harmonics.size):
+        turn[m, 1 + 2 * k] = np.cos(harmonics[k] * omega * h)
+        turn[m, 2 + 2 * k] = np.sin(harmonics[k] * omega * h)
+    row = np.empty(nx)
+    new = np.empty(nx)
+    for i in range(ns):
+        for c in range(nx):
+            row[c] = 0.0
+        row[i] = 1.0
+        for c in range(nx):
+            YT[m, i, c, 0] = row[c]
+        for j in range(1, ORDER + 1):
+            next_row(T, m, row, new)
             for c in range(nx):
-                row[c] = 0.0
-            row[i] = 1.0
+                row[c] = new[c] / j
+                YT[m, i, c, j] = row[c]
+        for c in range(nx):
+            total = 0.0
+            for j in range(ORDER, -1, -1):
+                total = total * h + YT[m, i, c, j]
+            E[m, i, c] = total
+    for g in range(n_guards[m]):
+        for c in range(nx):
+            row[c] = G[m, g, c]
+            GT[m, g, c, 0] = row[c]
+        for j in range(1, ORDER + 1):
+            next_row(T, m, row, new)
             for c in range(nx):
-                YT[m, i, c, 0] = row[c]
-            for j in range(1, ORDER + 1):
-                next_row(T, m, row, new)
-                for c in range(nx):
-                    row[c] = new[c] / j
-                    YT[m, i, c, j] = row[c]
-            for c in range(nx):
-                total = 0.0
-                for j in range(ORDER, -1, -1):
-                    total = total * h + YT[m, i, c, j]
-                E[m, i, c] = total
-        for g in range(n_guards[m]):
-            for c in range(nx):
-                row[c] = G[m, g, c]
-                GT[m, g, c, 0] = row[c]
-            for j in range(1, ORDER + 1):
-                next_row(T, m, row, new)
-                for c in range(nx):
-                    row[c] = new[c] / j
-                    GT[m, g, c, j] = row[c]
-            for c in range(nx):
-                total = 0.0
-                for j in range(ORDER, 3, -1):
-                    total = total * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
-                G4[m, g, c] = total * h**4 / 384.0
+                row[c] = new[c] / j
+                GT[m, g, c, j] = row[c]
+        for c in range(nx):
+            total = 0.0
+            for j in range(ORDER, 3, -1):
+                total = total * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
+            G4[m, g, c] = total * h**4 / 384.0
 
 
 @njit

@@ -251,7 +251,8 @@ def located(part, a, b, j, curve, root):
     c = root.point
     s = a.s + root.at * curve.length
     monitor = part.monitors[j - 1] if j else None
-    return Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, s, a.s + root.low * curve.length,
+    kind = part.kinds[j] if monitor is None else SpecialPointKind(part.problem.kind_at(monitor, c.x))
+    return Found(kind, monitor.name if monitor else "", c.x, c.tangent, s, a.s + root.low * curve.length,
                  a.s + root.high * curve.length, parameter_error(part, c, root, curve.length), part, corrected=c)
 
 

@@ -9,16 +9,16 @@ from ..orbits import sequence
 from ..orbits.equations import Equations
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.path import ParameterPath, parameter_path
-from ..orbits.sequence import CLOSES
+from ..orbits.sequence import CLOSES, STARTS
 from ..orbits.signature import Signature, repeated
 from ..system import System
 from . import orbit_switching
 from .kinds import CorrectorStatus, SpecialPointKind
+from .orbit_switching import LEAVING, LISTED, MERGES, UNLISTED
 from .problem import NO_MONITORS, Corrected, Monitor, Problem
 
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
-LISTED, UNLISTED, MERGES = "listed", "unlisted", "merges"
 
 
 def orbit_problem(orbit: PeriodicOrbit, parameter: str, bounds: tuple[float, float]) -> "OrbitProblem":
@@ -65,12 +65,16 @@ class OrbitProblem(Problem):
         self.size, self.scale = self.equations.size, self.equations.scale
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
+        self._kept = sequence.kept(self.scene)
         self._halves = orbit_switching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
         monitors = [Monitor(flip)]
         if sequence.events:
             monitors.append(Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True))
         monitors.append(Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True))
+        self._leaves = bool(np.any(self.sequence.nodes[:, STARTS:] < 0))
+        if self._leaves:
+            monitors.append(Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True))
         self._chatters = bool(np.any(self.sequence.nodes[:, CLOSES] == 1))
         if self._chatters:
             monitors.append(Monitor(SpecialPointKind.CHATTER_COMPLETION, boundary=True))
@@ -109,6 +113,8 @@ class OrbitProblem(Problem):
             values.append(-least if least < np.inf else NO_PEAK)
         peak = info[sequence.PEAK]
         values.append(peak if peak > NO_PEAK else NO_PEAK)
+        if self._leaves:
+            values.append(info[sequence.LEAVING])
         if self._chatters:
             values.append(-info[sequence.RESTS])
         if self._halves is not None:
@@ -131,6 +137,12 @@ class OrbitProblem(Problem):
                 factor = 1.0 - mu[i] * mu[j]
                 product *= factor / (1.0 + abs(factor))
         return float(np.real(product))
+
+    def kind_at(self, monitor, x) -> SpecialPointKind:
+        """Return what a zero of a monitor at ``x`` is: a change of the signature has the name of what begins or ends."""
+        if monitor.name not in (LISTED, UNLISTED):
+            return monitor.kind
+        return orbit_switching.kind_of(self, monitor.name, x)
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle."""
@@ -203,7 +215,10 @@ class OrbitProblem(Problem):
 
     def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
         """Return the problem of another event signature along the same path."""
-        return OrbitProblem(self.system, self.path, signature, self.weights, x0, self.parameter_scale)
+        path = self.path
+        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
+            path = parameter_path(self.scene, self.system, self.parameter, (path.low, path.high), pad=0.0)
+        return OrbitProblem(self.system, path, signature, self.weights, x0, self.parameter_scale)
 
     def switch(self, point, monitor):
         """Return the equations that go on behind a grazing, see `orbit_switching`."""
@@ -224,7 +239,7 @@ class OrbitProblem(Problem):
         """Columns on demand."""
         n = self.scene.n
         each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
-        return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(2 * n)))
+        return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(self.scene.ns - len(self._kept))))
 
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
@@ -234,7 +249,7 @@ class OrbitProblem(Problem):
             periods = self.sequence.span * (2 if self.sequence.closure < 0 else 1)
             return np.array([periods * 2.0 * np.pi / self.equations.numbers_at(x[-1]).flat[0] for x in xs])
         if name == "stable":
-            top = np.array([abs(self._multipliers(x)[0]) for x in xs])
+            top = np.array([np.abs(self._multipliers(x)).max(initial=0.0) for x in xs])
             return np.where(np.isfinite(top), top < 1.0, False)
         if name.startswith("multiplier_"):
             return np.array([self._multipliers(x)[int(name[11:])] for x in xs])
@@ -256,6 +271,8 @@ class OrbitProblem(Problem):
         whole, U = self._whole(x)
         M = np.empty((self.scene.ns, self.scene.ns))
         self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
+        if self._kept:
+            M = np.delete(np.delete(M, self._kept, 0), self._kept, 1)
         if not np.isfinite(M).all():
             return np.full(len(M), complex(np.inf))
         mu = np.linalg.eigvals(M).astype(complex)

@@ -7,14 +7,22 @@ to either side, never assumed: the orbit may live on the impacting or the non-im
 import numpy as np
 
 from ..orbits import sequence
-from ..orbits.sequence import AFTER, BEFORE, CLOSES, GUARD, STARTS
-from ..orbits.signature import Signature, divided, repeated, sections
+from ..elements import EventKind
+from ..orbits.find import finished, from_state, touching
+from ..orbits.sequence import AFTER, BEFORE, DIVIDE, GUARD, STARTS, TOGETHER
+from ..orbits.signature import Signature, divided, repeated, sections, translated
 from .branchpoint import other_direction
 from .kinds import CorrectorStatus, SpecialPointKind
 from .problem import Corrected
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
+BEHIND = (1e-6, 1e-5, 1e-4, 1e-3)  # parts of the parameter's size behind a point at which motions are simulated
+LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
+KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
+         EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
+ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPointKind.STICK_ONSET,
+        EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
 OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
 
 
@@ -41,13 +49,49 @@ def halves(signature: Signature, x0, scale):
 
 
 def through_grazing(problem, point, monitor):
-    """Return (problem, x, tangent) behind a grazing, or None when no side is admissible."""
-    found = dropped(problem, point.x) if monitor.name == "listed" else inserted(problem, point.x)
-    if found is None:
-        return None
-    new = problem.with_sequence(*found)
-    side = admissible_side(new, new.x0)
-    return None if side is None else (new, new.x0, side)
+    """Return (problem, x, tangent) behind a change of the event signature, or None when no side is admissible."""
+    found = {LISTED: dropped, UNLISTED: inserted, LEAVING: parted}[monitor.name](problem, point.x)
+    if found is not None:
+        new = problem.with_sequence(*found)
+        side = admissible_side(new, new.x0)
+        if side is not None:
+            return new, new.x0, side
+    return by_motion(problem, point)
+
+
+def by_motion(problem, point):
+    """Return (problem, x, tangent) of the signature that motions a little behind the point have, or None.
+
+    For changes of several events at once.  The orbit a little behind is taken to the point itself where Newton can: the new
+    equations hold there too.
+    """
+    if problem.scene.ns == 2 * problem.scene.n and not np.any(problem.scene.tables.n_holds):
+        return None  # without stick and memory every change is one of single events
+    state = problem.solution(point.x).state
+    ahead = 1.0 if point.tangent[-1] >= 0.0 else -1.0
+    periods = round(problem.sequence.span * (2 if problem.sequence.closure < 0 else 1))
+    low, high = problem.path.low, problem.path.high
+    for step in BEHIND:
+        value = float(point.x[-1]) + ahead * step * problem.parameter_scale
+        if not low <= value <= high:
+            continue
+        system = problem.system.with_parameters(**{problem.parameter: value})
+        orbit = finished(from_state(system, state, periods), problem.sequence.closure)
+        if not orbit.success or touching(orbit):
+            continue
+        signature = translated(orbit.sequence, orbit.scene, problem.scene)
+        if np.array_equal(signature.nodes[:, :STARTS], problem.sequence.nodes[:, :STARTS]):
+            continue
+        new = problem.with_sequence(signature, np.append(orbit.unknowns, value))
+        tangent = new.null_tangent(new.x0)
+        tangent *= ahead * (1.0 if tangent[-1] >= 0.0 else -1.0)
+        there = new.correct(np.append(orbit.unknowns, point.x[-1]), tangent, True)
+        if there.converged and np.abs((there.x - new.x0) / new.scale).max() < 0.1:
+            side = admissible_side(new, there.x)
+            if side is not None:
+                return problem.with_sequence(signature, there.x), there.x, side
+        return new, new.x0, tangent
+    return None
 
 
 def admissible_side(problem, x):
@@ -91,23 +135,35 @@ def touches(problem, x):
     return sorted(found, key=lambda item: item[0])
 
 
-def event_nodes(scene, mode, guard):
-    """Return the nodes of an event that is born at a graze: an impact, or the entry and exit of a contact; None if neither."""
+def event_nodes(scene, mode, guard, x):
+    """Return the nodes of an event that is born at a touch at ``x`` (nx,), or None.
+
+    An impact is one node.  Elsewhere the mode that follows must end at once by a guard that leads back.
+    """
     T = scene.tables
     if T.kick[mode, guard]:
         return [[mode, guard, mode, 0, 0]]
+    owner = scene.guard(mode, guard).element
+    T = scene.expand(mode, guard)
     for other in T.then[mode, guard].tolist():
-        if other == -2:
-            T = scene.expand(mode, guard)
-            return event_nodes(scene, mode, guard)
         if other < 0 or other == mode:
             continue
-        for back in range(int(T.n_guards[other])):
-            a, b = T.G[mode, guard], T.G[other, back]
-            size = np.sqrt((a @ a) * (b @ b))
-            if mode in T.then[other, back].tolist() and T.element[other, back] == T.element[mode, guard] \
-                    and abs(size + a @ b) <= 1e-12 * size:
-                return [[mode, guard, other, 0, 0], [other, back, mode, 0, 0]]
+        back = returning(scene, mode, guard, other, mode, owner, x)
+        if back is not None:
+            return [[mode, guard, other, 0, 0], [other, back, mode, 0, 0]]
+    return None
+
+
+def returning(scene, mode, guard, other, target, owner, x):
+    """Return the guard of ``other`` that leads to ``target`` and vanishes at ``x`` after ``guard`` of ``mode``, or None."""
+    T = scene.tables
+    after = x.copy()
+    after[:scene.ns] = T.R[mode, guard] @ x
+    for back in scene.guards_of(other, owner):
+        T = scene.expand(other, back)
+        row = T.G[other, back]
+        if target in T.then[other, back].tolist() and abs(row @ after) <= NEAR * (np.abs(row) @ np.maximum(np.abs(after), 1e-30)):
+            return back
     return None
 
 
@@ -117,7 +173,9 @@ def inserted(problem, x, periods: int = 1):
     scene, s = problem.scene, problem.sequence
     born = touches(problem, x)
     if not born:
-        return None
+        if periods > 1:
+            return None
+        return begun_beyond(problem, x) or ended_beyond(problem, x)
     size = 1 + scene.ns
     rows = x[:-1].reshape(-1, size)
     items: list[tuple] = []
@@ -126,7 +184,8 @@ def inserted(problem, x, periods: int = 1):
             if node[GUARD] >= 0:
                 items.append((row[0] + k * s.span, len(items), node[:STARTS], row[1:]))
     for tau, mode, guard, y in born:
-        nodes = event_nodes(scene, mode, guard)
+        joined = np.concatenate([y, scene.forcing(np.array([tau * 2.0 * np.pi / problem.path.tables.flat[0]]))[0]])
+        nodes = event_nodes(scene, mode, guard, joined)
         if nodes is None:
             return None
         for node in nodes:
@@ -138,34 +197,199 @@ def inserted(problem, x, periods: int = 1):
     return signature, np.append(unknowns, x[-1])
 
 
+def begun_beyond(problem, x):
+    """Return (signature, x) where a row that begins to be held is at the limit of its reaction: it first goes on, without
+    duration yet, and is held then."""
+    scene, s, e = problem.scene, problem.sequence, problem.equations
+    T, info = e.numbers_at(x[-1]), np.zeros(sequence.INFO)
+    e.kernel.monitor(T, s.nodes, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
+    at, guard = int(info[sequence.PEAK_SEGMENT]), int(info[sequence.PEAK_GUARD])
+    if at < 0 or abs(info[sequence.PEAK]) > NEAR or s.nodes[at, GUARD] < 0:
+        return None
+    rows = x[:-1].reshape(len(s.nodes), 1 + scene.ns)
+    if info[sequence.PEAK_TIME] != rows[at, 0]:
+        return None
+    mode = int(s.nodes[at, AFTER])
+    joined, P = np.empty(T.A.shape[2]), np.empty((scene.ns, T.A.shape[2]))
+    e.motion.start_of(T, s.nodes, x[:-1], at, P, joined)
+    born = event_nodes(scene, mode, guard, joined)
+    if born is None or len(born) != 2:
+        return None
+    nodes = [node[:STARTS].copy() for node in s.nodes]
+    nodes[at][AFTER] = born[1][BEFORE]
+    nodes.insert(at + 1, np.array(born[1], np.int64))
+    signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)), s.span, s.closure)
+    later = np.insert(rows, at + 1, rows[at], axis=0)
+    later[at + 1, 1:] = joined[:scene.ns]
+    return signature, np.append(later.ravel(), x[-1])
+
+
+def ended_beyond(problem, x):
+    """Return (signature, x) where a guard is reached at the very end of an interval: its event, and the end after it."""
+    scene, s, e = problem.scene, problem.sequence, problem.equations
+    T = e.numbers_at(x[-1])
+    period = 2.0 * np.pi / T.flat[0]
+    rows = x[:-1].reshape(len(s.nodes), 1 + scene.ns)
+    for i, (node, row) in enumerate(zip(s.nodes, rows, strict=True)):
+        mode, guard, after = (int(value) for value in node[:AFTER + 1])
+        if guard < 0:
+            continue
+        owner = scene.guard(mode, guard).element
+        joined = np.concatenate([row[1:], scene.forcing(np.array([row[0] * period]))[0]])
+        for q in scene.guards_of(mode, owner):
+            slope = np.empty(joined.size)
+            e.kernel.guard_gradient(T, mode, q, joined, slope)
+            if q == guard or abs(slope @ joined) > NEAR * e.kernel.scale_of(slope, e.weights):
+                continue
+            for other in scene.expand(mode, q).then[mode, q].tolist():
+                back = None if other < 0 or other == mode else returning(scene, mode, q, other, after, owner, joined)
+                if back is None:
+                    continue
+                nodes = [item[:STARTS].copy() for item in s.nodes]
+                nodes[i:i + 1] = [np.array([mode, q, other, 0, 0]), np.array([other, back, after, 0, 0])]
+                signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)),
+                                      s.span, s.closure)
+                return signature, np.append(np.insert(rows, i, row, axis=0).ravel(), x[-1])
+    return None
+
+
 # events that vanish
 
 def dropped(problem, x):
     """Return (signature, x) without the listed events that have lost speed or duration."""
-    scene, s, e = problem.scene, problem.sequence, problem.equations
-    T = e.numbers_at(x[-1])
+    scene, s = problem.scene, problem.sequence
     size = 1 + scene.ns
     rows = x[:-1].reshape(-1, size)
-    gone = set()
     speeds = listed_speeds(problem, x)
-    for i, (node, speed) in enumerate(zip(s.nodes, speeds, strict=True)):
-        if node[GUARD] < 0 or speed is None or abs(speed) > NEAR:
+    T = problem.equations.numbers_at(x[-1])
+    items = [[node[:STARTS].copy(), row.copy(), not T.kick[node[BEFORE], node[GUARD]] if node[GUARD] >= 0 else True]
+             for node, row in zip(s.nodes, rows, strict=True)]
+    kept = [item for item, speed in zip(items, speeds, strict=True)
+            if not (item[0][GUARD] >= 0 and not item[2] and speed is not None and abs(speed) <= NEAR)]
+    changed = len(kept) < len(items)
+    if changed and kept:  # impacts that have lost their speed
+        join(kept, s)
+    while len(kept) > 1:
+        short = [i for i in range(len(kept)) if vanishing(kept, s, i)]
+        if not short:
+            break
+        changed = True
+        i = short[0]
+        if i == 0:  # the interval reaches round the period: begin one node earlier
+            kept = turned(scene, kept, s)
             continue
-        gone.add(i)
-        if not T.kick[node[BEFORE], node[GUARD]]:  # an interval of no duration, between this event and one of its neighbours
-            apart = [min(abs(rows[i, 0] - rows[k, 0]), s.span - abs(rows[i, 0] - rows[k, 0]))
-                     for k in ((i - 1) % len(rows), (i + 1) % len(rows))]
-            gone.add((i - 1 if apart[0] <= apart[1] else i + 1) % len(rows))
-    if not gone:
+        merged = merging_nodes(scene, kept[i - 1][0], kept[i][0])
+        if merged is None:
+            return None
+        kept[i - 1:i + 1] = [[np.array(node, np.int64), kept[i - 1][1], True] for node in merged]
+        if len(merged) > 1:  # they changed places and meet still
+            kept[i][1] = kept[i - 1][1].copy()
+            break
+    if not changed:
         return None
-    kept = [i for i in range(len(rows)) if i not in gone]
     if not kept:
         return free_of_events(problem, x)
-    nodes = s.nodes[kept].copy()
-    for k, node in enumerate(nodes):
-        node[AFTER] = nodes[(k + 1) % len(nodes), BEFORE] if s.closure > 0 or k + 1 < len(nodes) else node[AFTER]
-    nodes = divided(scene, nodes, problem.path.tables, s.closure)
-    return Signature(nodes, s.fixed[kept], s.span, s.closure), np.append(rows[kept].ravel(), x[-1])
+    fixed = s.fixed[[i for i in range(len(rows)) if s.nodes[i, GUARD] < 0] or [0] * 0]
+    fixed = np.zeros(len(kept)) if not fixed.size else np.resize(fixed, len(kept))
+    nodes = divided(scene, np.array([item[0] for item in kept], np.int64), problem.path.tables, s.closure)
+    return Signature(nodes, fixed, s.span, s.closure), np.append(np.concatenate([item[1] for item in kept]), x[-1])
+
+
+def join(items, s):
+    """Make every node end in the mode in which the next begins, where nodes between them are gone."""
+    for k, item in enumerate(items):
+        if s.closure > 0 or k + 1 < len(items):
+            item[0][AFTER] = items[(k + 1) % len(items)][0][BEFORE]
+
+
+def vanishing(items, s, i) -> bool:
+    """Whether the interval that node ``i`` closes has no duration, and is no pair of kicks or coinciding stops."""
+    node, before = items[i][0], items[i - 1][0]
+    if node[GUARD] < 0 or before[GUARD] < 0 or not items[i][2] or node[DIVIDE] == TOGETHER or not items[i - 1][2]:
+        return False
+    return bool(abs(items[i][1][0] - items[i - 1][1][0] + (s.span if i == 0 else 0.0)) <= NEAR)
+
+
+def turned(scene, items, s):
+    """Return the nodes with the last one first, a half-period orbit with its mirror image."""
+    node, row, free = items[-1]
+    node, row = node.copy(), row.copy()
+    row[0] -= s.span
+    if s.closure < 0:
+        row[1:] = -row[1:]
+        before, guard = int(node[BEFORE]), int(node[GUARD])
+        node[GUARD] = scene.mirror_guard(before, guard)
+        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(int(node[AFTER]))
+    return [[node, row, free], *items[:-1]]
+
+
+def merging_nodes(scene, first, second):
+    """Return the nodes that replace two at the same instant: none, one, or two in the other order; None: not known."""
+    if second[AFTER] == first[BEFORE]:
+        return []
+    a, b = scene.guard(int(first[BEFORE]), int(first[GUARD])), scene.guard(int(second[BEFORE]), int(second[GUARD]))
+    if a.element == b.element:
+        leading = [g for g in (int(first[GUARD]), *scene.guards_of(int(first[BEFORE]), a.element))
+                   if int(second[AFTER]) in scene.expand(int(first[BEFORE]), g).then[int(first[BEFORE]), g].tolist()]
+        return [[first[BEFORE], leading[0], second[AFTER], 0, 0]] if leading else None
+    own = scene.guards_of(int(first[BEFORE]), b.element)
+    middle = scene.combine(int(first[BEFORE]), b.element, scene.keys[int(second[AFTER])][b.element])
+    if middle is None or b.number >= len(own):
+        return None
+    other = scene.guards_of(middle, a.element)
+    if a.number >= len(other):
+        return None
+    return [[first[BEFORE], own[b.number], middle, 0, 0], [middle, other[a.number], second[AFTER], 0, 0]]
+
+
+def parted(problem, x):
+    """Return (signature, x) with the mode between the two sides of an event (stick at a reversal), of no duration yet."""
+    scene, s, e = problem.scene, problem.sequence, problem.equations
+    T, info = e.numbers_at(x[-1]), np.zeros(sequence.INFO)
+    e.kernel.monitor(T, s.nodes, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
+    if info[sequence.LEAVING_AT] < 0.0:
+        return None
+    at = int(info[sequence.LEAVING_AT])
+    before, guard, after = (int(value) for value in s.nodes[at, :AFTER + 1])
+    rows = x[:-1].reshape(len(s.nodes), 1 + scene.ns)
+    joined = np.concatenate([rows[at, 1:], scene.forcing(np.array([rows[at, 0] * 2.0 * np.pi / T.flat[0]]))[0]])
+    owner = scene.guard(before, guard).element
+    for middle in scene.expand(before, guard).then[before, guard].tolist():
+        if middle in (-1, -2, before, after):
+            continue
+        back = returning(scene, before, guard, middle, after, owner, joined)
+        if back is not None:
+            nodes = [node[:STARTS] for node in s.nodes]
+            nodes[at:at + 1] = [np.array([before, guard, middle, 0, 0]), np.array([middle, back, after, 0, 0])]
+            signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)),
+                                  s.span, s.closure)
+            return signature, np.append(np.insert(rows, at, rows[at], axis=0).ravel(), x[-1])
+    return None
+
+
+def kind_of(problem, name, x):
+    """Return what kind of change of signature happens at ``x``: grazing, or the onset of stick, slip or separation."""
+    scene, s, e = problem.scene, problem.sequence, problem.equations
+    if name == LEAVING:
+        return SpecialPointKind.STICK_ONSET
+    T, info = e.numbers_at(x[-1]), np.zeros(sequence.INFO)
+    e.kernel.monitor(T, s.nodes, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
+    if name == LISTED:
+        at = int(info[sequence.LISTED_AT])
+        if at < 0:
+            return SpecialPointKind.GRAZING
+        mode, guard = s.nodes[at, :GUARD + 1].tolist()
+        kinds = ENDS  # of what ends the interval that vanishes
+    else:
+        kinds = KINDS
+        at = int(info[sequence.PEAK_SEGMENT])
+        if at < 0:
+            return SpecialPointKind.GRAZING
+        mode, guard = int(s.nodes[at, AFTER]), int(info[sequence.PEAK_GUARD])
+    kind = scene.event_kind(mode, guard)
+    if kind in (EventKind.SEPARATION, EventKind.CONTACT) and T.D[mode, guard].any():
+        return SpecialPointKind.GRAZING  # a surface in space
+    return kinds.get(kind, SpecialPointKind.GRAZING)
 
 
 def listed_speeds(problem, x):

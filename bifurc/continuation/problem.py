@@ -239,6 +239,10 @@ class Problem:
         """Whether a zero of a monitor at ``x`` (n + 1,) is what its kind says."""
         return True
 
+    def kind_at(self, monitor, x):
+        """Return the kind of the special point where a monitor is zero at ``x`` (n + 1,)."""
+        return monitor.kind
+
     def bounded(self, low, high, made):
         """Return the problem defined on [low, high]; ``made`` is a dict shared by the problems of a branch."""
         return self

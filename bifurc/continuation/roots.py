@@ -3,6 +3,7 @@
 The bracketing iteration is Chandrupatla's (Chandrupatla 1997): inverse quadratic where the three points allow it,
 bisection otherwise.  Probes at a tiny distance then give the slope and, by their distance from a line, the noise.
 """
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,8 +73,8 @@ def enclose(f, a, fa, b, fb, guess=None):
         width = b - a
         if abs(width) <= 1e-12:
             return best
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb) if fc != fb else math.inf  # equal: a test at its floor
+        if fc != fa and phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
             part = fa / (fb - fa) * fc / (fb - fc) + (c - a) / width * fa / (fc - fa) * fb / (fc - fb)
         else:
             part = 0.5

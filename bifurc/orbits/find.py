@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..compose.scene import Scene, scene_of
-from ..compose.writer import differenced
+from ..compose.writer import differenced, kernels
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
@@ -16,6 +16,9 @@ from .signature import Signature, divided, repeated, sections
 
 CHUNK = 40  # forcing periods simulated between attempts
 MOST_PERIODS = 16  # longest period looked for when none is given
+MAP_STEPS = 20
+CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
+TOUCHING = 1e-7  # scaled duration or speed of an event that is none
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
 SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
 
@@ -107,6 +110,13 @@ def from_state(system: System, y0, periods: int) -> PeriodicOrbit:
     """Return the orbit near a state at phase 0; the signature is that of the motion from it."""
     motion = simulate(system, y0, periods=2 * periods)
     found = from_motion(system, motion, 0, periods)
+    if found.success and not touching(found):
+        return found
+    # a symmetric orbit is sought on the half period first: there no slider has a position of its own left to choose
+    for half in ((True, False) if system.symmetry == -1 and periods % 2 else (False,)):
+        nearer = from_map(system, y0, periods, half)
+        if nearer is not None:
+            return nearer
     if found.success:
         return found
     for wait in (1, 4, 16):  # a rough guess: let the motion come closer to what attracts it
@@ -118,6 +128,81 @@ def from_state(system: System, y0, periods: int) -> PeriodicOrbit:
     return found
 
 
+def touching(orbit: PeriodicOrbit) -> bool:
+    """Whether an orbit of a system with memory has events of no duration: the edge of a family of orbits without them."""
+    return orbit.scene.ns > 2 * orbit.scene.n and orbit._audit[0] < TOUCHING
+
+
+def from_map(system: System, y0, periods: int, half: bool) -> PeriodicOrbit | None:
+    """Return the orbit that Newton steps on the map over ``periods`` lead to from a state, or None.
+
+    It needs no transient to die out and no event sequence of the guess to be that of the orbit: the derivative of the map is
+    that of the motion from each state, whatever its events are.  Full steps are tried first (the map is piecewise smooth and
+    its misfit need not fall in every step), damped ones then.  ``half``: on the map over half of it, turned round.
+    """
+    for dampings in ((1.0,), (1.0, 0.5, 0.25, 0.125, 0.0625)):
+        mapped = period_map(system, np.array(y0, float), periods, half)
+        for k in range(MAP_STEPS):
+            if mapped is None:
+                break
+            y, gap, M, weights = mapped
+            size = float(np.abs(gap / weights).max())
+            if size < CLOSE:
+                motion = simulate(system, y, periods=2 * periods)
+                found = from_motion(system, motion, 0, periods) if motion.success else None
+                if found is not None and found.success and np.abs((found.state - y) / weights).max() < 0.5:
+                    found.how["map iterations"] = k
+                    return found
+            step = np.linalg.lstsq((np.eye(len(y)) - M) * weights, gap, rcond=1e-11)[0] * weights
+            for damping in dampings:
+                mapped = period_map(system, y + damping * step, periods, half)
+                if mapped is not None and (len(dampings) == 1
+                                           or np.abs(mapped[1] / weights).max() < (1.0 - 0.25 * damping) * size):
+                    break
+            else:
+                break
+    return None
+
+
+def period_map(system: System, y, periods: int, half: bool):
+    """Return the state (ns,) as a start takes it, how far the motion misses it after ``periods`` (``half``: its mirror image
+    after half of them), the derivative of the map (ns, ns), and natural sizes (ns,) of the states; None when there is no such
+    motion."""
+    scene = scene_of(system)
+    try:
+        motion = simulate(system, y, periods=0.5 * periods if half else periods)
+    except ValueError:
+        return None  # beyond a stop
+    if not motion.success or np.any(motion.recorded.rows[:, 3] == CHATTER):
+        return None
+    R, period, n = motion.recorded, scene.period, scene.n
+    assert period is not None and scene.omega is not None  # `find_orbit` refuses autonomous systems
+    listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
+    first = int(R.rows[0, 2])
+    nodes = np.array([[first, -1, first, 0, 0], *([*R.rows[i, :3], 0, 0] for i in listed)], np.int64)
+    start = motion(0.0)
+    states = np.array([start, *(R.before[i] for i in listed)])
+    times = np.array([0.0, *(R.rows[i, 4] + R.times[i] / period for i in listed)])
+    M = np.empty((scene.ns, scene.ns))
+    kernels(scene.laws, n, "bifurc.orbits.motion").monodromy(
+        scene.tables, nodes, (0.5 if half else 1.0) * periods, np.column_stack([times, states]).ravel(), M)
+    if not np.isfinite(M).all():
+        return None
+    for place, row in scene.slaved(int(nodes[-1, AFTER])):  # as the last state is shown
+        M[place] = row[:scene.ns] @ M
+    sign = -1.0 if half else 1.0
+    return start, sign * motion.final - start, sign * M, sizes_of(scene, states)
+
+
+def sizes_of(scene: Scene, states) -> np.ndarray:
+    """Return natural sizes (ns,) of the states: one length for all coordinates, times omega for velocities."""
+    n, omega = scene.n, scene.omega
+    length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
+    weights = np.full(scene.ns, length if length > 0.0 else 1.0)
+    weights[n:2 * n] *= omega
+    return weights
+
+
 def from_motion(system: System, motion: Trajectory, first: int, periods: int) -> PeriodicOrbit:
     """Return the orbit near a simulated motion between the periods ``first`` and ``first + periods``."""
     scene = scene_of(system)
@@ -127,8 +212,8 @@ def from_motion(system: System, motion: Trajectory, first: int, periods: int) ->
 
 def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     """Return signature, unknowns and weights of a simulated motion that nearly closes after ``periods``."""
-    R, period, omega = motion.recorded, scene.period, scene.omega
-    assert period is not None and omega is not None  # `find_orbit` refuses autonomous systems
+    R, period = motion.recorded, scene.period
+    assert period is not None  # `find_orbit` refuses autonomous systems
     listed = []
     for row, time, before, speed in zip(R.rows[1:], R.times[1:], R.before[1:], R.speeds[1:], strict=True):
         m, g, after, what, whole = (int(v) for v in row)
@@ -141,12 +226,7 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     while len(chosen) > 1 and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:  # a period that does not close yet
         chosen.pop()
     start = motion(first * period)
-    states = np.array([start] + [item[2] for item in chosen])
-    n = scene.n
-    length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
-    length = length if length > 0.0 else 1.0
-    weights = np.full(scene.ns, length)
-    weights[n:2 * n] *= omega
+    weights = sizes_of(scene, np.array([start] + [item[2] for item in chosen]))
     if not chosen:
         mode = int(R.rows[np.searchsorted(R.rows[:, 4] + R.times / period, first, side="right") - 1, 2])
         return sections(mode, periods), np.concatenate([[0.0], start]), weights

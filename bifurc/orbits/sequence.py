@@ -17,7 +17,7 @@ carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 import numpy as np
 
 from .._jit import both, njit
-from ..compose.tables import ORDER, rebuild
+from ..compose.tables import ORDER, rebuild, rebuild_mode
 from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_series, guard_value
 from ..flow.peak import segment_peak
 from ..flow.saltation import event_map
@@ -29,7 +29,7 @@ from ..solve.dense import lu, lu_solve
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES, STARTS = range(6)
 TOGETHER = -1
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
-STALLED = 1e-10  # two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
+STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, INFO) = range(17)  # places in the `info` array that `correct` fills
@@ -38,6 +38,26 @@ DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to tha
 @both
 def set_parameter(T, index, series, low, high, value):
     """Write the numbers of the scene at a parameter value, given as Chebyshev series on [low, high], and rebuild."""
+    set_numbers(T, index, series, low, high, value)
+    rebuild(T)
+
+
+@njit
+def set_modes(T, index, series, low, high, value, nodes):
+    """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt."""
+    set_numbers(T, index, series, low, high, value)
+    done = np.zeros(T.n_guards.size, np.int64)
+    for i in range(nodes.shape[0]):
+        for column in (BEFORE, AFTER):
+            m = nodes[i, column]
+            if done[m] == 0:
+                rebuild_mode(T, m)
+                done[m] = 1
+
+
+@njit
+def set_numbers(T, index, series, low, high, value):
+    """Write the numbers of the scene at a parameter value."""
     flat = T.flat
     z = (2.0 * value - low - high) / (high - low)
     for k in range(index.size):
@@ -46,7 +66,6 @@ def set_parameter(T, index, series, low, high, value):
         for j in range(series.shape[1] - 1, 0, -1):
             b0, b1 = 2.0 * z * b0 - b1 + series[k, j], b0
         flat[index[k]] = z * b0 - b1 + series[k, 0]
-    rebuild(T)
 
 
 @njit
@@ -282,18 +301,15 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             previous = i - 1 if i > 0 else count - 1
             order = nodes[i, DIVIDE]
             speed = np.inf
-            if order != TOGETHER:
+            # one measure a birth: a second one that vanishes with it would make a kink of their minimum
+            if kick[before, g] == 1 or order == 0 and nodes[(i + 1) % count, DIVIDE] < 2:
                 field(T, before, x, f)
                 forcing_rate(T, x, dw)
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
-            if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0:
-                short = tau - U[previous * size] + (0.0 if i > 0 else span)
-                if order > 0:  # what is left of the speed without the trivial root
-                    turn = 2.0 * np.pi * max(short, 0.0)
-                    speed = speed * ((1.0 + turn) / turn)**order if turn > 0.0 else np.inf
-                if order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0:
-                    speed = min(speed, short)  # births: the duration is the smooth measure
+            if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0 and (
+                    order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0):
+                speed = min(speed, tau - U[previous * size] + (0.0 if i > 0 else span))  # births: the duration is smooth
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], P)
@@ -332,9 +348,27 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                 if value > info[LEAVING]:
                     info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = value, i, q
             value, at = segment_peak(T, after, q, xp, s, listed, abs(start))
+            if starts_beyond(T, nodes, i, q, xp, listed, a):
+                first = guard_value(T, after, q, xp)
+                if first > value:
+                    value, at = first, 0.0
             value /= scale
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@njit
+def starts_beyond(T, nodes, i, q, xp, listed, a):
+    """Whether the value of guard ``q`` at the start ``xp`` of the interval behind node ``i`` is a condition: that a row may be
+    held from there.  Where the guard also ends the interval it is one only if it falls first."""
+    after = nodes[i, AFTER]
+    if nodes[i, GUARD] < 0 or T.n_holds[after] == 0 or T.n_holds[nodes[i, BEFORE]] == T.n_holds[after] \
+            or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0:
+        return False
+    if listed == 0:
+        return True
+    guard_series(T, after, q, xp, a)
+    return a[1] < 0.0
 
 
 @njit
@@ -375,9 +409,9 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     while True:
         renew = k == 0 or old_step < 1e-4  # the last iteration is foreseen by the step before it
         if renew and index.size > 0:
-            set_parameter(T, index, series, low, high, U[n] + delta)
+            set_modes(T, index, series, low, high, U[n] + delta, nodes)
             assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0)
-        set_parameter(T, index, series, low, high, U[n])
+        set_modes(T, index, series, low, high, U[n], nodes)
         assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 1.0)
         info[ITERATIONS] = k
         info[RESIDUAL] = 0.0
@@ -388,8 +422,8 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
             if renew and index.size > 0:
                 slope[i] = (F2[i] - F[i]) / DIFFERENCE
-        finished = k > 0 and old_step <= 1e-9 and (
-            info[RESIDUAL] <= tolerance or max(old_step, older_step) <= STALLED or at_rounding(F, J, U, tolerance))
+        stalled = k >= max_iterations and max(old_step, older_step) <= STALLED
+        finished = k > 0 and old_step <= 1e-9 and (info[RESIDUAL] <= tolerance or stalled or at_rounding(F, J, U, tolerance))
         for i in range(n):
             for j in range(n):
                 K[i, j] = J[i, j] * scales[j]

@@ -174,6 +174,17 @@ def _basis(rows, size) -> np.ndarray:
     return found
 
 
+def translated(signature: Signature, scene: Scene, other: Scene) -> Signature:
+    """Return a signature in the numbers of another scene of the same structure, which may have met its modes in another order."""
+    if scene.keys == other.keys:
+        return signature
+    number = {m: other.index(scene.keys[m]) for m in {*signature.nodes[:, BEFORE].tolist(), *signature.nodes[:, AFTER].tolist()}}
+    nodes = signature.nodes[:, :STARTS].copy()
+    for column in (BEFORE, AFTER):
+        nodes[:, column] = [number[m] for m in nodes[:, column].tolist()]
+    return Signature(divided(other, nodes, closure=signature.closure), signature.fixed, signature.span, signature.closure)
+
+
 def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signature, np.ndarray]:
     """Return a half-period orbit written out over the full period, with its unknowns (2m (1 + ns),)."""
     if signature.closure > 0:
