@@ -28,7 +28,9 @@ FINISH_FROM = 0.1  # width over the first from which the set-valued law is tried
 COARSE = 1e-4  # residual over the force scale at widths that are only passed
 TOLERANCE = 1e-12  # residual over the force scale at the end; rounding of large terms always suffices
 ITERATIONS = 60  # of one width
+LEVELS = 60  # widths tried
 SMALLEST_DAMPING = 1e-7
+PATIENCE = 3  # damped steps in succession of the last iteration: it starts close, or not at all
 
 
 class SetValuedStatus(StrEnum):
@@ -274,28 +276,30 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
         return still
     first = first_width * np.array([_natural_width(balance, j0, contact, scale) for contact in contacts])
     total, path, factor, ratio = 0, [], 1.0, NARROWER
+    passed: list[tuple[float, np.ndarray]] = []
     status: SetValuedStatus | None = None
-    while True:
+    for _ in range(LEVELS):
         widths = factor * first
-        trial, size, status, count = _newton(balance, x, widths, COARSE * scale, iterations)
+        trial, size, status, count = _newton(balance, _predicted(balance, passed, factor, x, widths), widths, COARSE * scale, iterations)
         total += count
         path.append((factor, count, size))
         if status is None:
             x = trial
+            passed = [*passed[-1:], (factor, x)]
             if factor <= FINISH_FROM and _reversing(balance.patterns):
                 done = _finish(balance, x, widths, first, tolerance * scale)
                 total += done[3]
                 path.append((0.0, done[3], done[1]))
                 if done[2] is None:
                     return _result(balance, done[0], SetValuedStatus.CONVERGED, done[1], total, done[4], path)
-        elif status is not SetValuedStatus.STUCK:
-            break
-        if factor <= NARROWEST or (status is not None and ratio > 0.9):
-            break
-        if status is None:
+            if factor <= NARROWEST:
+                break
             factor, ratio = factor * ratio, max(NARROWER, ratio * ratio)
+        elif status is SetValuedStatus.STUCK and passed:
+            ratio = np.sqrt(ratio)
+            factor = passed[-1][0] * ratio
         else:
-            factor, ratio = factor / ratio * np.sqrt(ratio), np.sqrt(ratio)
+            break
     if status is None:  # every width down to the least: slow contacts hold
         x, size, status, count = _newton(balance, x, widths, tolerance * scale, iterations)
         total += count
@@ -305,12 +309,25 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
     return _result(balance, x, status, size, total, widths, path)
 
 
+def _predicted(balance: Balance, passed, factor: float, x, widths):
+    """Return the better of the last solution and the line through the last two: what creeps is proportional to the width."""
+    if len(passed) < 2:
+        return x
+    (f0, x0), (f1, x1) = passed
+    line = x1 + (factor - f1) / (f1 - f0) * (x1 - x0)
+    return min((line, x), key=lambda guess: float(np.linalg.norm(balance.residual(guess, widths))))
+
+
 def _result(balance, x, status, size, total, widths, path) -> SetValuedResult:
     return SetValuedResult(x, status, size, total, balance.evaluations, widths, balance.patterns, tuple(path))
 
 
-def _newton(balance: Balance, x, widths, tolerance: float, iterations: int):
-    """Return x, largest residual, None or why not converged, and the number of steps; the norm of R falls in each."""
+def _newton(balance: Balance, x, widths, tolerance: float, iterations: int, patience: int = 1000):
+    """Return x, largest residual, None or why not converged, and the number of steps; the norm of R falls in each.
+
+    ``patience`` is how many steps in succession may be damped before it is given up.
+    """
+    damped = 0
     r, j = balance.both(x, widths)
     size = float(np.abs(r).max())
     for count in range(iterations):
@@ -335,6 +352,9 @@ def _newton(balance: Balance, x, widths, tolerance: float, iterations: int):
         x = trial
         r, j = balance.both(x, widths)
         size = float(np.abs(r).max())
+        damped = damped + 1 if damping < 1.0 else 0
+        if damped >= patience and size > tolerance:
+            return x, size, SetValuedStatus.STUCK, count + 1
     return x, size, SetValuedStatus.STUCK, iterations
 
 
@@ -379,7 +399,7 @@ def _finish(balance: Balance, x, widths, first, tolerance: float):
     """Return Newton's end with the set-valued law for contacts that slip, the least width for those that do not."""
     end = np.array([NARROWEST * f if len(p.instants) == 0 and p.kinds[0] == 0 else 0.0
                     for p, f in zip(balance.patterns, first, strict=True)])
-    return (*_newton(balance, x, end, tolerance, 20), end)
+    return (*_newton(balance, x, end, tolerance, 20, PATIENCE), end)
 
 
 def _slow(balance: Balance, x, contact: Contact, width: float) -> bool:
