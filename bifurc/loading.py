@@ -10,7 +10,9 @@ _READERS = {
     "branch": (".continuation.branch", "Branch"),
     "curve": (".continuation.curves", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
+    "harmonic_orbit": (".orbits.balance", "HarmonicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
+    "sweep": (".basins.sweeps", "Sweep"),
 }
 
 

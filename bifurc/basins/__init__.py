@@ -4,5 +4,7 @@ from .basinmap import BasinMap, CellState
 from .grid import Grid
 from .mapping import basins_of_attraction
 from .periodmap import Kernel, PeriodMap
+from .sweeps import Sweep, sweep
 
-__all__ = ["BasinMap", "CellState", "ChaoticAttractor", "Grid", "Kernel", "PeriodMap", "basins_of_attraction"]
+__all__ = ["BasinMap", "CellState", "ChaoticAttractor", "Grid", "Kernel", "PeriodMap", "Sweep", "basins_of_attraction",
+           "sweep"]
