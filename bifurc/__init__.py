@@ -34,6 +34,9 @@ _NAMES = {
     "BasinMap": ".basins",
     "Grid": ".basins",
     "sweep": ".basins",
+    "edge_state": ".basins.edges",
+    "bifurcation_diagram": ".basins.diagrams",
+    "parameter_chart": ".basins.charts",
     "load": ".loading",
 }
 

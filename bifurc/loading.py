@@ -13,6 +13,8 @@ _READERS = {
     "harmonic_orbit": (".orbits.balance", "HarmonicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
     "sweep": (".basins.sweeps", "Sweep"),
+    "chart": (".basins.charts", "ParameterChart"),
+    "diagram": (".basins.diagrams", "BifurcationDiagram"),
 }
 
 

@@ -337,12 +337,12 @@ def _result(system, values, job, rows, failures, good, links: Links, key: str) -
                  Region.from_record(job["region"]), job["options"], failures, key)
 
 
-def _finished(file, key: str) -> tuple[dict, dict] | None:
+def _finished(file, key: str, kind: str = "sweep") -> tuple[dict, dict] | None:
     """Return the record of the sweep itself when it is there already."""
     if file is None or not Path(file).exists():
         return None
     try:
-        header, arrays = io.read(file, "sweep")
+        header, arrays = io.read(file, kind)
     except io.FileFormatError:
         return None
     return (header, arrays) if header.get("key") == key else None
