@@ -146,7 +146,11 @@ class SetValuedResult:
     widths : ndarray (contacts,)
         Regularisation left: 0, or tiny for contacts that never slip.
     patterns : tuple of Pattern
-        Stick-free sign patterns at the end, one a contact.
+        At the end, one a contact.
+    path : tuple
+        Widths passed: (over the first, Newton steps, residual); 0 is the set-valued law.
+    room : tuple of (float, float)
+        At rest: how far the mean force of each contact may be shifted, down and up.
     """
 
     x: np.ndarray
@@ -157,6 +161,7 @@ class SetValuedResult:
     widths: np.ndarray
     patterns: tuple[Pattern, ...]
     path: tuple = ()
+    room: tuple[tuple[float, float], ...] = ()
 
     @property
     def success(self) -> bool:
@@ -237,7 +242,7 @@ class Balance:
 
 
 def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, tolerance: float = TOLERANCE, first_width: float = 1.0,
-          iterations: int = ITERATIONS) -> SetValuedResult:
+          iterations: int = ITERATIONS, solver: str = "newton") -> SetValuedResult:
     """Solve a balance with set-valued contacts.
 
     Parameters
@@ -461,7 +466,8 @@ def _at_rest(balance: Balance, j0, tolerance: float, iterations: int):
             break
         middle = now
     kinds = tuple(Pattern(np.zeros(1, complex), np.zeros(1, complex), np.zeros(0), np.zeros(1, int)) for _ in contacts)
-    return SetValuedResult(x, SetValuedStatus.RESTS, size, count, balance.evaluations, np.zeros(len(contacts)), kinds)
+    return SetValuedResult(x, SetValuedStatus.RESTS, size, count, balance.evaluations, np.zeros(len(contacts)), kinds, (),
+                           tuple(room))
 
 
 def allowance(layout: Layout, force, contact: Contact) -> tuple[float, float]:

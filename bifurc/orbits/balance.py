@@ -486,7 +486,7 @@ def _solved(system: System, method: HarmonicBalance, guess, layout: Layout) -> H
     balance = method.balance(system, layout)
     starts = _starts(balance, guess)
     if balance.parts.held or method.solver == "galerkin-broyden":
-        return _set_valued(balance, method, starts)
+        return _set_valued(balance, method, starts, guess is not None)
     how = {"method": f"harmonic balance, {method.solver}", "harmonics": [k / layout.periods for k in layout.harmonics],
            "aft": method.aft, "tolerance": TOLERANCE}
     if balance.samples:
@@ -590,8 +590,9 @@ def _raised(balance: Balance, method: HarmonicBalance):
     return x, total, None if done >= 1.0 else status
 
 
-def _set_valued(balance: Balance, method: HarmonicBalance, starts) -> HarmonicOrbit:
+def _set_valued(balance: Balance, method: HarmonicBalance, starts, guessed: bool) -> HarmonicOrbit:
     """Return the orbit of a system with set-valued friction, or by Li's published method."""
-    names = ", ".join(item.name for item in balance.parts.held) or "no element"
-    raise ValueError(f"{names}: set-valued friction needs its own solver, which this version does not have; use find_orbit without "
-                     "method=, or RegularizedFriction")
+    from .balance_setvalued import set_valued
+
+    x, how, status = set_valued(balance, method, starts, guessed)
+    return HarmonicOrbit(balance.system, method, balance.layout, x, how, status, balance)
