@@ -19,6 +19,7 @@ from enum import StrEnum
 import numpy as np
 import scipy.linalg
 
+from ..solve.broyden import BroydenStatus, broyden
 from .layout import Layout
 from .setvalued_pattern import Pattern, added, derivative_matrix, evaluate, grid_size, on_grid, pattern
 
@@ -262,6 +263,8 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
         Width to begin with over the natural one (1 over the impedance of the contact); small for a good guess.
     iterations : int
         Limit for one width.
+    solver : {"newton", "broyden"}
+        What solves for one width: Newton with halving, or Broyden's method from the exact Jacobian.
 
     Returns
     -------
@@ -269,12 +272,13 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
     """
     contacts = [contact for contact in contacts if contact.limit > 0.0]
     balance = Balance(layout, omega, rest, contacts)
+    iterate = _broyden if solver == "broyden" else _newton
     x = np.zeros(layout.size) if x0 is None else np.array(x0, float)
     r0, j0 = rest(np.zeros(layout.size))
     scale = max([float(np.abs(r0).max()), *(contact.limit * float(np.abs(contact.row).max()) for contact in contacts)])
     scale = scale or 1.0
     if not contacts:
-        x, size, status, count = _newton(balance, x, np.zeros(0), tolerance * scale, iterations)
+        x, size, status, count = iterate(balance, x, np.zeros(0), tolerance * scale, iterations)
         return SetValuedResult(x, status or SetValuedStatus.CONVERGED, size, count, balance.evaluations, np.zeros(0), ())
     still = _at_rest(balance, j0, tolerance * scale, iterations)
     if still is not None:
@@ -285,14 +289,15 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
     status: SetValuedStatus | None = None
     for _ in range(LEVELS):
         widths = factor * first
-        trial, size, status, count = _newton(balance, _predicted(balance, passed, factor, x, widths), widths, COARSE * scale, iterations)
+        guess = _predicted(balance, passed, factor, x, widths)
+        trial, size, status, count = iterate(balance, guess, widths, COARSE * scale, iterations)
         total += count
         path.append((factor, count, size))
         if status is None:
             x = trial
             passed = [*passed[-1:], (factor, x)]
             if factor <= FINISH_FROM and _reversing(balance.patterns):
-                done = _finish(balance, x, widths, first, tolerance * scale)
+                done = _finish(balance, iterate, x, first, tolerance * scale)
                 total += done[3]
                 path.append((0.0, done[3], done[1]))
                 if done[2] is None:
@@ -306,7 +311,7 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
         else:
             break
     if status is None:  # every width down to the least: slow contacts hold
-        x, size, status, count = _newton(balance, x, widths, tolerance * scale, iterations)
+        x, size, status, count = iterate(balance, x, widths, tolerance * scale, iterations)
         total += count
         if status is None or size <= 1e-8 * scale:
             status = SetValuedStatus.HELD if all(_slow(balance, x, contact, width) for contact, width in
@@ -325,6 +330,19 @@ def _predicted(balance: Balance, passed, factor: float, x, widths):
 
 def _result(balance, x, status, size, total, widths, path) -> SetValuedResult:
     return SetValuedResult(x, status, size, total, balance.evaluations, widths, balance.patterns, tuple(path))
+
+
+def _broyden(balance: Balance, x, widths, tolerance: float, iterations: int, patience: int = 0):
+    """Return as `_newton`; Broyden's method from the exact Jacobian."""
+    del patience
+    found = broyden(lambda at: balance.residual(at, widths), x, lambda at: balance.both(at, widths)[1], size=1.0, tolerance=tolerance,
+                    iterations=4 * iterations)
+    r = balance.residual(found.x, widths)
+    return found.x, float(np.abs(r).max()), _BROYDEN.get(found.status, SetValuedStatus.STUCK), found.iterations
+
+
+_BROYDEN = {BroydenStatus.CONVERGED: None, BroydenStatus.SINGULAR: SetValuedStatus.SINGULAR,
+            BroydenStatus.NOT_FINITE: SetValuedStatus.NOT_FINITE}
 
 
 def _newton(balance: Balance, x, widths, tolerance: float, iterations: int, patience: int = 1000):
@@ -400,11 +418,11 @@ def _reversing(patterns) -> bool:
     return any(len(p.instants) for p in patterns)
 
 
-def _finish(balance: Balance, x, widths, first, tolerance: float):
+def _finish(balance: Balance, iterate, x, first, tolerance: float):
     """Return Newton's end with the set-valued law for contacts that slip, the least width for those that do not."""
     end = np.array([NARROWEST * f if len(p.instants) == 0 and p.kinds[0] == 0 else 0.0
                     for p, f in zip(balance.patterns, first, strict=True)])
-    return (*_newton(balance, x, end, tolerance, 20, PATIENCE), end)
+    return (*iterate(balance, x, end, tolerance, 20, PATIENCE), end)
 
 
 def _slow(balance: Balance, x, contact: Contact, width: float) -> bool:
