@@ -33,6 +33,8 @@ _NAMES = {
     "basins_of_attraction": ".basins",
     "BasinMap": ".basins",
     "Grid": ".basins",
+    "cell_mapping": ".basins",
+    "CellMap": ".basins",
     "sweep": ".basins",
     "edge_state": ".basins.edges",
     "bifurcation_diagram": ".basins.diagrams",

@@ -83,6 +83,7 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
         raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
                          "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
     scene = scene_of(system)
+    grid.require(8.0 * (2 * scene.ns + 12), "a basin map")
     grid.places(scene.n, scene.ns)
     grid.base(scene.n, scene.ns)
     workers = os.cpu_count() or 1 if workers is None else _whole("workers", workers)
