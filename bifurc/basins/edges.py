@@ -104,6 +104,12 @@ class EdgeState:
 
         return unstable_set(self, **options)
 
+    def plot(self, ax=None, unstable=None):
+        """Draw the saddle, and an unstable set, on the basin map; return the axes."""
+        from ..plotting.sweeps import plot_edge
+
+        return plot_edge(self, ax, unstable)
+
     def __repr__(self):
         met = f", {sum(self.third.values())} starts in other basins" if self.third else ""
         return f"EdgeState(between {self.pair[0]} and {self.pair[1]}: {self.status}, {self.saddle!r}{met})"

@@ -121,7 +121,7 @@ class Links:
         return self._done[key]
 
     def tracks(self) -> tuple[list[list[int]], dict[int, int]]:
-        """Return the track number of every attractor of every system, and the track from which a track came when that was lost."""
+        """Return the track number of every attractor of every system, and for tracks that begin where another is lost, that one."""
         numbers: list[list[int]] = [list(range(len(self.attractors[0])))] if self.systems else []
         count = len(self.attractors[0]) if self.systems else 0
         parents: dict[int, int] = {}
@@ -139,9 +139,8 @@ class Links:
                 if mine[n] is None:
                     mine[n] = count
                     came = [numbers[i - 1][k] for k, found in enumerate(forward) if found and found[0] == n]
-                    back = backward[n]
-                    if came or back:
-                        parents[count] = came[0] if came else numbers[i - 1][back[0]]  # type: ignore[index]
+                    if came:
+                        parents[count] = came[0]
                     count += 1
             numbers.append([number for number in mine if number is not None])
         return numbers, parents

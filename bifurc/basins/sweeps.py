@@ -39,7 +39,7 @@ class Track:
     fractions : ndarray
         Share of the starts (k,) that it attracts.
     parent : int or None
-        Track whose attractor was lost where this one begins, or that this one loses to at its beginning.
+        Track that is lost where this one begins, and whose motion goes to it (such as by period doubling).
     """
 
     number: int
@@ -123,6 +123,14 @@ class Sweep:
         return tuple(found)
 
     @property
+    def families(self) -> tuple[tuple[int, ...], ...]:
+        """Tracks that came from each other, such as by period doubling, first ones first."""
+        root: dict[int, int] = {}
+        for number in range(self._count):
+            root[number] = root.get(self.parents.get(number, -1), number)
+        return tuple(tuple(n for n in root if root[n] == first) for first in dict.fromkeys(root.values()))
+
+    @property
     def _count(self) -> int:
         return 1 + max((number for numbers in self.numbers for number in numbers), default=-1)
 
@@ -136,7 +144,7 @@ class Sweep:
         lines += [f"  not computed: {self.parameter} = {self.values[i]:.6g}: {text}" for i, text in sorted(self.failures.items())]
         return "\n".join(lines)
 
-    def plot(self, axes=None, branches: Sequence = (), measure: str = "max_0"):
+    def plot(self, axes=None, branches: Sequence = (), measure: str = "rms_0"):
         """Draw the attractors over the parameter, beside ``branches`` of `trace`, above the shares; return the two axes."""
         from ..plotting.sweeps import plot_sweep
 
