@@ -9,6 +9,7 @@ import numpy as np
 from ..elements import EventKind
 from ..hbm.balance import Balance
 from ..hbm.layout import Layout
+from ..hbm.measures import measure_gradient
 from ..hbm.status import MarchStatus
 from ..orbits.balance import HarmonicBalance, HarmonicOrbit, largest
 from ..orbits.path import series_over
@@ -68,9 +69,9 @@ def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> 
 class BalanceProblem(Problem):
     """Harmonic balance along one parameter.
 
-    Where events are exact, the order of events that the problem starts with is watched: where a pair of events is born or
-    dies lies a special point (slip_onset, stick_onset, grazing, separation by its kind), and the branch goes on with a
-    problem for the new order.  The equations are the same on both sides and once differentiable there.
+    The problem keeps the number of events of each contact that it starts with and goes on smoothly, a little, beyond the
+    point where that changes: where a pair of events is born or dies lies a special point (slip_onset, stick_onset, grazing,
+    separation by its kind), and the branch, which may have a corner there, goes on with a problem for the new number.
 
     Parameters
     ----------
@@ -81,11 +82,11 @@ class BalanceProblem(Problem):
         Coefficients of the start and the parameter.
     scale : ndarray (n + 1,)
         Natural sizes.
-    counts : ndarray (kinds,), optional
-        Events of each kind; default those at ``x0``.
+    listed : ndarray (contacts,), optional
+        Events of each contact; default those at ``x0``.
     """
 
-    def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, counts=None):
+    def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
         from ..hbm.corrector import INFO
         from ..hbm.margins import FIELDS, KINDS
 
@@ -101,10 +102,10 @@ class BalanceProblem(Problem):
         shape = balance.parts.shape
         kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
                         for g in range(int(shape.guards[k, m])) if not shape.silent[k, m, g]})
-        self._kinds = [] if balance.samples else [kind for kind in kinds if tuple(EventKind)[kind] in POINT]
+        self._kinds = [kind for kind in kinds if tuple(EventKind)[kind] in POINT]
         self.monitors = tuple(Monitor(POINT[tuple(EventKind)[kind]], name, boundary=True)
                               for kind in self._kinds for name in (BIRTH, DEATH))
-        self.counts = np.array(counts, float) if counts is not None else self._counted(self.x0)
+        self.listed = np.array(listed, np.int64) if listed is not None else self._counted(self.x0)
         self.signature = self._words()
 
     # equations
@@ -126,7 +127,7 @@ class BalanceProblem(Problem):
         path, balance, info = self.path, self.balance, self._info
         point, new = np.empty(self.size + 1), np.empty(self.size + 1)
         status = corrector.correct(balance.parts.shape, path.base, path.index, path.series, path.low, path.high, balance.grid,
-                                   balance.room, x, tangent, fixed, self.scale, point, new, info, self._events)
+                                   self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info, self._events)
         count, residual, contraction, distance, sign, log, _ = info.tolist()
         if status != corrector.CONVERGED:
             why = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
@@ -137,19 +138,19 @@ class BalanceProblem(Problem):
 
     def _linearised(self, x):
         """See `Problem._linearised`; residual and derivatives in one go, for balances with laws."""
-        status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]))
+        status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]), listed=self.listed)
         if status is not MarchStatus.FOLLOWED:
             f = np.full(self.size, np.nan)
         return f.copy(), wide, 2.220446049250313e-16 * (np.abs(wide) @ np.abs(x))
 
     def residual(self, u, p):
         """Return the residual (n,), force."""
-        status, f, _ = self.balance.linearised(u, *self.numbers(p), slopes=False)
+        status, f, _ = self.balance.linearised(u, *self.numbers(p), slopes=False, listed=self.listed)
         return f.copy() if status is MarchStatus.FOLLOWED else np.full(self.size, np.nan)
 
     def jacobian(self, u, p):
         """Return F_u (n, n) and F_p (n,), exact."""
-        status, _, wide = self.balance.linearised(u, *self.numbers(p))
+        status, _, wide = self.balance.linearised(u, *self.numbers(p), listed=self.listed)
         wide = wide.copy() if status is MarchStatus.FOLLOWED else np.full_like(wide, np.nan)
         return wide[:, :-1], wide[:, -1]
 
@@ -159,66 +160,50 @@ class BalanceProblem(Problem):
         """Return the values of ``monitors`` at a solution."""
         if not self._kinds:
             return NO_MONITORS
-        self._margins(np.append(u, p))
+        self._margins(np.append(u, p), self.listed)
         return self._values()
 
-    def _margins(self, x) -> None:
+    def _margins(self, x, listed) -> None:
         from ..hbm.corrector import watched
 
         flat, dflat = self.numbers(x[-1])
-        status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False)
+        status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False, listed=listed)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
         watched(self.balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), self.balance.grid, self.balance.room, self._events)
 
     def _counted(self, x) -> np.ndarray:
-        """Return the number of events of each kind at ``x``."""
-        if not self._kinds:
-            return np.zeros(len(self._events))
-        self._margins(np.asarray(x, float))
-        return self._events[:, 0].copy()
+        """Return the number of events of each contact at ``x``, as they come."""
+        if not len(self.balance.contacts):
+            return np.zeros(0, np.int64)
+        self._margins(np.asarray(x, float), None)
+        return self.balance.room.counts[:, 0] - 1
 
     def _values(self) -> np.ndarray:
-        """Return monitors from margins: the near miss, or the overshoot of what is new; minus the overshoot, or the miss of what is gone.
-
-        A pair of events is born with one small overshoot and one that is not: only the smallest of all is at its birth.
-        """
-        if not self._kinds:
-            return NO_MONITORS
-        events, kinds = self._events, self._kinds
-        more = events[kinds, 0].sum() - self.counts[kinds].sum()
-        least = min(kinds, key=lambda kind: events[kind, 1])
-        nearest = max(kinds, key=lambda kind: events[kind, 2])
-        out = []
-        for kind in kinds:
-            birth, death = events[kind, 2], -events[kind, 1]
-            if more > 0.0:
-                birth = events[kind, 1] if kind == least else min(birth, -1e-3)
-                death = -1.0
-            elif more < 0.0:
-                death = -events[kind, 2] if kind == nearest else min(death, -1e-3)
-                birth = -1.0
-            out += [birth, death]
-        return np.array(out)
+        """Return the monitors: for each kind the largest near miss, and minus the least overshoot; both negative inside."""
+        kinds = self._kinds
+        return np.stack([self._events[kinds, 2], -self._events[kinds, 1]], axis=1).ravel() if kinds else NO_MONITORS
 
     def _words(self) -> str:
-        """Return how many events of each kind a period has."""
-        words = [f"{int(self.counts[kind])} {tuple(EventKind)[kind]}" for kind in self._kinds if self.counts[kind]]
-        return ", ".join(words) or ("no events" if self._kinds else "")
+        """Return how many events a period has."""
+        return f"{int(self.listed.sum())} events" if len(self.listed) else ""
 
     def switch(self, point, monitor):
-        """Return the problem for the order of events behind a boundary."""
-        behind = point.x + BESIDE * self.scale * point.tangent
-        counts = self._counted(behind)
+        """Return the problem for the number of events behind a boundary."""
+        listed = self.listed
+        for ahead in (1.0, 10.0, 100.0):
+            listed = self._counted(point.x + ahead * BESIDE * self.scale * point.tangent)
+            if not np.array_equal(listed, self.listed):
+                break
         other = copy.copy(self)
-        other.x0, other.counts = point.x.copy(), counts
+        other.x0, other.listed = point.x.copy(), listed
         other.signature = other._words()
         return other, point.x, point.tangent
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations and order of events."""
         return (isinstance(other, BalanceProblem) and self.layout == other.layout and self.parameter == other.parameter
-                and np.array_equal(self.counts, other.counts))
+                and np.array_equal(self.listed, other.listed))
 
     # other numbers
 
@@ -273,7 +258,7 @@ class BalanceProblem(Problem):
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
         if name == "n_events":
-            return np.full(len(xs), int(self.counts.sum())) if self._kinds else np.array([len(self.solution(x).events) for x in xs])
+            return np.full(len(xs), int(self.listed.sum()))
         if name == "period":
             return np.array([2.0 * np.pi / self.numbers(x[-1])[0][0] for x in xs])
         if name == "stable" or name.startswith("multiplier_"):
@@ -288,6 +273,11 @@ class BalanceProblem(Problem):
             return np.sqrt(q * q @ np.where(layout.waves == 0, 1.0, 0.5))
         sign = 1.0 if kind == "max" else -1.0
         return sign * np.array([largest(layout, sign * row) for row in q])
+
+    def measure_gradient(self, name, x):
+        """Return the gradient (n + 1,) of a measure, in closed form; None for measures that are no amplitude."""
+        made = measure_gradient(self.layout, name, x[:-1])
+        return None if made is None else np.append(made, 0.0)
 
     def _stability(self, name, xs):
         try:
@@ -321,7 +311,7 @@ class BalanceProblem(Problem):
         return {"kind": "balance", "system": self.system.to_record(), "parameter": self.parameter,
                 "path": [self.path.low, self.path.high], "method": self.method.to_record(),
                 "harmonics": list(self.layout.harmonics), "periods": self.layout.periods, "samples": self.balance.samples,
-                "law_samples": self.balance.law_samples, "counts": self.counts.tolist(), "scale": self.scale.tolist(),
+                "law_samples": self.balance.law_samples, "listed": self.listed.tolist(), "scale": self.scale.tolist(),
                 "x0": self.x0.tolist()}
 
     @classmethod
@@ -332,4 +322,4 @@ class BalanceProblem(Problem):
         balance = Balance(system, layout, record["samples"], record["law_samples"])
         path = path_over(balance, record["parameter"], tuple(record["path"]), pad=0.0)
         return cls(balance, HarmonicBalance.from_record(record["method"]), path, np.array(record["x0"]), np.array(record["scale"]),
-                   np.array(record["counts"]))
+                   np.array(record["listed"], np.int64))
