@@ -146,8 +146,8 @@ def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: flo
     step : float
         Of differences, over `scale`.
     increment : float, optional
-        Stop when the scaled step is shorter than this, as published methods do; the residual is then judged and the status is
-        "false_convergence" if it is above `tolerance`.
+        Stop when, and only when, the scaled step is shorter than this, as published methods do; the residual is then judged
+        and the status is "false_convergence" if it is above `tolerance`.
     restarts : bool
         False: one Jacobian, updated for ever (as published).
 
@@ -232,10 +232,11 @@ def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: flo
             if norm < best_norm:
                 best, best_norm = x, norm
             rounding = 4.0 * np.finfo(float).eps * float(np.linalg.norm(np.abs(factors.r) @ np.abs(x / scale)))
-            if norm <= max(wanted, rounding):
-                return result(BroydenStatus.CONVERGED, x, norm, number)
+            solved = norm <= max(wanted, rounding)
             if increment is not None and last < increment:
-                return result(BroydenStatus.FALSE_CONVERGENCE, x, norm, number)
+                return result(BroydenStatus.CONVERGED if solved else BroydenStatus.FALSE_CONVERGENCE, x, norm, number)
+            if (increment is None and solved) or norm == 0.0:
+                return result(BroydenStatus.CONVERGED, x, norm, number)
             fresh = False
             since = 0 if norm <= FALL * mark else since + 1
             mark = min(mark, norm) if norm <= FALL * mark else mark
