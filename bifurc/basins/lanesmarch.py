@@ -39,7 +39,8 @@ NUMBERS = SERIES + GUARDS * NX * TERMS
 GUARDED, HELD, CANDIDATES = 0, 1, 2
 KICK, SURFACE, ENDS, HIT, THEN = range(5)
 WHOLES = 3
-ORDERS, KNOWN, NEW_ORDERS, ENDS_OF, DUE = (i * GUARDS for i in (0, 1, 2, 3, 5))  # places in `due`, and its size
+ORDERS, KNOWN, NEW_ORDERS, ENDS_OF, OPEN = (i * GUARDS for i in (0, 1, 2, 3, 5))  # places in `due`
+DUE = OPEN + 1
 FORCED = 2 + 2 * GUARDS  # numbers of a mode and substep in `forced`
 EVENTS, HITS, LEAST = range(3)  # tally: events, impacts and contacts, least speed of arrival
 # rows of lanes that the lap does not know; it knows those before: see `bifurc.basins.lanestext.ROWS`
@@ -48,14 +49,11 @@ ALL_HITS, ALL_LEAST, FOUND, ROWS = 14 * LANES, 15 * LANES, 16 * LANES, 17 * LANE
 
 
 @njit
-def row(P, m, at, q, v, w, o):
-    """Value of a row at a state under the forcing ``w[o:o + FORCINGS]``.
-
-    Arrays are passed whole, with places in them: a slice costs more than what is done with it.
-    """
+def row(P, m, at, q, v, w):
+    """Value of a row at a state under the forcing ``w`` (FORCINGS,)."""
     total = P[m, at] * q + P[m, at + 1] * v
     for c in range(FORCINGS):
-        total += P[m, at + 2 + c] * w[o + c]
+        total += P[m, at + 2 + c] * w[c]
     return total
 
 
@@ -69,23 +67,23 @@ def size(P, m, at, q, v):
 
 
 @njit
-def expand(P, m, at, q, v, w, o, a):
+def expand(P, m, at, q, v, w, a):
     """Write the Taylor coefficients of the series at ``at`` into ``a`` (TERMS,)."""
     for j in range(TERMS):
         total = P[m, at + j] * q + P[m, at + TERMS + j] * v
         for c in range(FORCINGS):
-            total += P[m, at + (2 + c) * TERMS + j] * w[o + c]
+            total += P[m, at + (2 + c) * TERMS + j] * w[c]
         a[j] = total
 
 
 @njit
 def inside(P, m, g, q, v, w, a):
     """Sign of guard ``g`` just after a state, -1: inside, and the order of its zero there."""
-    value = row(P, m, VALUE + g * NX, q, v, w, 0)
+    value = row(P, m, VALUE + g * NX, q, v, w)
     if abs(value) > NOISE * size(P, m, VALUE + g * NX, q, v):
         return (-1 if value < 0.0 else 1), 0
     at = SERIES + g * NX * TERMS
-    expand(P, m, at, q, v, w, 0, a)
+    expand(P, m, at, q, v, w, a)
     for j in range(1, TERMS):
         total = abs(P[m, at + j] * q) + abs(P[m, at + TERMS + j] * v)
         for c in range(FORCINGS):
@@ -99,9 +97,9 @@ def inside(P, m, g, q, v, w, a):
 def may_start(P, I, c, q, v, w, a, due, skipped):
     """Whether mode ``c`` may follow at a state; writes the orders of its guards but that of guard ``skipped``."""
     if I[c, HELD] > 0:
-        if abs(row(P, c, HOLD, q, v, w, 0)) > NOISE * size(P, c, HOLD, q, v):
+        if abs(row(P, c, HOLD, q, v, w)) > NOISE * size(P, c, HOLD, q, v):
             return False
-        if abs(row(P, c, PLACE, q, v, w, 0)) > NOISE * size(P, c, PLACE, q, v):
+        if abs(row(P, c, PLACE, q, v, w)) > NOISE * size(P, c, PLACE, q, v):
             return False
     for g in range(I[c, GUARDED]):
         if g != skipped:
@@ -118,45 +116,47 @@ def closing(P, m, g, q, w, v, u):
 
     The rule of `bifurc.flow.scan.closing`.
     """
-    push = row(P, m, PUSH + g * NX, q, u, w, 0)
+    push = row(P, m, PUSH + g * NX, q, u, w)
     if push <= 0.0:
         return False
     r = P[m, RATIOS + g]
     span = 2.0 * r * v
     unit = CLOSE * (1.0 - r) * push
     return span <= unit * P[m, STEP] and span * abs(P[m, KAPPAS + g]) <= unit and (
-        span * abs(row(P, m, PUSH_RATE + g * NX, q, u, w, 0)) <= unit * push)
+        span * abs(row(P, m, PUSH_RATE + g * NX, q, u, w)) <= unit * push)
 
 
 @njit
 def hold(P, m, q, v, w):
     """Held row: the coordinate on its surface, at rest against it (corrections of rounding size)."""
     if P[m, PLACE] != 0.0:
-        q -= row(P, m, PLACE, q, v, w, 0) / P[m, PLACE]
-    return q, v - row(P, m, HOLD, q, v, w, 0) / P[m, HOLD + 1]
+        q -= row(P, m, PLACE, q, v, w) / P[m, PLACE]
+    return q, v - row(P, m, HOLD, q, v, w) / P[m, HOLD + 1]
 
 
 @njit
-def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tally, limit, open_):
-    """Carry a state over substep ``k`` through its events; return status, mode, state and what is due.
+def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tally, limit):
+    """Carry a state over substep ``k`` through its events; return status, mode and state.
 
-    ``due`` (DUE,) holds orders and known slopes of the zeros that the guards have at its start; ``open_`` is 0 where
-    there are none, and what is returned last is 1 where an event at the end of the substep has left some.
+    ``due`` (DUE,) holds orders and known slopes of the zeros that the guards have at its start where its OPEN is 1;
+    it is 1 in the end when an event at the end of the substep has left some.  Arrays are passed whole, with places in them,
+    and no literal numbers are: a slice costs more than what is done with it, a literal compiles the function once more.
     """
     h, omega = P[m, STEP], P[m, OMEGA]
     for c in range(FORCINGS):
         force[c] = phases[k * FORCINGS + c]
     time, instants = 0.0, 0
-    if open_ == 0:
+    if due[OPEN] == 0.0:
         for g in range(GUARDS):
             due[ORDERS + g], due[KNOWN + g] = 0.0, np.nan
     while True:
         left = h - time
         if left <= 4.0 * EPS * h:
-            return DONE, m, q, v, 1
-        g, hit, arrive = -1, left, 0.0
+            due[OPEN] = 1.0
+            return DONE, m, q, v
+        g, hit, arrive = np.int64(-1), left, 0.0
         for i in range(I[m, GUARDED]):
-            expand(P, m, SERIES + i * NX * TERMS, q, v, force, 0, a)
+            expand(P, m, SERIES + i * NX * TERMS, q, v, force, a)
             if due[KNOWN + i] == due[KNOWN + i]:
                 a[1] = due[KNOWN + i]
             first_zero(a, np.int64(due[ORDERS + i]), hit, 4.0 * EPS * size(P, m, VALUE + i * NX, q, v), out, stack)
@@ -165,29 +165,30 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
         at = WHOLES + g * (THEN + I[m, CANDIDATES])
         kicked = g >= 0 and I[m, at + KICK] == 1
         if not kicked:
-            expand(P, m, STATES, q, v, force, 0, a)
+            expand(P, m, STATES, q, v, force, a)
             q, v = horner(a, 0, hit)
         if g < 0:
-            return DONE, m, q, v, 0
+            due[OPEN] = 0.0
+            return DONE, m, q, v
         instants = instants + 1 if hit == 0.0 else 0
         time += hit
         tally[EVENTS] += 1.0
         if tally[EVENTS] > limit:
-            return LIMIT, m, q, v, 0
+            return LIMIT, m, q, v
         if instants > 3 or (kicked and not arrive > 0.0):
-            return ASIDE, m, q, v, 0
+            return ASIDE, m, q, v
         for i in range(harmonics.size):
             angle = harmonics[i] * omega * (k * h + time)
             force[1 + 2 * i], force[2 + 2 * i] = np.cos(angle), np.sin(angle)
         if I[m, HELD] > 0:
             q, v = hold(P, m, q, v, force)
         elif kicked or I[m, at + SURFACE] == 1:
-            q = -row(P, m, VALUE + g * NX, 0.0, v, force, 0) / P[m, VALUE + g * NX]
+            q = -row(P, m, VALUE + g * NX, 0.0, v, force) / P[m, VALUE + g * NX]
         after, rested, unit, first = np.nan, 0.0, 1.0, THEN
         if kicked:
             r = P[m, RATIOS + g]
             unit = P[m, SLOPE + g * NX + 1]
-            rested = -row(P, m, SLOPE + g * NX, q, 0.0, force, 0) / unit
+            rested = -row(P, m, SLOPE + g * NX, q, 0.0, force) / unit
             v = rested + arrive / unit
             if I[m, at + ENDS] != -1 and 0.0 < r < 1.0 and closing(P, m, g, q, force, arrive, rested):
                 first = ENDS  # tried first
@@ -196,26 +197,22 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
                 v = rested + after / unit
         if not after < 0.0:
             jumped = RESET + 2 * g * NX
-            q, v = row(P, m, jumped, q, v, force, 0), row(P, m, jumped + NX, q, v, force, 0)
+            q, v = row(P, m, jumped, q, v, force), row(P, m, jumped + NX, q, v, force)
             if kicked:
-                after = row(P, m, SLOPE + g * NX, q, v, force, 0)
+                after = row(P, m, SLOPE + g * NX, q, v, force)
         target, i = -1, first
         while i < THEN + I[m, CANDIDATES]:
             c = I[m, at + i]
             if c == -2:
-                return ASIDE, m, q, v, 0
-            if c == m and after < 0.0:
-                if may_start(P, I, c, q, v, force, a, due, g):
-                    target = c
-                    due[NEW_ORDERS + g] = 1.0
-                    break
-            elif c >= 0 and (i == ENDS or I[c, HELD] == 0 or not after < 0.0):
-                if may_start(P, I, c, q, rested if i == ENDS else v, force, a, due, -1):
+                return ASIDE, m, q, v
+            back = c == m and after < 0.0  # into the same mode with a known speed: the common case
+            if back or (c >= 0 and (i == ENDS or I[c, HELD] == 0 or not after < 0.0)):
+                if may_start(P, I, c, q, rested if i == ENDS else v, force, a, due, g if back else np.int64(-1)):
                     target = c
                     break
             i = THEN if i == ENDS else i + 1
         if target < 0:
-            return ASIDE, m, q, v, 0
+            return ASIDE, m, q, v
         if i == ENDS:
             v = rested
         if I[m, at + HIT] == 1:
@@ -224,7 +221,7 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
         for c in range(GUARDS):
             due[ORDERS + c], due[KNOWN + c] = due[NEW_ORDERS + c], np.nan
         if target == m and after < 0.0:
-            due[KNOWN + g] = after
+            due[ORDERS + g], due[KNOWN + g] = 1.0, after
         m = target
         if I[m, HELD] > 0:
             q, v = hold(P, m, q, v, force)
@@ -242,9 +239,9 @@ def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tal
     q, v = y[0], y[1]
     steps = phases.size // FORCINGS - 1
     third = P[0, STEP] / 3.0
-    open_, fresh = 0, True
+    due[OPEN], fresh = 0.0, True
     for k in range(steps):
-        if open_ == 0:
+        if due[OPEN] == 0.0:
             t = (m * (steps + 1) + k) * FORCED
             q1 = P[m, FLOW] * q + (P[m, FLOW + 1] * v + forced[t])
             v1 = P[m, FLOW + NX] * q + (P[m, FLOW + NX + 1] * v + forced[t + 1])
@@ -266,7 +263,7 @@ def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tal
                 q, v = q1, v1
                 continue
             fresh = True
-        status, m, q, v, open_ = through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tally, limit, open_)
+        status, m, q, v = through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tally, limit)
         if status != DONE:
             return status, m
     y[0], y[1] = q, v
