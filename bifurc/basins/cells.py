@@ -11,7 +11,7 @@ from ..progress import Progress
 from ..system import System
 from .attractors import ChaoticAttractor
 from .cellmap import Audit, CellFate, CellMap, Group, GroupKind
-from .confirming import MapJudge, SystemJudge
+from .confirming import NO_START, MapJudge, SystemJudge
 from .grid import Grid
 from .simple import colour, cycles
 from .states import OUTSIDE
@@ -240,7 +240,7 @@ def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths:
         judge.sort()
         return []
     order = sorted(range(len(lists)), key=lambda k: (-len(lists[k]), int(lists[k][0])))[:MOST_GROUPS]
-    judge.search(np.concatenate([centres(lists[k][:1]) for k in order] + [centres(np.concatenate([_some(lists[k]) for k in order]))]))
+    judge.search(centres(np.concatenate([lists[k][:1] for k in order] + [_some(lists[k]) for k in order])))
     judge.sort()
     groups: list[Group] = []
     asked, near = set(order), {}
@@ -308,7 +308,7 @@ def _audit(judge, made: CellMap, embed, count: int) -> Audit:
     cells = np.sort(rng.choice(cells, min(count, cells.size), replace=False))
     direct = np.concatenate([judge.label(embed(made.grid.points(cells[i:i + AUDIT_BATCH])))
                              for i in range(0, cells.size, AUDIT_BATCH)]) if cells.size else np.empty(0, int)
-    good = direct != -2  # the centre lies beyond a stop: another state stands for the cell
+    good = direct != NO_START  # the centre lies beyond a stop: another state stands for the cell
     labels = made.labels.ravel()[cells]
     return Audit(int(np.count_nonzero(good)), int(np.count_nonzero((np.maximum(direct, -1) != labels) & good)))
 

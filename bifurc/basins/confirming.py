@@ -9,9 +9,10 @@ from ..compose.scene import scene_of
 from .attractors import ChaoticAttractor, section_points
 from .discovery import Discovery
 from .grid import Grid
-from .marcher import Marcher
+from .marcher import Marcher, Targets
 from .states import DIVERGED, OUTSIDE, REACHED
 
+NO_START, INFINITY = -2, -3  # answers for a start beyond a rigid stop, and for a motion that leaves all bounds
 PIECE = 512  # starts that a thread labels at a time
 DIFFERENCE = 1e-6  # of Jacobians of maps, relative to the grid
 CLOSED = 1e-12  # relative residual of a cycle of a map
@@ -53,6 +54,19 @@ class MapCycle:
         return bool(np.abs(self.multipliers).max() < 1.0)
 
 
+def followed(marcher: Marcher, targets: Targets, starts: np.ndarray, most: int, workers: int) -> np.ndarray:
+    """Return the attractors (k,) that the motions from ``starts`` (k, ns) reach; -1: none, `NO_START`, `INFINITY`."""
+    parts = [starts[i:i + PIECE].copy() for i in range(0, len(starts), PIECE)]
+    with ThreadPoolExecutor(workers) as pool:
+        found = list(pool.map(lambda part: marcher.label(part, targets, most), parts))
+    if not found:
+        return np.empty(0, np.int64)
+    states = np.concatenate([item.states for item in found])
+    labels = np.where(states == REACHED, np.concatenate([item.labels for item in found]), -1)
+    labels[states == OUTSIDE], labels[states == DIVERGED] = NO_START, INFINITY
+    return labels
+
+
 class SystemJudge:
     """Finds and confirms the attractors of a system, and labels starts by following them.
 
@@ -85,14 +99,8 @@ class SystemJudge:
         self.found.search(starts)
 
     def label(self, starts: np.ndarray) -> np.ndarray:
-        """Return the attractors (k,) that the motions from ``starts`` reach; -1: none, -2: no start, -3: infinity."""
-        targets = self.found.targets()
-        parts = [starts[i:i + PIECE].copy() for i in range(0, len(starts), PIECE)]
-        with ThreadPoolExecutor(self.workers) as pool:
-            found = list(pool.map(lambda part: self.marcher.label(part, targets, self.most), parts))
-        labels = [np.where(item.states == REACHED, item.labels,
-                           np.where(item.states == OUTSIDE, -2, np.where(item.states == DIVERGED, -3, -1))) for item in found]
-        return np.concatenate(labels) if labels else np.empty(0, np.int64)
+        """Return the attractors (k,) that the motions from ``starts`` reach; -1: none, `NO_START`, `INFINITY`."""
+        return followed(self.marcher, self.found.targets(), starts, self.most, self.workers)
 
     def sort(self) -> None:
         """Number the attractors by period, impacts and size, those given first."""
@@ -187,14 +195,14 @@ class MapJudge:
         return any(np.abs(self._gap(item.points, cycle.state)).max(axis=1).min() < 1e-8 for item in self.attractors)
 
     def label(self, starts: np.ndarray) -> np.ndarray:
-        """Return the attractors (k,) that the iterates of ``starts`` reach; -1: none, -3: infinity."""
+        """Return the attractors (k,) that the iterates of ``starts`` reach; -1: none, `INFINITY`."""
         labels, x, left = np.full(len(starts), -1), np.array(starts, float), np.arange(len(starts))
         for _ in range(self.most):
             if not left.size:
                 break
             x = self._power(x, 1)
             lost = ~np.isfinite(x).all(axis=1)
-            labels[left[lost]] = -3
+            labels[left[lost]] = INFINITY
             left, x = left[~lost], x[~lost]
             for number, item in enumerate(self.attractors):
                 near = np.zeros(len(x), bool)

@@ -151,7 +151,7 @@ class _Work:
             self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.found.attractors[i] for i in order),
             cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
             cells.impacts.astype(np.int64).reshape(shape), tuple(self.found.radii[i] for i in order), self.scale, measured,
-            self.options, self.store.key)
+            self.options, self.store.key, cells.speeds.reshape(shape))
 
     def _random_starts(self) -> np.ndarray:
         rng = np.random.default_rng(self.options["seed"])
