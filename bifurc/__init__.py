@@ -23,6 +23,8 @@ _NAMES = {
     "Trajectory": ".flow.trajectory",
     "find_orbit": ".orbits.find",
     "PeriodicOrbit": ".orbits.orbit",
+    "HarmonicBalance": ".orbits.balance",
+    "HarmonicOrbit": ".orbits.balance",
     "lyapunov_exponents": ".orbits.lyapunov",
     "trace": ".continuation",
     "switch_branch": ".continuation",
@@ -31,6 +33,12 @@ _NAMES = {
     "basins_of_attraction": ".basins",
     "BasinMap": ".basins",
     "Grid": ".basins",
+    "cell_mapping": ".basins",
+    "CellMap": ".basins",
+    "sweep": ".basins",
+    "edge_state": ".basins.edges",
+    "bifurcation_diagram": ".basins.diagrams",
+    "parameter_chart": ".basins.charts",
     "load": ".loading",
 }
 

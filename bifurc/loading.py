@@ -10,7 +10,12 @@ _READERS = {
     "branch": (".continuation.branch", "Branch"),
     "curve": (".continuation.curves", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
+    "harmonic_orbit": (".orbits.balance", "HarmonicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
+    "cells": (".basins.cellmap", "CellMap"),
+    "sweep": (".basins.sweeps", "Sweep"),
+    "chart": (".basins.charts", "ParameterChart"),
+    "diagram": (".basins.diagrams", "BifurcationDiagram"),
 }
 
 

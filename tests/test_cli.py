@@ -9,6 +9,8 @@ import pytest
 
 import bifurc as bf
 from bifurc import cli, io
+from bifurc.cli import branches as cli_branches
+from bifurc.cli.common import STORIES
 from tests.plotting import fakes
 
 
@@ -72,7 +74,7 @@ def test_info_tells_equation_and_defaults(capsys, name):
 
 @pytest.mark.parametrize("name", bf.systems.__all__)
 def test_every_system_has_a_story_that_it_can_tell(name):
-    story = cli._STORIES[name]
+    story = STORIES[name]
     system = getattr(bf.systems, name)()
     assert story.bounds[0] < story.bounds[1]
     for value in story.bounds:
@@ -138,21 +140,21 @@ def layers(monkeypatch):
 
 
 def test_each_branch_is_followed_once_and_longer_periods_are_left(layers):
-    branches = list(cli.follow(stand_in_orbit(0.5, 0.5), "omega", (0.5, 2.0), ds_max=0.1))
+    branches = list(cli_branches.follow(stand_in_orbit(0.5, 0.5), "omega", (0.5, 2.0), ds_max=0.1))
     assert [offset for offset, _ in layers] == [0.0, 0.3, 0.1]
     assert all(options == {"ds_max": 0.1} for _, options in layers)
     assert len(branches) == 3
-    table = cli.special_point_table("omega", branches)
+    table = cli_branches.special_point_table("omega", branches)
     assert table.splitlines()[2:] == [
         "grazing                 1.000000000000       1.0e-14       1",
         "grazing                 1.100000000000       1.0e-14       3",
     ]
-    assert cli.special_point_table("omega", []) == "no special points"
+    assert cli_branches.special_point_table("omega", []) == "no special points"
 
 
 def test_a_point_where_two_branches_meet_is_listed_once():
     points = [[SimpleNamespace(kind="grazing", parameter=value, error=0.0)] for value in (1.0, 1.0 + 1e-12, 1.0 + 1e-6)]
-    table = cli.special_point_table("omega", [SimpleNamespace(special_points=some) for some in points])
+    table = cli_branches.special_point_table("omega", [SimpleNamespace(special_points=some) for some in points])
     assert len(table.splitlines()) == 4
 
 

@@ -158,6 +158,25 @@ def same(a, b, scale: np.ndarray) -> bool:
     return distance(section_points(b) / scale, a.state / scale) <= SAME
 
 
+def partners(system: System, attractors, scale: np.ndarray) -> dict[int, int]:
+    """Return which attractor is the mirror image -y(t + half a period) of which, by number; a symmetric one is its own.
+
+    Empty for systems without this symmetry; chaotic attractors are left out.
+    """
+    found: dict[int, int] = {}
+    if system.symmetry != -1:
+        return found
+    for a, item in enumerate(attractors):
+        if isinstance(item, ChaoticAttractor):
+            continue
+        half = -item.sample(2 * item.periods + 1)[1][1] / scale
+        for b, other in enumerate(attractors):
+            if not isinstance(other, ChaoticAttractor) and other.periods == item.periods \
+                    and distance(section_points(other) / scale, half) <= SAME:
+                found[a] = b
+    return found
+
+
 def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
     """Return the attractors as the kernels see them; ``radii`` are scaled, one an attractor."""
     from .near import boxes

@@ -1,14 +1,23 @@
 """BasinMap: labels of a grid of starts, the attractors behind them, and how far the labels can be trusted."""
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from ..compose.scene import scene_of
 from ..orbits.orbit import PeriodicOrbit
 from ..system import System
-from .attractors import ChaoticAttractor
+from .attractors import ChaoticAttractor, partners, targets_of
+from .confirming import followed
+from .entropy import BasinEntropy, basin_entropy
 from .grid import Grid
+from .marcher import Marcher
 from .noise import LabelNoise
 from .states import CellState
+from .trust import Trust, trust
+from .uncertainty import RANGE, Uncertainty, uncertainty_exponent
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +45,8 @@ class BasinMap:
     noise : LabelNoise
     options : dict
         seed, tolerance, max_periods, max_events.
+    speeds : ndarray
+        Least speed of arrival at a stop until then; 0 after an infinite sequence, infinity without an impact.
     """
 
     system: System
@@ -50,6 +61,7 @@ class BasinMap:
     noise: LabelNoise
     options: dict
     key: str = field(default="", repr=False)
+    speeds: np.ndarray = field(default_factory=lambda: np.empty(0), repr=False)
 
     @property
     def counts(self) -> dict:
@@ -63,24 +75,101 @@ class BasinMap:
         return found
 
     @property
-    def fractions(self) -> dict[int, float]:
-        """Share of each label among the cells that are starts (not beyond a rigid stop); -1: unresolved."""
-        starts = self.states != CellState.OUTSIDE.code
-        total = max(int(np.count_nonzero(starts)), 1)
-        return {label: int(np.count_nonzero((self.labels == label) & starts)) / total
-                for label in [*range(len(self.attractors)), -1]}
+    def starts(self) -> np.ndarray:
+        """Cells that are starts: not beyond a rigid stop."""
+        return self.states != CellState.OUTSIDE.code
+
+    @property
+    def fractions(self) -> dict:
+        """Share of each label among the cells that are starts; -1: unresolved.  Infinity has a share of its own.
+
+        `CellState.DIVERGED` is among the keys when motions leave all bounds.
+        """
+        total = max(int(np.count_nonzero(self.starts)), 1)
+        lost = self.states == CellState.DIVERGED.code
+        found: dict = {label: int(np.count_nonzero((self.labels == label) & self.starts & ~lost)) / total
+                       for label in [*range(len(self.attractors)), -1]}
+        if lost.any():
+            found[CellState.DIVERGED] = int(np.count_nonzero(lost)) / total
+        return found
 
     @property
     def label_uncertainty(self) -> float:
         """Predicted fraction of labels that rounding could change, see `LabelNoise`."""
         return self.noise.at_rounding
 
+    @cached_property
+    def trust(self) -> Trust:
+        """What the map can promise: its kind, the expected number of wrong labels, fractions with errors, a statement."""
+        return trust(self)
+
+    def entropy(self, side: int = 5) -> BasinEntropy:
+        """Return basin entropy and boundary entropy over boxes of ``side`` cells; infinity counts as a label."""
+        labels = np.where(self.states == CellState.DIVERGED.code, -2, self.labels)
+        return basin_entropy(labels, side, self.starts)
+
+    def uncertainty(self, low: float = RANGE[0], high: float = RANGE[1], **options) -> Uncertainty:
+        """Return the uncertainty exponent with its error, see `bifurc.basins.uncertainty.uncertainty_exponent`."""
+        return uncertainty_exponent(self, low, high, **options)
+
+    def labeller(self, workers: int | None = None) -> Callable[[np.ndarray], np.ndarray]:
+        """Return a function that labels points (k, d) of the grid's components by following their motions.
+
+        Its answers are labels; -1: unresolved, -2: no start, -3: infinity.
+        """
+        scene = scene_of(self.system)
+        marcher = Marcher(scene, self.options["max_events"])
+        targets = targets_of(self.attractors, self.radii, self.scale)
+        places, base = list(self.grid.places(scene.n, scene.ns)), self.grid.base(scene.n, scene.ns)
+
+        def label(points: np.ndarray) -> np.ndarray:
+            states = np.tile(base, (len(points), 1))
+            states[:, places] = points
+            return followed(marcher, targets, states, self.options["max_periods"], workers or os.cpu_count() or 1)
+
+        return label
+
+    def zoom(self, cells: int | None = None, **ranges) -> "BasinMap":
+        """Return the map of a part of the region, or of another one, with the same attractors and numbers.
+
+        Parameters
+        ----------
+        cells : int, optional
+            Along each component; default: as here.
+        **ranges : (low, high)
+            By component; those not named keep their range.
+
+        Examples
+        --------
+        >>> closer = basins.zoom(q0=(-1.2, -0.8), v0=(0.5, 1.0))     # doctest: +SKIP
+        """
+        from .mapping import basins_of_attraction
+        unknown = set(ranges) - set(self.grid.names)
+        if unknown:
+            raise ValueError(f"zoom: {', '.join(sorted(unknown))} is no component of {self.grid!r}; write ranges of "
+                             f"{', '.join(self.grid.names)}")
+        sides: dict = {}
+        for axis, name in enumerate(self.grid.names):
+            bounds = tuple(ranges.get(name, (self.grid.low[axis], self.grid.high[axis])))
+            sides[name] = (*bounds, self.grid.shape[axis] if cells is None else cells)
+        periodic = [name for name in self.grid.periodic if name not in ranges]
+        return basins_of_attraction(self.system, Grid(at=self.grid.at, periodic=periodic, **sides), attractors=self.attractors,
+                                    **self.options)
+
+    @cached_property
+    def partners(self) -> dict[int, int]:
+        """Mirror images: label -> label of the attractor that -y(t + half a period) makes of it, in symmetric systems."""
+        return partners(self.system, self.attractors, self.scale)
+
     def report(self) -> str:
         """Return attractors, fractions and label noise as text."""
         lines = [f"{self.grid!r}, {self.system!r}"]
         counts = self.counts
         for label, attractor in enumerate(self.attractors):
-            lines.append(f"{label:>4} {self.fractions[label]:>10.6f}  {attractor!r}")
+            mirror = self.partners.get(label)
+            words = "" if mirror is None else ", symmetric" if mirror == label else f", mirror image of {mirror}"
+            error = self.trust.fractions[label][1]
+            lines.append(f"{label:>4} {self.fractions[label]:>10.6f} +- {error:.1g}  {attractor!r}{words}")
         lines.append(f"{-1:>4} {self.fractions[-1]:>10.6f}  unresolved")
         lines += [f"     {counts[state]:>10d}  cells: {state.sentence}" for state in CellState if state in counts]
         noise = self.noise
@@ -88,6 +177,11 @@ class BasinMap:
         lines.append(f"labels changed by perturbations: {measured or 'not measured'} ({noise.samples} starts)")
         lines.append(f"uncertainty exponent {noise.exponent:.3f} +- {noise.exponent_error:.3f}; predicted fraction of "
                      f"untrustworthy labels {noise.at_rounding:.1e}")
+        if min(self.labels.shape) >= 5:
+            entropy = self.entropy()
+            proof = " (above ln 2: fractal)" if entropy.fractal else ""
+            lines.append(f"basin entropy {entropy.basin:.4f}, boundary entropy {entropy.boundary:.4f}{proof}, 5 cells a box side")
+        lines.append(self.trust.statement)
         return "\n".join(lines)
 
     def plot(self, ax=None):
@@ -100,7 +194,7 @@ class BasinMap:
         """Return header and arrays for `bifurc.io`."""
         headers = []
         arrays = {"labels": self.labels, "states": self.states, "periods": self.periods, "impacts": self.impacts,
-                  "radii": np.array(self.radii, float), "scale": self.scale}
+                  "radii": np.array(self.radii, float), "scale": self.scale, "speeds": self.speeds}
         for number, attractor in enumerate(self.attractors):
             header, mine = attractor.to_record()
             headers.append(header)
@@ -121,7 +215,8 @@ class BasinMap:
         return cls(System.from_record(header["system"], elements), Grid.from_record(header["grid"]), arrays["labels"],
                    tuple(attractors), arrays["states"], arrays["periods"], arrays["impacts"],
                    tuple(float(radius) for radius in arrays["radii"]), arrays["scale"],
-                   LabelNoise.from_record(header["noise"]), header["options"], header["key"])
+                   LabelNoise.from_record(header["noise"]), header["options"], header["key"],
+                   arrays.get("speeds", np.empty(0)))
 
     def save(self, path) -> None:
         """Write the map to an npz file."""
@@ -131,6 +226,5 @@ class BasinMap:
 
     def __repr__(self):
         shares = ", ".join(f"{self.fractions[label]:.4f}" for label in range(len(self.attractors)))
-        across, up = self.labels.shape
-        return (f"BasinMap({across} x {up} cells, {len(self.attractors)} attractors: {shares or 'none'}, "
+        return (f"BasinMap({' x '.join(map(str, self.labels.shape))} cells, {len(self.attractors)} attractors: {shares or 'none'}, "
                 f"unresolved {self.fractions[-1]:.4f}, label noise {self.label_uncertainty:.1e})")

@@ -1,22 +1,28 @@
-"""Grid of starts: a rectangle over two components of the state at phase 0."""
+"""Grid of starts: boxes over components of the state at phase 0, in any number of dimensions, some of them periodic."""
+import math
+import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+SHARE = 0.5  # of the machine's memory that a grid may need
+
 
 @dataclass(frozen=True, init=False)
 class Grid:
-    """Cells over two components of the start; a cell stands for its centre.
+    """Cells over components of the start; a cell stands for its centre.
 
     Parameters
     ----------
     at : mapping of str to float, optional
         Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0.
+    periodic : iterable of str, optional
+        Components that count modulo their range, such as an angle: ``periodic=("q0",)``.
     **ranges : (low, high, cells)
-        Exactly two components by name (``q0`` is the first coordinate, ``v0`` its velocity): bounds and number of
-        cells.  The first named one is the first axis of ``labels``.
+        Components by name (``q0`` is the first coordinate, ``v0`` its velocity): bounds and number of cells.  The first
+        named one is the first axis of ``labels``.
 
     Attributes
     ----------
@@ -26,11 +32,12 @@ class Grid:
     shape : tuple of int
         Numbers of cells.
     at : dict
+    periodic : tuple of str
 
     Raises
     ------
     ValueError
-        Not two components, unknown names, an empty or infinite range, no cells.
+        No component, unknown names, an empty, reversed or infinite range, no cells.
 
     Examples
     --------
@@ -38,16 +45,16 @@ class Grid:
     (400, 400)
     """
 
-    names: tuple[str, str]
-    low: tuple[float, float]
-    high: tuple[float, float]
-    shape: tuple[int, int]
+    names: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    shape: tuple[int, ...]
     at: dict[str, float]
+    periodic: tuple[str, ...]
 
-    def __init__(self, *, at: Mapping[str, float] | None = None, **ranges):
-        if len(ranges) != 2:
-            raise ValueError(f"Grid: {len(ranges)} components are given ({', '.join(ranges) or 'none'}); a grid has "
-                             "exactly two, such as Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+    def __init__(self, *, at: Mapping[str, float] | None = None, periodic: Iterable[str] = (), **ranges):
+        if not ranges:
+            raise ValueError("Grid: no components are given; write for example Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
         sides = [_side(name, value) for name, value in ranges.items()]
         fixed = {}
         for name, value in (at or {}).items():
@@ -55,30 +62,76 @@ class Grid:
             if name in ranges:
                 raise ValueError(f"Grid: at = {dict(at or {})!r} fixes {name}, which the grid runs over")
             fixed[name] = _number(f"at[{name!r}]", value)
+        wraps = (periodic,) if isinstance(periodic, str) else tuple(periodic)
+        for name in wraps:
+            if name not in ranges:
+                raise ValueError(f"Grid: periodic = {wraps!r} names {name!r}, which the grid does not run over; it runs "
+                                 f"over {', '.join(ranges)}")
         for field, content in (("names", tuple(ranges)), ("low", tuple(side[0] for side in sides)),
                                ("high", tuple(side[1] for side in sides)), ("shape", tuple(side[2] for side in sides)),
-                               ("at", fixed)):
+                               ("at", fixed), ("periodic", tuple(name for name in ranges if name in wraps))):
             object.__setattr__(self, field, content)
 
     @property
     def size(self) -> int:
         """Number of cells."""
-        return self.shape[0] * self.shape[1]
+        return math.prod(self.shape)
+
+    @property
+    def widths(self) -> np.ndarray:
+        """Sides of a cell, one a component, shape (d,)."""
+        return (np.array(self.high) - np.array(self.low)) / np.array(self.shape)
 
     def centres(self, axis: int) -> np.ndarray:
         """Return the centres of the cells along an axis, shape (cells,)."""
         low, high, cells = self.low[axis], self.high[axis], self.shape[axis]
         return low + (np.arange(cells) + 0.5) * ((high - low) / cells)
 
-    def places(self, n: int, ns: int) -> tuple[int, int]:
-        """Return the places of the two components in the state (q, v, z) of ``n`` degrees of freedom.
+    def points(self, cells: np.ndarray, offset=0.5) -> np.ndarray:
+        """Return points (k, d) of the grid's own components in cells given by number.
+
+        ``offset`` (scalar or d numbers in 0 .. 1) is the place in the cell: 0.5 its centre.
+        """
+        where = np.stack(np.unravel_index(np.asarray(cells), self.shape), axis=-1)
+        return np.array(self.low) + (where + offset) * self.widths
+
+    def wrapped(self, points: np.ndarray) -> np.ndarray:
+        """Return points (k, d) with periodic components brought into their range."""
+        if not self.periodic:
+            return points
+        points = np.array(points, float)
+        for axis, name in enumerate(self.names):
+            if name in self.periodic:
+                low, span = self.low[axis], self.high[axis] - self.low[axis]
+                points[:, axis] = low + np.mod(points[:, axis] - low, span)
+        return points
+
+    def cells_of(self, points: np.ndarray) -> np.ndarray:
+        """Return the numbers (k,) of the cells that hold points (k, d) of the grid's own components; -1: outside.
+
+        A cell holds its lower faces, not its upper ones.  Points that are not finite are outside.
+        """
+        points = np.asarray(points, float)
+        found = np.zeros(len(points), np.int64)
+        inside = np.isfinite(points).all(axis=1)
+        safe = self.wrapped(np.where(inside[:, None], points, 0.0))
+        for axis, cells in enumerate(self.shape):
+            place = np.floor((safe[:, axis] - self.low[axis]) / self.widths[axis])
+            if self.names[axis] in self.periodic:
+                place = np.minimum(place, cells - 1)  # rounding of the remainder may give the upper face itself
+            inside &= (place >= 0) & (place < cells)
+            found = found * cells + np.clip(place, 0, cells - 1).astype(np.int64)
+        return np.where(inside, found, -1)
+
+    def places(self, n: int, ns: int) -> tuple[int, ...]:
+        """Return the places of the components in the state (q, v, z) of ``n`` degrees of freedom.
 
         Raises
         ------
         ValueError
             When the system has not this component.
         """
-        return tuple(_place(name, n) for name in self.names)  # type: ignore[return-value]
+        return tuple(_place(name, n) for name in self.names)
 
     def base(self, n: int, ns: int) -> np.ndarray:
         """Return the state (ns,) with the fixed components, 0 on the grid's own."""
@@ -88,30 +141,63 @@ class Grid:
         return state
 
     def starts(self, n: int, ns: int) -> np.ndarray:
-        """Return the starts (cells, ns), the second axis fastest."""
-        first, second = self.places(n, ns)
+        """Return the starts (cells, ns), the last axis fastest."""
         states = np.tile(self.base(n, ns), (self.size, 1))
-        states[:, first] = np.repeat(self.centres(0), self.shape[1])
-        states[:, second] = np.tile(self.centres(1), self.shape[0])
+        after = self.size
+        for axis, place in enumerate(self.places(n, ns)):
+            before = self.size // after
+            after //= self.shape[axis]
+            states[:, place] = np.tile(np.repeat(self.centres(axis), after), before)
         return states
+
+    def require(self, bytes_a_cell: float, what: str) -> None:
+        """Refuse work that would not fit: say the memory before it is taken.
+
+        Raises
+        ------
+        MemoryError
+            When ``bytes_a_cell`` times the number of cells exceeds half of the machine's memory.
+        """
+        need, have = bytes_a_cell * self.size, _memory()
+        if need > SHARE * have:
+            raise MemoryError(f"grid = {self!r} has {self.size:.3g} cells; {what} needs about {_bytes(need)}, and half of this "
+                              f"machine's memory, {_bytes(SHARE * have)}, is allowed: write at most "
+                              f"{int(SHARE * have / bytes_a_cell):.2g} cells, or map parts of the region one after the other")
 
     def to_record(self) -> dict:
         """Return the grid as JSON knows it."""
         return {"ranges": {name: [low, high, cells] for name, low, high, cells in
-                           zip(self.names, self.low, self.high, self.shape, strict=True)}, "at": self.at}
+                           zip(self.names, self.low, self.high, self.shape, strict=True)},
+                "at": self.at, **({"periodic": list(self.periodic)} if self.periodic else {})}
 
     @classmethod
     def from_record(cls, record: dict) -> "Grid":
         """Make the grid that `to_record` described."""
-        return cls(at=record["at"], **record["ranges"])
+        return cls(at=record["at"], periodic=record.get("periodic", ()), **record["ranges"])
 
     def __hash__(self):
-        return hash((self.names, self.low, self.high, self.shape, tuple(sorted(self.at.items()))))
+        return hash((self.names, self.low, self.high, self.shape, tuple(sorted(self.at.items())), self.periodic))
 
     def __repr__(self):
         sides = [f"{name}=({low:g}, {high:g}, {cells})" for name, low, high, cells in
                  zip(self.names, self.low, self.high, self.shape, strict=True)]
-        return f"Grid({', '.join(sides)}{f', at={self.at}' if self.at else ''})"
+        sides += [f"at={self.at}"] * bool(self.at) + [f"periodic={self.periodic}"] * bool(self.periodic)
+        return f"Grid({', '.join(sides)})"
+
+
+def _memory() -> float:
+    """Return the machine's memory in bytes; where it is not told, 8 GB."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return 8e9
+
+
+def _bytes(number: float) -> str:
+    for unit, size in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if number >= size:
+            return f"{number / size:.3g} {unit}"
+    return f"{number / 1e3:.3g} kB"
 
 
 def _named(name: str) -> tuple[str, int]:

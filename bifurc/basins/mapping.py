@@ -83,6 +83,7 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
         raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
                          "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
     scene = scene_of(system)
+    grid.require(8.0 * (2 * scene.ns + 12), "a basin map")
     grid.places(scene.n, scene.ns)
     grid.base(scene.n, scene.ns)
     workers = os.cpu_count() or 1 if workers is None else _whole("workers", workers)
@@ -150,7 +151,7 @@ class _Work:
             self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.found.attractors[i] for i in order),
             cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
             cells.impacts.astype(np.int64).reshape(shape), tuple(self.found.radii[i] for i in order), self.scale, measured,
-            self.options, self.store.key)
+            self.options, self.store.key, cells.speeds.reshape(shape))
 
     def _random_starts(self) -> np.ndarray:
         rng = np.random.default_rng(self.options["seed"])

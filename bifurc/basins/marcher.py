@@ -2,6 +2,7 @@
 import itertools
 import threading
 from contextlib import nullcontext
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from ..compose.scene import Scene
 from ..elements import EventKind
 from ..flow import settle
 from ..flow.status import Status
+from . import lanes
 from .near import STAY, boxed, nearest
 from .starting import BEYOND, begin
 from .states import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
@@ -70,7 +72,12 @@ class Marcher:
         self.scene, self.limit = scene, limit
         self._lock = threading.Lock()
         self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
-        self.lean = scene.closed_form  # periods are cheap beside Python's share of them
+        self.kind = lanes.kind_of(scene)
+        self.lean = self.kind is not None
+
+    @cached_property
+    def _numbers(self) -> lanes.Numbers:
+        return lanes.numbers_of(self.scene.tables, self.kind)
 
     def begin(self, X: np.ndarray):
         """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside."""
@@ -86,7 +93,9 @@ class Marcher:
         starts = X.copy()
         T, modes = self.begin(X)
         cells.states[modes == BEYOND] = OUTSIDE
-        if self.scene.closed_form:
+        if self.kind is not None:
+            lanes.module_of(self.kind).label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
+        elif self.scene.closed_form:
             from .general import label
             label(T, modes, X, self.limit, most, *targets, *cells)
         # Under a law a period is long beside Python's share of it: the simulation serves, and nothing more is compiled.
@@ -103,7 +112,9 @@ class Marcher:
         starts = X.copy()
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
-        if self.scene.closed_form:
+        if self.kind is not None:
+            lanes.module_of(self.kind).carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
+        elif self.scene.closed_form:
             from .general import carry
             carry(T, modes, X, self.limit, periods, *images[1:])
         for i in np.flatnonzero(images.outcomes == ASK).tolist():

@@ -18,6 +18,7 @@ MAPPED = REACHED  # outcome of a start that was carried through all its periods;
 class Kernel(StrEnum):
     """How starts are carried over a forcing period."""
 
+    LANES = "lanes"
     SCALAR = "scalar"
     SIMULATION = "simulation"
 
@@ -28,6 +29,8 @@ class Kernel(StrEnum):
 
 
 _SENTENCES = {
+    Kernel.LANES: "Hundreds of starts side by side, events on compacted lists with proof, everything else (grazes, repeated "
+                  "impacts, rest) on the certified march: one degree of freedom, affine modes.",
     Kernel.SCALAR: "One start after the other on the certified event march: any scene of affine modes.",
     Kernel.SIMULATION: "One start after the other by simulation: scenes with laws that are not affine.",
 }
@@ -77,8 +80,11 @@ class PeriodMap:
         self.system, self.scene = scene.system, scene
         self.max_events = int(max_events)
         self.error = 0.0
-        self.kernel = Kernel.SCALAR if scene.closed_form else Kernel.SIMULATION
         self._marcher = Marcher(scene, self.max_events)
+        if self._marcher.kind is not None:
+            self.kernel = Kernel.LANES
+        else:
+            self.kernel = Kernel.SCALAR if scene.closed_form else Kernel.SIMULATION
 
     def __repr__(self):
         return f"PeriodMap({self.system!r}, kernel {self.kernel})"

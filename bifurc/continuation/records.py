@@ -137,6 +137,10 @@ def problem_from(record, problem, elements):
 
         return WithPeaks(problem_from({key: value for key, value in record.items() if key != "peaks"}, problem, elements),
                          record["peaks"])
+    if record["kind"] == "balance":
+        from .balance_problem import BalanceProblem
+
+        return BalanceProblem.from_record(record, elements=elements)
     from .orbit_problem import OrbitProblem
 
     return OrbitProblem.from_record(record, elements=elements)

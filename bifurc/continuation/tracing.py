@@ -93,6 +93,12 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
 
 def problem_of(start, parameter, bounds):
     """Return the problem of a start object; a periodic orbit needs the name of a parameter and bounds."""
+    if hasattr(start, "coefficients"):
+        from .balance_problem import balance_problem
+
+        if parameter is None or bounds is None:
+            raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
+        return balance_problem(start, parameter, ordered_bounds(bounds))
     if hasattr(start, "unknowns"):
         from .orbit_problem import orbit_problem
 

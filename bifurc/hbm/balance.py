@@ -69,6 +69,7 @@ class Balance:
                 raise ValueError(f"{name} = {count} is not enough for harmonic {top}; give at least {2 * top + 1}, and at least "
                                  f"{4 * top + 1} for a cubic law without aliasing")
         self._still = np.zeros_like(self.parts.flat)
+        self._free = np.full(len(self.parts.contacts), -1)
 
     # arrays for kernels
 
@@ -116,7 +117,8 @@ class Balance:
                np.ascontiguousarray(x, float), *out)
         return out[0], out[1], out[2], out[3]
 
-    def linearised(self, x, flat=None, dflat=None, slopes: bool = True) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
+    def linearised(self, x, flat=None, dflat=None, slopes: bool = True,
+                   listed=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
         """Return status, residual (size,) and derivatives (size, size + 1) at ``x``; the last column is by the parameter.
 
         The arrays are overwritten by the next call.
@@ -128,6 +130,9 @@ class Balance:
             Numbers of the system and their derivatives by a parameter; default: the system's own, and zero.
         slopes : bool
             False: only the residual is complete.
+        listed : int ndarray (contacts,), optional
+            Number of events of each contact in an order of events that is kept, see `residual.followed_as`; default: as they
+            come.
         """
         from .residual import cleared, linearised
 
@@ -145,7 +150,7 @@ class Balance:
             c, v, _, _ = self.rows(x, flat, dflat)
             law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v, room.SU,
                        room.SS, room.F, room.J)
-        code = linearised(parts.shape, flat, dflat, x, self.grid, slopes, room)
+        code = linearised(parts.shape, flat, dflat, x, self.grid, slopes, self._free if listed is None else listed, room)
         return tuple(MarchStatus)[code], room.f, room.wide
 
     def residual(self, x) -> np.ndarray:

@@ -36,7 +36,7 @@ def numbers_at(base, index, series, low, high, p, flat, dflat):
 
 
 @njit
-def correct(shape: Shape, base, index, series, low, high, grid: Grid, room: Room, start, tangent, fixed, scale, x, new, info, events):
+def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new, info, events):
     """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
 
     Parameters
@@ -49,6 +49,8 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, room: Room
         Keep the parameter.
     scale : (size + 1,)
         Natural sizes.
+    listed : int (nc,)
+        Events of each contact in the order that is followed, -1: as they come; see `residual.followed_as`.
     events : (KINDS, FIELDS)
         Overwritten by the margins of events at the point.
 
@@ -72,7 +74,7 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, room: Room
     for count in range(MAX_ITERATIONS + 1):
         numbers_at(base, index, series, low, high, x[size], flat, dflat)
         cleared(room)
-        status = linearised(shape, flat, dflat, x[:size], grid, True, room)
+        status = linearised(shape, flat, dflat, x[:size], grid, True, listed, room)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return MARCH
@@ -149,13 +151,12 @@ def bordered(matrix, tangent, fixed):
 
 @njit
 def watched(shape: Shape, flat, dflat, x, grid: Grid, room: Room, events):
-    """Write the margins of events along the motion ``x`` whose contacts were followed exactly; none from samples."""
+    """Write the margins of events along the motion ``x`` whose contacts were followed."""
     events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR
-    if grid.samples:
-        return
     T = unpacked(flat, shape)
     nr, mi = len(shape.R), shape.waves.size
     c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
     motion(shape, flat, dflat, x, c, v, cp, vp)
     for k in range(shape.modes.size):
-        margins(shape, T, k, room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.cosines.shape[1] - 1, events)
+        margins(shape, T, k, room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.samples,
+                grid.cosines.shape[1] - 1, events)

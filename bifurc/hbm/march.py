@@ -69,14 +69,14 @@ def guard_of(shape: Shape, T: Numbers, k, m, g, c, v, z, a):
 
 
 @njit
-def admissible(shape: Shape, T: Numbers, k, m, c, v, z, p, a):
-    """Return whether mode ``m`` may hold from the phase of the powers ``p`` on."""
+def admissible(shape: Shape, T: Numbers, k, m, c, v, z, p, slack, a):
+    """Return whether mode ``m`` may hold from the phase of the powers ``p`` on; ``slack``: part of a guard that is forgiven."""
     top = shape.waves[-1]
     for g in range(shape.guards[k, m]):
         guard_of(shape, T, k, m, g, c, v, z, a)
         j = jet(shape.waves, a, p)
         bound = ROUNDING * (size(a) + 1e-300)
-        if j[0] < -bound:
+        if j[0] < -bound or 0.0 < j[0] < slack * size(a):
             continue
         if j[0] > bound:
             return False
@@ -90,8 +90,11 @@ def admissible(shape: Shape, T: Numbers, k, m, c, v, z, p, a):
 
 
 @njit
-def begin(shape: Shape, T: Numbers, k, c, v, z):
-    """Return the mode at phase 0 of a start with relaxed memory, or with memory as a slaved mode writes it; -1: none."""
+def begin(shape: Shape, T: Numbers, k, c, v, slack, z):
+    """Return (mode, mode that wrote the memory) at phase 0: of a start with relaxed memory (-1), or as a mode writes it.
+
+    Mode -1: none may hold; ``slack`` as in `admissible`.
+    """
     p = np.empty((shape.waves[-1] + 1, 2))
     a = np.empty(c.shape[1])
     powers(0.0, p.shape[0], p)
@@ -105,7 +108,7 @@ def begin(shape: Shape, T: Numbers, k, c, v, z):
             slaves(shape, T, k, attempt, c, v, p, z)
         for s in range(shape.start.shape[1]):
             m = shape.start[k, s]
-            if m >= 0 and admissible(shape, T, k, m, c, v, z, p, a):
+            if m >= 0 and admissible(shape, T, k, m, c, v, z, p, slack, a):
                 return m, attempt
     return -1, -1
 
@@ -181,6 +184,38 @@ def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
 
 
 @njit
+def overshoot(waves, a, t, h):
+    """Return how high a guard would rise behind its zero at ``t``, as part of its size."""
+    end = t
+    for _ in range(int(2.0 * np.pi / h) + 2):
+        end += h
+        if value(waves, a, end)[1] <= 0.0:
+            break
+    return value(waves, a, summit(waves, a, max(end - h, t), end))[0] / size(a)
+
+
+@njit
+def writer(shape: Shape, k, m, g):
+    """Return the first successor of a guard that writes memory, of a mode that does not; -1: none."""
+    if writes(shape, k, m):
+        return -1
+    for i in range(shape.then.shape[3]):
+        b = shape.then[k, m, g, i]
+        if b >= 0 and writes(shape, k, b):
+            return b
+    return -1
+
+
+@njit
+def back(shape: Shape, k, b):
+    """Return the guard by which a mode that writes memory goes back to one that keeps it."""
+    for g in range(shape.guards[k, b]):
+        if shape.trial[k, b, g] >= 0:
+            return g
+    return 0
+
+
+@njit
 def on_grid(shape: Shape, T: Numbers, k, m, g, Q, u, v, basis, z, j, turned):
     """Return a guard at grid point ``j`` from tables of the rows (or of their derivatives: ``turned``)."""
     total = 0.0 if turned else T.GH[k, m, g, 0]
@@ -196,7 +231,7 @@ def on_grid(shape: Shape, T: Numbers, k, m, g, Q, u, v, basis, z, j, turned):
 
 
 @njit
-def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, path, ends, zs, source, count):
+def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip, touch, path, ends, zs, source, count):
     """Follow contact ``k`` along the motion event by event over one period that repeats.
 
     Parameters
@@ -207,6 +242,12 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, path
         The same on the grid, and their derivatives by phase.
     excite, dexcite : (nx, grid + 1)
         Columns of excitation on the grid, and their derivatives.
+    skip : float
+        Events whose guard rises no higher than this part of its size are ignored; 0: none.  This and `touch` extend an order
+        of events beyond where it holds, see `followed_as`.
+    touch : float
+        A guard that comes to within this part of its size below zero counts as two events at its maximum, if the mode
+        behind it writes memory; 0: no.
     path : int (most, FIELDS), ends : (most, 2), zs : (most, Z)
         Segments, overwritten: mode, guard, successor and the mode that wrote memory at the end (-1: none); phases of the end
         and of the writing; memory.
@@ -225,13 +266,13 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, path
     z, z0 = np.zeros(Z), np.zeros(Z)
     p = np.empty((waves[-1] + 1, 2))
     a = np.empty(waves.size)
-    m, wrote = begin(shape, T, k, c, v, z)
+    m, wrote = begin(shape, T, k, c, v, skip, z)
     if m < 0:
         return INCONSISTENT
     at = 0.0
     G = shape.kinds.shape[2]
     g0, d0, g1, d1 = np.empty(G), np.empty(G), np.empty(G), np.empty(G)
-    fresh = np.zeros(G, np.bool_)
+    fresh, ignored = np.zeros(G, np.bool_), np.zeros(G, np.bool_)
     for period in range(PERIODS):
         m0, events, t = m, 0, 0.0
         z0[:] = z
@@ -243,27 +284,59 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, path
         for j in range(1, grid + 1):
             t1 = turn * j / grid
             while True:  # events within the cell
-                soonest, which = np.inf, -1
+                soonest, which, beside = np.inf, -1, False
                 for g in range(shape.guards[k, m]):
                     g1[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
                     d1[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, j, True)
-                    if g1[g] < 0.0 and not (d0[g] > 0.0 and d1[g] < 0.0):
+                    if g1[g] < 0.0 and (ignored[g] or not (d0[g] > 0.0 and d1[g] < 0.0)):
+                        ignored[g] = False
+                        continue
+                    if ignored[g]:
                         continue
                     guard_of(shape, T, k, m, g, c, v, z, a)
                     found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g])
+                    if found < np.inf and skip > 0.0 and overshoot(waves, a, found, turn / grid) < skip:
+                        ignored[g] = g1[g] >= 0.0
+                        continue
+                    nearly = False
+                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and not fresh[g] and writer(shape, k, m, g) >= 0:
+                        found = summit(waves, a, t, t1)
+                        nearly = value(waves, a, found)[0] > -touch * size(a)
+                        if not nearly:
+                            continue
                     if found < soonest:
-                        soonest, which = found, g
+                        soonest, which, beside = found, g, nearly
                 if which < 0:
                     break
                 if events >= most - 1:
                     return TOO_MANY
                 powers(soonest, p.shape[0], p)
                 zs[events, :Z] = z
+                if beside:  # there and back at one instant
+                    if events >= most - 2:
+                        return TOO_MANY
+                    b = writer(shape, k, m, which)
+                    slaves(shape, T, k, b, c, v, p, z)
+                    path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, b, -1
+                    ends[events, 0], ends[events, 1] = soonest, soonest
+                    events += 1
+                    path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = b, back(shape, k, b), m, b
+                    ends[events, 0], ends[events, 1] = soonest, soonest
+                    zs[events, :Z] = z
+                    wrote, at = b, soonest
+                    events += 1
+                    t = soonest
+                    for g in range(shape.guards[k, m]):
+                        guard_of(shape, T, k, m, g, c, v, z, a)
+                        first = jet(waves, a, p)
+                        g0[g], d0[g] = first[0], first[1]
+                        fresh[g] = g0[g] >= -ROUNDING * size(a)
+                    continue
                 slaves(shape, T, k, m, c, v, p, z)
                 after = -1
                 for i in range(shape.then.shape[3]):
                     b = shape.then[k, m, which, i]
-                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, a):
+                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, 0.0, a):
                         after = b
                         break
                 if after < 0:
@@ -357,7 +430,7 @@ def writes(shape: Shape, k, m):
 
 
 @njit
-def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, source, count):
+def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, skip, touch, path, ends, zs, source, count):
     """Follow contact ``k`` at the samples of one period that repeats; arguments and result as of `exact`.
 
     Predictor and corrector, so that forces are continuous in the samples: a mode that writes memory is left for one that
@@ -367,10 +440,10 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, sou
     N, most = U.shape[1] - 1, len(ends)
     Q, Z, turn = width(shape, k), shape.memory[k], 2.0 * np.pi
     z, z0 = np.zeros(Z), np.zeros(Z)
-    m, wrote = begin(shape, T, k, c, v, z)
+    m, wrote = begin(shape, T, k, c, v, skip, z)
     if m < 0:
         return INCONSISTENT
-    at = 0.0
+    at, ignored = 0.0, False
     for period in range(PERIODS):
         m0, events = m, 0
         z0[:] = z
@@ -379,14 +452,25 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, sou
             if Z:
                 slaves_at(shape, T, k, m, Q, U, V, excite, j - 1 if j else N - 1, z)
             which, after = next_of(shape, T, k, m, Q, U, V, excite, z, j)
+            by = m
             if which < 0:
+                ignored = False
+                if touch == 0.0:
+                    continue
+                which = near(shape, T, k, m, Q, U, V, excite, z, j, touch)
+                if which < 0:
+                    continue
+                after = writer(shape, k, m, which)
+            elif ignored or (skip > 0.0 and not writes(shape, k, m)
+                             and rise(shape, T, k, m, which, Q, U, V, excite, z, j) < skip):
+                ignored = True
                 continue
             if events >= most - 1:
                 return TOO_MANY
             path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
             ends[events, 0], ends[events, 1] = turn * j / N, turn * (j - 1) / N
             zs[events, :Z] = z
-            if writes(shape, k, m):
+            if writes(shape, k, by):
                 wrote, at, path[events, WROTE] = m, ends[events, 1], m
             events += 1
             m = after
@@ -397,3 +481,64 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, path, ends, zs, sou
         if m == m0 and repeats(shape, k, m, z, z0, c):
             return FOLLOWED
     return NOT_SETTLED
+
+
+@njit
+def magnitude(shape: Shape, T: Numbers, k, m, g, Q, U, V, z):
+    """Return a size of a guard from the largest values of the rows."""
+    total = abs(T.GH[k, m, g, 0])
+    for q in range(Q):
+        row = shape.rows[k, q]
+        total += abs(T.GU[k, m, g, q]) * np.abs(U[row]).max() + abs(T.GS[k, m, g, q]) * np.abs(V[row]).max()
+    for i in range(z.size):
+        total += abs(T.GZ[k, m, g, i] * z[i])
+    return total + 1e-300
+
+
+@njit
+def rise(shape: Shape, T: Numbers, k, m, g, Q, U, V, excite, z, j):
+    """Return how high a guard would rise from sample ``j`` on, as part of its size."""
+    N = U.shape[1] - 1
+    top = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
+    for i in range(1, N):
+        new = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + i) % N, False)
+        if new < top:
+            break
+        top = new
+    return top / magnitude(shape, T, k, m, g, Q, U, V, z)
+
+
+@njit
+def near(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, touch):
+    """Return a guard of mode ``m`` with a maximum among the samples at ``j``, nearly zero and not rounding; -1: none."""
+    N = U.shape[1] - 1
+    for g in range(shape.guards[k, m]):
+        if writer(shape, k, m, g) < 0:
+            continue
+        here = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
+        before = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j - 1) % N, False)
+        behind = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + 1) % N, False)
+        bound = magnitude(shape, T, k, m, g, Q, U, V, z)
+        if before < here and behind <= here and -touch * bound < here < -ROUNDING * bound:
+            return g
+    return -1
+
+
+@njit
+def arose(shape: Shape, T: Numbers, k, c, v, samples, path, ends, zs, n, a):
+    """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch."""
+    m, g, stop = path[n, MODE], path[n, GUARD], ends[n, 0]
+    guard_of(shape, T, k, m, g, c, v, zs[n, :shape.memory[k]], a)
+    bound = size(a)
+    if bound == 0.0:
+        return 0.0
+    if samples == 0:
+        return overshoot(shape.waves, a, stop, 2.0 * np.pi / max(64, 8 * shape.waves[-1]))
+    h = 2.0 * np.pi / samples
+    top = value(shape.waves, a, stop)[0]
+    for i in range(1, samples):
+        new = value(shape.waves, a, stop + i * h)[0]
+        if new < top:
+            break
+        top = new
+    return top / bound

@@ -7,7 +7,7 @@ parameter and continue each other.
 import numpy as np
 
 from .._jit import njit
-from .march import GUARD, MODE, guard_of, summit
+from .march import GUARD, MODE, arose, guard_of, summit
 from .parts import Numbers, Shape
 from .waves import size, value
 
@@ -17,10 +17,11 @@ FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are r
 
 
 @njit
-def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, grid, out):
-    """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss (negative).
+def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, grid, out):
+    """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
-    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them.
+    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them.  Beyond where the listed order of
+    events holds, overshoots are negative and misses positive.
     """
     waves, Z = shape.waves, shape.memory[k]
     a = np.empty(waves.size)
@@ -28,31 +29,25 @@ def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, grid, out)
     start = 0.0
     for n in range(count):
         m, stop = path[n, MODE], ends[n, 0]
+        if n < count - 1 and not shape.silent[k, m, path[n, GUARD]]:
+            kind = shape.kinds[k, m, path[n, GUARD]]
+            out[kind, COUNT] += 1.0
+            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(shape, T, k, c, v, samples, path, ends, zs, n, a))
         for g in range(shape.guards[k, m]):
-            guard_of(shape, T, k, m, g, c, v, zs[n, :Z], a)
-            bound = size(a)
-            if bound == 0.0:
+            if shape.silent[k, m, g]:
                 continue
             kind = shape.kinds[k, m, g]
-            fired = n < count - 1 and path[n, GUARD] == g
-            if fired:
-                out[kind, COUNT] += 1.0
-                t = stop
-                rising = True
-                while rising and t < stop + 2.0 * np.pi:
-                    t += h
-                    rising = value(waves, a, t)[1] > 0.0
-                top = value(waves, a, summit(waves, a, max(t - h, stop), t))[0] / bound
-                if top < out[kind, OVERSHOOT]:
-                    out[kind, OVERSHOOT] = top
-            # near misses: maxima inside the segment; a segment that passes phase 0 is looked at in both its parts
+            guard_of(shape, T, k, m, g, c, v, zs[n, :Z], a)
+            bound = size(a)
+            # maxima inside the segment; the grid ends on both its ends, but for a segment that passes phase 0
             t, slope = start, value(waves, a, start)[1]
-            while t < stop:
+            while t < stop - 1e-9:
                 after = min(t + h, stop)
                 turn = value(waves, a, after)[1]
-                if slope > 0.0 and turn <= 0.0:
-                    top = value(waves, a, summit(waves, a, t, after))[0] / bound
-                    if top > out[kind, MISS]:
-                        out[kind, MISS] = top
+                if slope > 0.0 and turn <= 0.0 and t > start:
+                    top = max(value(waves, a, t)[0], value(waves, a, after)[0]) if samples \
+                        else value(waves, a, summit(waves, a, t, after))[0]
+                    if top > out[kind, MISS] * bound:
+                        out[kind, MISS] = top / bound
                 t, slope = after, turn
         start = stop

@@ -9,9 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import njit
-from .march import FOLLOWED, NOT_FINITE, exact, sampled
+from .march import FOLLOWED, NOT_FINITE, arose, exact, sampled
 from .parts import Numbers, Shape
 from .spectra import divisors, gather, joined, signals
+
+
+TOUCH = 0.5  # part of a guard's size below zero up to which it counts as a touch where events are missing
 
 
 @njit
@@ -117,6 +120,17 @@ def excitation(shape: Shape, cosines, sines, excite, dexcite):
 @njit
 def followed(shape: Shape, T: Numbers, samples, cosines, sines, c, v, paths, ends, zs, sources, counts):
     """Follow all contacts along rows with coefficients ``c``, ``v``; return the code of a `MarchStatus`."""
+    return followed_as(shape, T, samples, cosines, sines, c, v, np.full(shape.modes.size, -1), paths, ends, zs, sources, counts)
+
+
+@njit
+def followed_as(shape: Shape, T: Numbers, samples, cosines, sines, c, v, listed, paths, ends, zs, sources, counts):
+    """Follow all contacts as `followed`, with numbers of events that are given.
+
+    ``listed`` (nc,): events of each contact, -1: as they come.  Where a contact has more, the least of them are ignored; where
+    it has fewer, guards that nearly fire count as touches: so the equations of an order of events go on smoothly beyond the
+    point where the order changes, as far as a corrector looks.
+    """
     nr, nodes = len(c), cosines.shape[1]
     for row in range(nr):
         for j in range(c.shape[1]):
@@ -132,13 +146,29 @@ def followed(shape: Shape, T: Numbers, samples, cosines, sines, c, v, paths, end
             ddU[row, n] *= rate
     excite, dexcite = np.zeros((shape.excited.size, nodes)), np.zeros((shape.excited.size, nodes))
     excitation(shape, cosines, sines, excite, dexcite)
+    a = np.empty(shape.waves.size)
     for k in range(shape.modes.size):
-        if samples:
-            status = sampled(shape, T, k, c, v, U, V, excite, paths[k], ends[k], zs[k], sources[k], counts[k])
-        else:
-            status = exact(shape, T, k, c, v, U, V, dU, ddU, excite, dexcite, paths[k], ends[k], zs[k], sources[k], counts[k])
-        if status != FOLLOWED:
-            return status
+        skip, touch = 0.0, 0.0
+        for attempt in range(2):
+            if samples:
+                status = sampled(shape, T, k, c, v, U, V, excite, skip, touch, paths[k], ends[k], zs[k], sources[k], counts[k])
+            else:
+                status = exact(shape, T, k, c, v, U, V, dU, ddU, excite, dexcite, skip, touch, paths[k], ends[k], zs[k], sources[k],
+                               counts[k])
+            if status != FOLLOWED:
+                return status
+            events = counts[k, 0] - 1
+            if attempt == 1 or listed[k] < 0 or events == listed[k]:
+                break
+            if events < listed[k]:
+                touch = TOUCH
+                continue
+            heights = np.empty(events)
+            for n in range(events):
+                heights[n] = arose(shape, T, k, c, v, samples, paths[k], ends[k], zs[k], n, a)
+            heights.sort()
+            drop = (events - listed[k] + 1) // 2
+            skip = 0.5 * (heights[drop - 1] + heights[drop]) if drop < events else 2.0
     return FOLLOWED
 
 
@@ -258,7 +288,7 @@ def cleared(room: Room):
 
 
 @njit
-def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, room: Room):
+def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     """Write residual and derivatives of the balance at the packed motion ``x`` into ``room``.
 
     Spectra, forces and derivatives of laws must be there (or zeros); those of the contacts are added.
@@ -269,6 +299,8 @@ def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, room: Room):
         Numbers of the system and their derivatives by the parameter.
     slopes : bool
         False: derivatives are not complete.
+    listed : int (nc,)
+        Events of each contact, see `followed_as`.
 
     Returns
     -------
@@ -280,8 +312,8 @@ def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, room: Room):
     c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
     rows_of(shape, x, c)
     signals(shape, T, dT, c, v, cp, vp)
-    status = followed(shape, T, grid.samples, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources,
-                      room.counts)
+    status = followed_as(shape, T, grid.samples, grid.cosines, grid.sines, c, v, listed, room.paths, room.ends, room.zs,
+                         room.sources, room.counts)
     if status != FOLLOWED:
         return status
     contact_forces(shape, T, dT, c, v, cp, vp, grid.samples, room.paths, room.ends, room.zs, room.sources, room.counts, slopes,

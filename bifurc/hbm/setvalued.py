@@ -19,6 +19,7 @@ from enum import StrEnum
 import numpy as np
 import scipy.linalg
 
+from ..solve.broyden import BroydenStatus, broyden
 from .layout import Layout
 from .setvalued_pattern import Pattern, added, derivative_matrix, evaluate, grid_size, on_grid, pattern
 
@@ -28,7 +29,9 @@ FINISH_FROM = 0.1  # width over the first from which the set-valued law is tried
 COARSE = 1e-4  # residual over the force scale at widths that are only passed
 TOLERANCE = 1e-12  # residual over the force scale at the end; rounding of large terms always suffices
 ITERATIONS = 60  # of one width
+LEVELS = 60  # widths tried
 SMALLEST_DAMPING = 1e-7
+PATIENCE = 3  # damped steps in succession of the last iteration: it starts close, or not at all
 
 
 class SetValuedStatus(StrEnum):
@@ -144,7 +147,11 @@ class SetValuedResult:
     widths : ndarray (contacts,)
         Regularisation left: 0, or tiny for contacts that never slip.
     patterns : tuple of Pattern
-        Stick-free sign patterns at the end, one a contact.
+        At the end, one a contact.
+    path : tuple
+        Widths passed: (over the first, Newton steps, residual); 0 is the set-valued law.
+    room : tuple of (float, float)
+        At rest: how far the mean force of each contact may be shifted, down and up.
     """
 
     x: np.ndarray
@@ -155,6 +162,7 @@ class SetValuedResult:
     widths: np.ndarray
     patterns: tuple[Pattern, ...]
     path: tuple = ()
+    room: tuple[tuple[float, float], ...] = ()
 
     @property
     def success(self) -> bool:
@@ -235,7 +243,7 @@ class Balance:
 
 
 def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, tolerance: float = TOLERANCE, first_width: float = 1.0,
-          iterations: int = ITERATIONS) -> SetValuedResult:
+          iterations: int = ITERATIONS, solver: str = "newton") -> SetValuedResult:
     """Solve a balance with set-valued contacts.
 
     Parameters
@@ -255,6 +263,8 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
         Width to begin with over the natural one (1 over the impedance of the contact); small for a good guess.
     iterations : int
         Limit for one width.
+    solver : {"newton", "broyden"}
+        What solves for one width: Newton with halving, or Broyden's method from the exact Jacobian.
 
     Returns
     -------
@@ -262,42 +272,46 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
     """
     contacts = [contact for contact in contacts if contact.limit > 0.0]
     balance = Balance(layout, omega, rest, contacts)
+    iterate = _broyden if solver == "broyden" else _newton
     x = np.zeros(layout.size) if x0 is None else np.array(x0, float)
     r0, j0 = rest(np.zeros(layout.size))
     scale = max([float(np.abs(r0).max()), *(contact.limit * float(np.abs(contact.row).max()) for contact in contacts)])
     scale = scale or 1.0
     if not contacts:
-        x, size, status, count = _newton(balance, x, np.zeros(0), tolerance * scale, iterations)
+        x, size, status, count = iterate(balance, x, np.zeros(0), tolerance * scale, iterations)
         return SetValuedResult(x, status or SetValuedStatus.CONVERGED, size, count, balance.evaluations, np.zeros(0), ())
     still = _at_rest(balance, j0, tolerance * scale, iterations)
     if still is not None:
         return still
     first = first_width * np.array([_natural_width(balance, j0, contact, scale) for contact in contacts])
     total, path, factor, ratio = 0, [], 1.0, NARROWER
+    passed: list[tuple[float, np.ndarray]] = []
     status: SetValuedStatus | None = None
-    while True:
+    for _ in range(LEVELS):
         widths = factor * first
-        trial, size, status, count = _newton(balance, x, widths, COARSE * scale, iterations)
+        guess = _predicted(balance, passed, factor, x, widths)
+        trial, size, status, count = iterate(balance, guess, widths, COARSE * scale, iterations)
         total += count
         path.append((factor, count, size))
         if status is None:
             x = trial
+            passed = [*passed[-1:], (factor, x)]
             if factor <= FINISH_FROM and _reversing(balance.patterns):
-                done = _finish(balance, x, widths, first, tolerance * scale)
+                done = _finish(balance, iterate, x, first, tolerance * scale)
                 total += done[3]
                 path.append((0.0, done[3], done[1]))
                 if done[2] is None:
                     return _result(balance, done[0], SetValuedStatus.CONVERGED, done[1], total, done[4], path)
-        elif status is not SetValuedStatus.STUCK:
-            break
-        if factor <= NARROWEST or (status is not None and ratio > 0.9):
-            break
-        if status is None:
+            if factor <= NARROWEST:
+                break
             factor, ratio = factor * ratio, max(NARROWER, ratio * ratio)
+        elif status is SetValuedStatus.STUCK and passed:
+            ratio = np.sqrt(ratio)
+            factor = passed[-1][0] * ratio
         else:
-            factor, ratio = factor / ratio * np.sqrt(ratio), np.sqrt(ratio)
+            break
     if status is None:  # every width down to the least: slow contacts hold
-        x, size, status, count = _newton(balance, x, widths, tolerance * scale, iterations)
+        x, size, status, count = iterate(balance, x, widths, tolerance * scale, iterations)
         total += count
         if status is None or size <= 1e-8 * scale:
             status = SetValuedStatus.HELD if all(_slow(balance, x, contact, width) for contact, width in
@@ -305,12 +319,38 @@ def solve(layout: Layout, omega: float, rest: Callable, contacts, x0=None, toler
     return _result(balance, x, status, size, total, widths, path)
 
 
+def _predicted(balance: Balance, passed, factor: float, x, widths):
+    """Return the better of the last solution and the line through the last two: what creeps is proportional to the width."""
+    if len(passed) < 2:
+        return x
+    (f0, x0), (f1, x1) = passed
+    line = x1 + (factor - f1) / (f1 - f0) * (x1 - x0)
+    return min((line, x), key=lambda guess: float(np.linalg.norm(balance.residual(guess, widths))))
+
+
 def _result(balance, x, status, size, total, widths, path) -> SetValuedResult:
     return SetValuedResult(x, status, size, total, balance.evaluations, widths, balance.patterns, tuple(path))
 
 
-def _newton(balance: Balance, x, widths, tolerance: float, iterations: int):
-    """Return x, largest residual, None or why not converged, and the number of steps; the norm of R falls in each."""
+def _broyden(balance: Balance, x, widths, tolerance: float, iterations: int, patience: int = 0):
+    """Return as `_newton`; Broyden's method from the exact Jacobian."""
+    del patience
+    found = broyden(lambda at: balance.residual(at, widths), x, lambda at: balance.both(at, widths)[1], size=1.0, tolerance=tolerance,
+                    iterations=4 * iterations)
+    r = balance.residual(found.x, widths)
+    return found.x, float(np.abs(r).max()), _BROYDEN.get(found.status, SetValuedStatus.STUCK), found.iterations
+
+
+_BROYDEN = {BroydenStatus.CONVERGED: None, BroydenStatus.SINGULAR: SetValuedStatus.SINGULAR,
+            BroydenStatus.NOT_FINITE: SetValuedStatus.NOT_FINITE}
+
+
+def _newton(balance: Balance, x, widths, tolerance: float, iterations: int, patience: int = 1000):
+    """Return x, largest residual, None or why not converged, and the number of steps; the norm of R falls in each.
+
+    ``patience`` is how many steps in succession may be damped before it is given up.
+    """
+    damped = 0
     r, j = balance.both(x, widths)
     size = float(np.abs(r).max())
     for count in range(iterations):
@@ -335,6 +375,9 @@ def _newton(balance: Balance, x, widths, tolerance: float, iterations: int):
         x = trial
         r, j = balance.both(x, widths)
         size = float(np.abs(r).max())
+        damped = damped + 1 if damping < 1.0 else 0
+        if damped >= patience and size > tolerance:
+            return x, size, SetValuedStatus.STUCK, count + 1
     return x, size, SetValuedStatus.STUCK, iterations
 
 
@@ -375,11 +418,11 @@ def _reversing(patterns) -> bool:
     return any(len(p.instants) for p in patterns)
 
 
-def _finish(balance: Balance, x, widths, first, tolerance: float):
+def _finish(balance: Balance, iterate, x, first, tolerance: float):
     """Return Newton's end with the set-valued law for contacts that slip, the least width for those that do not."""
     end = np.array([NARROWEST * f if len(p.instants) == 0 and p.kinds[0] == 0 else 0.0
                     for p, f in zip(balance.patterns, first, strict=True)])
-    return (*_newton(balance, x, end, tolerance, 20), end)
+    return (*iterate(balance, x, end, tolerance, 20, PATIENCE), end)
 
 
 def _slow(balance: Balance, x, contact: Contact, width: float) -> bool:
@@ -441,7 +484,8 @@ def _at_rest(balance: Balance, j0, tolerance: float, iterations: int):
             break
         middle = now
     kinds = tuple(Pattern(np.zeros(1, complex), np.zeros(1, complex), np.zeros(0), np.zeros(1, int)) for _ in contacts)
-    return SetValuedResult(x, SetValuedStatus.RESTS, size, count, balance.evaluations, np.zeros(len(contacts)), kinds)
+    return SetValuedResult(x, SetValuedStatus.RESTS, size, count, balance.evaluations, np.zeros(len(contacts)), kinds, (),
+                           tuple(room))
 
 
 def allowance(layout: Layout, force, contact: Contact) -> tuple[float, float]:

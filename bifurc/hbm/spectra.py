@@ -198,7 +198,10 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
         if slopes and n < count - 1:
             g, after = path[n, GUARD], path[n, AFTER]
             if samples == 0 and not shape.silent[k, m, g]:
-                jumps(shape, T, dT, k, m, g, after, stop, zs[n, :Z], zs[n + 1, :Z], c, v, cp, vp, dz, J)
+                if path[n + 1, AFTER] == m and ends[n + 1, 0] == stop:  # there and back: the instant is that of the way back
+                    jumps(shape, T, dT, k, m, m, after, path[n + 1, GUARD], stop, zs[n, :Z], zs[n + 2, :Z], c, v, cp, vp, dz, J)
+                else:
+                    jumps(shape, T, dT, k, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], c, v, cp, vp, dz, J)
             if path[n, WROTE] >= 0:
                 written(shape, T, dT, k, path[n, WROTE], g if path[n, WROTE] == m else -1, ends[n, 1], c, v, cp, vp, zs[n, :Z], dz,
                         samples == 0)
@@ -252,8 +255,8 @@ def modulated(T, waves, place, slot, out):
 
 
 @njit
-def jumps(shape: Shape, T: Numbers, dT: Numbers, k, m, g, after, theta, z, znew, c, v, cp, vp, dz, J):
-    """Add the derivatives by the phase of an event at which the force jumps."""
+def jumps(shape: Shape, T: Numbers, dT: Numbers, k, m, after, mode, g, theta, z, znew, c, v, cp, vp, dz, J):
+    """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase."""
     waves, place, mi, Q = shape.waves, shape.place, shape.waves.size, width(shape, k)
     p, a, b = np.empty((waves[-1] + 1, 2)), np.empty(mi), np.empty(mi)
     powers(theta, p.shape[0], p)
@@ -267,7 +270,7 @@ def jumps(shape: Shape, T: Numbers, dT: Numbers, k, m, g, after, theta, z, znew,
         if abs(gap) <= NEGLIGIBLE * (size(a) + size(b)):
             continue
         if not known:
-            delay(shape, T, dT, k, m, g, p, c, v, cp, vp, z, dz, shift)
+            delay(shape, T, dT, k, mode, g, p, c, v, cp, vp, z, dz, shift)
             known = True
         row = shape.rows[k, q]
         for i in range(place.size):

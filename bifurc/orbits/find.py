@@ -24,7 +24,7 @@ SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
 
 
 def find_orbit(system: System, guess=None, periods: int | None = None, *, closure: int | None = None,
-               transient: int = 800) -> PeriodicOrbit:
+               transient: int = 800, method=None) -> PeriodicOrbit:
     """Return a periodic orbit of a forced system.
 
     Parameters
@@ -42,10 +42,12 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         where the orbit has this symmetry.
     transient : int
         Most forcing periods to be simulated without a guess.
+    method : HarmonicBalance, optional
+        Balance harmonics instead of shooting through the events; gives a `HarmonicOrbit`, see `orbits.balance.balanced`.
 
     Returns
     -------
-    PeriodicOrbit
+    PeriodicOrbit or HarmonicOrbit
         Look at ``success``, ``status`` and ``message``: a failure is told, not raised.
 
     Raises
@@ -60,6 +62,10 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     >>> orbit.success
     True
     """
+    if method is not None:
+        from .balance import balanced
+
+        return balanced(system, method, guess, periods)
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; find_orbit needs an excitation frequency omega")
     if periods is not None and not (isinstance(periods, (int, np.integer)) and periods >= 1):

@@ -59,11 +59,20 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     ValueError
         When the builder refuses a bound, or the numbers do not depend on the parameter smoothly enough to be followed.
     """
+    index, series, a, b = series_over(system, name, bounds, scene.flat_of, pad)
+    return ParameterPath(scene.refill(system), name, index, series, a, b)
+
+
+def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD):
+    """Return places (k,), Chebyshev series (k, degree + 1) and interval of the packed numbers that change with ``name``.
+
+    ``flat_of(system)`` packs the numbers; see `parameter_path` for the rest.
+    """
     low, high = min(bounds), max(bounds)
     wide = max(high - low, 1e-3 * max(abs(low), abs(high), 1e-3))
 
     def sample(value):
-        return scene.flat_of(system.with_parameters(**{name: float(value)}))
+        return flat_of(system.with_parameters(**{name: float(value)}))
 
     for end in (low, high):
         system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
@@ -90,6 +99,6 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
         found = np.cos(np.outer(np.arccos(CHECKS), order)) @ series
         if np.all(np.abs(found - checks[:, index]) <= TOLERANCE * size + 1e-300):
             used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
-            return ParameterPath(scene.refill(system), name, index, np.ascontiguousarray(series[:used].T), a, b)
+            return index, np.ascontiguousarray(series[:used].T), a, b
     raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
                      f"(no polynomial of degree {DEGREES[-1]} fits to rounding); choose narrower bounds")

@@ -22,8 +22,8 @@ def test_record_and_line():
 
 
 @pytest.mark.parametrize(("keywords", "said"), [
-    ({"q0": (-1, 1, 3)}, "1 components are given"),
-    ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "q1": (0, 1, 2)}, "3 components are given"),
+    ({}, "no components are given"),
+    ({"q0": (-1, 1, 3), "periodic": ("v0",)}, "names 'v0', which the grid does not run over; it runs over q0"),
     ({"x": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'x' is unknown"),
     ({"q01": (-1, 1, 3), "v0": (-1, 1, 3)}, "component 'q01' is unknown"),
     ({"q0": (1, 1, 3), "v0": (-1, 1, 3)}, "low bound must be below"),
@@ -72,3 +72,23 @@ def test_an_autonomous_system_has_no_section():
 def test_a_grid_must_be_a_grid():
     with pytest.raises(ValueError, match="it must be a Grid"):
         bf.basins_of_attraction(bf.systems.impact_oscillator(), {"q0": (-1, 1, 2), "v0": (-1, 1, 2)})
+
+
+def test_cells_of_points_in_three_dimensions_one_of_them_round(rng):
+    grid = bf.Grid(q0=(-np.pi, np.pi, 7), v0=(-1, 2, 5), q1=(0, 1, 3), periodic="q0", at={"v1": 0.5})
+    cells = np.arange(grid.size)
+    np.testing.assert_array_equal(grid.cells_of(grid.points(cells)), cells)
+    for offset in (1e-9, 1 - 1e-9, rng.uniform(0.01, 0.99, 3)):
+        points = grid.points(cells, offset)
+        np.testing.assert_array_equal(grid.cells_of(points + [2 * np.pi * 3, 0, 0]), cells)
+    np.testing.assert_array_equal(grid.points(cells), grid.starts(2, 4)[:, [0, 2, 1]])
+    assert (grid.starts(2, 4)[:, 3] == 0.5).all()
+    outside = np.array([[0, -1.001, 0.5], [0, 0, 1.0], [0, np.nan, 0.5], [np.inf, 0, 0.5], [-1e-17 - np.pi, -1.0, 0.0]])
+    np.testing.assert_array_equal(grid.cells_of(outside) >= 0, [False, False, False, False, True])
+    assert bf.Grid.from_record(grid.to_record()) == grid and "periodic=('q0',)" in repr(grid)
+
+
+def test_the_memory_of_an_enormous_grid_is_said_before_it_is_taken():
+    grid = bf.Grid(q0=(-1, 1, 10**7), v0=(-1, 1, 10**7))
+    with pytest.raises(MemoryError, match=r"1e\+14 cells; a basin map needs about .* TB.*write at most"):
+        bf.basins_of_attraction(bf.systems.impact_oscillator(), grid)

@@ -1,0 +1,323 @@
+"""Cell mapping: the state space as cells, the motion as a map or a Markov chain of cells, attractors confirmed by Newton."""
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..progress import Progress
+from ..system import System
+from .attractors import ChaoticAttractor
+from .cellmap import Audit, CellFate, CellMap, Group, GroupKind
+from .confirming import NO_START, MapJudge, SystemJudge
+from .grid import Grid
+from .simple import colour, cycles
+from .states import OUTSIDE
+
+CHUNK = 2048  # starts that are mapped at a time
+RANDOM_STARTS = 64  # whose motions are followed too: an attractor may lie in no group of cells that are too large
+MOST_GROUPS = 400  # closed groups whose motion is followed
+ASKED = 32  # cells of a group whose motion is followed
+FARTHEST = 30.0  # cells: a group farther from its attractor is none of its neighbours
+AUDIT_BATCH = 1024
+
+
+class _Images(NamedTuple):
+    rows: np.ndarray  # (k,) cell of each sample that is a start, ascending
+    columns: np.ndarray  # (k,) image cell, -1: outside the grid
+    starts: np.ndarray  # (N,) bool: the cell holds a start
+    special: dict  # cells represented by a state of their own: number -> state
+    lost: int  # samples whose motion was lost (infinity, too many events)
+
+
+def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, samples: int = 1, audit: int = 2000, seed: int = 0,
+                 workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000,
+                 progress: bool = False) -> CellMap:
+    """Return the map of cells of a system: its groups, what leads to them, and the attractors they hold.
+
+    With one sample a cell this is simple cell mapping (each cell goes where its centre goes), with more it is generalized
+    cell mapping (a Markov chain).  A cycle of cells need not be one of the motion: the motion from every closed group is
+    followed, an attractor is reported only when Newton confirmed it (or, chaotic, its exponent is surely positive), and a
+    group with no attractor in it is called spurious.  How many cells have a wrong label is measured on a random sample.
+
+    Parameters
+    ----------
+    system : System, or callable
+        With an excitation; or a map ``f(x) -> y`` of states (k, d) to states (k, d), d the number of the grid's components.
+    grid : Grid
+        Over all components of the state.  What leaves it counts as gone: one sink.
+    periods : int
+        Forcing periods (iterates) a mapping.  Many make simple cell mapping accurate, one shows the order of an orbit.
+    samples : int
+        Points a cell along each component.
+    audit : int
+        Cells whose label is compared with the motion followed from their centres; 0: none.
+    seed : int
+        Of the audit.
+    workers : int, optional
+        Threads; default: one a processor.  Results do not depend on it.
+    tolerance, max_periods, max_events
+        Of following motions, see `basins_of_attraction`.
+    progress : bool
+        Show progress.
+
+    Returns
+    -------
+    CellMap
+
+    Raises
+    ------
+    ValueError
+        Autonomous system, a grid that does not cover the state, options out of range.
+    MemoryError
+        When the grid's cells would not fit in half of the machine's memory; the message says how much they need.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> grid = bf.Grid(q0=(-2.5, 0.0, 60), v0=(-3, 3, 60))
+    >>> system = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
+    >>> found = bf.cell_mapping(system, grid, periods=30)
+    >>> sorted(item.periods for item in found.attractors)
+    [1, 3]
+    """
+    from .generalized import components, period, transition  # scipy is imported by work that needs it
+    if not isinstance(grid, Grid):
+        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as Grid(q0=(-3, 1, 200), v0=(-4, 4, 200))")
+    periods, samples, workers = _whole("periods", periods), _whole("samples", samples), _workers(workers)
+    audit = _whole("audit", audit, 0)
+    options = {"seed": _whole("seed", seed, 0), "tolerance": float(tolerance), "max_periods": _whole("max_periods", max_periods),
+               "max_events": _whole("max_events", max_events)}
+    edges = samples ** len(grid.names)
+    grid.require(8.0 * (4 * len(grid.names) + 12) + (60.0 if samples > 1 else 40.0) * edges, "a map of its cells")
+    carry, embed, judge = _source(system, grid, options, workers)
+    with Progress("cells", grid.size, progress) as bar:
+        images = _images(carry, embed, grid, periods, samples, workers, bar)
+
+    def centres(cells: np.ndarray) -> np.ndarray:
+        states = embed(grid.points(cells))
+        for place, cell in enumerate(np.asarray(cells).tolist()):
+            if cell in images.special:
+                states[place] = images.special[cell]
+        return states
+
+    matrix = transition(images.rows, images.columns, grid.size)
+    if samples == 1:
+        image = np.full(grid.size, -1)
+        image[images.rows] = images.columns
+        found = colour(image)
+        lists = [cells for cells in cycles(found, image)[1:]]
+        lengths = [len(cells) for cells in lists]
+        group_of, steps = found.group[:-1] - 1, found.steps[:-1]
+    else:
+        parts = components(matrix)
+        order = np.argsort(parts.label[:-1], kind="stable")
+        begin = np.searchsorted(parts.label[order], np.arange(parts.count + 1))
+        closed = np.flatnonzero(parts.closed & (np.arange(parts.count) != parts.label[-1]))
+        lists = [order[begin[item]:begin[item + 1]] for item in closed]
+        lengths = [period(matrix, cells) for cells in lists]
+        group_of = steps = None
+    kept = [k for k, cells in enumerate(lists) if images.starts[cells].all()]
+    rng = np.random.default_rng(options["seed"])
+    judge.search(embed(rng.uniform(grid.low, grid.high, (RANDOM_STARTS, len(grid.names)))))
+    groups = _judged(judge, grid, periods, samples == 1, [lists[k] for k in kept], [lengths[k] for k in kept], centres)
+    number = np.full(len(lists) + 1, -1)
+    number[kept] = np.arange(len(kept))
+    owner = np.array([group.attractor for group in groups] + [-1])
+    if samples == 1:
+        group_of = np.where(group_of >= 0, number[group_of], -1)
+        labels = owner[group_of]
+        fates = np.where(labels >= 0, CellFate.ATTRACTED.code,
+                         np.where(group_of >= 0, CellFate.UNRESOLVED.code, CellFate.LEFT.code))
+        labels[~images.starts], fates[~images.starts] = -1, CellFate.OUTSIDE.code
+        made = CellMap(system, grid, periods, samples, tuple(judge.attractors), tuple(groups), matrix, labels, fates, group_of,
+                       np.where(images.starts, steps, 0), None, images.lost, options)
+    else:
+        made = CellMap(system, grid, periods, samples, tuple(judge.attractors), tuple(groups), matrix, np.empty(0, np.int64),
+                       np.where(images.starts, CellFate.UNRESOLVED.code, CellFate.OUTSIDE.code), None, None, None, images.lost,
+                       options).with_labels()
+    return made.with_audit(_audit(judge, made, embed, audit)) if audit else made
+
+
+def _source(system, grid: Grid, options: dict, workers: int):
+    """Return what carries states over mappings, what makes states of points, and the judge of groups."""
+    if not isinstance(system, System):
+        if not callable(system):
+            raise ValueError(f"system = {system!r} is not allowed; it must be a System, or a map of states (k, d) to states (k, d)")
+        if grid.at:
+            raise ValueError(f"grid = {grid!r} fixes components; a map given as a function has those of the grid only")
+        judge: Any = MapJudge(system, grid, options)
+
+        def iterated(X: np.ndarray, periods: int):
+            with np.errstate(over="ignore", invalid="ignore"):
+                for _ in range(periods):
+                    X = np.asarray(system(X), float)
+            if X.ndim != 2 or X.shape[1] != len(grid.names):
+                raise ValueError(f"system returned an array of shape {X.shape}; it must return states (k, {len(grid.names)})")
+            return X, np.where(np.isfinite(X).all(axis=1), 0, 3)
+
+        return iterated, lambda points: np.array(points), judge
+    from .periodmap import PeriodMap
+    if system.period is None:
+        raise ValueError(f"{system!r} is autonomous; a map of cells needs the phase of an excitation (omega)")
+    carrier = PeriodMap(system, max_events=options["max_events"])
+    n, ns = carrier.scene.n, carrier.scene.ns
+    places = list(grid.places(n, ns))
+    if sorted(places) != list(range(ns)):
+        have = [f"q{k}" for k in range(n)] + [f"v{k}" for k in range(n)]
+        missing = [name for place, name in enumerate(have) if place not in places]
+        memory = f" and the {ns - 2 * n} memories of its elements" if ns > 2 * n else ""
+        raise ValueError(f"grid = {grid!r} does not cover the state of {system!r}: a map of cells runs over all of "
+                         f"{', '.join(have)}{memory}; missing: {', '.join(missing) or 'the memories, which have no cells'}. Over a "
+                         "slice write basins_of_attraction")
+
+    def embed(points: np.ndarray) -> np.ndarray:
+        states = np.empty((len(points), ns))
+        states[:, places] = points
+        return states
+
+    def carry(X: np.ndarray, periods: int):
+        found = carrier.apply(X, periods)
+        return found.ends[:, places], found.outcomes
+
+    corners = embed(np.array([grid.low, grid.high]))
+    length = max(np.abs(corners[:, :n]).max(), np.abs(corners[:, n:]).max() / carrier.scene.omega)
+    scale = np.repeat([length, length * carrier.scene.omega], n)
+    return carry, embed, SystemJudge(system, grid, scale, options, workers)
+
+
+def _images(carry, embed, grid: Grid, periods: int, samples: int, workers: int, bar) -> _Images:
+    """Map the samples of all cells, then one state of each cell that is reached but holds no sample that is a start."""
+    ticks = (np.arange(samples) + 0.5) / samples
+    offsets = np.stack(np.meshgrid(*[ticks] * len(grid.names), indexing="ij"), axis=-1).reshape(-1, len(grid.names))
+    step = max(CHUNK // len(offsets), 1)
+
+    def images_of(states: np.ndarray):
+        ends, outcomes = carry(states, periods)
+        return ends, outcomes, np.where(outcomes == 0, grid.cells_of(np.where((outcomes == 0)[:, None], ends, np.nan)), -1)
+
+    def mapped(first: int):
+        cells = np.arange(first, min(first + step, grid.size))
+        points = (grid.points(cells)[:, None] + (offsets - 0.5) * grid.widths).reshape(-1, len(grid.names))
+        _, outcomes, columns = images_of(embed(points))
+        good = outcomes != OUTSIDE
+        return np.repeat(cells, len(offsets))[good], columns[good], int(np.count_nonzero(outcomes[good]))
+
+    with ThreadPoolExecutor(workers) as pool:
+        parts = []
+        for part in pool.map(mapped, range(0, grid.size, step)):
+            parts.append(part)
+            bar.advance(min(step, grid.size - step * (len(parts) - 1)))
+    rows, columns = np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+    lost = sum(part[2] for part in parts)
+    starts = np.zeros(grid.size, bool)
+    starts[rows] = True
+    special: dict[int, np.ndarray] = {}
+    fresh_rows, fresh = rows, columns
+    while True:  # a cell whose samples all lie beyond a stop may be reached: the first state that arrives stands for it
+        landing = np.flatnonzero((fresh >= 0) & ~starts[fresh])
+        if not landing.size:
+            break
+        reached, first = np.unique(fresh[landing], return_index=True)
+        for cell, row in zip(reached.tolist(), fresh_rows[landing[first]].tolist(), strict=True):
+            sources = special[row][None] if row in special else embed(grid.points(np.array([row])) + (offsets - 0.5) * grid.widths)
+            ends, _, arrived = images_of(sources)
+            special[cell] = embed(ends[arrived == cell][:1])[0]
+        starts[reached] = True
+        _, outcomes, fresh = images_of(np.array([special[cell] for cell in reached.tolist()]))
+        fresh_rows = reached
+        lost += int(np.count_nonzero(outcomes))
+        rows, columns = np.concatenate((rows, fresh_rows)), np.concatenate((columns, fresh))
+    order = np.argsort(rows, kind="stable")
+    return _Images(rows[order], columns[order], starts, special, lost)
+
+
+def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths: list, centres) -> list[Group]:
+    """Ask the motion about every closed group: the attractor it reaches, and whether that lies in the group."""
+    if not lists:
+        judge.sort()
+        return []
+    order = sorted(range(len(lists)), key=lambda k: (-len(lists[k]), int(lists[k][0])))[:MOST_GROUPS]
+    judge.search(centres(np.concatenate([lists[k][:1] for k in order] + [_some(lists[k]) for k in order])))
+    judge.sort()
+    groups: list[Group] = []
+    asked, near = set(order), {}
+    for k, (cells, length) in enumerate(zip(lists, lengths, strict=True)):
+        if k not in asked:
+            groups.append(Group(cells, GroupKind.UNCONFIRMED, length, -1))
+            continue
+        answers = judge.label(centres(_some(cells)))
+        values, counts = np.unique(answers, return_counts=True)
+        owner = int(values[np.argmax(counts)])
+        if simple and owner >= 0:
+            near[k] = _apart(grid, judge.points(owner), cells)
+            kind = GroupKind.SPURIOUS  # until it is among the nearest of its attractor, below
+        elif owner >= 0:
+            mine = np.isin(_cells_around(grid, judge.points(owner)), cells).any()
+            kind = GroupKind.SPURIOUS if not mine else _kind(judge, owner)
+            if len(values) > 1 and mine:
+                kind, owner = GroupKind.MERGED, -1
+        else:
+            kind, owner = (GroupKind.UNCONFIRMED if owner == -1 else GroupKind.SPURIOUS), -1
+        groups.append(Group(cells, kind, length, owner))
+    for owner, item in enumerate(judge.attractors if simple else []):
+        own = [k for k in near if groups[k].attractor == owner]
+        rate = judge.contraction(owner, periods)
+        reach = min(1.0 + 0.5 * np.sqrt(len(grid.names)) / max(1.0 - rate, 1e-3), FARTHEST)
+        if not isinstance(item, ChaoticAttractor):  # of period p it is gcd(p, m) cycles of p / gcd(p, m) cells
+            shared = math.gcd(item.periods, periods)
+            own = sorted((k for k in own if groups[k].period == item.periods // shared), key=lambda k: near[k])[:shared]
+        for k in own:
+            if near[k] <= reach:
+                groups[k] = groups[k]._replace(kind=_kind(judge, owner))
+    return groups
+
+
+def _kind(judge, owner: int) -> GroupKind:
+    return GroupKind.CHAOTIC if isinstance(judge.attractors[owner], ChaoticAttractor) else GroupKind.PERIODIC
+
+
+def _cells_around(grid: Grid, points: np.ndarray) -> np.ndarray:
+    """Return the cells that hold points (k, d), and their neighbours."""
+    around = np.stack(np.meshgrid(*[(-1.0, 0.0, 1.0)] * len(grid.names), indexing="ij"), axis=-1).reshape(-1, len(grid.names))
+    return np.unique(grid.cells_of((points[:, None] + around * grid.widths).reshape(-1, len(grid.names))))
+
+
+def _some(cells: np.ndarray) -> np.ndarray:
+    return cells[np.linspace(0, len(cells) - 1, min(ASKED, len(cells))).astype(int)]
+
+
+def _apart(grid: Grid, points: np.ndarray, cells: np.ndarray) -> float:
+    """Return the least distance, in cells, of points (k, d) from the centres of cells."""
+    span = np.array([cells if name in grid.periodic else np.inf for name, cells in zip(grid.names, grid.shape, strict=True)])
+    where = grid.points(cells) / grid.widths
+    least = np.inf
+    for point in points[:500] / grid.widths:
+        gap = np.abs(where - point)
+        gap = np.where(np.isfinite(span), np.minimum(np.mod(gap, span), span - np.mod(gap, span)), gap)
+        least = min(least, float(np.sqrt((gap**2).sum(axis=1).min())))
+    return least
+
+
+def _audit(judge, made: CellMap, embed, count: int) -> Audit:
+    """Compare labels of random cells with the motion followed from their centres."""
+    rng = np.random.default_rng([made.options["seed"], 3])
+    cells = np.flatnonzero(made.fates.ravel() != CellFate.OUTSIDE.code)
+    cells = np.sort(rng.choice(cells, min(count, cells.size), replace=False))
+    direct = np.concatenate([judge.label(embed(made.grid.points(cells[i:i + AUDIT_BATCH])))
+                             for i in range(0, cells.size, AUDIT_BATCH)]) if cells.size else np.empty(0, int)
+    good = direct != NO_START  # the centre lies beyond a stop: another state stands for the cell
+    labels = made.labels.ravel()[cells]
+    return Audit(int(np.count_nonzero(good)), int(np.count_nonzero((np.maximum(direct, -1) != labels) & good)))
+
+
+def _whole(name: str, value, least: int = 1) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ValueError(f"{name} = {value!r} is not allowed; it must be a whole number of at least {least}")
+    return int(value)
+
+
+def _workers(value) -> int:
+    return os.cpu_count() or 1 if value is None else _whole("workers", value)

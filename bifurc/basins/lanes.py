@@ -1,0 +1,239 @@
+"""Lanes of a scene: which scenes have them, their numbers, and the module written for their kind."""
+import hashlib
+import importlib.util
+import os
+import pathlib
+import sys
+import tempfile
+import threading
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compose.scene import Scene
+from ..compose.tables import ORDER as TERMS_ORDER
+from ..compose.tables import Tables
+from ..elements import EventKind
+from . import lanestext
+
+LANES = 512  # side by side: their rows fill most of a first-level cache
+MOST_GUARDS = 3  # of a mode that the scalar march takes
+MOST_HARMONICS = 8
+MOST_SUBSTEPS = 4096
+_TEMPLATE = "bifurc.basins.lanesmarch"
+_BLANK = "from .lanesblank import FORCINGS, GUARDS, LANES, lap"
+_lock = threading.Lock()
+
+
+class Kind(NamedTuple):
+    """What the written module depends on."""
+
+    guards: int  # largest number of guards of a mode
+    forcings: int  # forcing states: 1, cos and sin of every harmonic
+    lapped: int  # guards of the mode that laps; -1: no mode does
+    moving: bool  # whether a stop moves
+
+
+class Numbers(NamedTuple):
+    """What the kernels of a written module read, see `bifurc.basins.lanesmarch` and `bifurc.basins.lanestext`."""
+
+    P: np.ndarray  # (modes, NUMBERS)
+    I: np.ndarray  # (modes, ...) int64
+    harmonics: np.ndarray  # int64
+    phases: np.ndarray  # (forcings (substeps + 1),) forcing states on the grid, one after the other
+    forced: np.ndarray  # (modes (substeps + 1) (2 + 2 guards),) what they add: to the state after, to values, slopes
+    home: int  # the mode that laps; -1: none
+    numbers: np.ndarray  # of the lap
+    grid: np.ndarray  # (substeps, ...) of the lap
+
+
+def kind_of(scene: Scene) -> Kind | None:
+    """Return what lanes a scene needs, None when it has none: more than one degree of freedom, memory, laws, many guards."""
+    T = scene.tables
+    if scene.n != 1 or scene.ns != 2 or not scene.closed_form or not scene.complete or scene.period is None:
+        return None
+    if T.n_guards.max() > MOST_GUARDS or T.n_holds.max() > 1 or len(scene.harmonics) > MOST_HARMONICS:
+        return None
+    if not 0 < substeps(T) <= MOST_SUBSTEPS:
+        return None
+    home = home_of(T)
+    guards = -1 if home < 0 else int(T.n_guards[home])
+    moving = home >= 0 and bool(np.any(T.G[home, :guards, 3:]))
+    return Kind(max(int(T.n_guards.max()), 1), scene.nw, guards, moving)
+
+
+def home_of(T: Tables) -> int:
+    """Return the first mode without held rows whose guards are at most two rigid stops, or -1."""
+    for m in range(len(T.n_guards)):
+        guards = range(T.n_guards[m])
+        if T.n_holds[m] == 0 and len(guards) <= 2 and all(
+                T.kick[m, g] == 1 and T.G[m, g, 0] != 0.0 and T.G[m, g, 1] == 0.0 and T.B[m, g, 0] == 0.0 for g in guards):
+            return m
+    return -1
+
+
+def substeps(T: Tables) -> int:
+    """Return the substeps of a period: on none of them the scaled motion of any mode turns by more than `TURN`."""
+    from ..compose.tables import rate
+    top = max(rate(T, m) for m in range(len(T.n_guards)))
+    count = 2.0 * np.pi / T.flat[0] * top / lanestext.TURN
+    return max(int(np.ceil(count - 1e-9)), 8) if np.isfinite(count) and count < 1e9 else -1
+
+
+def numbers_of(T: Tables, kind: Kind) -> Numbers:
+    """Return what the kernels read of the tables of a scene."""
+    steps, omega, harmonics = substeps(T), float(T.flat[0]), T.harmonics
+    h = 2.0 * np.pi / omega / steps
+    angles = 2.0 * np.pi * np.arange(steps + 1) / steps
+    phases = np.ones((steps + 1, kind.forcings))
+    for i, k in enumerate(harmonics):
+        phases[:, 1 + 2 * i], phases[:, 2 + 2 * i] = np.cos(k * angles), np.sin(k * angles)
+    phases[-1] = phases[0]
+    powers = h ** np.arange(TERMS_ORDER + 1)
+    modes, most = len(T.n_guards), kind.guards
+    nx = 2 + kind.forcings
+    candidates = T.then.shape[2]
+    P = np.zeros((modes, _places(kind)["NUMBERS"]))
+    I = np.zeros((modes, 3 + most * (5 + candidates)), np.int64)
+    at = _places(kind)
+    flow = T.YT @ powers  # (modes, ns, nx) state after h
+    for m in range(modes):
+        guards = int(T.n_guards[m])
+        p = P[m]
+        p[at["STEP"]], p[at["OMEGA"]] = h, omega
+        p[at["FLOW"]:at["FLOW"] + 2 * nx] = flow[m].ravel()
+        p[at["STATES"]:at["SERIES"]] = T.YT[m, 0].ravel()
+        if T.n_holds[m]:
+            p[at["HOLD"]:at["HOLD"] + nx], p[at["PLACE"]:at["PLACE"] + nx] = T.H[m, 0], T.S[m, 0]
+        I[m, :3] = guards, T.n_holds[m], candidates
+        for g in range(guards):
+            rows = T.GT[m, g]
+            p[at["RATIOS"] + g] = T.ratio[m, g]
+            p[at["KAPPAS"] + g] = -2.0 * rows[:2, 2] @ T.B[m, g]
+            for name, values in (("VALUE", T.G[m, g]), ("SLOPE", rows[:, 1]), ("BOUND", _bound(rows, h)),
+                                 ("PUSH", 2.0 * rows[:, 2])):
+                if name == "BOUND":  # forcing counts with its amplitude
+                    values[2:] = values[2:].sum(), *np.zeros(kind.forcings - 1)
+                start = at[name] + g * nx
+                p[start:start + nx] = values
+            start = at["RESET"] + 2 * g * nx
+            p[start:start + 2 * nx] = T.R[m, g].ravel()
+            start = at["PUSH_RATE"] + g * nx
+            rest = int(T.ends_in[m, g])
+            if rest >= 0:
+                p[start:start + nx] = 2.0 * rows[:2, 2] @ T.A[rest]
+            for i, k in enumerate(harmonics):
+                c = 2 + 1 + 2 * i
+                p[start + c] += 2.0 * k * omega * rows[c + 1, 2]
+                p[start + c + 1] -= 2.0 * k * omega * rows[c, 2]
+            start = at["SERIES"] + g * nx * (TERMS_ORDER + 1)
+            p[start:start + rows.size] = rows.ravel()
+            start = 3 + g * (5 + candidates)
+            hit = T.kick[m, g] == 1 or T.kind[m, g] == EventKind.CONTACT.code
+            I[m, start:start + 4] = T.kick[m, g], np.any(T.D[m, g]), T.ends_in[m, g], hit
+            I[m, start + 4:start + 4 + candidates] = T.then[m, g]
+    home = home_of(T) if kind.lapped >= 0 else -1
+    return Numbers(P, I, harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases), home,
+                   *_lap_numbers(T, kind, home, h, flow, phases))
+
+
+def _forced(T: Tables, kind: Kind, flow: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """Return what the forcing adds on the grid, flat, see `Numbers.forced`."""
+    modes = len(T.n_guards)
+    made = np.zeros((modes, len(phases), 2 + 2 * kind.guards))
+    for m in range(modes):
+        made[m, :, :2] = phases @ flow[m, :, 2:].T
+        for g in range(T.n_guards[m]):
+            made[m, :, 2 + 2 * g], made[m, :, 3 + 2 * g] = phases @ T.G[m, g, 2:], phases @ T.GT[m, g, 2:, 1]
+    return made.ravel()
+
+
+def _bound(rows: np.ndarray, h: float) -> np.ndarray:
+    """Return h^4/384 times the bound on the fourth derivative over [0, h], per unit of each component of x."""
+    j = np.arange(rows.shape[1])
+    falling = j * (j - 1.0) * (j - 2.0) * (j - 3.0)
+    return (np.abs(rows[:, 4:]) * falling[4:] * h ** (j[4:] - 4.0)).sum(axis=1) * h**4 / 384.0
+
+
+def _lap_numbers(T: Tables, kind: Kind, home: int, h: float, flow: np.ndarray, phases: np.ndarray):
+    """Return ``numbers`` and ``grid`` of `bifurc.basins.lanestext.lap_text`."""
+    steps, many = len(phases) - 1, lanestext.ORDER + 1
+    if home < 0:
+        return np.zeros(1), np.zeros((0, 1))
+    guards = kind.lapped
+    place = T.YT[home, 0, :, :many]  # (nx, many) Taylor rows of the position
+    bounds = [_bound(T.GT[home, g], h) for g in range(guards)] or [np.zeros(2 + kind.forcings)]
+    bound = np.max(bounds, axis=0)
+    numbers = [h, *flow[home, 0, :2], *flow[home, 1, :2], bound[0], bound[1], bound[2:].sum()]
+    for g in range(guards):
+        numbers += [T.G[home, g, 0], T.ratio[home, g]]
+    numbers += [*place[0], *place[1]]
+    grid = [phases[:-1] @ flow[home, :, 2:].T, phases[:-1] @ place[2:]]
+    for g in range(guards):
+        value, slope = T.G[home, g, 2:], T.GT[home, g, 2:, 1]
+        grid.append(np.column_stack((phases[:-1] @ value, phases[:-1] @ slope, phases[1:] @ value, phases[1:] @ slope)))
+        if kind.moving:
+            grid.append(phases[:-1] @ (T.GT[home, g, 2:, :many] - T.G[home, g, 0] * place[2:]))
+    return np.array(numbers), np.ascontiguousarray(np.hstack(grid).reshape(steps, -1))
+
+
+def _places(kind: Kind) -> dict[str, int]:
+    """Return the places in the numbers of a mode: those of `bifurc.basins.lanesmarch`."""
+    guards, nx, terms = kind.guards, 2 + kind.forcings, TERMS_ORDER + 1
+    sizes = {"STEP": 1, "OMEGA": 1, "RATIOS": guards, "KAPPAS": guards, "FLOW": 2 * nx, "VALUE": guards * nx,
+             "SLOPE": guards * nx, "BOUND": guards * nx, "RESET": 2 * guards * nx, "PUSH": guards * nx,
+             "PUSH_RATE": guards * nx, "HOLD": nx, "PLACE": nx, "STATES": nx * terms, "SERIES": guards * nx * terms,
+             "NUMBERS": 0}
+    starts = np.concatenate(([0], np.cumsum(list(sizes.values()))[:-1]))
+    return dict(zip(sizes, starts.tolist(), strict=True))
+
+
+def module_of(kind: Kind):
+    """Return the written module of a kind, imported; its kernels are cached on disk like those of the package."""
+    import numba
+
+    from .._cache import cache_folder, closure_hash
+
+    text = _text(kind)
+    whole = "\n".join((numba.__version__, sys.version, closure_hash(_TEMPLATE), text))
+    key = hashlib.sha256(whole.encode()).hexdigest()[:20]
+    name = f"bifurc_written_lanes_{key}"
+    with _lock:
+        if name in sys.modules:
+            return sys.modules[name]
+        path = pathlib.Path(cache_folder()) / "written" / f"lanes_{key}.py"
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            os.replace(temporary, path)
+        spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+        return module
+
+
+def _text(kind: Kind) -> str:
+    """Return the source of the written module: the template with the lap and the literal numbers of a kind."""
+    spec = importlib.util.find_spec(_TEMPLATE)
+    assert spec is not None and spec.origin is not None
+    template = pathlib.Path(spec.origin).read_text(encoding="utf-8")
+    literal = f"LANES = {LANES}\nGUARDS = {kind.guards}\nFORCINGS = {kind.forcings}\n"
+    if kind.lapped >= 0:
+        lap = lanestext.lap_text(kind.lapped, LANES, kind.moving)
+    else:
+        lap = "@njit\ndef lap(W, index, count, numbers, grid):\n    pass\n"
+    before, after = template.split(_BLANK + "\n")
+    package = _TEMPLATE.rpartition(".")[0]
+    imports, rest = after.split("\n\n", 1)
+    for node in (".near", ".states"):
+        imports = imports.replace(f"from {node} ", f"from {package}{node} ")
+    before = before.replace("from ..", "from bifurc.")
+    return f"{before}{imports}\n\n{literal}\n\n{lap}\n{rest}"

@@ -1,0 +1,11 @@
+"""What the written lane module brings to `bifurc.basins.lanesmarch`: its literal numbers, and the lap.  This one stands in."""
+from .._jit import njit
+
+LANES = 512  # starts that are carried side by side
+GUARDS = 1  # largest number of guards of a mode
+FORCINGS = 3  # forcing states: 1, and cos and sin of every harmonic
+
+
+@njit
+def lap(W, index, count, numbers, grid):
+    """Carry the first ``count`` lanes of ``W`` over a forcing period in their free mode, see `bifurc.basins.lanestext`."""

@@ -1,0 +1,49 @@
+"""Command line: ``bifurc trace SYSTEM``, ``bifurc basins SYSTEM``, ``bifurc info [SYSTEM]``; one file a command.
+
+Every command is the Python of the tutorials with names in place of variables.  Files are renamed into place as soon as
+they are complete, so that an interrupt loses nothing that is finished.
+"""
+import sys
+from collections.abc import Sequence
+
+import bifurc as bf
+
+from . import branches, info, maps
+from .common import Parser, shared
+
+_INTERRUPTED = 130  # exit code of shells for a program that was interrupted
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Without the program's name; those of the process by default.
+
+    Returns
+    -------
+    int
+        0; 2 for a request that cannot be met; 130 after an interrupt.
+    """
+    try:
+        options = _parser().parse_args(arguments)
+        return options.run(options)
+    except (ValueError, LookupError, OSError) as error:
+        message = error.args[0] if isinstance(error, KeyError) and error.args else error
+        print(f"bifurc: error: {' '.join(str(message).split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("bifurc: interrupted; what was finished is on disk", file=sys.stderr)
+        return _INTERRUPTED
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="bifurc", description="Periodic motions of systems that hit, rub, stick and slip.")
+    parser.add_argument("--version", action="version", version=f"bifurc {bf.__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    branches.add(commands, shared())
+    maps.add(commands, shared())
+    info.add(commands)
+    return parser

@@ -1,0 +1,111 @@
+"""What the commands share: systems by name and their stories, values and folders from the command line."""
+import argparse
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bifurc as bf
+
+
+@dataclass(frozen=True)
+class Story:
+    """What a system shows when nothing but its name is given."""
+
+    parameter: str
+    bounds: tuple[float, float]
+    basin: dict[str, float]  # parameters of the basin map
+    window: dict[str, tuple[float, float]]  # of the starts: two state components
+    guess: tuple[float, ...] | None = None  # state at phase 0 near the motion, where rest is another one
+
+
+STORIES = {
+    "impact_oscillator": Story("omega", (0.5, 2.0), {"omega": 1.4}, {"q0": (-3.0, 1.0), "v0": (-4.0, 4.0)}),
+    "moving_frame_impact_oscillator": Story("omega", (0.8, 2.5), {}, {"q0": (-3.0, 1.0), "v0": (-4.0, 4.0)}),
+    "two_sided_impact_oscillator": Story("amplitude", (0.6, 4.0), {"amplitude": 0.8},
+                                         {"q0": (-1.0, 1.0), "v0": (-3.0, 3.0)}),
+    "bilinear_oscillator": Story("omega", (0.5, 2.5), {"omega": 1.29}, {"q0": (-2.0, 2.0), "v0": (-3.0, 3.0)}),
+    "duffing_oscillator": Story("omega", (0.5, 2.5), {"omega": 1.5}, {"q0": (-2.5, 2.5), "v0": (-4.0, 4.0)}),
+    "bouncing_ball": Story("amplitude", (0.3, 1.2), {}, {"q0": (0.5, 8.0), "v0": (-4.0, 4.0)}, (2.487161, 2.368808)),
+    "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
+}
+
+
+class UsageError(argparse.ArgumentTypeError, ValueError):
+    """A request that cannot be met; the message is shown in one line."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, as all others of the program."""
+
+    def error(self, message: str):
+        raise UsageError(f"{message} ({self.prog} --help tells more)")
+
+
+def shared() -> Parser:
+    """Return the arguments that all commands on a system have."""
+    common = Parser(add_help=False)
+    common.add_argument("system", metavar="SYSTEM", help="name of a ready system (bifurc info lists them)")
+    common.add_argument("--set", metavar="NAME=VALUE", nargs="+", action="extend", default=[], help="parameter values")
+    common.add_argument("--out", metavar="DIR", default="bifurc-results", help="of the results (default: %(default)s)")
+    common.add_argument("--format", choices=("png", "pdf", "svg"), default="png", help="of the pictures")
+    common.add_argument("--cells", metavar="N", type=int, default=400, help="starts a side of the basin map (400)")
+    common.add_argument("--workers", metavar="N", type=int, default=None, help="threads (default: one a processor)")
+    common.add_argument("--quiet", action="store_true", help="no progress bars")
+    return common
+
+
+def system_name(system: str) -> str:
+    """Return the name of a ready system."""
+    name = system.replace("-", "_")
+    if name not in bf.systems.__all__:
+        raise UsageError(f"SYSTEM {system!r} is unknown; there are {', '.join(bf.systems.__all__)}")
+    return name
+
+
+def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
+    """Return the name, the built system and its story."""
+    name = system_name(options.system)
+    builder = getattr(bf.systems, name)
+    kinds = {key: type(value) for key, value in builder().parameters.items()}
+    changes = {}
+    for item in options.set:
+        key, equals, text = item.partition("=")
+        if not equals:
+            raise UsageError(f"--set takes NAME=VALUE, got {item!r}")
+        kind = kinds.get(key, float)
+        try:
+            changes[key] = kind(text)
+        except ValueError:
+            raise UsageError(f"--set {key} takes a value of type {kind.__name__}, got {text!r}") from None
+    if options.cells < 2:
+        raise UsageError(f"--cells must be at least 2, got {options.cells}")
+    return name, builder(**changes), STORIES[name]
+
+
+def folder_of(text: str) -> Path:
+    """Return the folder of that name, created when missing."""
+    folder = Path(text)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def number(text: str) -> float:
+    """Return a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"a finite number is needed, got {text!r}")
+    return value
+
+
+def reason(branch: Any) -> str:
+    """Return why the tracer stopped, for both ends, as one line."""
+    return " and ".join(str(reason).replace("_", " ") for reason in branch.stop_reason)
+
+
+def say_saved(path: Path) -> None:
+    """Tell where a picture is."""
+    print(f"picture: {path}")

@@ -1,0 +1,71 @@
+"""``bifurc basins SYSTEM``: which starts lead to which motion."""
+import argparse
+import inspect
+from pathlib import Path
+from typing import Any
+
+import bifurc as bf
+from bifurc.warm import warm_up
+
+from .common import UsageError, folder_of, number, say_saved, system_of
+
+
+def add(commands, shared) -> None:
+    """Add the command to the parser."""
+    basins = commands.add_parser("basins", parents=[shared], help="map basins of attraction",
+                                 description=inspect.getdoc(run_basins))
+    basins.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
+                        help="a state component (q0, v0, ...) and its range; given twice")
+    basins.set_defaults(run=run_basins)
+
+
+def run_basins(options: argparse.Namespace) -> int:
+    """Map the basins of attraction over two components of the start."""
+    name, system, story = system_of(options)
+    if not options.set:
+        system = system.with_parameters(**story.basin)
+    window = story.window
+    if options.window:
+        window = {component: (number(low), number(high)) for component, low, high in options.window}
+        if len(window) != 2:
+            raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")
+    warm_up()
+    return map_basins(name, system, window, folder_of(options.out), options)
+
+
+def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], folder: Path,
+               options: argparse.Namespace) -> int:
+    """Map, print, save and draw the basins of one system, and its attractors as motions."""
+    print(f"{system!r}: basins of {options.cells} x {options.cells} starts")
+    grid = bf.Grid(**{component: (*bounds, options.cells) for component, bounds in window.items()})
+    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet,
+                                     file=folder / f"{name}_basins.npz")
+    print(basin_table(basins))
+    figure, (ax,) = bf.plotting.figure(6.3, 4.4)
+    bf.plotting.plot_basins(basins, ax)
+    say_saved(bf.plotting.save_figure(figure, folder / f"{name}_basins.{options.format}"))
+    motions = [attractor for attractor in basins.attractors if hasattr(attractor, "sample")][:4]
+    if motions:
+        figure, axes = bf.plotting.figure(6.9, 3.0 * len(motions), columns=2, rows=len(motions), width_ratios=(1, 1.35))
+        for k, attractor in enumerate(motions):
+            bf.plotting.plot_orbit(attractor, axes[2 * k:2 * k + 2])
+        say_saved(bf.plotting.save_figure(figure, folder / f"{name}_motions.{options.format}"))
+    return 0
+
+
+def basin_table(basins: Any) -> str:
+    """Return the attractors with their basins' fractions, and how far the labels can be trusted."""
+    head = f"{'label':>5}  {'attractor':<24}{'fraction':>10}  multipliers"
+    lines = [head, "-" * len(head)]
+    for label, attractor in enumerate(basins.attractors):
+        multipliers = getattr(attractor, "multipliers", None)
+        words = "" if multipliers is None else ", ".join(_complex(value) for value in multipliers[:4])
+        fraction = basins.fractions.get(label, 0.0)
+        lines.append(f"{label:>5}  {bf.plotting.describe(attractor):<24}{fraction:>10.6f}  {words}")
+    lines.append(f"{-1:>5}  {'unresolved':<24}{basins.fractions.get(-1, 0.0):>10.6f}")
+    lines.append(f"predicted fraction of untrustworthy labels: {basins.label_uncertainty:.1e}")
+    return "\n".join(lines)
+
+
+def _complex(value: complex) -> str:
+    return f"{value.real:.6f}" if value.imag == 0 else f"{value.real:.6f}{value.imag:+.6f}i"

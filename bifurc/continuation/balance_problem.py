@@ -1,0 +1,325 @@
+"""Harmonic orbits as a continuation problem: one compiled call a step, changes of the order of events as special points."""
+import copy
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..elements import EventKind
+from ..hbm.balance import Balance
+from ..hbm.layout import Layout
+from ..hbm.measures import measure_gradient
+from ..hbm.status import MarchStatus
+from ..orbits.balance import HarmonicBalance, HarmonicOrbit, largest
+from ..orbits.path import series_over
+from ..system import System
+from .kinds import CorrectorStatus, SpecialPointKind
+from .problem import NO_MONITORS, Corrected, Monitor, Problem
+
+BIRTH, DEATH = "birth", "death"
+BESIDE = 1e-4  # arclength behind a boundary at which the new order of events is read
+POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
+         EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
+NATURAL = 3.0  # natural size of the coefficients over the largest amplitude at the start
+
+
+@dataclass(frozen=True, eq=False)
+class BalancePath:
+    """Numbers of the parts along a parameter: those that change, as Chebyshev series on [low, high]; see `orbits.path`."""
+
+    base: np.ndarray
+    name: str
+    index: np.ndarray
+    series: np.ndarray
+    low: float
+    high: float
+
+
+def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, float]) -> "BalanceProblem":
+    """Return the problem that continues a harmonic orbit in ``parameter`` over ``bounds``.
+
+    Raises
+    ------
+    ValueError
+        Unknown or discrete parameter; an orbit that is not converged; set-valued friction, whose balance has no derivative.
+    """
+    name = orbit.system.parameter_name(parameter)
+    value = orbit.system.parameter(name)
+    if not orbit.success:
+        raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
+    held = orbit.balance.parts.held
+    if held:
+        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish the "
+                         "orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
+    balance = orbit.balance
+    path = path_over(balance, name, bounds)
+    size = NATURAL * float(np.abs(orbit.coefficients).max()) or 1.0
+    scale = np.append(np.full(balance.size, size), 0.5 * abs(bounds[1] - bounds[0]))
+    return BalanceProblem(balance, orbit.method, path, np.append(orbit.coefficients, value), scale)
+
+
+def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> BalancePath:
+    """Return the numbers of a balance along a parameter."""
+    how = {} if pad is None else {"pad": pad}
+    index, series, low, high = series_over(balance.system, name, bounds, balance.parts.flat_of, **how)
+    return BalancePath(balance.parts.flat.copy(), name, index, series, low, high)
+
+
+class BalanceProblem(Problem):
+    """Harmonic balance along one parameter.
+
+    The problem keeps the number of events of each contact that it starts with and goes on smoothly, a little, beyond the
+    point where that changes: where a pair of events is born or dies lies a special point (slip_onset, stick_onset, grazing,
+    separation by its kind), and the branch, which may have a corner there, goes on with a problem for the new number.
+
+    Parameters
+    ----------
+    balance : Balance
+    method : HarmonicBalance
+    path : BalancePath
+    x0 : ndarray (n + 1,)
+        Coefficients of the start and the parameter.
+    scale : ndarray (n + 1,)
+        Natural sizes.
+    listed : ndarray (contacts,), optional
+        Events of each contact; default those at ``x0``.
+    """
+
+    def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
+        from ..hbm.corrector import INFO
+        from ..hbm.margins import FIELDS, KINDS
+
+        self.balance, self.method, self.path = balance, method, path
+        self.system, self.layout = balance.system, balance.layout
+        self.parameter = path.name
+        self.size = balance.size
+        self.scale = np.array(scale, float)
+        self.x0 = np.array(x0, float)
+        self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
+        self._law = bool(balance.parts.laws)
+        self._flat, self._dflat = np.empty_like(path.base), np.empty_like(path.base)
+        shape = balance.parts.shape
+        kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
+                        for g in range(int(shape.guards[k, m])) if not shape.silent[k, m, g]})
+        self._kinds = [kind for kind in kinds if tuple(EventKind)[kind] in POINT]
+        self.monitors = tuple(Monitor(POINT[tuple(EventKind)[kind]], name, boundary=True)
+                              for kind in self._kinds for name in (BIRTH, DEATH))
+        self.listed = np.array(listed, np.int64) if listed is not None else self._counted(self.x0)
+        self.signature = self._words()
+
+    # equations
+
+    def numbers(self, p: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of the system at ``p`` and their derivatives; overwritten by the next call."""
+        from ..hbm.corrector import numbers_at
+
+        path = self.path
+        numbers_at(path.base, path.index, path.series, path.low, path.high, float(p), self._flat, self._dflat)
+        return self._flat, self._dflat
+
+    def correct(self, x, tangent, fixed=False) -> Corrected:
+        """See `Problem.correct`; one compiled call where no law is sampled."""
+        if self._law:
+            return super().correct(x, tangent, fixed)
+        from ..hbm import corrector
+
+        path, balance, info = self.path, self.balance, self._info
+        point, new = np.empty(self.size + 1), np.empty(self.size + 1)
+        status = corrector.correct(balance.parts.shape, path.base, path.index, path.series, path.low, path.high, balance.grid,
+                                   self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info, self._events)
+        count, residual, contraction, distance, sign, log, _ = info.tolist()
+        if status != corrector.CONVERGED:
+            why = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
+            return Corrected(point, tangent, False, why.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
+                             math.inf, 0.0, -math.inf, NO_MONITORS)
+        why = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
+        return Corrected(point, new, True, why, int(count), residual, distance, contraction, sign, log, self._values())
+
+    def _linearised(self, x):
+        """See `Problem._linearised`; residual and derivatives in one go, for balances with laws."""
+        status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]), listed=self.listed)
+        if status is not MarchStatus.FOLLOWED:
+            f = np.full(self.size, np.nan)
+        return f.copy(), wide, 2.220446049250313e-16 * (np.abs(wide) @ np.abs(x))
+
+    def residual(self, u, p):
+        """Return the residual (n,), force."""
+        status, f, _ = self.balance.linearised(u, *self.numbers(p), slopes=False, listed=self.listed)
+        return f.copy() if status is MarchStatus.FOLLOWED else np.full(self.size, np.nan)
+
+    def jacobian(self, u, p):
+        """Return F_u (n, n) and F_p (n,), exact."""
+        status, _, wide = self.balance.linearised(u, *self.numbers(p), listed=self.listed)
+        wide = wide.copy() if status is MarchStatus.FOLLOWED else np.full_like(wide, np.nan)
+        return wide[:, :-1], wide[:, -1]
+
+    # order of events
+
+    def monitor_values(self, u, p, tangent):
+        """Return the values of ``monitors`` at a solution."""
+        if not self._kinds:
+            return NO_MONITORS
+        self._margins(np.append(u, p), self.listed)
+        return self._values()
+
+    def _margins(self, x, listed) -> None:
+        from ..hbm.corrector import watched
+
+        flat, dflat = self.numbers(x[-1])
+        status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False, listed=listed)
+        if status is not MarchStatus.FOLLOWED:
+            raise ValueError(status.sentence)
+        watched(self.balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), self.balance.grid, self.balance.room, self._events)
+
+    def _counted(self, x) -> np.ndarray:
+        """Return the number of events of each contact at ``x``, as they come."""
+        if not len(self.balance.contacts):
+            return np.zeros(0, np.int64)
+        self._margins(np.asarray(x, float), None)
+        return self.balance.room.counts[:, 0] - 1
+
+    def _values(self) -> np.ndarray:
+        """Return the monitors: for each kind the largest near miss, and minus the least overshoot; both negative inside."""
+        kinds = self._kinds
+        return np.stack([self._events[kinds, 2], -self._events[kinds, 1]], axis=1).ravel() if kinds else NO_MONITORS
+
+    def _words(self) -> str:
+        """Return how many events a period has."""
+        return f"{int(self.listed.sum())} events" if len(self.listed) else ""
+
+    def switch(self, point, monitor):
+        """Return the problem for the number of events behind a boundary."""
+        listed = self.listed
+        for ahead in (1.0, 10.0, 100.0):
+            listed = self._counted(point.x + ahead * BESIDE * self.scale * point.tangent)
+            if not np.array_equal(listed, self.listed):
+                break
+        other = copy.copy(self)
+        other.x0, other.listed = point.x.copy(), listed
+        other.signature = other._words()
+        return other, point.x, point.tangent
+
+    def same(self, other) -> bool:
+        """Whether two problems have the same equations and order of events."""
+        return (isinstance(other, BalanceProblem) and self.layout == other.layout and self.parameter == other.parameter
+                and np.array_equal(self.listed, other.listed))
+
+    # other numbers
+
+    def bounded(self, low, high, made):
+        """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""
+        path = self.path
+        if path.low <= low and high <= path.high:
+            return self
+        if path not in made:
+            made[path] = path_over(self.balance, path.name, (min(low, path.low), max(high, path.high)))
+        return self.on_path(made[path])
+
+    def on_path(self, path) -> "BalanceProblem":
+        """Return the problem with the numbers of another path along the same parameter."""
+        other = copy.copy(self)
+        other.path = path
+        return other
+
+    def family(self, name: str, bounds: tuple[float, float]):
+        """Return the same equations over a second parameter, see `families`."""
+        from .families import PathFamily
+
+        name = self.system.parameter_name(name)
+        value = self.system.parameter(name)
+        if name == self.parameter:
+            raise ValueError(f"the two parameters must differ, got {name!r} twice")
+        low, high = bounds
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise ValueError(f"bounds of {name!r} must be finite, got {bounds!r}")
+        for end in bounds:
+            self.system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+
+        def sample(a, b):
+            return self.balance.parts.flat_of(self.system.with_parameters(**{self.parameter: float(a), name: float(b)}))
+
+        base = self.path.base
+
+        def make(index, series, a, b):
+            return BalancePath(base, self.parameter, index, series, a, b)
+        return PathFamily(self, name, value, 0.5 * (high - low), sample, bounds, make)
+
+    # what is shown and stored
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Columns on demand."""
+        n = self.layout.n
+        memory = sum(len(element.memory) for element in self.system.elements)
+        each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
+        return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(2 * n + memory)))
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
+        if name == "n_events":
+            return np.full(len(xs), int(self.listed.sum()))
+        if name == "period":
+            return np.array([2.0 * np.pi / self.numbers(x[-1])[0][0] for x in xs])
+        if name == "stable" or name.startswith("multiplier_"):
+            return self._stability(name, xs)
+        kind, dof = name.rsplit("_", 1)
+        layout, dof = self.layout, int(dof)
+        q = xs[:, :-1].reshape(len(xs), layout.slots, layout.n)[:, :, dof]
+        if kind == "h1":
+            first = layout.slot(layout.periods) if layout.periods in layout.harmonics else None
+            return np.zeros(len(xs)) if first is None else np.hypot(q[:, first], q[:, first + 1])
+        if kind == "rms":
+            return np.sqrt(q * q @ np.where(layout.waves == 0, 1.0, 0.5))
+        sign = 1.0 if kind == "max" else -1.0
+        return sign * np.array([largest(layout, sign * row) for row in q])
+
+    def measure_gradient(self, name, x):
+        """Return the gradient (n + 1,) of a measure, in closed form; None for measures that are no amplitude."""
+        made = measure_gradient(self.layout, name, x[:-1])
+        return None if made is None else np.append(made, 0.0)
+
+    def _stability(self, name, xs):
+        try:
+            from ..hbm import stability
+        except ImportError:
+            stability = None
+        mu = None if stability is None else stability.multipliers_along(self, xs)
+        if mu is None:
+            return np.full(len(xs), np.nan)
+        if name == "stable":
+            return np.where(np.isfinite(mu).all(axis=1), np.abs(mu).max(axis=1, initial=0.0) < 1.0, False)
+        k = int(name[11:])
+        return mu[:, k] if k < mu.shape[1] else np.zeros(len(xs), complex)
+
+    def solution(self, x) -> HarmonicOrbit:
+        """Return the orbit at ``x`` (n + 1,)."""
+        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
+        how = {"method": "harmonic balance, newton", "harmonics": [k / self.layout.periods for k in self.layout.harmonics],
+               "aft": self.method.aft, "parameter": self.parameter}
+        if self._law:
+            how["law samples"] = self.balance.law_samples
+        return HarmonicOrbit(system, self.method, self.layout, x[:-1], how, None, self.balance.at(system))
+
+    @functools.cached_property
+    def memory(self) -> int:
+        """Number of memory states."""
+        return sum(len(element.memory) for element in self.system.elements)
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description."""
+        return {"kind": "balance", "system": self.system.to_record(), "parameter": self.parameter,
+                "path": [self.path.low, self.path.high], "method": self.method.to_record(),
+                "harmonics": list(self.layout.harmonics), "periods": self.layout.periods, "samples": self.balance.samples,
+                "law_samples": self.balance.law_samples, "listed": self.listed.tolist(), "scale": self.scale.tolist(),
+                "x0": self.x0.tolist()}
+
+    @classmethod
+    def from_record(cls, record: dict, elements=()) -> "BalanceProblem":
+        """Make the problem that gave ``record``."""
+        system = System.from_record(record["system"], elements)
+        layout = Layout(tuple(record["harmonics"]), system.n, record["periods"])
+        balance = Balance(system, layout, record["samples"], record["law_samples"])
+        path = path_over(balance, record["parameter"], tuple(record["path"]), pad=0.0)
+        return cls(balance, HarmonicBalance.from_record(record["method"]), path, np.array(record["x0"]), np.array(record["scale"]),
+                   np.array(record["listed"], np.int64))

@@ -1,0 +1,63 @@
+"""How far a balance is from the motion: one Newton step in twice the harmonics, whose residual the kept ones leave.
+
+To first order the step is the error (Urabe 1965 bounds it with the same residual); it holds what truncation does to the kept
+harmonics as well.  What lies beyond the doubled set is estimated from how the step falls towards its end.
+"""
+import numpy as np
+
+from .balance import Balance
+from .layout import Layout
+from .status import MarchStatus
+
+LARGE = 700  # unknowns up to which the step is solved with all couplings
+NEXT = 2  # the doubled set reaches to this many times the top harmonic
+
+
+def longer(layout: Layout, factor: int = NEXT) -> Layout:
+    """Return the layout with the harmonics up to ``factor`` times its top; only odd ones if it holds only odd ones."""
+    step = 2 if all(k % 2 for k in layout.harmonics) else 1
+    start = layout.top + step
+    return Layout((*layout.harmonics, *range(start, factor * layout.top + 1 if layout.top > 1 else 4, step)), layout.n, layout.periods)
+
+
+def truncation(balance: Balance, x) -> np.ndarray | None:
+    """Return an estimate (n,) of the largest distance of each coordinate from the motion; None where it cannot be made.
+
+    Parameters
+    ----------
+    balance : Balance
+    x : ndarray (size,)
+        Its solution.
+    """
+    layout = balance.layout
+    more = longer(layout)
+    samples = balance.samples if balance.samples == 0 or balance.samples > 4 * more.top else 8 * more.top
+    wide = Balance(balance.system, more, samples)
+    moved = layout.moved(x, more)
+    status, f, J = wide.linearised(moved, slopes=more.size <= LARGE)
+    if status is not MarchStatus.FOLLOWED:
+        return None
+    f = f.copy()
+    if more.size <= LARGE:
+        try:
+            step = np.linalg.solve(J[:, :-1], f)
+        except np.linalg.LinAlgError:
+            return None
+    else:
+        step = np.zeros(more.size)
+        for k in more.harmonics:
+            if k not in layout.harmonics:
+                slot = more.slot(k) * layout.n
+                phasor = np.linalg.solve(wide.stiffness(k), f[slot:slot + layout.n] - 1j * f[slot + layout.n:slot + 2 * layout.n])
+                step[slot:slot + layout.n], step[slot + layout.n:slot + 2 * layout.n] = phasor.real, -phasor.imag
+    size = np.zeros((len(more.harmonics), layout.n))
+    for i, k in enumerate(more.harmonics):
+        size[i] = [abs(more.phasor(step, k, dof)) for dof in range(layout.n)]
+    new = np.array([k not in layout.harmonics for k in more.harmonics])
+    upper = size[new]
+    # the sum beyond the end, as of a series that falls by the same factor from one doubling to the next
+    half = len(upper) // 2
+    first, last = upper[:half].sum(axis=0), upper[half:].sum(axis=0)
+    ratio = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
+    tail = last * np.clip(ratio, 0.0, 0.9) / (1.0 - np.clip(ratio, 0.0, 0.9))
+    return size.sum(axis=0) + tail

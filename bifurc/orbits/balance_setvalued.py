@@ -1,0 +1,85 @@
+"""Harmonic orbits with set-valued friction: the solvers of `hbm.setvalued` and Li's published method, as `find_orbit` uses them."""
+import numpy as np
+
+from ..hbm.balance import Balance
+from ..hbm.setvalued import SetValuedResult, SetValuedStatus, solve
+from ..hbm.setvalued import Balance as Friction
+from ..hbm.setvalued_system import contacts_of, estimated_error, rest_of
+from ..hbm.status import BalanceStatus
+
+TIGHTER = 0.05  # first width for a given guess, over the natural one
+_STATUS = {SetValuedStatus.CONVERGED: None, SetValuedStatus.HELD: None, SetValuedStatus.RESTS: BalanceStatus.AT_REST,
+           SetValuedStatus.SINGULAR: BalanceStatus.SINGULAR, SetValuedStatus.NOT_FINITE: BalanceStatus.MARCH_FAILED,
+           SetValuedStatus.STUCK: BalanceStatus.NOT_CONVERGED}
+
+
+def set_valued(balance: Balance, method, starts, guessed: bool):
+    """Return packed coefficients, what `how` says, and None or the status.
+
+    Parameters
+    ----------
+    balance : Balance
+        With held elements among its parts.
+    method : HarmonicBalance
+    starts : list of ndarray (size,)
+        Tried in order.
+    guessed : bool
+        Whether the user gave the start; then the regularisation begins narrow.
+    """
+    layout, contacts, rest = balance.layout, contacts_of(balance), rest_of(balance)
+    omega = float(balance.numbers.omega[0]) * layout.periods
+    if method.solver == "galerkin-broyden":
+        from ..hbm.galerkin import galerkin
+
+        return galerkin(balance, contacts, rest, method, starts)
+    found = None
+    for start, first in [*((start, TIGHTER if guessed else 1.0) for start in starts), *((start, 1.0) for start in starts[:guessed])]:
+        found = solve(layout, omega, rest, contacts, start, first_width=first, solver=method.solver)
+        if found.success:
+            break
+    assert found is not None
+    return found.x, told(balance, contacts, rest, found, method), _STATUS[found.status]
+
+
+def told(balance: Balance, contacts, rest, found: SetValuedResult, method) -> dict:
+    """Return what `how` says of a solution: method, residual over the force scale, error estimates, reversals or interval."""
+    layout = balance.layout
+    omega = float(balance.numbers.omega[0]) * layout.periods
+    force = max([float(np.abs(balance.numbers.E).max()), *(contact.limit for contact in contacts)]) or 1.0
+    how: dict = {"method": f"harmonic balance with set-valued friction, {method.solver}", "statement": found.status.sentence,
+                 "harmonics": [k / layout.periods for k in layout.harmonics], "iterations": found.iterations,
+                 "evaluations": found.evaluations, "residual": found.residual / force}
+    acting = [contact for contact in contacts if contact.limit > 0.0]
+    equations = Friction(layout, omega, rest, acting)
+    largest, first = estimated_error(balance, equations, found)
+    how["error"] = [float(value) for value in largest] if np.isfinite(largest).all() else None
+    how["error of the first harmonic"] = [float(value) for value in first] if np.isfinite(first).all() else None
+    if found.status is SetValuedStatus.RESTS:
+        how["interval"] = interval(balance, acting, found)
+    else:
+        rate = float(balance.numbers.omega[0])
+        how["reversals"] = {contact.label: [float(theta) / rate for theta in pattern.instants]
+                            for contact, pattern in zip(acting, found.patterns, strict=True)}
+        slow = [contact.label for contact, width in zip(acting, found.widths, strict=True) if width > 0.0]
+        if slow:
+            how["held contacts"] = slow
+    return how
+
+
+def interval(balance: Balance, contacts, found: SetValuedResult) -> list[list[float]]:
+    """Return the least and the largest mean of each coordinate at rest, (n, 2): the contact forces stay within the bounds.
+
+    With several contacts each is shifted alone, the others staying as found.
+    """
+    layout = balance.layout
+    mean = layout.matrix(found.x)[0] if layout.mean else np.zeros(layout.n)
+    out = np.stack([mean, mean], axis=1)
+    K = balance.numbers.K
+    for contact, (low, high) in zip(contacts, found.room, strict=True):
+        try:
+            shift = -np.linalg.solve(K, contact.row)
+        except np.linalg.LinAlgError:  # a free coordinate rests anywhere
+            return [[-np.inf, np.inf]] * layout.n
+        ends = mean[:, None] + np.multiply.outer(shift, [low, high])
+        out[:, 0], out[:, 1] = np.minimum(out[:, 0], ends.min(axis=1)), np.maximum(out[:, 1], ends.max(axis=1))
+    return out.tolist()

@@ -1,0 +1,227 @@
+"""Sweeps, brute-force bifurcation diagrams and charts over two parameters."""
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+
+from . import style
+from .basins import _COLORS
+from .branches import plot_branch
+
+_STEPS = {"max": "maximum", "min": "minimum", "rms": "rms"}  # measures of an orbit by the first part of a column's name
+_FIELDS = {"periods": "period of the motion most starts reach", "impacts": "impacts a forcing period", "attractors": "motions reached",
+           "exponents": "largest Lyapunov exponent"}
+
+
+@style.styled
+def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequence[Any] = (), measure: str = "rms_0") -> Sequence[Axes]:
+    """Draw the attractors of a sweep on the branches of `trace`, above the share of the starts that each attracts.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        Anything with ``parameter``, ``values`` (m,), ``tracks`` (``number``, ``values``, ``attractors``, ``fractions``),
+        ``families`` (tuples of track numbers) and ``fractions`` (m, tracks).
+    axes : two matplotlib.axes.Axes, optional
+    branches : sequence of Branch
+        Of the same parameter.
+    measure : str
+        ``max_i``, ``min_i`` or ``rms_i``: vertical axis of the upper picture.  Chaotic attractors have none: they are
+        marked at its lower edge.
+
+    Returns
+    -------
+    two matplotlib.axes.Axes
+    """
+    if axes is None:
+        from matplotlib import pyplot
+
+        _, axes = pyplot.subplots(2, 1, figsize=(6.3, 5.4), layout="constrained", sharex=True)
+    above, below = axes
+    name, dof = measure.split("_")
+    tracks = {track.number: track for track in sweep.tracks}
+    for branch in branches:
+        plot_branch(branch, above, measure, points=False)
+    stack, tints, colors, words = [], [], [], []
+    for k, family in enumerate(sweep.families):
+        tint, color = _COLORS[k % len(_COLORS)]
+        label = _family([tracks[number] for number in family])
+        for number in family:
+            track = tracks[number]
+            rows = [(value, getattr(item, _STEPS[name])(int(dof))) for value, item in zip(track.values, track.attractors, strict=True)
+                    if not hasattr(item, "points")]
+            if rows:
+                x, y = np.array(rows).T
+                above.plot(x, y, linestyle="none", marker="o", markersize=2.2, color=color, zorder=4)
+            chaos = [value for value, item in zip(track.values, track.attractors, strict=True) if hasattr(item, "points")]
+            if chaos:
+                above.plot(chaos, np.full(len(chaos), 0.02), linestyle="none", marker="|", markersize=6, color=color,
+                           transform=above.get_xaxis_transform(), zorder=4)
+        stack.append(sweep.fractions[:, list(family)].sum(axis=1))
+        tints.append(tint)
+        colors.append(color)
+        words.append(label)
+    if stack:
+        drawn = below.stackplot(sweep.values, np.array(stack), colors=tints, labels=words)
+        for area, color in zip(drawn, colors, strict=True):
+            area.set_edgecolor(color)
+            area.set_linewidth(0.6)
+    below.set_xlim(np.min(sweep.values), np.max(sweep.values))
+    below.set_ylim(0.0, 1.0)
+    below.set_xlabel(style.parameter_label(sweep.parameter))
+    below.set_ylabel("share of starts")
+    above.set_xlabel("" if above.get_shared_x_axes().joined(above, below) else style.parameter_label(sweep.parameter))
+    single = all(len(getattr(item, "state", (0, 0))) == 2 for track in tracks.values() for item in track.attractors)
+    above.set_ylabel(style.measure_label(measure, single))
+    if stack:
+        below.legend(loc="upper left", bbox_to_anchor=(0.0, -0.2), borderaxespad=0.0, ncols=2)
+    return axes
+
+
+def _family(tracks: Sequence[Any]) -> str:
+    """Return the periods of a family in words, in order of appearance."""
+    kinds = list(dict.fromkeys(item.periods or 0 for track in tracks for item in track.attractors))
+    text = [str(kind) if kind else "chaotic" for kind in kinds]
+    text = text if len(text) <= 5 else [*text[:4], "..."]
+    return ("period " if kinds[0] else "") + r" $\to$ ".join(text)
+
+
+@style.styled
+def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branches: Sequence[Any] = ()) -> Axes:
+    """Draw a component of the section points over the parameter: up in one colour, down in another.
+
+    Parameters
+    ----------
+    diagram : BifurcationDiagram
+        Anything with ``parameter``, ``values`` (m,), ``directions`` and ``points`` (directions, m, starts, keep, ns).
+    ax : matplotlib.axes.Axes, optional
+    component : int
+        Of the state.
+    branches : sequence of Branch
+        With the recorded or measured column ``state_<component>``, if they have it; others are left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 3.9)
+    ns = diagram.points.shape[-1]
+    for k, direction in enumerate(diagram.directions):
+        values = diagram.points[k][..., component].reshape(len(diagram.values), -1)
+        x = np.repeat(diagram.values, values.shape[1])
+        good = np.isfinite(values.ravel())
+        color, size = (style.VERMILION, 2.2) if direction == "down" and len(diagram.directions) > 1 else (style.BLUE, 0.9)
+        ax.plot(x[good], values.ravel()[good], linestyle="none", marker=".", markersize=size, markeredgewidth=0.0, color=color,
+                label=f"{direction}wards", rasterized=True, zorder=2 if direction == "down" else 3)
+    for branch in branches:
+        if f"state_{component}" in branch.column_names:
+            plot_branch(branch, ax, f"state_{component}", points=False)
+    ax.set_xlim(diagram.values[0], diagram.values[-1]) if len(diagram.values) > 1 else None
+    ax.set_xlabel(style.parameter_label(diagram.parameter))
+    ax.set_ylabel(style.component_label(component, ns // 2) + " at phase 0")
+    style.legend(ax, markerscale=5)
+    return ax
+
+
+@style.styled
+def plot_chart(chart: Any, ax: Axes | None = None, field: str = "periods") -> Axes:
+    """Draw one field of a chart over its two parameters.
+
+    Parameters
+    ----------
+    chart : ParameterChart
+        Anything with ``parameters`` (two names), ``values`` (two rows) and the field (a, b).
+    ax : matplotlib.axes.Axes, optional
+    field : {"periods", "impacts", "attractors", "exponents"}
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    if field not in _FIELDS:
+        raise ValueError(f"field = {field!r} is not allowed; it must be one of {', '.join(_FIELDS)}")
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 4.4)
+    values = np.asarray(getattr(chart, field), float)
+    x, y = (_edges(np.asarray(row, float)) for row in chart.values)
+    if field in ("periods", "attractors"):
+        kinds = sorted(set(values.astype(int).ravel().tolist()))
+        order = [kind for kind in kinds if kind > 0][:10]
+        rest = [kind for kind in kinds if kind > 0][10:]
+        table = {kind: i for i, kind in enumerate(order)} | {kind: len(order) for kind in rest}
+        words = [str(kind) for kind in order] + ([str(rest[0]) if len(rest) == 1 else f"{rest[0]}..{rest[-1]}"] if rest else [])
+        colors = [_PALETTE[i % len(_PALETTE)] for i in range(len(words))]
+        for kind, word, color in ((0, "none" if field == "periods" else "0", "#303030"), (-1, "ended", "#ffffff")):
+            if kind in kinds:
+                table[kind] = len(words)
+                words.append(word)
+                colors.append(color)
+        shown = np.vectorize(table.get)(values.astype(int))
+        norm = BoundaryNorm(np.arange(-0.5, len(words)), len(words))
+        drawn = ax.pcolormesh(x, y, shown.T, cmap=ListedColormap(colors), norm=norm, rasterized=True)
+        bar = ax.figure.colorbar(drawn, ax=ax, ticks=np.arange(len(words)))
+        bar.ax.set_yticklabels(words)
+        bar.ax.minorticks_off()
+    else:
+        finite = np.ma.masked_invalid(values)
+        limit = float(np.abs(finite).max()) if finite.count() and field == "exponents" else None
+        drawn = ax.pcolormesh(x, y, finite.T, cmap="RdBu_r" if field == "exponents" else "viridis", rasterized=True,
+                              vmin=None if limit is None else -limit, vmax=limit)
+        bar = ax.figure.colorbar(drawn, ax=ax)
+        ax.set_facecolor("#d9d9d9")
+    bar.set_label(_FIELDS[field])
+    ax.set_xlabel(style.parameter_label(chart.parameters[0]))
+    ax.set_ylabel(style.parameter_label(chart.parameters[1]))
+    return ax
+
+
+_PALETTE = [style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW, "#8a8200", "#7f3b08", "#5e4fa2",
+            style.GREY]
+
+
+def _edges(centres: np.ndarray) -> np.ndarray:
+    """Return the edges of cells around their centres."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    middle = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate(([2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]))
+
+
+@style.styled
+def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None) -> Axes:
+    """Draw a basin map with the saddle on the boundary of two basins, and its unstable set.
+
+    Parameters
+    ----------
+    edge : EdgeState
+        Anything with ``basins`` (`plot_basins`, when ``ax`` is not given) and ``saddle`` (an orbit, or None).
+    ax : matplotlib.axes.Axes, optional
+        With the map drawn.
+    unstable : UnstableSet, optional
+        Anything with ``points`` (k, ns) and ``curves`` (k,).
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    from .basins import _component, plot_basins, section_points
+
+    if ax is None:
+        ax = plot_basins(edge.basins)
+    states = edge.points.shape[1]
+    i, j = (_component(name, states) for name in edge.basins.grid.names)
+    bounds = ax.get_xlim(), ax.get_ylim()
+    if unstable is not None:
+        for number in np.unique(unstable.curves):
+            piece = unstable.points[unstable.curves == number]
+            ax.plot(piece[:, i], piece[:, j], color=style.BLACK, linewidth=0.7, zorder=4)
+    if edge.saddle is not None:
+        points = section_points(edge.saddle)
+        ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",
+                markeredgecolor="black", markeredgewidth=1.0, zorder=6, label="saddle")
+    ax.set_xlim(bounds[0])
+    ax.set_ylim(bounds[1])
+    return ax
