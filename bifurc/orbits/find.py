@@ -11,7 +11,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .path import constant_path
-from .sequence import AFTER, BEFORE, CLOSES, GUARD
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD
 from .signature import Signature, divided, repeated, sections
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -213,7 +213,14 @@ def from_motion(system: System, motion: Trajectory, first: int, periods: int) ->
     """Return the orbit near a simulated motion between the periods ``first`` and ``first + periods``."""
     scene = scene_of(system)
     signature, unknowns, weights = read_motion(scene, motion, first, periods)
-    return solve(system, signature, unknowns, weights, {"guess": "simulation"})
+    found = solve(system, signature, unknowns, weights, {"guess": "simulation"})
+    if not found.success and system.symmetry == -1 and periods % 2 and np.all(signature.nodes[:, GUARD] >= 0):
+        # slow transients are those of the whole period: half of it, turned round, has no multiplier near 1
+        half = half_of(scene, signature, unknowns)
+        if half is not None:
+            symmetric = solve(system, half[0], half[1].ravel(), weights, {"guess": "simulation"})
+            return symmetric if symmetric.success else found
+    return found
 
 
 def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
@@ -227,10 +234,12 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
             continue
         listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before, speed))
     listed = [item for item in listed if item[0] >= -1e-12]
-    closed = window(listed, periods)
-    chosen = listed[closed] if closed else [item for item in listed if item[0] < listed[0][0] + periods - 1e-7]
-    while len(chosen) > 1 and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:  # a period that does not close yet
-        chosen.pop()
+    chosen = [item for item in listed if item[0] < listed[0][0] + periods - 1e-7]
+    if chosen and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:  # a period that does not close yet
+        closed = window(listed, periods)
+        chosen = listed[closed] if closed else chosen
+        while len(chosen) > 1 and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:
+            chosen.pop()
     start = motion(first * period)
     weights = sizes_of(scene, np.array([start] + [item[2] for item in chosen]))
     if not chosen:
@@ -380,14 +389,40 @@ def halved(orbit: PeriodicOrbit) -> PeriodicOrbit | None:
     y0, y1 = orbit._states(np.array([0.0, 0.5 * s.span]))
     if np.abs((y1 + y0) / orbit.weights).max() > SAME:
         return None
-    count = len(s.nodes) // 2 if s.events else 1
-    rows = orbit.unknowns.reshape(len(s.nodes), -1)[:count]
-    nodes = s.nodes[:count].copy()
-    if np.any(nodes[:, GUARD] < 0) and s.events:
+    if np.any(s.nodes[:, GUARD] < 0) and s.events:
         return None
-    half = Signature(divided(orbit.scene, nodes, closure=-1), s.fixed[:count], 0.5 * s.span, -1)
-    written, unknowns = repeated(orbit.scene, half, rows.ravel())
-    if s.events and not np.array_equal(written.nodes[:, :3], s.nodes[:, :3]):
+    made = half_of(orbit.scene, s, orbit.unknowns)
+    if made is None:
         return None
+    half, rows = made
     found = solve(orbit.system, half, rows.ravel(), orbit.weights, orbit.how)
     return found if found.success else None
+
+
+def half_of(scene: Scene, whole: Signature, unknowns) -> tuple[Signature, np.ndarray] | None:
+    """Return the signature of the half period and its unknowns, where the second half is the mirror image of the first.
+
+    It begins at an event whose image has the same number among the guards of its mode, or whose row is not divided: the
+    closing row is that of the image.
+    """
+    rows = np.reshape(unknowns, (len(whole.nodes), -1))
+    if not whole.events:
+        return sections(int(whole.nodes[0, AFTER]), 0.5 * whole.span, -1), rows
+    count = len(rows) // 2
+    if len(rows) % 2 or count == 0:
+        return None
+    later = rows.copy()
+    later[:, 0] += whole.span
+    nodes, rows = np.vstack([whole.nodes, whole.nodes]), np.vstack([rows, later])
+    for k in range(count):
+        own = nodes[k:k + count].copy()
+        half = Signature(divided(scene, own, closure=-1), np.zeros(count), 0.5 * whole.span, -1)
+        image = repeated(scene, half, rows[k:k + count].ravel())[0].nodes[count:]
+        if not np.array_equal(image[:, :AFTER + 1], nodes[k + count:k + 2 * count, :AFTER + 1]):
+            return None
+        before, guard = int(own[0, BEFORE]), int(own[0, GUARD])
+        if half.nodes[0, DIVIDE] == 0 or scene.mirror_guard(before, guard) == guard:
+            found = rows[k:k + count].copy()
+            found[:, 0] -= np.floor(found[0, 0] / whole.span) * whole.span
+            return half, found
+    return None

@@ -14,7 +14,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .path import constant_path
 from .sequence import AFTER, BEFORE, CLOSES, GUARD
-from .signature import Signature, repeated
+from .signature import Signature, repeated, sections
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 INSTANT = 1e-12  # periods: kicks this close are simultaneous
@@ -178,10 +178,17 @@ class PeriodicOrbit:
         return float(info[sequence.LISTED]), float(info[sequence.PEAK]), float(info[sequence.LEAVING])
 
     @property
+    def _ordered(self) -> bool:
+        """Whether no event comes before the one it is listed after: impacts have flights of negative duration as roots."""
+        s = self.sequence
+        times = self._unknowns[::len(self._unknowns) // len(s.nodes)]
+        return bool((np.diff(np.append(times, times[0] + s.span)) >= -TOUCH).all())
+
+    @property
     def admissible(self) -> bool:
         """Whether every segment was found free of unlisted events and every listed event arrives."""
         listed, peak, leaving = self._audit
-        return listed >= -TOUCH and max(peak, leaving) <= TOUCH
+        return listed >= -TOUCH and max(peak, leaving) <= TOUCH and self._ordered
 
     @property
     def status(self) -> OrbitStatus:
@@ -205,6 +212,11 @@ class PeriodicOrbit:
             return (f"{self.status.sentence} The kicks of {names} are simultaneous and their two orders have different "
                     "derivatives: multipliers are not unique (NaN) and stability is not told. Orbits nearby, with one "
                     "gap slightly changed, have them.")
+        if self.status is OrbitStatus.CONVERGED and self.intervals:
+            n = self.scene.n
+            named = [f"{'coordinate ' + str(c) if c < n else 'memory ' + str(c - 2 * n)} in [{low:.6g}, {high:.6g}]"
+                     for c, (low, high) in self.intervals.items()]
+            return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."
         return self.status.sentence
 
     @functools.cached_property
@@ -241,6 +253,43 @@ class PeriodicOrbit:
     def family(self) -> list[int]:
         """States (indices) that nothing changes in a period: the orbit is one of a family that they label."""
         return self._whole[0].kept(self.scene)
+
+    @functools.cached_property
+    def intervals(self) -> dict[int, tuple[float, float]]:
+        """For every state of `family` the values (least, largest) with which the motion still has no event.
+
+        A mass that sticks all the time may rest anywhere in an interval, a slider that never slips stand anywhere.  Empty
+        for orbits with events.
+        """
+        whole = self._whole[0]
+        scene, T = self.scene, self.equations.path.tables
+        if whole.events or not self.family or not self.success:
+            return {}
+        mode = int(whole.nodes[0, AFTER])
+        whole, U = sections(mode, whole.span), np.append(0.0, self.state)
+        equations = Equations(scene, self.equations.path, whole, self.weights)
+        J = equations.jacobian(np.append(U, 0.0))
+        x, P = np.empty(T.A.shape[2]), np.empty((scene.ns, T.A.shape[2]))
+        equations.motion.start_of(T, whole.nodes, U, 0, P, x)
+        found = {}
+        for c in self.family:
+            unit = np.zeros(len(U))
+            unit[1 + c] = 1.0 / self.weights[c]  # the row that keeps this state
+            along = np.zeros(x.size)
+            along[:scene.ns] = np.linalg.solve(J, unit)[1:]  # a shift at rest: the same at all times
+            low, high = -math.inf, math.inf
+            for g in range(int(T.n_guards[mode])):
+                row = np.empty(x.size)
+                equations.kernel.guard_gradient(T, mode, g, x, row)
+                top, _ = equations.kernel.segment_peak(T, mode, g, x, whole.span * self.forcing_period, 0, 0)
+                top = max(top, float(equations.kernel.guard_value(T, mode, g, x)))
+                slope = float(row @ along)
+                if slope > 0.0:
+                    high = min(high, -top / slope)
+                elif slope < 0.0:
+                    low = max(low, -top / slope)
+            found[c] = (float(self.state[c] + low), float(self.state[c] + high))
+        return found
 
     @functools.cached_property
     def multipliers(self) -> np.ndarray:
