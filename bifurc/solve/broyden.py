@@ -15,8 +15,9 @@ import scipy.linalg
 
 TOLERANCE = 1e-12  # of the residual over its size at the guess, or over the natural size that is given
 ITERATIONS = 400
-STALL = 12  # steps without a smallest residual so far, after which the Jacobian is computed again
-FALL = 0.5  # what counts as smaller
+STALL = 8  # steps without a clearly smaller residual, after which the Jacobian is computed again
+FALL = 0.5  # what counts as clearly smaller
+LEAST_FALL = 0.99  # a new Jacobian that gains less than this is the last
 BACKTRACKS = 8  # halvings of a step that does not shrink the residual; the shortest is taken anyway: Broyden is not monotone
 GROWTH = 10.0  # a step may raise the residual by this before it is halved
 STEP = 1e-7  # of differences, over the natural size of the unknowns
@@ -241,7 +242,7 @@ def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: flo
             since = 0 if norm <= FALL * mark else since + 1
             mark = min(mark, norm) if norm <= FALL * mark else mark
             if restarts and since >= STALL:
-                if best_norm > FALL * renewed:
+                if best_norm > LEAST_FALL * renewed:
                     return result(BroydenStatus.STALLED, best, best_norm, number)
                 renewed = best_norm
                 x = best
