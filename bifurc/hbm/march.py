@@ -28,13 +28,11 @@ FIELDS = 4
 @njit
 def expression(T_U, T_S, T_Z, T_H, rows, Q, excited, c, v, z, out):
     """Write an affine expression along the motion as a polynomial: ``out`` (mi,)."""
-    out[:] = 0.0
-    for q in range(Q):
-        row = rows[q]
-        if T_U[q] != 0.0:
-            out += T_U[q] * c[row]
-        if T_S[q] != 0.0:
-            out += T_S[q] * v[row]
+    for j in range(out.size):
+        total = 0.0
+        for q in range(Q):
+            total += T_U[q] * c[rows[q], j] + T_S[q] * v[rows[q], j]
+        out[j] = total
     for x in range(excited.size):
         out[excited[x]] += T_H[x]
     for i in range(z.size):
@@ -216,17 +214,28 @@ def back(shape: Shape, k, b):
 
 
 @njit
-def on_grid(shape: Shape, T: Numbers, k, m, g, Q, u, v, basis, z, j, turned):
-    """Return a guard at grid point ``j`` from tables of the rows (or of their derivatives: ``turned``)."""
-    total = 0.0 if turned else T.GH[k, m, g, 0]
+def on_grid(shape: Shape, T: Numbers, k, m, g, Q, U, V, excite, z, j):
+    """Return a guard at grid point ``j`` from tables of the rows."""
+    total = T.GH[k, m, g, 0]
     for q in range(Q):
         row = shape.rows[k, q]
-        total += T.GU[k, m, g, q] * u[row, j] + T.GS[k, m, g, q] * v[row, j]
+        total += T.GU[k, m, g, q] * U[row, j] + T.GS[k, m, g, q] * V[row, j]
     for x in range(1, shape.excited.size):
-        total += T.GH[k, m, g, x] * basis[x, j]
-    if not turned:
-        for i in range(z.size):
-            total += T.GZ[k, m, g, i] * z[i]
+        total += T.GH[k, m, g, x] * excite[x, j]
+    for i in range(z.size):
+        total += T.GZ[k, m, g, i] * z[i]
+    return total
+
+
+@njit
+def slope_on_grid(shape: Shape, T: Numbers, k, m, g, Q, dU, dV, dexcite, j):
+    """Return the derivative of a guard by phase at grid point ``j`` from tables of the rows' derivatives."""
+    total = 0.0
+    for q in range(Q):
+        row = shape.rows[k, q]
+        total += T.GU[k, m, g, q] * dU[row, j] + T.GS[k, m, g, q] * dV[row, j]
+    for x in range(1, shape.excited.size):
+        total += T.GH[k, m, g, x] * dexcite[x, j]
     return total
 
 
@@ -269,7 +278,7 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
     m, wrote = begin(shape, T, k, c, v, skip, z)
     if m < 0:
         return INCONSISTENT
-    at = 0.0
+    at, strict = 0.0, 0.0 * skip
     G = shape.kinds.shape[2]
     g0, d0, g1, d1 = np.empty(G), np.empty(G), np.empty(G), np.empty(G)
     fresh, ignored = np.zeros(G, np.bool_), np.zeros(G, np.bool_)
@@ -278,16 +287,16 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
         z0[:] = z
         source[0], source[1] = wrote, at
         for g in range(shape.guards[k, m]):
-            g0[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, 0, False)
-            d0[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, 0, True)
+            g0[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, events)
+            d0[g] = slope_on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, events)
             fresh[g] = g0[g] >= 0.0
         for j in range(1, grid + 1):
             t1 = turn * j / grid
             while True:  # events within the cell
                 soonest, which, beside = np.inf, -1, False
                 for g in range(shape.guards[k, m]):
-                    g1[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
-                    d1[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, j, True)
+                    g1[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j)
+                    d1[g] = slope_on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, j)
                     if g1[g] < 0.0 and (ignored[g] or not (d0[g] > 0.0 and d1[g] < 0.0)):
                         ignored[g] = False
                         continue
@@ -336,7 +345,7 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
                 after = -1
                 for i in range(shape.then.shape[3]):
                     b = shape.then[k, m, which, i]
-                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, 0.0, a):
+                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, strict, a):
                         after = b
                         break
                 if after < 0:
@@ -394,7 +403,7 @@ def slaves_at(shape: Shape, T: Numbers, k, m, Q, U, V, excite, j, z):
 def broken(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, tried):
     """Return the first guard of mode ``m`` that is positive at sample ``j``, or -1; ``tried``: but those with a trial."""
     for g in range(shape.guards[k, m]):
-        if not (tried and shape.trial[k, m, g] >= 0) and on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) > 0.0:
+        if not (tried and shape.trial[k, m, g] >= 0) and on_grid(shape, T, k, m, g, Q, U, V, excite, z, j) > 0.0:
             return g
     return -1
 
@@ -409,7 +418,7 @@ def next_of(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j):
             h = broken(shape, T, k, b, Q, U, V, excite, z, j, False)
             if h < 0:
                 return g, b
-        if on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) <= 0.0:
+        if on_grid(shape, T, k, m, g, Q, U, V, excite, z, j) <= 0.0:
             continue
         for i in range(shape.then.shape[3]):
             d = shape.then[k, b, h, i]
@@ -499,9 +508,9 @@ def magnitude(shape: Shape, T: Numbers, k, m, g, Q, U, V, z):
 def rise(shape: Shape, T: Numbers, k, m, g, Q, U, V, excite, z, j):
     """Return how high a guard would rise from sample ``j`` on, as part of its size."""
     N = U.shape[1] - 1
-    top = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
+    top = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j)
     for i in range(1, N):
-        new = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + i) % N, False)
+        new = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + i) % N)
         if new < top:
             break
         top = new
@@ -515,9 +524,9 @@ def near(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, touch):
     for g in range(shape.guards[k, m]):
         if writer(shape, k, m, g) < 0:
             continue
-        here = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
-        before = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j - 1) % N, False)
-        behind = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + 1) % N, False)
+        here = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j)
+        before = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j - 1) % N)
+        behind = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + 1) % N)
         bound = magnitude(shape, T, k, m, g, Q, U, V, z)
         if before < here and behind <= here and -touch * bound < here < -ROUNDING * bound:
             return g
