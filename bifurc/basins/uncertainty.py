@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ..compose.scene import scene_of
 from .confirming import NO_START
 
 RANGE = 1e-4, 3e-2  # of perturbations, in units of the states
 RUNGS = 6
+MANY, SOME = 20000, 4000  # starts, where motions are cheap or not
 FEWEST = 5  # changed labels below which a rung is not fitted
 
 
@@ -53,8 +55,8 @@ class Uncertainty:
                 f"{self.samples} starts at each of {len(self.perturbations)} sizes)")
 
 
-def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE[1], *, rungs: int = RUNGS, samples: int = 4000,
-                         seed: int = 0, workers: int | None = None) -> Uncertainty:
+def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE[1], *, rungs: int = RUNGS,
+                         samples: int | None = None, seed: int = 0, workers: int | None = None) -> Uncertainty:
     """Return the uncertainty exponent of a basin map, measured on random starts of its region (not on its cells).
 
     Parameters
@@ -64,8 +66,9 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
         Smallest and largest perturbation, in units of the grid's components.
     rungs : int
         Sizes between them, evenly spaced in the logarithm.
-    samples : int
-        Random starts; each is compared with one partner a size, in a random direction.
+    samples : int, optional
+        Random starts; each is compared with one partner a size, in a random direction.  Default: 20000, where motions are simulated
+        one by one (laws that are not affine) 4000.
     seed : int
     workers : int, optional
         Threads; default: one a processor.
@@ -81,6 +84,8 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
     """
     if not (0.0 < float(low) < float(high) < np.inf):
         raise ValueError(f"low = {low!r}, high = {high!r} are not allowed; write sizes 0 < low < high")
+    if samples is None:
+        samples = MANY if scene_of(basins.system).closed_form else SOME
     for name, value, least in (("rungs", rungs, 3), ("samples", samples, 1)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise ValueError(f"{name} = {value!r} is not allowed; it must be a whole number of at least {least}")
