@@ -2,12 +2,14 @@
 import numpy as np
 
 from ..hbm.balance import Balance
-from ..hbm.setvalued import SetValuedResult, SetValuedStatus, solve
+from ..hbm.setvalued import Linear, SetValuedResult, SetValuedStatus, solve
 from ..hbm.setvalued import Balance as Friction
+from ..hbm.setvalued_splitting import split
 from ..hbm.setvalued_system import contacts_of, estimated_error, rest_of
 from ..hbm.status import BalanceStatus
 
 TIGHTER = 0.05  # first width for a given guess, over the natural one
+AFTER_SPLITTING = 0.01  # the same after the splitting, which is tried where nothing else converged
 _STATUS = {SetValuedStatus.CONVERGED: None, SetValuedStatus.HELD: None, SetValuedStatus.RESTS: BalanceStatus.AT_REST,
            SetValuedStatus.SINGULAR: BalanceStatus.SINGULAR, SetValuedStatus.NOT_FINITE: BalanceStatus.MARCH_FAILED,
            SetValuedStatus.STUCK: BalanceStatus.NOT_CONVERGED}
@@ -38,6 +40,11 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
         if found.success:
             break
     assert found is not None
+    if not found.success and isinstance(rest, Linear):
+        T = balance.numbers
+        near = split(layout, omega, T.M, T.C, T.K, T.E.ravel(), contacts)
+        again = solve(layout, omega, rest, contacts, near.x, first_width=AFTER_SPLITTING, solver=method.solver)
+        found = again if again.success else found
     return found.x, told(balance, contacts, rest, found, method), _STATUS[found.status]
 
 
