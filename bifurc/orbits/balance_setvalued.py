@@ -2,8 +2,9 @@
 import numpy as np
 
 from ..hbm.balance import Balance
-from ..hbm.setvalued import Linear, SetValuedResult, SetValuedStatus, solve
-from ..hbm.setvalued import Balance as Friction
+from ..hbm.setvalued import solve
+from ..hbm.setvalued_parts import Balance as Friction
+from ..hbm.setvalued_parts import Linear, SetValuedResult, SetValuedStatus
 from ..hbm.setvalued_splitting import split
 from ..hbm.setvalued_system import contacts_of, estimated_error, rest_of
 from ..hbm.status import BalanceStatus
@@ -35,7 +36,8 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
 
         return galerkin(balance, contacts, rest, method, starts)
     found = None
-    for start, first in [*((start, TIGHTER if guessed else 1.0) for start in starts), *((start, 1.0) for start in starts[:guessed])]:
+    tries = [*((start, TIGHTER if guessed else 1.0) for start in starts), *((start, 1.0) for start in starts[:guessed])]
+    for start, first in tries:
         found = solve(layout, omega, rest, contacts, start, first_width=first, solver=method.solver)
         if found.success:
             break

@@ -43,8 +43,8 @@ class BroydenStatus(StrEnum):
             "singular": "The Jacobian is singular; start elsewhere, or give another first Jacobian.",
             "not_finite": "The residual is NaN or infinite at the guess; start closer to the solution.",
             "iterations": "The iteration limit was reached; start closer or allow more iterations.",
-            "false_convergence": "The increment is small, but the residual is not: this is no solution. Stop on the residual instead "
-                                 "(increment=None).",
+            "false_convergence": "The increment is small, but the residual is not: this is no solution. Stop on the residual "
+                                 "instead (increment=None).",
         }[self.value]
 
 
@@ -121,7 +121,8 @@ class Factors:
 
 
 def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: float | None = None, tolerance: float = TOLERANCE,
-            iterations: int = ITERATIONS, step: float = STEP, increment: float | None = None, restarts: bool = True) -> BroydenResult:
+            iterations: int = ITERATIONS, step: float = STEP, increment: float | None = None,
+            restarts: bool = True) -> BroydenResult:
     """Solve ``residual(x) = 0``.
 
     Parameters

@@ -5,7 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc.hbm.galerkin import Sampled, galerkin_broyden, one_harmonic
 from bifurc.hbm.layout import Layout
-from bifurc.hbm.setvalued import Balance, Contact, Linear
+from bifurc.hbm.setvalued_parts import Balance, Contact, Linear
 from bifurc.hbm.status import BalanceStatus
 from bifurc.orbits.balance import HarmonicBalance
 from bifurc.solve.broyden import BroydenStatus
@@ -22,7 +22,8 @@ def published(harmonics, samples, alpha):
                                        "one": one_harmonic(balance)}
 
 
-@pytest.mark.parametrize(("harmonics", "samples", "counts"), [(20, 41, (17, 11, 12)), (40, 82, (16, 12, 13)), (40, 256, (41, 11, 17))])
+@pytest.mark.parametrize(("harmonics", "samples", "counts"),
+                         [(20, 41, (17, 11, 12)), (40, 82, (16, 12, 13)), (40, 256, (41, 11, 17))])
 def test_iteration_counts_where_it_works(harmonics, samples, counts):
     """alpha = 1.6 with the linear part as first Jacobian: the counts of specs/friction.md B, an independent program."""
     residual, starts = published(harmonics, samples, 1.6)

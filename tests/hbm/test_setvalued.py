@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from bifurc.hbm.layout import Layout
-from bifurc.hbm.setvalued import Balance, Contact, Linear, SetValuedStatus, solve
+from bifurc.hbm.setvalued import solve
+from bifurc.hbm.setvalued_parts import Balance, Contact, Linear, SetValuedStatus
 from bifurc.hbm.setvalued_pattern import derivative_matrix, evaluate, pattern, roots
 from bifurc.hbm.setvalued_splitting import split
 from tests.reference.coulomb import SlipOnly
