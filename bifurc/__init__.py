@@ -35,6 +35,7 @@ _NAMES = {
     "Grid": ".basins",
     "cell_mapping": ".basins",
     "CellMap": ".basins",
+    "refined_basins": ".basins",
     "sweep": ".basins",
     "edge_state": ".basins.edges",
     "bifurcation_diagram": ".basins.diagrams",

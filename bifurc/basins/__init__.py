@@ -8,7 +8,8 @@ from .edges import EdgeState, EdgeStatus, edge_state
 from .grid import Grid
 from .mapping import basins_of_attraction
 from .periodmap import Kernel, PeriodMap
+from .refine import Refinement, refined_basins
 from .sweeps import Sweep, sweep
 
 __all__ = ["BasinMap", "CellFate", "CellMap", "CellState", "ChaoticAttractor", "EdgeState", "EdgeStatus", "Grid", "GroupKind", "Kernel",
-           "MapCycle", "PeriodMap", "Sweep", "basins_of_attraction", "cell_mapping", "edge_state", "sweep"]
+           "MapCycle", "PeriodMap", "Refinement", "Sweep", "basins_of_attraction", "cell_mapping", "edge_state", "refined_basins", "sweep"]

@@ -9,12 +9,12 @@ from .. import io
 from ..compose.scene import scene_of
 from ..progress import Progress
 from ..system import System
-from .chunks import ChunkStore
+from .chunks import ChunkStore, finished
 from .executors import run_chunks, user_parts
 from .periodmap import MAPPED, PeriodMap
 from .region import Region
 from .sections import APERIODIC, groups, period_of, settled
-from .sweeps import _finished, _values, _whole
+from .sweeps import _values, _whole
 
 TOLERANCE = 1e-5  # scaled distance of section points that count as one
 PATIENCE = 4  # times the transient, for motions that did not repeat after it
@@ -187,7 +187,7 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
               "options": options}
     store = ChunkStore(None if file is None else f"{Path(file)}.chunks", {"what": "chart", **common})
     key = store.name({"values": values})
-    ready = _finished(file, key, "chart")
+    ready = finished(file, "chart", key)
     if ready is not None:
         store.clear()
         return ParameterChart.from_record(*ready, elements=common["elements"])

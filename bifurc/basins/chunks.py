@@ -172,3 +172,14 @@ class ChunkStore:
         except OSError as error:
             raise OSError(error.errno, f"{error.strerror or error}: chunk files cannot be written into {folder}; "
                           "give a file in a folder that exists and can be written") from error
+
+
+def finished(file, kind: str, key: str) -> tuple[dict, dict[str, np.ndarray]] | None:
+    """Return the record of a whole result when it is there already and was made by the same job; None otherwise."""
+    if file is None or not Path(file).exists():
+        return None
+    try:
+        header, arrays = io.read(file, kind)
+    except io.FileFormatError:
+        return None
+    return (header, arrays) if header.get("key") == key else None

@@ -9,11 +9,11 @@ from .. import io
 from ..compose.scene import scene_of
 from ..progress import Progress
 from ..system import System
-from .chunks import ChunkStore
+from .chunks import ChunkStore, finished
 from .executors import run_chunks, user_parts
 from .periodmap import MAPPED, PeriodMap
 from .sections import period_of, settled
-from .sweeps import _finished, _values, _whole
+from .sweeps import _values, _whole
 
 TOLERANCE = 1e-6  # scaled distance of section points that count as one
 DIRECTIONS = ("up", "down")
@@ -163,7 +163,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
               "max_events": _whole("max_events", max_events)}
     store = ChunkStore(None if file is None else f"{Path(file)}.chunks", {"what": "diagram", **common})
     key = store.name({"values": values, "directions": directions})
-    ready = _finished(file, key, "diagram")
+    ready = finished(file, "diagram", key)
     if ready is not None:
         store.clear()
         return BifurcationDiagram.from_record(*ready, elements=common["elements"])

@@ -8,6 +8,7 @@ from .marcher import Marcher, Targets
 from .states import REACHED, UNSETTLED
 
 SHELL = 8  # starts around each section point that must come back to it
+ASKED = 4  # starts of a shell that did not come back in time, whose ends are examined
 SHRINK = 4.0  # of a radius whose shell did not
 COMES_BACK = 0.1  # of the radius is where the shell must arrive
 LEAST = 1e-9  # scaled radius
@@ -97,8 +98,12 @@ class Discovery:
             shell = (points + self.radii[own] * away) * self.scale
             found = self.marcher.label(shell, targets_of(self.attractors, radii, self.scale), self.most)
             gone = (found.states == REACHED) & (found.labels != own)
-            for i in np.flatnonzero(found.states == UNSETTLED):  # slow is allowed, farther is not
+            unsettled = np.flatnonzero(found.states == UNSETTLED)
+            for i in unsettled:  # slow is allowed, farther is not
                 gone[i] = distance(section_points(orbit) / self.scale, shell[i] / self.scale) > self.radii[own]
+            for i in unsettled[~gone[unsettled]][:ASKED]:  # and settled beside it is not slow: another attractor lies in the shell
+                other = examine(self.system, shell[i], self.scale)
+                gone[i] = other is not None and not same(orbit, other, self.scale)
             if not gone.any():
                 return
             self.radii[own] /= SHRINK

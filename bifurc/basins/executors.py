@@ -56,7 +56,7 @@ class SerialExecutor(Executor):
 
 
 def run_chunks(store: ChunkStore, work: Work, payloads: Sequence[Mapping], *, executor=None, workers: int | None = None,
-               bar: Progress | None = None, weights: Sequence[float] | None = None) -> Outcome:
+               bar: Progress | None = None, weights: Sequence[float] | None = None, note: str = "") -> Outcome:
     """Compute chunks that have no file yet, wherever the executor runs them, and file each as it comes in.
 
     Parameters
@@ -75,6 +75,8 @@ def run_chunks(store: ChunkStore, work: Work, payloads: Sequence[Mapping], *, ex
     bar : Progress, optional
     weights : sequence of float, optional
         Progress that each chunk is worth; default 1.
+    note : str
+        Shown beside the bar.
 
     Returns
     -------
@@ -98,7 +100,7 @@ def run_chunks(store: ChunkStore, work: Work, payloads: Sequence[Mapping], *, ex
     open_ = [i for i, item in enumerate(outcome.results) if item is None]
     if not open_:
         return outcome
-    run = _Run(store, work, payloads, names, outcome, bar, share)
+    run = _Run(store, work, payloads, names, outcome, bar, share, note)
     make, owned = _maker(executor, workers, len(open_))
     try:
         _with_pools(run, open_, make, owned, callable(executor) and not hasattr(executor, "submit"))
@@ -158,9 +160,9 @@ def _with_pools(run: "_Run", open_: list[int], make: Callable[[], Executor], own
 class _Run:
     """Chunks on their way through a pool."""
 
-    def __init__(self, store: ChunkStore, work: Work, payloads, names, outcome: Outcome, bar: Progress | None, share):
+    def __init__(self, store: ChunkStore, work: Work, payloads, names, outcome: Outcome, bar: Progress | None, share, note: str):
         self.store, self.work, self.payloads, self.names = store, work, payloads, names
-        self.outcome, self.bar, self.share = outcome, bar, share
+        self.outcome, self.bar, self.share, self.note = outcome, bar, share, note
 
     def done(self, i: int) -> bool:
         """Whether a chunk is finished or given up."""
@@ -214,7 +216,7 @@ class _Run:
             self.outcome.results[i] = meta, arrays
             self.outcome.computed += 1
         if self.bar is not None:
-            self.bar.advance(self.share[i])
+            self.bar.advance(self.share[i], self.note)
         return None
 
     def _save_what_runs(self, running: dict) -> None:

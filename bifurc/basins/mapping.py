@@ -1,7 +1,8 @@
 """Basins of attraction: attractors discovered and confirmed, then every start of a grid labelled by closeness."""
 import os
-from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 
@@ -13,13 +14,14 @@ from ..system import System
 from . import noise
 from .attractors import ChaoticAttractor, section_points
 from .basinmap import BasinMap
+from .chunks import ChunkStore, finished
 from .discovery import Discovery
+from .executors import check_executor, run_chunks, user_parts
 from .grid import Grid
+from .labelling import Labeller, label_part
 from .marcher import Cells, Marcher
 from .states import REACHED, UNSETTLED
-from .store import Store
 
-CHUNK = 512  # cells that one thread does at a time
 RANDOM_STARTS = 64  # from which attractors are looked for first
 LOOKED = 16  # unsettled starts that are examined before the rest is labelled again
 NEW = -2  # label of a cell not done yet
@@ -27,7 +29,7 @@ NEW = -2  # label of a cell not done yet
 
 def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0,
                          workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000,
-                         max_events: int = 2000, progress: bool = False, file=None) -> BasinMap:
+                         max_events: int = 2000, executor=None, progress: bool = False, file=None) -> BasinMap:
     """Return which start of a grid leads to which attractor.
 
     Attractors are discovered from seeded random starts and from every start that comes near none of those known; each
@@ -54,11 +56,13 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
         After so many forcing periods a start is unsettled.
     max_events : int
         Largest number of events a forcing period.
+    executor : Executor, dask.distributed.Client, function, or None
+        Where starts are labelled; None: threads.  See `bifurc.sweep`.  No choice changes a label.
     progress : bool
         Show progress.
     file : path-like, optional
-        Where the map is saved.  What is finished is kept beside it while the work goes on: after an interrupt the same
-        call computes only what is missing; when the map is there already, it is read.
+        Where the map is saved.  Finished chunks are kept in ``<file>.chunks`` until it is: after an interrupt or a kill
+        the same call computes only what is missing; when the map is there already, it is read.
 
     Returns
     -------
@@ -92,31 +96,35 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     known = _known(system, attractors)
     job = {"version": __version__, "system": system.to_record(), "grid": grid.to_record(), "options": options,
            "known": [section_points(item).tolist() for item in known]}
-    store = Store(file, job)
-    if store.finished():
-        from .. import io
-        return BasinMap.from_record(*io.read(file))
+    check_executor(executor)
+    elements = user_parts(system)
+    store = ChunkStore(None if file is None else f"{Path(file)}.chunks", {**job, "elements": elements})
+    ready = finished(file, "basins", store.key)
+    if ready is not None:
+        store.clear()
+        return BasinMap.from_record(*ready, elements=elements)
     with Progress("basins", grid.size, progress) as bar:
-        work = _Work(system, scene, grid, options, known, workers, store, bar)
+        work = _Work(system, scene, grid, options, known, {"workers": workers, "executor": executor}, store, bar)
         found = work.map()
     if file is not None:
         found.save(file)
-        store.remove()
+        store.clear()
     return found
 
 
 class _Work:
     """One basin map in the making."""
 
-    def __init__(self, system: System, scene: Scene, grid: Grid, options: dict, known: list, workers: int,
-                 store: Store, bar: Progress):
+    def __init__(self, system: System, scene: Scene, grid: Grid, options: dict, known: list, run: dict,
+                 store: ChunkStore, bar: Progress):
         self.system, self.scene, self.grid, self.options = system, scene, grid, options
         self.store, self.bar = store, bar
-        self.workers = workers
+        self.run, self.workers = run, run["workers"]
         self.starts = grid.starts(scene.n, scene.ns)
         self.scale = _scale(scene, self.starts)
         self.most = options["max_periods"]
         self.marcher = Marcher(scene, options["max_events"])
+        self.labeller = Labeller(self.marcher, user_parts(system))
         self.found = Discovery(system, self.marcher, self.scale, options, known)
 
     def map(self) -> BasinMap:
@@ -124,14 +132,7 @@ class _Work:
         size = self.grid.size
         cells = Cells.blank(size, NEW, UNSETTLED)
         seen = np.full(size, -1)  # attractors that were known when a cell was labelled
-        kept = self.store.load()
-        if kept is None:
-            self.found.search(self._random_starts())
-        else:
-            self.found.repeat(kept["seeds"])
-            for mine, values in zip((*cells, seen), (kept[name] for name in (*Cells._fields, "seen")), strict=True):
-                mine[:] = values
-            self.bar.advance(int(np.count_nonzero(cells.labels != NEW)))
+        self.found.search(self._random_starts())
         while True:
             self._label(cells, seen)
             unsettled = np.flatnonzero(cells.states == UNSETTLED)
@@ -166,47 +167,19 @@ class _Work:
         """Label the cells that are new, or unsettled since fewer attractors were known."""
         targets, count = self.found.targets(), len(self.found.attractors)
         waiting = np.flatnonzero((cells.labels == NEW) | ((cells.states == UNSETTLED) & (seen < count)))
-        parts = iter([waiting[i:i + CHUNK] for i in range(0, waiting.size, CHUNK)])
-        pool = ThreadPoolExecutor(self.workers)
-        running: dict = {}
-
-        def submit(some: Iterator) -> None:
-            for part in some:
-                running[pool.submit(self.marcher.label, self.starts[part], targets, self.most)] = part
-                if len(running) >= 2 * self.workers:
-                    return
-
-        def take(future) -> None:
-            part = running.pop(future)
-            found = future.result()
-            fresh = int(np.count_nonzero(cells.labels[part] == NEW))
-            for mine, values in zip(cells, found, strict=True):
-                mine[part] = values
+        parts = self.labeller.parts(waiting, self.store.folder is not None, self.workers)
+        fresh = [float(np.count_nonzero(cells.labels[part] == NEW)) for part in parts]
+        outcome = run_chunks(self.store, label_part, [self.labeller.payload(self.starts[part], targets, self.most) for part in parts],
+                             bar=self.bar, weights=fresh, note=f"{count} attractors", **self.run)
+        if outcome.failures:
+            first, why = next(iter(outcome.failures.items()))
+            raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks of starts failed; the others are finished, and kept where a "
+                               f"file is given. Chunk {first}, from {self.starts[parts[first][0]].tolist()} on: {why}")
+        for part, result in zip(parts, outcome.results, strict=True):
+            assert result is not None
+            for name, mine in cells._asdict().items():
+                mine[part] = result[1][name]
             seen[part] = count
-            self.bar.advance(fresh, f"{count} attractors")
-
-        try:
-            submit(parts)
-            while running:
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    take(future)
-                submit(parts)
-                self._keep(cells, seen)
-        except BaseException:  # an interrupt: chunks that run are waited for; what is finished is kept
-            for future in running:
-                future.cancel()
-            pool.shutdown(wait=True)
-            for future in list(running):
-                if not future.cancelled() and future.exception() is None:
-                    take(future)
-            self._keep(cells, seen, now=True)
-            raise
-        pool.shutdown()
-        self._keep(cells, seen, now=True)
-
-    def _keep(self, cells: Cells, seen: np.ndarray, now: bool = False) -> None:
-        seeds = np.array(self.found.seeds).reshape(-1, self.scene.ns)
-        self.store.save({**cells._asdict(), "seen": seen, "seeds": seeds}, now)
 
     # noise
 

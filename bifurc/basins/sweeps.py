@@ -14,7 +14,7 @@ from .. import io
 from ..compose.scene import scene_of
 from ..progress import Progress
 from ..system import System
-from .chunks import ChunkStore
+from .chunks import ChunkStore, finished
 from .executors import run_chunks, user_parts
 from .following import Links
 from .points import packed, sweep_points, unpacked
@@ -259,7 +259,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
            "region": box.to_record(), "samples": _whole("samples", samples), "options": options}
     store = ChunkStore(None if file is None else f"{Path(file)}.chunks", job)
     key = store.name({"values": values})
-    ready = _finished(file, key)
+    ready = finished(file, "sweep", key)
     if ready is not None:
         store.clear()
         return Sweep.from_record(*ready, elements=job["elements"])  # type: ignore[arg-type]
@@ -343,17 +343,6 @@ def _result(system, values, job, rows, failures, good, links: Links, key: str) -
                  tuple(tuple(numbers[place[i]]) if i in place else () for i in range(len(values))),
                  tuple(tuple(row["counts"]) for row in found), whole["unresolved"], whole["outside"], whole["starts"], parents,
                  Region.from_record(job["region"]), job["options"], failures, key)
-
-
-def _finished(file, key: str, kind: str = "sweep") -> tuple[dict, dict] | None:
-    """Return the record of the sweep itself when it is there already."""
-    if file is None or not Path(file).exists():
-        return None
-    try:
-        header, arrays = io.read(file, kind)
-    except io.FileFormatError:
-        return None
-    return (header, arrays) if header.get("key") == key else None
 
 
 def _values(values) -> np.ndarray:

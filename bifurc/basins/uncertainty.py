@@ -8,11 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from ..compose.scene import scene_of
 from .confirming import NO_START
 
 RANGE = 1e-4, 3e-2  # of perturbations, in units of the states
 RUNGS = 6
-FEWEST = 5  # changed labels below which a rung is not fitted
+MANY, SOME = 20000, 4000  # starts, where motions are cheap or not
+FEWEST = 5  # changed labels that three rungs must have
+ROUNDS = 12  # of iterated weights
+CERTAIN = 0.999  # largest fraction of the law
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,8 @@ class Uncertainty:
                 f"{self.samples} starts at each of {len(self.perturbations)} sizes)")
 
 
-def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE[1], *, rungs: int = RUNGS, samples: int = 4000,
-                         seed: int = 0, workers: int | None = None) -> Uncertainty:
+def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE[1], *, rungs: int = RUNGS,
+                         samples: int | None = None, seed: int = 0, workers: int | None = None) -> Uncertainty:
     """Return the uncertainty exponent of a basin map, measured on random starts of its region (not on its cells).
 
     Parameters
@@ -64,8 +68,9 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
         Smallest and largest perturbation, in units of the grid's components.
     rungs : int
         Sizes between them, evenly spaced in the logarithm.
-    samples : int
-        Random starts; each is compared with one partner a size, in a random direction.
+    samples : int, optional
+        Random starts; each is compared with one partner a size, in a random direction.  Default: 20000, where motions are simulated
+        one by one (laws that are not affine) 4000.
     seed : int
     workers : int, optional
         Threads; default: one a processor.
@@ -81,6 +86,8 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
     """
     if not (0.0 < float(low) < float(high) < np.inf):
         raise ValueError(f"low = {low!r}, high = {high!r} are not allowed; write sizes 0 < low < high")
+    if samples is None:
+        samples = MANY if scene_of(basins.system).closed_form else SOME
     for name, value, least in (("rungs", rungs, 3), ("samples", samples, 1)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise ValueError(f"{name} = {value!r} is not allowed; it must be a whole number of at least {least}")
@@ -92,26 +99,34 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
     labels = relabel(points)
     points, labels = points[labels != NO_START], labels[labels != NO_START]
     sizes = np.geomspace(low, high, rungs)
-    changed, counts = np.zeros(rungs), np.zeros(rungs)
+    counts, totals = np.zeros(rungs), np.zeros(rungs)
     for k, size in enumerate(sizes):
         away = rng.normal(size=points.shape)
         again = relabel(points + size * away / np.linalg.norm(away, axis=1)[:, None])
         seen = again != NO_START  # a partner beyond a stop says nothing
         counts[k] = np.count_nonzero((again != labels) & seen)
-        changed[k] = counts[k] / max(np.count_nonzero(seen), 1)
-    return Uncertainty(sizes, changed, len(labels), *fitted(sizes, changed, counts), len(basins.grid.names))
+        totals[k] = max(np.count_nonzero(seen), 1)
+    return Uncertainty(sizes, counts / totals, len(labels), *fitted(sizes, counts, totals), len(basins.grid.names))
 
 
-def fitted(sizes: np.ndarray, changed: np.ndarray, counts: np.ndarray) -> tuple[float, float, float]:
-    """Return exponent, its error, and the misfit of the power law; (1, 0, 0) when too few labels changed to tell."""
-    good = (counts >= FEWEST) & (changed < 1.0)
-    if np.count_nonzero(good) < 3:
+def fitted(sizes: np.ndarray, counts: np.ndarray, totals: np.ndarray) -> tuple[float, float, float]:
+    """Return exponent, its error, and the misfit of the power law; (1, 0, 0) when too few labels changed to tell.
+
+    The law is fitted to counts by likelihood (binomial, logarithmic link, iterated weights), which is not biased by small ones.
+    """
+    if np.count_nonzero(counts >= FEWEST) < 3:
         return 1.0, 0.0, 0.0
-    x, y, f, k = np.log(sizes[good]), np.log(changed[good]), changed[good], counts[good]
-    weights = k / (1.0 - f)  # of ln f, from the binomial law
-    centre, middle = weights @ x / weights.sum(), weights @ y / weights.sum()
-    spread = weights @ (x - centre) ** 2
-    slope = weights @ ((x - centre) * (y - middle)) / spread
-    chi2 = weights @ (y - middle - slope * (x - centre)) ** 2
-    misfit = float(np.sqrt(chi2 / (len(x) - 2)))
+    seen = counts > 0
+    x, shares = np.log(sizes), counts / totals
+    slope, level = np.polyfit(x[seen], np.log(shares[seen]), 1, w=np.sqrt(counts[seen]))
+    for _ in range(ROUNDS):
+        law = np.minimum(np.exp(level + slope * x), CERTAIN)
+        weights = totals * law / (1.0 - law)
+        target = np.log(law) + (shares - law) / law
+        centre, middle = weights @ x / weights.sum(), weights @ target / weights.sum()
+        spread = weights @ (x - centre) ** 2
+        slope = weights @ ((x - centre) * (target - middle)) / spread
+        level = middle - slope * centre
+    law = np.minimum(np.exp(level + slope * x), CERTAIN)
+    misfit = float(np.sqrt((totals * (shares - law) ** 2 / (law * (1.0 - law))).sum() / (len(x) - 2)))
     return float(slope), float(spread**-0.5 * max(misfit, 1.0)), misfit

@@ -13,8 +13,9 @@ from .edges import EdgeState, _Search, reaches
 from .periodmap import MAPPED
 
 STEP = 1e-6  # scaled, of the differences that give the unstable direction
-FIRST = 1e-5  # scaled, where the grown curve begins
-BISECTIONS = 40  # of a gap that does not close: the map is broken there
+FIRST, LAST, LEAST = 1e-5, 1e-4, 1e-10  # scaled: where the grown curve begins, where its first piece ends if it can, and least begin
+BISECTIONS = 48  # of a gap that does not close
+TOUCHING = 1e-9  # scaled distance of neighbours whose images a period later are apart only if the map jumps
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,8 @@ class UnstableSet:
         Neighbouring points with different numbers of impacts (grazing between them: a corner); points whose motion came to
         rest or whose impacts accumulated (different starts merge there); gaps that did not close.
     complete : bool
-        No gap above the largest allowed one was left when the number of points ran out.
+        Whether it was grown for all its periods; otherwise the next image would have needed too many points, or starts
+        closer than numbers can tell apart.
     """
 
     points: np.ndarray = field(repr=False)
@@ -67,10 +69,11 @@ class UnstableSet:
 
     def __repr__(self):
         left, right = (" and ".join(map(str, side)) for side in self.labels)
-        return f"UnstableSet({len(self.points)} points, sides lead to {left} | {right}, multiplier {self.multiplier:.6g})"
+        cut = "" if self.complete else ", cut short"
+        return f"UnstableSet({len(self.points)} points{cut}, sides lead to {left} | {right}, multiplier {self.multiplier:.6g})"
 
 
-def unstable_set(edge: EdgeState, *, periods: int = 40, gap: float = 0.01, most: int = 20000) -> UnstableSet:
+def unstable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most: int = 20000) -> UnstableSet:
     """Return the unstable set of the saddle of an edge state.
 
     Parameters
@@ -97,11 +100,12 @@ def unstable_set(edge: EdgeState, *, periods: int = 40, gap: float = 0.01, most:
     direction, multiplier = _direction(search, x, k)
     turns = k if multiplier > 0.0 else 2 * k
     growth = abs(multiplier) ** (turns // k)
+    first = max(min(FIRST, LAST / growth), LEAST)
     points, sides, curves, labels = [], [], [], []
     corners = merging = breaks = 0
     complete = True
     for side, sign in enumerate((1.0, -1.0)):
-        grown = _Side(search, x, sign * FIRST * direction * scale, growth)
+        grown = _Side(search, x, sign * first * direction * scale, growth)
         complete &= grown.carry(periods, gap, most)
         corners, merging, breaks = corners + grown.corners, merging + grown.merging, breaks + grown.breaks
         for piece in grown.pieces:
@@ -143,7 +147,8 @@ class _Side:
         """Grow the pieces period by period; where neighbours part, starts are put between them."""
         s = np.linspace(0.0, 1.0, 9)
         images = self.start(s)
-        scale, total = self.search.scale, 0
+        self.pieces.append(images)
+        scale, total = self.search.scale, len(s)
         for number in range(1, periods + 1):
             step = self.search.map.apply(images)
             ends, hits, speeds, good = step.ends, step.impacts, step.speeds, step.outcomes == MAPPED
@@ -151,8 +156,10 @@ class _Side:
                 far = np.linalg.norm(np.diff(ends, axis=0) / scale, axis=1) > gap
                 far &= good[1:] & good[:-1] & (np.diff(s) > 1e-15)
                 wide = np.flatnonzero(far)
-                if not wide.size or total + len(s) + wide.size > most:
+                if not wide.size:
                     break
+                if total + len(s) + wide.size > most:
+                    return False
                 new = 0.5 * (s[wide] + s[wide + 1])
                 before = self.start(new) if number == 1 else self.search.map.apply(self.start(new), number - 1).ends
                 more = self.search.map.apply(before)
@@ -160,12 +167,21 @@ class _Side:
                     (s, new), (ends, more.ends), (hits, more.impacts), (speeds, more.speeds), (good, more.outcomes == MAPPED)))
             gaps = np.linalg.norm(np.diff(ends, axis=0) / scale, axis=1)
             torn = (gaps > gap) | ~good[1:] | ~good[:-1]
+            if total + len(s) > most or not self.jumps(s, np.flatnonzero(gaps > gap), number):
+                return False
             self.corners += int(np.count_nonzero(hits[1:] != hits[:-1]))
             self.merging += int(np.count_nonzero(speeds == 0.0))
-            if total + len(s) > most:
-                return False
             self.breaks += int(np.count_nonzero(torn))
             self.pieces += [piece for piece in np.split(ends, np.flatnonzero(torn) + 1) if len(piece)]
             total += len(s)
             images = ends
         return True
+
+    def jumps(self, s: np.ndarray, wide: np.ndarray, number: int) -> bool:
+        """Return whether all gaps left after ``number`` periods are jumps of the last one, not lost digits of the start."""
+        if not wide.size:
+            return True
+        left, right = self.start(s[wide]), self.start(s[wide + 1])
+        if number > 1:
+            left, right = (self.search.map.apply(side, number - 1).ends for side in (left, right))
+        return bool((np.linalg.norm((right - left) / self.search.scale, axis=1) <= TOUCHING).all())

@@ -9,6 +9,8 @@ from bifurc.warm import warm_up
 
 from .common import UsageError, folder_of, number, say_saved, system_of
 
+LARGEST = 3  # basins whose boundaries are followed to their saddles
+
 
 def add(commands, shared) -> None:
     """Add the command to the parser."""
@@ -41,8 +43,16 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet,
                                      file=folder / f"{name}_basins.npz")
     print(basin_table(basins))
+    edges = saddles(basins)
+    for edge in edges:
+        print(f"between {edge.pair[0]} and {edge.pair[1]}: {edge.message}")
+        if edge.success:
+            print(f"  saddle: {bf.plotting.describe(edge.saddle)}, multipliers {_listed(edge.saddle.multipliers)}")
     figure, (ax,) = bf.plotting.figure(6.3, 4.4)
     bf.plotting.plot_basins(basins, ax)
+    for edge in edges:
+        if edge.success:
+            edge.plot(ax, unstable=edge.unstable_set())
     say_saved(bf.plotting.save_figure(figure, folder / f"{name}_basins.{options.format}"))
     motions = [attractor for attractor in basins.attractors if hasattr(attractor, "sample")][:4]
     if motions:
@@ -59,12 +69,28 @@ def basin_table(basins: Any) -> str:
     lines = [head, "-" * len(head)]
     for label, attractor in enumerate(basins.attractors):
         multipliers = getattr(attractor, "multipliers", None)
-        words = "" if multipliers is None else ", ".join(_complex(value) for value in multipliers[:4])
+        words = "" if multipliers is None else _listed(multipliers)
         fraction = basins.fractions.get(label, 0.0)
         lines.append(f"{label:>5}  {bf.plotting.describe(attractor):<24}{fraction:>10.6f}  {words}")
     lines.append(f"{-1:>5}  {'unresolved':<24}{basins.fractions.get(-1, 0.0):>10.6f}")
-    lines.append(f"predicted fraction of untrustworthy labels: {basins.label_uncertainty:.1e}")
+    lines.append(basins.trust.statement)
+    entropy = basins.entropy()
+    if entropy.mixed:
+        lines.append(f"basin entropy {entropy.basin:.4f}, boundary entropy {entropy.boundary:.4f} "
+                     f"(boxes of {entropy.side} x {entropy.side} cells)")
     return "\n".join(lines)
+
+
+def saddles(basins: Any) -> list:
+    """Return the edge states between the first few basins, where the boundary is smooth enough to be followed."""
+    count = min(len(basins.attractors), LARGEST)
+    if basins.trust.kind == "fractions":
+        return []
+    return [bf.edge_state(basins, (a, b)) for a in range(count) for b in range(a + 1, count)]
+
+
+def _listed(multipliers: Any) -> str:
+    return ", ".join(_complex(value) for value in multipliers[:4])
 
 
 def _complex(value: complex) -> str:

@@ -4,7 +4,7 @@ The same iteration as `continuation.problem.Problem.correct`, whose stopping rul
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import both, njit
 from ..solve.dense import lu, lu_solve
 from .march import FOLLOWED
 from .margins import FAR, margins
@@ -18,7 +18,7 @@ CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, MARCH = 1, 0, -1, -2, -3
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
 
 
-@njit
+@both
 def numbers_at(base, index, series, low, high, p, flat, dflat):
     """Write the numbers of the system at parameter ``p`` and their derivatives, from Chebyshev series on [low, high]."""
     flat[:] = base
@@ -35,7 +35,7 @@ def numbers_at(base, index, series, low, high, p, flat, dflat):
         dflat[index[i]] = (b0 + z * d0 - d1) * slope
 
 
-@njit
+@both
 def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new, info, events):
     """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
 
@@ -70,11 +70,12 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
         biggest = max(biggest, abs(x[i] / scale[i]))
     rounding = 4.0 * EPS * (1.0 + biggest)
     sign, log, count = 0.0, 0.0, 0
+    slopes = size > 0  # a literal would compile everything again
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
     for count in range(MAX_ITERATIONS + 1):
         numbers_at(base, index, series, low, high, x[size], flat, dflat)
         cleared(room)
-        status = linearised(shape, flat, dflat, x[:size], grid, True, listed, room)
+        status = linearised(shape, flat, dflat, x[:size], grid, slopes, listed, room)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return MARCH
@@ -149,7 +150,7 @@ def bordered(matrix, tangent, fixed):
         matrix[size, j] = (1.0 if j == size else 0.0) if fixed else tangent[j]
 
 
-@njit
+@both
 def watched(shape: Shape, flat, dflat, x, grid: Grid, room: Room, events):
     """Write the margins of events along the motion ``x`` whose contacts were followed."""
     events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..solve.broyden import BroydenResult, BroydenStatus, broyden
-from .setvalued import Balance, Contact
+from .setvalued_parts import Balance, Contact
 from .setvalued_pattern import evaluate
 from .status import BalanceStatus
 

@@ -28,13 +28,11 @@ FIELDS = 4
 @njit
 def expression(T_U, T_S, T_Z, T_H, rows, Q, excited, c, v, z, out):
     """Write an affine expression along the motion as a polynomial: ``out`` (mi,)."""
-    out[:] = 0.0
-    for q in range(Q):
-        row = rows[q]
-        if T_U[q] != 0.0:
-            out += T_U[q] * c[row]
-        if T_S[q] != 0.0:
-            out += T_S[q] * v[row]
+    for j in range(out.size):
+        total = 0.0
+        for q in range(Q):
+            total += T_U[q] * c[rows[q], j] + T_S[q] * v[rows[q], j]
+        out[j] = total
     for x in range(excited.size):
         out[excited[x]] += T_H[x]
     for i in range(z.size):
@@ -216,18 +214,44 @@ def back(shape: Shape, k, b):
 
 
 @njit
-def on_grid(shape: Shape, T: Numbers, k, m, g, Q, u, v, basis, z, j, turned):
-    """Return a guard at grid point ``j`` from tables of the rows (or of their derivatives: ``turned``)."""
-    total = 0.0 if turned else T.GH[k, m, g, 0]
-    for q in range(Q):
+def tabulated(shape: Shape, T: Numbers, k, m, U, V, excite, constant, out, written):
+    """Write guards (G, nodes) and slaved memory (Z, nodes) of mode ``m`` on a grid, without the part of frozen memory.
+
+    ``constant`` is 1, or 0 with tables of derivatives.
+    """
+    nodes = U.shape[1]
+    for g in range(shape.guards[k, m]):
+        filled(shape, k, T.GU[k, m, g], T.GS[k, m, g], T.GH[k, m, g], U, V, excite, constant, nodes, out[g])
+    for i in range(shape.memory[k] if len(written) else 0):
+        if shape.slaved[k, m, i]:
+            filled(shape, k, T.ZU[k, m, i], T.ZS[k, m, i], T.ZH[k, m, i], U, V, excite, constant, nodes, written[i])
+
+
+@njit
+def filled(shape: Shape, k, byU, byS, byH, U, V, excite, constant, nodes, out):
+    """Write one expression on a grid."""
+    first = constant * byH[0]
+    for n in range(nodes):
+        out[n] = first
+    for q in range(byU.size):
         row = shape.rows[k, q]
-        total += T.GU[k, m, g, q] * u[row, j] + T.GS[k, m, g, q] * v[row, j]
-    for x in range(1, shape.excited.size):
-        total += T.GH[k, m, g, x] * basis[x, j]
-    if not turned:
+        if row >= 0:
+            a, b = byU[q], byS[q]
+            for n in range(nodes):
+                out[n] += a * U[row, n] + b * V[row, n]
+    for x in range(1, byH.size):
+        a = byH[x]
+        for n in range(nodes):
+            out[n] += a * excite[x, n]
+
+
+@njit
+def kept(byZ, z, count, out):
+    """Write what frozen memory adds to the guards of a mode."""
+    for g in range(count):
+        out[g] = 0.0
         for i in range(z.size):
-            total += T.GZ[k, m, g, i] * z[i]
-    return total
+            out[g] += byZ[g, i] * z[i]
 
 
 @njit
@@ -262,32 +286,38 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
         Code of a `MarchStatus`.
     """
     waves, grid, most = shape.waves, U.shape[1] - 1, len(ends)
-    Q, Z, turn = width(shape, k), shape.memory[k], 2.0 * np.pi
+    Z, turn = shape.memory[k], 2.0 * np.pi
     z, z0 = np.zeros(Z), np.zeros(Z)
     p = np.empty((waves[-1] + 1, 2))
     a = np.empty(waves.size)
     m, wrote = begin(shape, T, k, c, v, skip, z)
     if m < 0:
         return INCONSISTENT
-    at = 0.0
+    at, strict = 0.0, 0.0 * skip
     G = shape.kinds.shape[2]
     g0, d0, g1, d1 = np.empty(G), np.empty(G), np.empty(G), np.empty(G)
     fresh, ignored = np.zeros(G, np.bool_), np.zeros(G, np.bool_)
+    modes = shape.modes[k]
+    ready, offset = np.zeros(modes, np.bool_), np.empty(G)
+    values, slopes, nothing = np.empty((modes, G, grid + 1)), np.empty((modes, G, grid + 1)), np.empty((0, grid + 1))
     for period in range(PERIODS):
         m0, events, t = m, 0, 0.0
         z0[:] = z
         source[0], source[1] = wrote, at
+        if not ready[m]:
+            tabulated(shape, T, k, m, U, V, excite, 1.0, values[m], nothing)
+            tabulated(shape, T, k, m, dU, dV, dexcite, 0.0, slopes[m], nothing)
+            ready[m] = True
+        kept(T.GZ[k, m], z, shape.guards[k, m], offset)
         for g in range(shape.guards[k, m]):
-            g0[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, 0, False)
-            d0[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, 0, True)
+            g0[g], d0[g] = values[m, g, 0] + offset[g], slopes[m, g, 0]
             fresh[g] = g0[g] >= 0.0
         for j in range(1, grid + 1):
             t1 = turn * j / grid
             while True:  # events within the cell
                 soonest, which, beside = np.inf, -1, False
                 for g in range(shape.guards[k, m]):
-                    g1[g] = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
-                    d1[g] = on_grid(shape, T, k, m, g, Q, dU, dV, dexcite, z, j, True)
+                    g1[g], d1[g] = values[m, g, j] + offset[g], slopes[m, g, j]
                     if g1[g] < 0.0 and (ignored[g] or not (d0[g] > 0.0 and d1[g] < 0.0)):
                         ignored[g] = False
                         continue
@@ -326,6 +356,7 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
                     wrote, at = b, soonest
                     events += 1
                     t = soonest
+                    kept(T.GZ[k, m], z, shape.guards[k, m], offset)
                     for g in range(shape.guards[k, m]):
                         guard_of(shape, T, k, m, g, c, v, z, a)
                         first = jet(waves, a, p)
@@ -336,7 +367,7 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
                 after = -1
                 for i in range(shape.then.shape[3]):
                     b = shape.then[k, m, which, i]
-                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, 0.0, a):
+                    if b >= 0 and admissible(shape, T, k, b, c, v, z, p, strict, a):
                         after = b
                         break
                 if after < 0:
@@ -347,6 +378,11 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
                     wrote, at, path[events, WROTE] = m, soonest, m
                 events += 1
                 m, t = after, soonest
+                if not ready[m]:
+                    tabulated(shape, T, k, m, U, V, excite, 1.0, values[m], nothing)
+                    tabulated(shape, T, k, m, dU, dV, dexcite, 0.0, slopes[m], nothing)
+                    ready[m] = True
+                kept(T.GZ[k, m], z, shape.guards[k, m], offset)
                 for g in range(shape.guards[k, m]):
                     guard_of(shape, T, k, m, g, c, v, z, a)
                     first = jet(waves, a, p)
@@ -377,45 +413,40 @@ def repeats(shape: Shape, k, m, z, z0, c):
 
 
 @njit
-def slaves_at(shape: Shape, T: Numbers, k, m, Q, U, V, excite, j, z):
-    """Write the memory that mode ``m`` slaves at sample ``j`` into ``z``."""
-    for i in range(z.size):
-        if shape.slaved[k, m, i]:
-            total = T.ZH[k, m, i, 0]
-            for q in range(Q):
-                row = shape.rows[k, q]
-                total += T.ZU[k, m, i, q] * U[row, j] + T.ZS[k, m, i, q] * V[row, j]
-            for x in range(1, shape.excited.size):
-                total += T.ZH[k, m, i, x] * excite[x, j]
-            z[i] = total
-
-
-@njit
-def broken(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, tried):
+def broken(values, byZ, guards, trial, m, z, j, tried):
     """Return the first guard of mode ``m`` that is positive at sample ``j``, or -1; ``tried``: but those with a trial."""
-    for g in range(shape.guards[k, m]):
-        if not (tried and shape.trial[k, m, g] >= 0) and on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) > 0.0:
+    for g in range(guards[m]):
+        if tried and trial[m, g] >= 0:
+            continue
+        total = values[m, g, j]
+        for i in range(z.size):
+            total += byZ[m, g, i] * z[i]
+        if total > 0.0:
             return g
     return -1
 
 
 @njit
-def next_of(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j):
+def next_of(values, byZ, guards, trial, then, m, z, j):
     """Return (guard, mode) that follow mode ``m`` at sample ``j``; guard -1: it stays.  ``z`` is the memory before the sample."""
-    for g in range(shape.guards[k, m]):
+    every = m < 0  # False, but no literal
+    for g in range(guards[m]):
         b, h = m, g
-        if shape.trial[k, m, g] >= 0:
-            b = shape.trial[k, m, g]
-            h = broken(shape, T, k, b, Q, U, V, excite, z, j, False)
+        if trial[m, g] >= 0:
+            b = trial[m, g]
+            h = broken(values, byZ, guards, trial, b, z, j, every)
             if h < 0:
                 return g, b
-        if on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False) <= 0.0:
+        total = values[m, g, j]
+        for i in range(z.size):
+            total += byZ[m, g, i] * z[i]
+        if total <= 0.0:
             continue
-        for i in range(shape.then.shape[3]):
-            d = shape.then[k, b, h, i]
+        for i in range(then.shape[2]):
+            d = then[b, h, i]
             if d == m:
                 break
-            if d >= 0 and broken(shape, T, k, d, Q, U, V, excite, z, j, True) < 0:
+            if d >= 0 and broken(values, byZ, guards, trial, d, z, j, not every) < 0:
                 return g, d
     return -1, m
 
@@ -438,31 +469,37 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, skip, touch, path, 
     says which mode goes on.
     """
     N, most = U.shape[1] - 1, len(ends)
-    Q, Z, turn = width(shape, k), shape.memory[k], 2.0 * np.pi
+    Z, turn, modes = shape.memory[k], 2.0 * np.pi, shape.modes[k]
     z, z0 = np.zeros(Z), np.zeros(Z)
     m, wrote = begin(shape, T, k, c, v, skip, z)
     if m < 0:
         return INCONSISTENT
+    values, slaved = np.empty((modes, shape.kinds.shape[2], N + 1)), np.empty((modes, Z, N + 1))
+    for n in range(modes):
+        tabulated(shape, T, k, n, U, V, excite, 1.0, values[n], slaved[n])
+    guards, trial, then, byZ = shape.guards[k], shape.trial[k], shape.then[k], T.GZ[k]
+    follows, forgets = shape.slaved[k], np.zeros(modes, np.bool_)
+    for n in range(modes):
+        forgets[n] = writes(shape, k, n)
     at, ignored = 0.0, False
     for period in range(PERIODS):
         m0, events = m, 0
         z0[:] = z
         source[0], source[1] = wrote, at
         for j in range(N):
-            if Z:
-                slaves_at(shape, T, k, m, Q, U, V, excite, j - 1 if j else N - 1, z)
-            which, after = next_of(shape, T, k, m, Q, U, V, excite, z, j)
-            by = m
+            for i in range(Z):
+                if follows[m, i]:
+                    z[i] = slaved[m, i, j - 1 if j else N - 1]
+            which, after = next_of(values, byZ, guards, trial, then, m, z, j)
             if which < 0:
                 ignored = False
-                if touch == 0.0:
+                if touch == 0.0 or forgets[m]:
                     continue
-                which = near(shape, T, k, m, Q, U, V, excite, z, j, touch)
+                which = near(values, byZ, guards, shape, k, m, z, j, touch)
                 if which < 0:
                     continue
                 after = writer(shape, k, m, which)
-            elif ignored or (skip > 0.0 and not writes(shape, k, m)
-                             and rise(shape, T, k, m, which, Q, U, V, excite, z, j) < skip):
+            elif ignored or (skip > 0.0 and not forgets[m] and rise(values, byZ, m, which, z, j) < skip):
                 ignored = True
                 continue
             if events >= most - 1:
@@ -470,7 +507,7 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, skip, touch, path, 
             path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
             ends[events, 0], ends[events, 1] = turn * j / N, turn * (j - 1) / N
             zs[events, :Z] = z
-            if writes(shape, k, by):
+            if forgets[m]:
                 wrote, at, path[events, WROTE] = m, ends[events, 1], m
             events += 1
             m = after
@@ -484,43 +521,44 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, skip, touch, path, 
 
 
 @njit
-def magnitude(shape: Shape, T: Numbers, k, m, g, Q, U, V, z):
-    """Return a size of a guard from the largest values of the rows."""
-    total = abs(T.GH[k, m, g, 0])
-    for q in range(Q):
-        row = shape.rows[k, q]
-        total += abs(T.GU[k, m, g, q]) * np.abs(U[row]).max() + abs(T.GS[k, m, g, q]) * np.abs(V[row]).max()
+def sample_of(values, byZ, m, g, z, j):
+    """Return a guard at sample ``j`` modulo the period."""
+    total = values[m, g, j % (values.shape[2] - 1)]
     for i in range(z.size):
-        total += abs(T.GZ[k, m, g, i] * z[i])
-    return total + 1e-300
+        total += byZ[m, g, i] * z[i]
+    return total
 
 
 @njit
-def rise(shape: Shape, T: Numbers, k, m, g, Q, U, V, excite, z, j):
+def spread(values, byZ, m, g, z):
+    """Return a size of a guard: its largest value at a sample, and that of what memory adds."""
+    total = np.abs(values[m, g]).max() + 1e-300
+    for i in range(z.size):
+        total += abs(byZ[m, g, i] * z[i])
+    return total
+
+
+@njit
+def rise(values, byZ, m, g, z, j):
     """Return how high a guard would rise from sample ``j`` on, as part of its size."""
-    N = U.shape[1] - 1
-    top = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
-    for i in range(1, N):
-        new = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + i) % N, False)
+    top = sample_of(values, byZ, m, g, z, j)
+    for i in range(1, values.shape[2] - 1):
+        new = sample_of(values, byZ, m, g, z, j + i)
         if new < top:
             break
         top = new
-    return top / magnitude(shape, T, k, m, g, Q, U, V, z)
+    return top / spread(values, byZ, m, g, z)
 
 
 @njit
-def near(shape: Shape, T: Numbers, k, m, Q, U, V, excite, z, j, touch):
+def near(values, byZ, guards, shape: Shape, k, m, z, j, touch):
     """Return a guard of mode ``m`` with a maximum among the samples at ``j``, nearly zero and not rounding; -1: none."""
-    N = U.shape[1] - 1
-    for g in range(shape.guards[k, m]):
-        if writer(shape, k, m, g) < 0:
-            continue
-        here = on_grid(shape, T, k, m, g, Q, U, V, excite, z, j, False)
-        before = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j - 1) % N, False)
-        behind = on_grid(shape, T, k, m, g, Q, U, V, excite, z, (j + 1) % N, False)
-        bound = magnitude(shape, T, k, m, g, Q, U, V, z)
-        if before < here and behind <= here and -touch * bound < here < -ROUNDING * bound:
-            return g
+    for g in range(guards[m]):
+        here = sample_of(values, byZ, m, g, z, j)
+        if sample_of(values, byZ, m, g, z, j - 1) < here and sample_of(values, byZ, m, g, z, j + 1) <= here:
+            bound = spread(values, byZ, m, g, z)
+            if -touch * bound < here < -ROUNDING * bound and writer(shape, k, m, g) >= 0:
+                return g
     return -1
 
 

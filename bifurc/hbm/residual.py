@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import njit
+from .._jit import both, njit
 from .march import FOLLOWED, NOT_FINITE, arose, exact, sampled
 from .parts import Numbers, Shape
 from .spectra import divisors, gather, joined, signals
@@ -166,23 +166,14 @@ def followed_as(shape: Shape, T: Numbers, samples, cosines, sines, c, v, listed,
             heights = np.empty(events)
             for n in range(events):
                 heights[n] = arose(shape, T, k, c, v, samples, paths[k], ends[k], zs[k], n, a)
-            heights.sort()
             drop = (events - listed[k] + 1) // 2
+            for i in range(1, events):  # sorted by insertion
+                n = i
+                while n > 0 and heights[n - 1] > heights[n]:
+                    heights[n - 1], heights[n] = heights[n], heights[n - 1]
+                    n -= 1
             skip = 0.5 * (heights[drop - 1] + heights[drop]) if drop < events else 2.0
     return FOLLOWED
-
-
-@njit
-def contact_forces(shape: Shape, T: Numbers, dT: Numbers, c, v, cp, vp, samples, paths, ends, zs, sources, counts, slopes, SU, SS,
-                   PU, PS, F, J):
-    """Add forces on the rows and their derivatives, see `spectra.gather`; the contacts were followed."""
-    L = SU.shape[2]
-    D = np.empty((L, 2))
-    divisors(L, samples, D)
-    for k in range(shape.modes.size):
-        gather(shape, T, dT, k, paths[k], ends[k], zs[k], sources[k], counts[k, 0], c, v, cp, vp, samples, D, slopes, SU, SS, PU,
-               PS, F, J)
-    joined(shape, T, SU, SS, PU, PS, c, v, cp, vp, slopes, F, J)
 
 
 @njit
@@ -246,7 +237,7 @@ def rows_of(shape: Shape, x, c):
                     c[r, shape.place[i]] += weight * x[i * n + a]
 
 
-@njit
+@both
 def motion(shape: Shape, flat, dflat, x, c, v, cp, vp):
     """Write the coefficients (nr, mi) of the rows' coordinates and speeds, and their derivatives by the parameter."""
     T, dT = unpacked(flat, shape), unpacked(dflat, shape)
@@ -287,7 +278,7 @@ def cleared(room: Room):
     room.F[:], room.J[:] = 0.0, 0.0
 
 
-@njit
+@both
 def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     """Write residual and derivatives of the balance at the packed motion ``x`` into ``room``.
 
@@ -316,7 +307,11 @@ def linearised(shape: Shape, flat, dflat, x, grid: Grid, slopes, listed, room: R
                          room.sources, room.counts)
     if status != FOLLOWED:
         return status
-    contact_forces(shape, T, dT, c, v, cp, vp, grid.samples, room.paths, room.ends, room.zs, room.sources, room.counts, slopes,
-                   room.SU, room.SS, room.PU, room.PS, room.F, room.J)
+    D = np.empty((room.SU.shape[2], 2))
+    divisors(len(D), grid.samples, D)
+    for k in range(shape.modes.size):
+        gather(shape, T, dT, k, room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k, 0], c, v, cp, vp,
+               grid.samples, D, slopes, room.SU, room.SS, room.PU, room.PS, room.F, room.J)
+    joined(shape, T, room.SU, room.SS, room.PU, room.PS, c, v, cp, vp, slopes, room.F, room.J)
     assembled(shape, T, dT, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

@@ -17,6 +17,7 @@ import numpy as np
 
 GRID = 8  # points a wave of the highest harmonic; with extrema and polishing 32 to 512 change nothing beyond 3e-15
 POLISH = 60  # limit of the safeguarded Newton iteration; bisection alone needs 52
+CLOSE = 1e-9  # Newton step over the bracket after which the next would be below rounding
 
 
 class Pattern(NamedTuple):
@@ -114,26 +115,36 @@ def roots(c) -> np.ndarray:
 
 def _polished(c, lower, upper, at_lower) -> np.ndarray:
     """Return the sign changes inside brackets (m,) by Newton, safeguarded by bisection."""
-    lower, upper = lower.copy(), upper.copy()
     sign = np.where(at_lower > 0.0, 1.0, -1.0)
     k = np.arange(len(c))
-    dc = 1j * k * c
+    pair = np.stack([c, 1j * k * c], axis=1)
+    noise = 2.0 * np.finfo(float).eps * float(np.abs(c).sum())
+    enough = CLOSE * (upper - lower)
+    lower, upper = lower.copy(), upper.copy()
+    found = np.empty(len(lower))
+    left = np.arange(len(lower))
     x = 0.5 * (lower + upper)
-    tiny = 4.0 * np.finfo(float).eps
-    for _ in range(POLISH):
-        waves = np.exp(1j * np.multiply.outer(x, k))
-        g, dg = sign * (waves @ c).real, sign * (waves @ dc).real
-        inside = g > 0.0
-        lower, upper = np.where(inside, x, lower), np.where(inside, upper, x)
-        with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):
+        for _ in range(POLISH):
+            both = (np.exp(1j * np.multiply.outer(x, k)) @ pair).real
+            g, dg = sign * both[:, 0], sign * both[:, 1]
+            inside = g > 0.0
+            lower, upper = np.where(inside, x, lower), np.where(inside, upper, x)
             new = x - g / dg
-        good = (new > lower) & (new < upper) & np.isfinite(new)
-        new = np.where(good, new, 0.5 * (lower + upper))
-        done = np.abs(new - x) <= tiny * (1.0 + np.abs(x))
-        x = new
-        if done.all():
-            break
-    return x
+            good = (new > lower) & (new < upper)
+            here = np.abs(g) <= noise
+            step = np.where(good, new, np.where(here, x, 0.5 * (lower + upper))) - x
+            x = x + step
+            done = here | (good & (np.abs(step) <= enough))
+            if done.any():
+                found[left[done]] = x[done]
+                keep = ~done
+                if not keep.any():
+                    return found
+                x, left, sign, enough = x[keep], left[keep], sign[keep], enough[keep]
+                lower, upper = lower[keep], upper[keep]
+    found[left] = x
+    return found
 
 
 def pattern(speed, upper, lower, width: float, top: int, slopes: int) -> Pattern:

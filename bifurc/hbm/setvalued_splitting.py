@@ -74,7 +74,8 @@ def split(layout: Layout, omega: float, mass, damping, stiffness, load, contacts
     damped = Z + gamma * 1j * w[:, None, None] * (rows.T @ rows)
     if k[0] == 0:
         damped[0] = K  # not used for the speeds; the mean position follows at the end
-    ready = np.array([np.linalg.inv(z) if v or np.linalg.cond(z) < 1e15 else np.linalg.pinv(z) for z, v in zip(damped, k, strict=True)])
+    ready = np.array([np.linalg.inv(z) if v or np.linalg.cond(z) < 1e15 else np.linalg.pinv(z)
+                      for z, v in zip(damped, k, strict=True)])
     F = np.zeros((len(k), n), complex)
     for i, h in enumerate(k):
         slot = layout.slot(int(h)) * n
@@ -85,7 +86,8 @@ def split(layout: Layout, omega: float, mass, damping, stiffness, load, contacts
     change, number, q = np.inf, 0, np.zeros((len(k), n), complex)
     factor = np.where(k == 0, 1.0, 2.0) / count
     r = np.clip(z, lower, upper)
-    for number in range(1, iterations + 1):
+    for _ in range(iterations):
+        number += 1
         r = np.clip(z, lower, upper)
         g = 2.0 * r - z + gamma * given
         spectrum = np.fft.rfft(g, axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..elements.local import Affine, affine, rate
 from .balance import Balance as Core
-from .setvalued import Balance, Contact, SetValuedResult, SetValuedStatus
+from .setvalued_parts import Balance, Contact, Linear, SetValuedResult, SetValuedStatus
 from .setvalued_pattern import added, pattern
 
 SAFETY = 6.0
@@ -31,31 +31,32 @@ def contacts_of(core: Core) -> list[Contact]:
     """
     found = []
     system, layout = core.system, core.layout
+    omega = float(core.numbers.omega[0]) * layout.periods
     for held in core.parts.held:
         element = system.elements[held.element]
         site = element.site(layout.n)
         modes = {key: element.mode(key, system.core) for key in held.keys}
         key, stick = next((key, mode) for key, mode in modes.items() if mode.hold)
         if len(held.rows) != 1 or len(stick.bounds) != 1 or len(stick.hold) != 1:
-            raise ValueError(f"{held.name}: mode {key!r} holds a row without bounds for its force; give Mode.bounds, or use find_orbit "
-                             "without method=")
+            raise ValueError(f"{held.name}: mode {key!r} holds a row without bounds for its force; give Mode.bounds, or use "
+                             "find_orbit without method=")
         least, most = (affine(bound) * stick.hold[0].push[0] for bound in stick.bounds[0])
         for other, mode in modes.items():
             if mode.hold:
                 continue
             entry = affine(mode.entries[0]) if mode.entries else None
             if mode.law is not None or (entry is not None and entry not in (least, most)):
-                raise ValueError(f"{held.name}: the force of mode {other!r} is not the limit of {key!r}; friction that is larger at "
-                                 "rest than in motion is not treated by harmonic balance. Use find_orbit without method=")
+                raise ValueError(f"{held.name}: the force of mode {other!r} is not the limit of {key!r}; friction that is larger "
+                                 "at rest than in motion is not treated by harmonic balance. Use find_orbit without method=")
         for bound in (least, most):
             if bound.names - {"one", "cos", "sin"}:
-                raise ValueError(f"{held.name}: the bound {bound!r} depends on the motion; harmonic balance treats bounds that depend "
-                                 "on time only. Use find_orbit without method=")
+                raise ValueError(f"{held.name}: the bound {bound!r} depends on the motion; harmonic balance treats bounds that "
+                                 "depend on time only. Use find_orbit without method=")
         speed = np.zeros(1, complex)
         if site.drift:
             speed[0] += site.drift[0]
         if site.base:
-            speed = added(speed, _phasors(rate(site.base[0], system.omega), layout.periods))
+            speed = added(speed, _phasors(rate(site.base[0], omega), layout.periods))
         found.append(Contact(np.asarray(site.R[0], float), -_phasors(least, layout.periods), -_phasors(most, layout.periods), speed,
                              held.name))
     return found
@@ -76,8 +77,6 @@ def rest_of(core: Core):
 
     if core.parts.contacts or core.parts.laws:
         return rest
-    from .setvalued import Linear
-
     T, layout = core.numbers, core.layout
     return Linear.of(layout, float(T.omega[0]) * layout.periods, T.M, T.C, T.K, T.E.ravel())
 
@@ -146,7 +145,7 @@ def _step(core: Core, balance: Balance, result: SetValuedResult, speeds, tails) 
     """Return the Newton step (size,) that the speeds outside the kept harmonics cause; None where the Jacobian is singular."""
     layout = core.layout
     first, k = int(layout.mean), layout.positive
-    change = np.zeros((layout.slots, layout.n))
+    packed = np.zeros((layout.slots, layout.n))
     for contact, width, s, tail in zip(balance.contacts, result.widths, speeds, tails, strict=True):
         there = pattern(added(s, tail), contact.upper, contact.lower, width, layout.top, 0).force
         here = pattern(s, contact.upper, contact.lower, width, layout.top, 0).force
@@ -155,8 +154,8 @@ def _step(core: Core, balance: Balance, result: SetValuedResult, speeds, tails) 
         if first:
             r[0] = d[0].real
         r[first::2], r[first + 1::2] = d[k].real, -d[k].imag
-        change += np.multiply.outer(r, contact.row)
-    change = change.ravel()
+        packed += np.multiply.outer(r, contact.row)
+    change = packed.ravel()
     if (core.parts.contacts or core.parts.laws) and 2 * layout.size <= LARGEST:
         change = change + _law_change(core, result.x)
     _, jacobian = balance.both(result.x, result.widths)

@@ -30,6 +30,23 @@ def divisors(count, samples, out):
 
 
 @njit
+def add(out, factor, spectrum):
+    """Add a multiple of a spectrum (count, 2)."""
+    for l in range(len(out)):
+        out[l, 0] += factor * spectrum[l, 0]
+        out[l, 1] += factor * spectrum[l, 1]
+
+
+@njit
+def nonzero(spectrum):
+    """Return whether a spectrum (count, 2) has an entry that is not zero."""
+    for l in range(len(spectrum)):
+        if spectrum[l, 0] != 0.0 or spectrum[l, 1] != 0.0:
+            return True
+    return False
+
+
+@njit
 def indicator(a, b, Ea, Eb, D, out):
     """Write the spectrum of the indicator of [a, b] into ``out`` (count, 2), from powers at both ends and divisors."""
     out[0, 0], out[0, 1] = (b - a) / (2.0 * np.pi), 0.0
@@ -68,13 +85,16 @@ def local_slopes(shape: Shape, T: Numbers, dT: Numbers, k, TU, TS, TZ, TH, dTU, 
             out[first + j] = fu * co - fs * n * si
             out[first + j + 1] = fu * si + fs * n * co
     none = z[:0]
-    expression(TU, TS, TZ, 0.0 * TH, shape.rows[k], Q, shape.excited, cp, vp, none, a)
+    expression(TU, TS, TZ, TH, shape.rows[k], Q, shape.excited, cp, vp, none, a)
+    for x in range(TH.size):
+        a[shape.excited[x]] -= TH[x]
     total = jet(waves, a, p)[0]
     expression(dTU, dTS, TZ, dTH, shape.rows[k], Q, shape.excited, c, v, none, a)
     out[Q * mi] = total + jet(waves, a, p)[0]
     for i in range(z.size):
         if TZ[i] != 0.0:
-            out += TZ[i] * dz[i]
+            for j in range(out.size):
+                out[j] += TZ[i] * dz[i, j]
 
 
 @njit
@@ -99,8 +119,10 @@ def written(shape: Shape, T: Numbers, dT: Numbers, k, m, g, theta, c, v, cp, vp,
                 if not known:
                     delay(shape, T, dT, k, m, g, p, c, v, cp, vp, z, dz, shift)
                     known = True
-                new += slope * shift
-        dz[i] = new
+                for j in range(new.size):
+                    new[j] += slope * shift[j]
+        for j in range(new.size):
+            dz[i, j] = new[j]
 
 
 @njit
@@ -114,10 +136,8 @@ def delay(shape: Shape, T: Numbers, dT: Numbers, k, m, g, p, c, v, cp, vp, z, dz
     # the numbers by which guards weigh memory may depend on the parameter as well
     for i in range(z.size):
         out[out.size - 1] += dT.GZ[k, m, g, i] * z[i]
-    if rate != 0.0:
-        out *= -1.0 / rate
-    else:
-        out[:] = 0.0  # a touch: the event moves like a root, and its effect vanishes with the speed of the guard
+    for j in range(out.size):  # a touch moves like a root, and its effect vanishes with the speed of the guard
+        out[j] = -out[j] / rate if rate != 0.0 else 0.0
 
 
 @njit
@@ -154,6 +174,7 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
     dz, d = np.zeros((Z, Q * mi + 1)), np.empty(Q * mi + 1)
     p, a = np.empty((waves[-1] + 1, 2)), np.empty(mi)
     none = zs[0, :0]
+    before, moves = source.size - 3, samples < 0  # -1 and False, but no literals: each compiles all callees again
     if slopes and Z:
         if source[0] < 0.0:
             for i in range(Z):
@@ -163,7 +184,7 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
                     dz[i, Q * mi] += T.XU[k, i, q] * cp[row, 0] + T.XS[k, i, q] * vp[row, 0] \
                         + dT.XU[k, i, q] * c[row, 0] + dT.XS[k, i, q] * v[row, 0]
         else:
-            written(shape, T, dT, k, int(source[0]), -1, source[1], c, v, cp, vp, none, dz, False)
+            written(shape, T, dT, k, int(source[0]), before, source[1], c, v, cp, vp, none, dz, moves)
         for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
             if path[n, WROTE] >= 0:
                 written(shape, T, dT, k, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1, ends[n, 1],
@@ -177,7 +198,7 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
         else:
             powers(0.0, L, Eb)
         indicator(start, stop, Ea, Eb, D, I)
-        total[m] += I
+        add(total[m], 1.0, I)
         seen[m] = True
         for q in range(Q):
             for i in range(Z):
@@ -215,13 +236,13 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
             for other in range(Q):
                 target = shape.rows[k, other]
                 if T.FU[k, m, q, other] != 0.0:
-                    SU[row, target] += T.FU[k, m, q, other] * total[m]
+                    add(SU[row, target], T.FU[k, m, q, other], total[m])
                 if T.FS[k, m, q, other] != 0.0:
-                    SS[row, target] += T.FS[k, m, q, other] * total[m]
+                    add(SS[row, target], T.FS[k, m, q, other], total[m])
                 if dT.FU[k, m, q, other] != 0.0:
-                    PU[row, target] += dT.FU[k, m, q, other] * total[m]
+                    add(PU[row, target], dT.FU[k, m, q, other], total[m])
                 if dT.FS[k, m, q, other] != 0.0:
-                    PS[row, target] += dT.FS[k, m, q, other] * total[m]
+                    add(PS[row, target], dT.FS[k, m, q, other], total[m])
             for x in range(shape.excited.size):
                 weight, turn = T.FH[k, m, q, x], dT.FH[k, m, q, x]
                 if weight == 0.0 and turn == 0.0:
@@ -292,7 +313,7 @@ def joined(shape: Shape, T: Numbers, SU, SS, PU, PS, c, v, cp, vp, slopes, F, J)
         for target in range(len(SU)):
             for part in range(2):
                 S = SU[row, target] if part == 0 else SS[row, target]
-                if S.any():
+                if nonzero(S):
                     signal, moved = (c[target], cp[target]) if part == 0 else (v[target], vp[target])
                     B[:] = 0.0
                     spectrum(S, waves, place, m_slots, B)
@@ -314,7 +335,7 @@ def joined(shape: Shape, T: Numbers, SU, SS, PU, PS, c, v, cp, vp, slopes, F, J)
                                 J[row, i, target, b] -= rate * B[i, b + 1]
                                 J[row, i, target, b + 1] += rate * B[i, b]
                 S = PU[row, target] if part == 0 else PS[row, target]
-                if slopes and S.any():
+                if slopes and nonzero(S):
                     signal = c[target] if part == 0 else v[target]
                     B[:] = 0.0
                     spectrum(S, waves, place, m_slots, B)
@@ -331,14 +352,17 @@ def signals(shape: Shape, T: Numbers, dT: Numbers, c, v, cp, vp):
     a = np.empty(shape.waves.size)
     rate, drate = T.omega[0], dT.omega[0]
     for row in range(len(c)):
-        cp[row] = 0.0
+        for j in range(a.size):
+            cp[row, j] = 0.0
         for x in range(shape.excited.size):
             c[row, shape.excited[x]] += T.base[row, x]
             cp[row, shape.excited[x]] += dT.base[row, x]
         turned(shape.waves, c[row], a)
-        v[row] = rate * a
-        vp[row] = drate * a
+        for j in range(a.size):
+            v[row, j] = rate * a[j]
+            vp[row, j] = drate * a[j]
         v[row, 0] += T.drift[row]
         turned(shape.waves, cp[row], a)
-        vp[row] += rate * a
+        for j in range(a.size):
+            vp[row, j] += rate * a[j]
         vp[row, 0] += dT.drift[row]

@@ -2,12 +2,15 @@
 import numpy as np
 
 from ..hbm.balance import Balance
-from ..hbm.setvalued import SetValuedResult, SetValuedStatus, solve
-from ..hbm.setvalued import Balance as Friction
+from ..hbm.setvalued import solve
+from ..hbm.setvalued_parts import Balance as Friction
+from ..hbm.setvalued_parts import Linear, SetValuedResult, SetValuedStatus
+from ..hbm.setvalued_splitting import split
 from ..hbm.setvalued_system import contacts_of, estimated_error, rest_of
 from ..hbm.status import BalanceStatus
 
 TIGHTER = 0.05  # first width for a given guess, over the natural one
+AFTER_SPLITTING = 0.01  # the same after the splitting, which is tried where nothing else converged
 _STATUS = {SetValuedStatus.CONVERGED: None, SetValuedStatus.HELD: None, SetValuedStatus.RESTS: BalanceStatus.AT_REST,
            SetValuedStatus.SINGULAR: BalanceStatus.SINGULAR, SetValuedStatus.NOT_FINITE: BalanceStatus.MARCH_FAILED,
            SetValuedStatus.STUCK: BalanceStatus.NOT_CONVERGED}
@@ -33,11 +36,17 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
 
         return galerkin(balance, contacts, rest, method, starts)
     found = None
-    for start, first in [*((start, TIGHTER if guessed else 1.0) for start in starts), *((start, 1.0) for start in starts[:guessed])]:
+    tries = [*((start, TIGHTER if guessed else 1.0) for start in starts), *((start, 1.0) for start in starts[:guessed])]
+    for start, first in tries:
         found = solve(layout, omega, rest, contacts, start, first_width=first, solver=method.solver)
         if found.success:
             break
     assert found is not None
+    if not found.success and isinstance(rest, Linear):
+        T = balance.numbers
+        near = split(layout, omega, T.M, T.C, T.K, T.E.ravel(), contacts)
+        again = solve(layout, omega, rest, contacts, near.x, first_width=AFTER_SPLITTING, solver=method.solver)
+        found = again if again.success else found
     return found.x, told(balance, contacts, rest, found, method), _STATUS[found.status]
 
 

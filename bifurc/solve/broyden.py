@@ -15,8 +15,9 @@ import scipy.linalg
 
 TOLERANCE = 1e-12  # of the residual over its size at the guess, or over the natural size that is given
 ITERATIONS = 400
-STALL = 12  # steps without a smallest residual so far, after which the Jacobian is computed again
-FALL = 0.5  # what counts as smaller
+STALL = 8  # steps without a clearly smaller residual, after which the Jacobian is computed again
+FALL = 0.5  # what counts as clearly smaller
+LEAST_FALL = 0.99  # a new Jacobian that gains less than this is the last
 BACKTRACKS = 8  # halvings of a step that does not shrink the residual; the shortest is taken anyway: Broyden is not monotone
 GROWTH = 10.0  # a step may raise the residual by this before it is halved
 STEP = 1e-7  # of differences, over the natural size of the unknowns
@@ -42,8 +43,8 @@ class BroydenStatus(StrEnum):
             "singular": "The Jacobian is singular; start elsewhere, or give another first Jacobian.",
             "not_finite": "The residual is NaN or infinite at the guess; start closer to the solution.",
             "iterations": "The iteration limit was reached; start closer or allow more iterations.",
-            "false_convergence": "The increment is small, but the residual is not: this is no solution. Stop on the residual instead "
-                                 "(increment=None).",
+            "false_convergence": "The increment is small, but the residual is not: this is no solution. Stop on the residual "
+                                 "instead (increment=None).",
         }[self.value]
 
 
@@ -120,7 +121,8 @@ class Factors:
 
 
 def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: float | None = None, tolerance: float = TOLERANCE,
-            iterations: int = ITERATIONS, step: float = STEP, increment: float | None = None, restarts: bool = True) -> BroydenResult:
+            iterations: int = ITERATIONS, step: float = STEP, increment: float | None = None,
+            restarts: bool = True) -> BroydenResult:
     """Solve ``residual(x) = 0``.
 
     Parameters
@@ -241,7 +243,7 @@ def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: flo
             since = 0 if norm <= FALL * mark else since + 1
             mark = min(mark, norm) if norm <= FALL * mark else mark
             if restarts and since >= STALL:
-                if best_norm > FALL * renewed:
+                if best_norm > LEAST_FALL * renewed:
                     return result(BroydenStatus.STALLED, best, best_norm, number)
                 renewed = best_norm
                 x = best

@@ -1,12 +1,14 @@
 """Maps as results: workers, interrupts and files, other kinds of scenes, chaos, symmetry, the printed report."""
 import json
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
 
 import bifurc as bf
 from bifurc import io
-from bifurc.basins import mapping
+from bifurc.basins import labelling, mapping
 from bifurc.basins.noise import LADDER, ROUNDING, extrapolated, measure
 
 ARRAYS = ("labels", "states", "periods", "impacts")
@@ -44,47 +46,71 @@ def test_saved_and_loaded(basins, tmp_path):
 
 
 def test_an_interrupt_loses_no_finished_chunk(basins, tmp_path, monkeypatch):
-    file, label, calls = tmp_path / "map.npz", mapping.Marcher.label, []
+    file, work, sizes = tmp_path / "map.npz", mapping.label_part, []
+    monkeypatch.setattr(labelling, "LEAN", 512)
 
-    def interrupted(self, X, targets, most):
-        if len(X) == mapping.CHUNK:
-            calls.append(len(X))
-            if len(calls) == 3:
-                raise KeyboardInterrupt
-        return label(self, X, targets, most)
+    def interrupted(payload):
+        if len(sizes) == 3:
+            raise KeyboardInterrupt
+        sizes.append(len(payload["starts"]))
+        return work(payload)
 
-    monkeypatch.setattr(mapping.Marcher, "label", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        bf.basins_of_attraction(SYSTEM, GRID, workers=1, file=file)
-    assert not file.exists()
-    done = io.read(tmp_path / "map.npz.partial")[1]["labels"] >= -1
-    assert mapping.CHUNK <= np.count_nonzero(done) < GRID.size
+    monkeypatch.setattr(mapping, "label_part", interrupted)
+    for _ in range(2):  # twice, the second time at once
+        with pytest.raises(KeyboardInterrupt):
+            bf.basins_of_attraction(SYSTEM, GRID, workers=1, file=file)
+    assert not file.exists() and sizes == [512] * 3
+    assert len(list((tmp_path / "map.npz.chunks").glob("*.npz"))) == 3
 
-    computed = []
+    def counted(payload):
+        sizes.append(len(payload["starts"]))
+        return work(payload)
 
-    def counted(self, X, targets, most):
-        computed.append(len(X))
-        return label(self, X, targets, most)
-
-    monkeypatch.setattr(mapping.Marcher, "label", counted)
+    sizes.clear()
+    monkeypatch.setattr(mapping, "label_part", counted)
     monkeypatch.setattr(mapping._Work, "_noise", lambda self, cells: basins.noise)
     resumed = bf.basins_of_attraction(SYSTEM, GRID, workers=2, file=file)
-    assert sum(n for n in computed if n > 64) == GRID.size - np.count_nonzero(done)
+    assert sum(sizes) == GRID.size - 3 * 512
     same(basins, resumed)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["map.npz"]
 
-    computed.clear()
+    sizes.clear()
     same(basins, bf.basins_of_attraction(SYSTEM, GRID, file=file))
-    assert not computed  # read from the file
+    assert not sizes  # read from the file
 
 
-def test_a_partial_file_of_another_job_or_a_damaged_one_is_not_used(basins, tmp_path):
-    partial = tmp_path / "map.npz.partial"
-    io.write(partial, {"kind": "partial_basins", "key": "other"}, {"labels": np.zeros(3)})
+def test_processes_and_any_chunk_size_change_no_bit(basins, monkeypatch):
+    for size in (300, 701):
+        monkeypatch.setattr(labelling, "LEAN", size)
+        same(basins, bf.basins_of_attraction(SYSTEM, GRID, workers=2))
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        same(basins, bf.basins_of_attraction(SYSTEM, GRID, executor=pool))
+
+
+def test_a_chunk_that_fails_is_named_and_the_others_are_kept(basins, tmp_path, monkeypatch):
+    work = mapping.label_part
+    monkeypatch.setattr(labelling, "LEAN", 512)
+
+    def failing(payload):
+        if payload["starts"][0, 0] > -1.2 and payload["starts"][0, 0] < -0.8:
+            raise ArithmeticError("no luck")
+        return work(payload)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(mapping, "label_part", failing)
+        with pytest.raises(RuntimeError, match=r"1 of 6 chunks of starts failed; .* no luck"):
+            bf.basins_of_attraction(SYSTEM, GRID, file=tmp_path / "map.npz")
+    assert len(list((tmp_path / "map.npz.chunks").glob("*.npz"))) == 5
     same(basins, bf.basins_of_attraction(SYSTEM, GRID, file=tmp_path / "map.npz"))
+
+
+def test_a_map_of_another_job_or_a_damaged_one_is_not_used(basins, tmp_path):
+    chunks = tmp_path / "map.npz.chunks"
+    chunks.mkdir()
+    io.write(chunks / "0.npz", {"kind": "chunk", "key": "other"}, {"labels": np.zeros(3)})
     (tmp_path / "map.npz").write_bytes(b"PK\x03\x04 cut short")
-    partial.write_bytes(b"PK\x03\x04 cut short")
     same(basins, bf.basins_of_attraction(SYSTEM, GRID, file=tmp_path / "map.npz"))
+    assert [path.name for path in tmp_path.iterdir()] == ["map.npz"]
 
 
 def test_given_attractors_keep_their_numbers(basins):

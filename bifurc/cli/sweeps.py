@@ -1,0 +1,70 @@
+"""``bifurc sweep SYSTEM [PARAMETER]``: attractors and the sizes of their basins over a parameter."""
+import argparse
+import inspect
+from typing import Any
+
+import numpy as np
+
+import bifurc as bf
+from bifurc.warm import warm_up
+
+from .common import UsageError, folder_of, number, say_saved, system_of
+
+_BRANCHES = 4  # families of which a branch is traced for the picture
+
+
+def add(commands, shared) -> None:
+    """Add the command to the parser."""
+    sweep = commands.add_parser("sweep", parents=[shared], help="follow attractors and basin fractions over a parameter",
+                                description=inspect.getdoc(run_sweep))
+    sweep.add_argument("parameter", metavar="PARAMETER", nargs="?", help="the parameter that varies")
+    sweep.add_argument("--bounds", metavar=("A", "B"), type=number, nargs=2, help="its range")
+    sweep.add_argument("--points", metavar="N", type=int, default=100, help="values (default: %(default)s)")
+    sweep.add_argument("--samples", metavar="N", type=int, default=1000, help="starts at each value (default: %(default)s)")
+    sweep.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
+                       help="a state component (q0, v0, ...) and its range; once a component")
+    sweep.add_argument("--no-branches", dest="branches", action="store_false", help="trace no branches for the picture")
+    sweep.set_defaults(run=run_sweep)
+
+
+def run_sweep(options: argparse.Namespace) -> int:
+    """Follow all attractors and the sizes of their basins over a parameter; after an interrupt the same command goes on."""
+    name, system, story = system_of(options)
+    parameter = system.parameter_name(options.parameter or story.parameter)
+    value = system.parameter(parameter)
+    if options.bounds is None and parameter != story.parameter and value == 0.0:
+        raise UsageError(f"--bounds is needed: {parameter} is 0, which tells no range")
+    low, high = sorted(options.bounds or (story.bounds if parameter == story.parameter else (value / 2.0, 2.0 * value)))
+    if low == high:
+        raise UsageError(f"--bounds must be two different numbers, got {low:g} twice")
+    if options.points < 2:
+        raise UsageError(f"--points must be at least 2, got {options.points}")
+    if options.samples < 1:
+        raise UsageError(f"--samples must be at least 1, got {options.samples}")
+    region = story.window
+    if options.window:
+        region = {component: (number(a), number(b)) for component, a, b in options.window}
+    folder = folder_of(options.out)
+    stem = f"{name}_{parameter}_sweep"
+    print(f"{system!r}: {parameter} at {options.points} values from {low:g} to {high:g}, {options.samples} starts each", flush=True)
+    warm_up()
+    found = bf.sweep(system, parameter, np.linspace(low, high, options.points), region, samples=options.samples,
+                     workers=options.workers, progress=not options.quiet, file=folder / f"{stem}.npz")
+    print(found.report())
+    branches = traced(found, (low, high), options.quiet) if options.branches else []
+    figure, axes = bf.plotting.figure(6.3, 5.8, rows=2, sharex=True)
+    bf.plotting.plot_sweep(found, axes, branches)
+    say_saved(bf.plotting.save_figure(figure, folder / f"{stem}.{options.format}"))
+    return 1 if found.failures else 0
+
+
+def traced(found: Any, bounds: tuple[float, float], quiet: bool) -> list:
+    """Return the branches of the first orbits of the families that hold the largest shares."""
+    tracks = {track.number: track for track in found.tracks}
+    families = sorted(found.families, key=lambda family: -sum(float(tracks[k].fractions.sum()) for k in family))
+    branches = []
+    for family in families[:_BRANCHES]:
+        orbits = [item for k in family for item in tracks[k].attractors if not hasattr(item, "points")]
+        if orbits:
+            branches.append(bf.trace(orbits[0], found.parameter, bounds=bounds, progress=not quiet))
+    return branches

@@ -1,0 +1,204 @@
+"""What a basin map says about itself: entropies, uncertainty, errors, trust, mirror images, infinity, parts of it."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import linregress
+
+import bifurc as bf
+from bifurc.basins.basinmap import CellState
+from bifurc.basins.entropy import basin_entropy
+from bifurc.basins.trust import TrustKind, fraction_errors
+from bifurc.basins.uncertainty import fitted, uncertainty_exponent
+
+A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
+B = bf.systems.impact_oscillator(zeta=0.05, omega=4.25, amplitude=1.0, gap=0.1, restitution=0.8)
+
+
+def slow_entropy(labels, side, starts):
+    """Box by box, in plain Python."""
+    values = []
+    for i in range(0, labels.shape[0] - side + 1, side):
+        for j in range(0, labels.shape[1] - side + 1, side):
+            box = [labels[a, b] for a in range(i, i + side) for b in range(j, j + side) if starts[a, b]]
+            if box:
+                shares = [box.count(label) / len(box) for label in set(box)]
+                values.append((-sum(p * np.log(p) for p in shares), len(shares)))
+    mixed = [value for value, kinds in values if kinds > 1]
+    return sum(v for v, _ in values) / len(values), sum(mixed) / len(mixed) if mixed else 0.0, len(values), len(mixed)
+
+
+@pytest.mark.parametrize("side", [1, 2, 5, 7])
+def test_entropy_against_a_second_implementation(rng, side):
+    labels = rng.integers(-1, 3, (43, 38))
+    labels[:, :20] = 0
+    starts = rng.random(labels.shape) < 0.8
+    starts[:14] = False
+    found = basin_entropy(labels, side, starts)
+    np.testing.assert_allclose(found[:4], slow_entropy(labels, side, starts), rtol=0, atol=1e-12)
+
+
+def test_entropy_of_one_colour_of_stripes_and_of_noise(rng):
+    assert basin_entropy(np.zeros((10, 10), int))[:4] == (0.0, 0.0, 4, 0)
+    stripes = np.tile([0, 1], (8, 4))
+    found = basin_entropy(stripes, 2)
+    np.testing.assert_allclose(found[:2], np.log(2.0), rtol=1e-14)
+    assert found.fractal is None  # equal to ln 2 proves nothing
+    noise = basin_entropy(rng.integers(0, 3, (300, 300)))
+    assert abs(noise.basin - np.log(3.0)) < 0.06 and noise.fractal is True
+    cube = basin_entropy(rng.integers(0, 2, (6, 6, 6)), 3)
+    assert cube.boxes == 8
+
+
+@pytest.mark.parametrize("side", [0, 1.5, True, 11])
+def test_sides_that_cannot_be(side):
+    with pytest.raises(ValueError, match="side = "):
+        basin_entropy(np.zeros((10, 20), int), side)
+
+
+def smooth(points):
+    return (points[:, 0] > 0.3 * np.sin(3 * points[:, 1])).astype(int)
+
+
+def cantor(points):
+    """Stripes at all scales: the digit 1 appears first at an odd or even place of the base-3 expansion; alpha = 1 - ln 2 / ln 3."""
+    x, label = np.mod(points[:, 0], 1.0), np.zeros(len(points), int)
+    open_ = np.ones(len(points), bool)
+    for place in range(1, 30):
+        x = 3 * x
+        digit = np.floor(x)
+        label[open_ & (digit == 1)] = 1 + place % 2
+        open_ &= digit != 1
+        x -= digit
+    return label
+
+
+@pytest.mark.parametrize(("law", "exponent", "low"), [(smooth, 1.0, 1e-3), (cantor, 1 - np.log(2) / np.log(3), 1e-5)])
+def test_uncertainty_exponents_that_are_known(law, exponent, low):
+    basins = SimpleNamespace(grid=bf.Grid(q0=(-1, 1, 4), v0=(-1, 1, 4)), attractors=(1, 2), labeller=lambda workers: law, system=A)
+    found = uncertainty_exponent(basins, low, 3e-2, rungs=8, samples=40000, seed=3)
+    assert abs(found.exponent - exponent) <= 3.0 * found.error and found.error < 0.04
+    assert found.boundary_dimension == 2 - found.exponent
+
+
+def test_the_fit_is_the_weighted_line_and_its_error_covers(rng):
+    sizes = np.geomspace(1e-4, 1e-1, 7)
+    law = 0.5 * sizes**0.4
+    slopes, errors = [], []
+    for _ in range(400):
+        counts = rng.binomial(5000, law)
+        slope, error, misfit = fitted(sizes, counts, np.full(7, 5000))
+        slopes.append(slope)
+        errors.append(error / max(misfit, 1.0))
+    assert abs(np.mean(slopes) - 0.4) < 0.002
+    assert 0.85 < np.std(slopes) / np.mean(errors) < 1.2
+    plain = linregress(np.log(sizes), np.log(law)).slope
+    np.testing.assert_allclose(fitted(sizes, law * 1e12, np.full(7, 1e12))[0], plain, rtol=1e-9)
+    assert fitted(sizes, np.zeros(7), np.ones(7)) == (1.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def problem_a():
+    return bf.basins_of_attraction(A, bf.Grid(q0=(-2.5, 0, 400), v0=(-3, 3, 400)))
+
+
+@pytest.fixture(scope="module")
+def problem_b():
+    return bf.basins_of_attraction(B, bf.Grid(q0=(-2.4, 0.1, 400), v0=(-3, 3, 400)))
+
+
+def test_entropies_and_exponents_of_the_references(problem_a, problem_b):
+    np.testing.assert_allclose(problem_a.entropy()[:2], (0.1701, 0.5016), rtol=0, atol=5e-5)
+    np.testing.assert_allclose(problem_b.entropy()[:2], (0.6044, 0.6319), rtol=0, atol=2e-3)  # labels differ in 4 % of cells
+    a, b = problem_a.uncertainty(), problem_b.uncertainty()
+    assert abs(a.exponent - 0.92) <= 0.06 and a.error <= 0.03
+    assert abs(b.exponent - 0.077) <= 0.01 and b.error <= 0.005
+    assert repr(b).startswith("Uncertainty(exponent 0.0")
+
+
+def test_the_map_says_what_it_promises(problem_a, problem_b):
+    assert problem_a.trust.kind is TrustKind.CELLS and problem_a.trust.wrong < 1e-3
+    assert problem_b.trust.kind is TrustKind.FRACTIONS
+    assert 0.045 / 1.5 <= problem_b.trust.wrong / 160000 <= 0.045 * 1.5
+    assert "No single label is promised" in problem_b.report() and "Fractions hold: 0.44" in problem_b.report()
+    assert "Every label can be trusted" in problem_a.report() and "boundary entropy 0.5016" in problem_a.report()
+    few = SimpleNamespace(starts=np.ones((10, 10), bool), labels=np.zeros((10, 10), int), label_uncertainty=7e-4,
+                          fractions={0: 1.0}, noise=SimpleNamespace(exponent=0.5))
+    from bifurc.basins.trust import trust
+    assert trust(few).kind is TrustKind.CELLS
+    few.starts = np.ones((100, 100), bool)
+    few.labels = np.zeros((100, 100), int)
+    assert trust(few).kind is TrustKind.MOST_CELLS and "about 7 of 10000" in trust(few).statement
+
+
+def test_errors_of_fractions_hold_the_fractions_of_finer_grids(problem_a, problem_b):
+    for fine in (problem_a, problem_b):
+        thin = fine.labels[2::5, 2::5]  # 80 x 80 cells of the same region, centred alike
+        errors = fraction_errors(thin, np.ones(thin.shape, bool))
+        assert abs(np.mean(thin == 0) - fine.fractions[0]) <= 3.0 * errors[0]
+        assert errors[0] < 0.01
+
+
+def test_a_zoom_keeps_attractors_and_numbers(problem_a):
+    part = problem_a.zoom(q0=(-1.25, -0.625), cells=100)
+    assert part.grid.names == ("q0", "v0") and part.grid.shape == (100, 100)
+    assert part.attractors == problem_a.attractors
+    whole = problem_a.zoom(cells=400)
+    np.testing.assert_array_equal(whole.labels, problem_a.labels)
+    with pytest.raises(ValueError, match="q1 is no component"):
+        problem_a.zoom(q1=(0, 1))
+
+
+def test_the_least_impact_speed_of_each_cell_is_that_of_its_simulated_motion():
+    basins = bf.basins_of_attraction(A, bf.Grid(q0=(-2.5, 0, 12), v0=(-3, 3, 12)))
+    for cell in (0, 50, 77, 140):
+        motion = bf.simulate(A, basins.grid.starts(1, 2)[cell], periods=int(basins.periods.flat[cell]))
+        hits = [abs(event.speed) for event in motion.events if event.kind == "impact"]
+        np.testing.assert_allclose(basins.speeds.flat[cell], min(hits), rtol=0, atol=1e-9)
+
+
+def test_mirror_images_are_named():
+    system = bf.systems.two_sided_impact_oscillator(amplitude=3.45)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-1, 1, 16), v0=(-3, 3, 16)))
+    assert basins.partners == {0: 1, 1: 0} and "mirror image of 1" in basins.report()
+    symmetric = bf.basins_of_attraction(system.with_parameters(amplitude=3.0), bf.Grid(q0=(-1, 1, 6), v0=(-3, 3, 6)))
+    assert symmetric.partners == {0: 0} and ", symmetric" in symmetric.report()
+    assert bf.basins_of_attraction(A, bf.Grid(q0=(-2, 0, 3), v0=(-1, 1, 3))).partners == {}
+
+
+def test_attractors_closer_than_the_tolerance_are_told_apart():
+    """The mirrored orbits above the pitchfork lie within a tolerance of .1: radii shrink until their shells come back."""
+    system = bf.systems.two_sided_impact_oscillator(amplitude=3.402)
+    grid = bf.Grid(q0=(-1, 1, 16), v0=(-3, 3, 16))
+    wide, narrow = (bf.basins_of_attraction(system, grid, tolerance=size) for size in (0.1, 1e-4))
+    gap = min(np.linalg.norm((wide.attractors[0].state - y) / wide.scale) for y in wide.attractors[1].sample(2)[1])
+    assert gap < 0.1 and max(wide.radii) < gap
+    np.testing.assert_array_equal(wide.labels, narrow.labels)
+
+
+def test_infinity_is_a_label_of_its_own():
+    """A softening spring lets large starts escape; without a stop and without friction they never come back."""
+    system = bf.System(1.0, 0.2, 1.0, [bf.elements.CubicSpring(-1.0), bf.elements.HarmonicForce(0.05)], omega=0.5)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-2, 2, 8), v0=(-2, 2, 8)), max_periods=200)
+    assert basins.fractions[-1] == 0.0 and 0.2 < basins.fractions[CellState.DIVERGED] < 0.8
+    assert basins.fractions[0] + basins.fractions[CellState.DIVERGED] == 1.0
+    assert basins.entropy(4).mixed == basins.entropy(4).boxes == 4
+    assert "left the finite numbers" in basins.report()
+
+
+def test_one_and_three_components():
+    line = bf.basins_of_attraction(A, bf.Grid(v0=(-3, 3, 60), at={"q0": -1.0}))
+    plane = bf.basins_of_attraction(A, bf.Grid(q0=(-1.5, -0.5, 1), v0=(-3, 3, 60)))
+    np.testing.assert_array_equal(line.labels, plane.labels[0])
+    assert line.labels.shape == (60,) and "BasinMap(60 cells" in repr(line)
+    chain = bf.systems.impact_chain(n=2, omega=0.6, amplitude=0.5)
+    space = bf.basins_of_attraction(chain, bf.Grid(q0=(-0.5, 0.5, 2), q1=(-0.5, 0.5, 3), v1=(-1, 1, 2)), max_periods=500)
+    assert space.labels.shape == (2, 3, 2) and space.fractions[-1] == 0.0
+
+
+@pytest.mark.slow
+def test_the_exponent_of_the_duffing_oscillator_at_245():
+    system = bf.systems.duffing_oscillator(zeta=0.075, alpha=-1.0, beta=1.0, amplitude=0.245, omega=1.0)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-2.2, 2.2, 40), v0=(-2.2, 2.2, 40)))
+    found = basins.uncertainty()
+    assert abs(found.exponent - 0.026) <= 0.005 and found.error <= 0.005
