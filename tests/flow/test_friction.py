@@ -14,7 +14,7 @@ CASES = {
     "stick": dict(omega=1.0, zeta=0.1, amplitude=1.4),
     "nearly at rest": dict(omega=1.0, zeta=0.1, amplitude=1.001),
     "six sticks": dict(omega=0.06, zeta=0.02, amplitude=2.0),
-    "no damping": dict(omega=1.0, zeta=0.0, amplitude=1.2),
+    "no damping": dict(omega=0.8, zeta=0.0, amplitude=1.2),
     "asymmetric": dict(omega=1.0, zeta=0.1, amplitude=1.4, friction_negative=0.5),
     "load separates": dict(omega=1.0, zeta=0.1, amplitude=1.4, load_amplitude=1.5, load_phase=0.7),
     "load touches zero": dict(omega=1.0, zeta=0.1, amplitude=1.4, load_amplitude=1.0),
