@@ -5,10 +5,9 @@ to draw on (``ax=None`` makes a figure with pyplot) and returns them, so that ev
 """
 from .basins import plot_basins
 from .branches import plot_branch, plot_branches
-from .loops import plot_loop, plot_states
 from .motions import describe, plot_orbit, plot_trajectory
 from .style import figure, save_figure
 from .sweeps import plot_chart, plot_diagram, plot_edge, plot_sweep
 
 __all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_chart", "plot_diagram",
-           "plot_edge", "plot_loop", "plot_orbit", "plot_states", "plot_sweep", "plot_trajectory", "save_figure"]
+           "plot_edge", "plot_orbit", "plot_sweep", "plot_trajectory", "save_figure"]
