@@ -3,10 +3,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..compose.scene import scene_of
 from ..system import System
-from .marcher import Targets
+from .covers import touches, trapping
+from .marcher import Marcher, Targets
+from .states import REACHED
 
-LONGEST = 64  # forcing periods of the longest orbit looked for
+LONGEST = 128  # forcing periods of the longest orbit looked for, half of BLOCK (one of 73 periods with a rest is known)
 BLOCK = 256  # forcing periods between attempts
 ATTEMPTS = 4
 CLOSED = 1e-6  # scaled distance after which a return counts as one for certain
@@ -16,6 +19,12 @@ EXPONENT_PERIODS = 4000
 SAMPLE = 20000  # section points of a chaotic attractor
 PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
 COVERED = 0.999
+CLOUD = 100  # motions side by side
+CLOUD_SIZE = 1e-5  # scaled distance at which they start
+PARTING = 60  # forcing periods until they are told apart, and over which exponents are measured
+SETTLING = 10  # forcing periods until neighbours lie along the direction that grows
+APART = 1e-7  # scaled distance of neighbours
+MOST_EVENTS = 2000
 
 
 @dataclass(frozen=True)
@@ -31,6 +40,9 @@ class ChaoticAttractor:
         Largest Lyapunov exponent and its standard error, per time.
     width : float
         Side of the boxes, in units of ``scale``, that hold 99.9 % of the motion when those of the sample are taken.
+    cover : ndarray or None
+        Centres (K, ns) of boxes that hold the attractor and that the map over a forcing period carries into themselves, see
+        `bifurc.basins.covers`: a start whose section point is in one has reached the attractor.
     """
 
     system: System
@@ -38,6 +50,7 @@ class ChaoticAttractor:
     exponent: float
     exponent_error: float
     width: float
+    cover: np.ndarray | None = field(default=None, repr=False)
 
     stable = True
 
@@ -50,13 +63,14 @@ class ChaoticAttractor:
         """Return header and arrays for `bifurc.io`."""
         header = {"kind": "chaotic_attractor", "system": self.system.to_record(), "exponent": self.exponent,
                   "exponent_error": self.exponent_error, "width": self.width}
-        return header, {"points": self.points}
+        return header, {"points": self.points} | ({} if self.cover is None else {"cover": self.cover})
 
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "ChaoticAttractor":
         """Make the attractor that `to_record` described."""
         system = System.from_record(header["system"], elements)
-        return cls(system, arrays["points"], header["exponent"], header["exponent_error"], header["width"])
+        return cls(system, arrays["points"], header["exponent"], header["exponent_error"], header["width"],
+                   arrays.get("cover"))
 
     def __repr__(self):
         return (f"ChaoticAttractor({len(self.points)} points, "
@@ -103,15 +117,36 @@ def distance(points: np.ndarray, y: np.ndarray) -> float:
 
 def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttractor | None:
     """Return the chaotic attractor on which ``y`` lies, or None when its exponent is not surely positive."""
+    carrier = Marcher(scene_of(system), MOST_EVENTS)
+    if scene_of(system).closed_form:
+        from ..orbits.lyapunov import lyapunov_exponents
+        try:
+            measured = lyapunov_exponents(system, y, periods=EXPONENT_PERIODS, transient=0)
+        except ArithmeticError:
+            return None
+        exponent, error = float(measured.values[0]), float(measured.errors[0])
+    elif carrier.lean:
+        exponent, error = parting(carrier, y, scale)
+    else:
+        return None  # under laws without lanes exponents are not known
+    if not exponent > 4.0 * error:
+        return None
+    points = settled(carrier, y, scale) if carrier.lean else followed(system, y)
+    if points is None:
+        return None
+    sections = points[-LONGEST - 1:] / scale
+    if min(np.linalg.norm(sections[-1] - sections[-1 - k]) for k in range(1, LONGEST + 1)) < CLOSED:
+        return None  # it was a long transient
+    width, cover = box_width(points / scale), None
+    if carrier.lean:
+        found = trapping(carrier, points, scale, width)
+        cover, width = (None, width) if found is None else found
+    return ChaoticAttractor(system, points[:SAMPLE], exponent, error, width, cover)
+
+
+def followed(system: System, y: np.ndarray) -> np.ndarray | None:
+    """Return section points (SAMPLE + PROBE, ns) of the motion from ``y``, or None when it fails."""
     from ..flow.simulate import simulate
-    from ..orbits.lyapunov import lyapunov_exponents
-    try:
-        found = lyapunov_exponents(system, y, periods=EXPONENT_PERIODS, transient=0)
-    except ArithmeticError:
-        return None
-    if not found.chaotic:
-        return None
-    exponent, error = float(found.values[0]), float(found.errors[0])
     pieces = []
     for _ in range(0, SAMPLE + PROBE, 1000):
         motion = simulate(system, y, periods=1000)
@@ -119,11 +154,44 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttracto
             return None
         pieces.append(motion.sections[1:])
         y = motion.final
-    points = np.concatenate(pieces)
-    sections = points[-LONGEST - 1:] / scale
-    if min(np.linalg.norm(sections[-1] - sections[-1 - k]) for k in range(1, LONGEST + 1)) < CLOSED:
-        return None  # it was a long transient
-    return ChaoticAttractor(system, points[:SAMPLE], exponent, error, box_width(points / scale))
+    return np.concatenate(pieces)
+
+
+def settled(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> np.ndarray | None:
+    """Return section points (SAMPLE + PROBE, 2): a few long motions side by side from near ``y``, or None when one fails."""
+    X = y + CLOUD_SIZE * scale * np.random.default_rng(0).normal(size=(CLOUD, y.size))
+    points = np.empty((CLOUD, -(-(SAMPLE + PROBE) // CLOUD), y.size))
+    for k in range(points.shape[1]):
+        images = carrier.carry(X, PARTING if k == 0 else 1)
+        if np.any(images.outcomes != REACHED):
+            return None
+        X = points[:, k] = images.ends
+    return points.reshape(-1, y.size)[:SAMPLE + PROBE]
+
+
+def parting(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> tuple[float, float]:
+    """Return the largest exponent per time and its standard error, from how fast neighbours part (Benettin et al. 1980).
+
+    Many motions from near ``y`` are followed side by side, each with a neighbour whose distance is reset every period.
+    """
+    rng = np.random.default_rng(1)
+    X = carrier.carry(y + CLOUD_SIZE * scale * rng.normal(size=(CLOUD, y.size)), PARTING).ends
+    away = rng.normal(size=X.shape)
+    logs = np.zeros((PARTING, CLOUD))
+    for k in range(-SETTLING, PARTING):
+        away *= APART / np.linalg.norm(away, axis=1)[:, None]
+        both = carrier.carry(np.concatenate((X, X + away * scale)), 1)
+        if np.any(both.outcomes != REACHED):
+            return 0.0, np.inf
+        X = both.ends[:CLOUD]
+        away = (both.ends[CLOUD:] - X) / scale
+        size = np.linalg.norm(away, axis=1)
+        if not size.all():
+            return 0.0, np.inf  # neighbours have merged
+        if k >= 0:
+            logs[k] = np.log(size / APART)
+    rates = logs.mean(axis=0) / carrier.scene.period
+    return float(rates.mean()), float(rates.std(ddof=1) / np.sqrt(CLOUD))
 
 
 def box_width(points: np.ndarray) -> float:
@@ -179,15 +247,17 @@ def partners(system: System, attractors, scale: np.ndarray) -> dict[int, int]:
 
 def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
     """Return the attractors as the kernels see them; ``radii`` are scaled, one an attractor."""
-    from .near import boxes
+    from .near import STAY, boxes
     ns = scale.size
     points, squares, owner = [np.empty((0, ns))], [np.empty(0)], [np.empty(0, np.int64)]
     keys, keepers = [np.empty(0, np.uint64)], [np.empty(0, np.int64)]
     chaotic = [item for item in attractors if isinstance(item, ChaoticAttractor)]
     width = max((item.width for item in chaotic), default=1.0)
+    proven = _proven(attractors, width, scale)
     for number, (attractor, radius) in enumerate(zip(attractors, radii, strict=True)):
         found = section_points(attractor)
         if isinstance(attractor, ChaoticAttractor):
+            found = attractor.cover if proven else found
             mine = np.empty(len(found), np.uint64)
             boxes(np.ascontiguousarray(found), 1.0 / scale, width, mine)
             mine = np.unique(mine)
@@ -199,4 +269,12 @@ def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
             owner.append(np.full(len(found), number))
     order = np.argsort(np.concatenate(keys), kind="stable")
     return Targets(1.0 / scale, np.concatenate(points), np.concatenate(squares), np.concatenate(owner), width,
-                   np.concatenate(keys)[order], np.concatenate(keepers)[order])
+                   np.concatenate(keys)[order], np.concatenate(keepers)[order], 1 if proven else STAY)
+
+
+def _proven(attractors, width: float, scale: np.ndarray) -> bool:
+    """Return whether all chaotic attractors have boxes of this width that nothing leaves, and these hold no other attractor."""
+    chaotic = [item for item in attractors if isinstance(item, ChaoticAttractor)]
+    return all(item.cover is not None and item.width == width and not any(
+        touches(item.cover, width, scale, other.points if isinstance(other, ChaoticAttractor) else section_points(other))
+        for other in attractors if other is not item) for item in chaotic)

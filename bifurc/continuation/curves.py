@@ -53,8 +53,9 @@ class CurveProblem(Problem):
         if kind is SpecialPointKind.PEAK:
             monitors.append(Monitor(SpecialPointKind.EXTREMUM, name, odd=True))
         # a graze that is followed as a listed event is also the touch of an unlisted one: its own kind is no boundary
+        smooth = getattr(base, "smooth_boundaries", False)  # the same equations go on behind them
         self._inherited = [k for k, monitor in enumerate(base.monitors)
-                           if monitor.boundary and (self._followed < 0 or monitor.kind != kind)]
+                           if monitor.boundary and not smooth and (self._followed < 0 or monitor.kind != kind)]
         self._walls = [k for k in (0, 1) if math.isfinite(bounds_a[k])]
         for k in self._inherited:
             monitors.append(base.monitors[k])

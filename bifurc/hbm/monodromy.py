@@ -12,8 +12,9 @@ import numpy as np
 
 from .._jit import njit
 from ..solve.dense import lu, lu_solve
-from .march import AFTER, GUARD, MODE, WROTE, expression, guard_of, width
+from .march import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of, width
 from .parts import Numbers, Shape
+from .residual import Grid, Room, followed, motion, unpacked
 from .waves import jet, powers, size
 
 TAYLOR = 13  # terms of the exponential of a matrix of norm at most a half: 6e-16
@@ -108,6 +109,39 @@ def cuts_of(paths, ends, counts, steps):
             out[m] = out[i]
             m += 1
     return out[:m]
+
+
+@njit
+def without_laws(shape: Shape, flat, x, grid: Grid, room: Room, out, kept):
+    """Follow the contacts along the packed motion ``x`` and write its monodromy matrix: one call, for scenes without laws.
+
+    ``kept`` (2 n + memories,) is overwritten: 1 for states, 0 for memory that is not written. Returns as `monodromy`, and
+    -1 where the contacts cannot be followed.
+    """
+    nr, mi, n = len(shape.R), shape.waves.size, shape.dims[0]
+    T = unpacked(flat, shape)
+    c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
+    motion(shape, flat, np.zeros_like(flat), x, c, v, cp, vp)
+    if followed(shape, T, 0, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources, room.counts) != FOLLOWED:
+        return -1
+    states(shape, room.paths, room.counts, kept)
+    none = np.empty((0, n, n))
+    return monodromy(shape, T, room.paths, room.ends, room.zs, room.counts, c, v, cuts_of(room.paths, room.ends, room.counts, 1),
+                     none, none, out)
+
+
+@njit
+def states(shape: Shape, paths, counts, kept):
+    """Mark in ``kept`` what is a state: q, v, and memory that is written in the period."""
+    start = 2 * shape.dims[0]
+    kept[:start] = 1
+    for k in range(shape.modes.size):
+        written = 0
+        for i in range(counts[k, 0]):
+            if paths[k, i, WROTE] >= 0:
+                written = 1
+        kept[start:start + shape.memory[k]] = written
+        start += shape.memory[k]
 
 
 @njit

@@ -7,8 +7,7 @@ from enum import StrEnum
 import numpy as np
 
 from .balance import Balance
-from .march import WROTE
-from .monodromy import NODES, cuts_of, monodromy
+from .monodromy import NODES, cuts_of, monodromy, states, without_laws
 from .parts import views
 from .residual import followed, unpacked
 from .status import MarchStatus
@@ -59,6 +58,30 @@ def multipliers_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.
     return status, ordered(np.linalg.eigvals(P)) if status is StabilityStatus.KNOWN else np.empty(0, complex)
 
 
+def multipliers(orbit) -> tuple[np.ndarray | None, str]:
+    """Return the multipliers of a `HarmonicOrbit` (None where they are not known) and the sentence that says how or why."""
+    status, mu = multipliers_of(orbit.balance, orbit.coefficients)
+    return (mu if status is StabilityStatus.KNOWN else None), status.sentence
+
+
+def multipliers_along(problem, xs) -> np.ndarray | None:
+    """Return multipliers (m, k) for the rows ``xs`` (m, n + 1) of a branch of harmonic orbits.
+
+    Rows with fewer states (memory that is not written) end in zeros; rows whose multipliers are not known are NaN.  None for
+    set-valued friction.
+    """
+    balance = problem.balance
+    if balance.parts.held:
+        return None
+    found = [multipliers_of(balance, x[:-1], problem.numbers(x[-1])[0])[1] for x in xs]
+    out = np.zeros((len(found), max((len(mu) for mu in found), default=0)), complex)
+    for row, mu in zip(out, found, strict=True):
+        row[:len(mu)] = mu
+        if not len(mu):
+            row[:] = np.nan
+    return out
+
+
 def monodromy_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.ndarray]:
     """Return status and monodromy matrix of (q, v, memory that is written), see `multipliers_of`."""
     none = np.empty((0, 0))
@@ -69,36 +92,33 @@ def monodromy_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.nd
         balance = exact_twin(balance)
     flat = parts.flat if flat is None else flat
     x = np.ascontiguousarray(x, float)
-    c, v, _, _ = balance.rows(x, flat)
     shape, room, grid = parts.shape, balance.room, balance.grid
-    T = unpacked(flat, shape)
-    if len(parts.contacts):
-        code = followed(shape, T, 0, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources, room.counts)
-        if tuple(MarchStatus)[code] is not MarchStatus.FOLLOWED:
-            return StabilityStatus.NOT_FOLLOWED, none
-    return along(balance, T, c, v, flat)
+    size = 2 * int(shape.dims[0]) + int(shape.memory.sum())
+    out, kept = np.empty((size, size)), np.zeros(size, np.int64)
+    if parts.laws:
+        code = _with_laws(balance, flat, x, out, kept)
+    else:
+        code = without_laws(shape, flat, x, grid, room, out, kept)
+    if code < 0:
+        return StabilityStatus.NOT_FOLLOWED, none
+    if code == 0 or not np.isfinite(out).all():
+        return StabilityStatus.GRAZING, none
+    return StabilityStatus.KNOWN, out if kept.all() else out[np.ix_(kept > 0, kept > 0)]
 
 
-def along(balance: Balance, T, c, v, flat) -> tuple[StabilityStatus, np.ndarray]:
-    """Return status and monodromy matrix along rows ``c``, ``v`` whose contacts ``balance.room`` has followed."""
-    parts, room = balance.parts, balance.room
+def _with_laws(balance: Balance, flat, x, out, kept) -> int:
+    """Write the monodromy matrix of a scene with laws; returns as `monodromy.without_laws`."""
+    parts, room, grid = balance.parts, balance.room, balance.grid
     shape = parts.shape
-    n = int(shape.dims[0])
-    out = np.empty((2 * n + int(shape.memory.sum()),) * 2)
-    nothing = np.empty((0, n, n))
-    steps = max(LEAST_LAW_STEPS, LAW_STEPS * int(shape.waves[-1])) if parts.laws else 1
-    cuts = cuts_of(room.paths, room.ends, room.counts, steps)
-    KL, CL = law_slopes(balance, flat, c, v, cuts) if parts.laws else (nothing, nothing)
-    if not monodromy(shape, T, room.paths, room.ends, room.zs, room.counts, c, v, cuts, KL, CL, out) or not np.isfinite(out).all():
-        return StabilityStatus.GRAZING, np.empty((0, 0))
-    kept = list(range(2 * n))
-    start = 2 * n
-    for k in range(len(parts.contacts)):
-        count, Z = int(room.counts[k, 0]), int(shape.memory[k])
-        if (room.paths[k, :count, WROTE] >= 0).any():
-            kept += range(start, start + Z)
-        start += Z
-    return StabilityStatus.KNOWN, out[np.ix_(kept, kept)]
+    c, v, _, _ = balance.rows(x, flat)
+    T = unpacked(flat, shape)
+    code = followed(shape, T, 0, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources, room.counts)
+    if tuple(MarchStatus)[code] is not MarchStatus.FOLLOWED:
+        return -1
+    states(shape, room.paths, room.counts, kept)
+    cuts = cuts_of(room.paths, room.ends, room.counts, max(LEAST_LAW_STEPS, LAW_STEPS * int(shape.waves[-1])))
+    KL, CL = law_slopes(balance, flat, c, v, cuts)
+    return monodromy(shape, T, room.paths, room.ends, room.zs, room.counts, c, v, cuts, KL, CL, out)
 
 
 def law_slopes(balance: Balance, flat, c, v, cuts) -> tuple[np.ndarray, np.ndarray]:
