@@ -236,6 +236,9 @@ def _reached(system: System, number: int) -> dict[Hashable, Mode]:
             if guard.kick is not None:
                 raise ValueError(f"{name} gives an impulse ({guard.kind}), which has no finite force and no Fourier series: harmonic "
                                  "balance cannot treat it. Use find_orbit without method= (event-exact shooting), or an ElasticStop")
+            if callable(guard.then):
+                raise ValueError(f"{name} decides jointly what follows an event ({guard.kind}), which harmonic balance does not "
+                                 "tabulate. Use find_orbit without method= (event-exact shooting)")
             left += [*guard.then]
     law = [key for key, mode in modes.items() if mode.law is not None]
     if law and len(modes) > 1 and not any(mode.hold for mode in modes.values()):
@@ -391,7 +394,8 @@ def _fill_mode(T: Numbers, c: int, m: int, mode: Mode, how) -> None:
         if isinstance(item, Slaved):
             row = slaves[i] = _read(item.value, *how)
             if row.Z.any():
-                raise ValueError(f"{how[3]}: memory that is slaved to memory is not treated by harmonic balance")
+                raise ValueError(f"{how[3]}: memory that is slaved to memory is not treated by harmonic balance; "
+                                 "use find_orbit without method=, or the parallel set equal to a MicroSlip, its iwan()")
             T.ZU[c, m, i], T.ZS[c, m, i], T.ZH[c, m, i] = row.U, row.S, row.H
 
     def put(expression, U, S, Zs, H):

@@ -1,7 +1,7 @@
 """Friction contacts and dampers: Yang's contact, micro-slip rings and strips on a test bench, a damped oscillator."""
 import math
 
-from ..elements import Driven, HarmonicForce, Jenkins, LoadedMicroSlip, MicroSlip
+from ..elements import Driven, HarmonicForce, Iwan, Jenkins, LoadedMicroSlip, MicroSlip
 from ..elements.checks import choice, number, vector, whole
 from ..system import System, builder
 
@@ -179,8 +179,9 @@ def friction_damped_oscillator(*, omega: float = 90.0, normal_load: float = 100.
                                friction: float = 0.5, contact: float = 18.328497, span: float = 3.0) -> System:
     """Oscillator under force cos(omega t) with a friction damper: a strip that slips block by block, or all at once; SI units.
 
-    The micro damper is a strip of n blocks driven at the first, the normal load shared evenly; the macro damper is one
-    elastic slider of the same stuck stiffness under the whole load.  With the defaults the largest amplitude over all
+    The micro damper is a strip of n blocks driven at the first, the normal load shared evenly, as the parallel set of
+    sliders that is equal to it (`bifurc.elements.MicroSlip.iwan`); the macro damper is one elastic slider of the same stuck
+    stiffness under the whole load.  With the defaults the largest amplitude over all
     frequencies is least near 95 N (micro, 1.281 m) and 117 N (macro, 1.156 m); the micro damper slips somewhere up to
     1007 N.  (Amplitudes of metres are those of the source: only ratios matter.)
 
@@ -213,8 +214,9 @@ def friction_damped_oscillator(*, omega: float = 90.0, normal_load: float = 100.
     whole(name, "n", n, least=1)
     number(name, "normal_load", normal_load, least=0.0)
     number(name, "span", span, above=0.0)
-    limit = friction * normal_load
-    strip = MicroSlip(contact * (n / span) ** 2, contact, (limit / n,) * n)
-    whole_strip = MicroSlip(strip.spring, contact, (1.0,) * n)  # its stuck stiffness does not depend on the load
-    found = strip if damper == "micro" else Jenkins(whole_strip.loading(())[2][0], limit)
+    strip = MicroSlip(contact * (n / span) ** 2, contact, (1.0 / n,) * n).iwan()  # under a friction force of 1
+    if damper == "macro":
+        found = Jenkins(sum(strip.stiffnesses), friction * normal_load)
+    else:
+        found = Iwan(strip.stiffnesses, tuple(friction * normal_load * limit for limit in strip.limits))
     return System(mass, damping, stiffness, (HarmonicForce(force), found), omega=omega)

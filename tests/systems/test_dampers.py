@@ -3,13 +3,14 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.elements import MicroSlip
 
 
 def test_both_dampers_have_the_stated_stuck_stiffness():
     macro, micro = (bf.systems.friction_damped_oscillator(damper=damper).elements[1] for damper in ("macro", "micro"))
     assert macro.stiffness == pytest.approx(100.702454, abs=5e-6)
     assert micro.loading(())[2][0] == pytest.approx(macro.stiffness, rel=1e-14)
-    assert micro.spring == pytest.approx(458.212, abs=1e-3)
+    assert MicroSlip(25.0 * 18.328497, 18.328497, (50.0 / 15,) * 15).thresholds == pytest.approx(micro.thresholds, rel=1e-12)
     assert sum(micro.limits) == pytest.approx(macro.limit, rel=1e-14) == pytest.approx(50.0)
 
 
