@@ -6,8 +6,8 @@ to either side, never assumed: the orbit may live on the impacting or the non-im
 """
 import numpy as np
 
-from ..orbits import sequence
 from ..elements import EventKind
+from ..orbits import sequence
 from ..orbits.find import finished, from_state, touching
 from ..orbits.sequence import AFTER, BEFORE, DIVIDE, GUARD, STARTS, TOGETHER
 from ..orbits.signature import Signature, divided, repeated, sections, translated

@@ -30,9 +30,9 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     Parameters
     ----------
     system : System
-    guess : array (ns,), PeriodicOrbit, or None
-        State at phase 0 near the orbit; an orbit (of other parameters); None: the motion from rest is simulated until it
-        settles.
+    guess : array (2 n,) or (ns,), PeriodicOrbit, HarmonicOrbit, or None
+        State at phase 0 near the orbit; an orbit (of other parameters); an orbit of harmonic balance, which is polished:
+        ``how`` tells how far it was off; None: the motion from rest is simulated until it settles.
     periods : int, optional
         Forcing periods after which the orbit closes; default 1 for a guessed state, that of a guessed orbit, and whatever
         the motion settles on (up to 16) without a guess.  An orbit that repeats earlier is reduced to its least period,
@@ -76,11 +76,22 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         raise ValueError(f"closure = -1 is not allowed; {system!r} is not symmetric under y -> -y")
     if isinstance(guess, PeriodicOrbit):
         found = from_orbit(system, guess, periods)
+    elif hasattr(guess, "state") and hasattr(guess, "harmonic"):
+        found = from_state(system, guess.state, int(periods or guess.periods))
     elif guess is not None:
         found = from_state(system, np.asarray(guess, float), int(periods or 1))
     else:
         found = settled(system, periods, transient)
-    return finished(found, closure) if found.success else found
+    if not found.success:
+        found = resting(system, found, int(periods or 1)) or found
+    if not found.success:
+        return found
+    found = finished(found, closure)
+    if hasattr(guess, "harmonic") and not isinstance(guess, PeriodicOrbit):
+        found.how["polished"] = "the harmonic orbit given as guess"
+        found.how["error of its first harmonic"] = max(
+            abs(complex(guess.harmonic(1, dof)) - found.harmonic(1, dof)) for dof in range(system.n))
+    return found
 
 
 def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
@@ -93,6 +104,31 @@ def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
     if closure == -1 and orbit.closure == 1:
         return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
     return orbit
+
+
+def resting(system: System, tried: PeriodicOrbit, periods: int) -> PeriodicOrbit | None:
+    """Return the motion in which every contact that can stick does so all the time, near the state of a failed search; None
+    where there is none.
+
+    Near it motions creep toward the edge of the resting interval and never stop, so that none of them shows it.
+    """
+    scene = scene_of(system)
+    mode = next(scene.start_modes())
+    if not scene.tables.n_holds[mode] or scene.tables.kick[mode].any():
+        return None
+    y = tried.state.copy()
+    how = {"note": "the motion of permanent stick nearest to the guess"}
+    for _ in range(1 + scene.n):
+        orbit = solve(system, sections(mode, periods), np.append(0.0, y), tried.weights, how)
+        if orbit.success or not orbit.residual < 1e-9:
+            return orbit if orbit.success else None
+        moved = {c: min(max(orbit.state[c], low), high) for c, (low, high) in orbit.resting_intervals().items() if low <= high}
+        y = orbit.state.copy()
+        if not moved or all(y[c] == value for c, value in moved.items()):
+            return None
+        for c, value in moved.items():
+            y[c] = value
+    return None
 
 
 # Newton from a guess

@@ -261,10 +261,12 @@ class PeriodicOrbit:
         A mass that sticks all the time may rest anywhere in an interval, a slider that never slips stand anywhere.  Empty
         for orbits with events.
         """
+        return {} if self.sequence.events or not self.family or not self.success else self.resting_intervals()
+
+    def resting_intervals(self) -> dict[int, tuple[float, float]]:
+        """Return `intervals` of an orbit without events, whether or not it lies inside."""
         whole = self._whole[0]
         scene, T = self.scene, self.equations.path.tables
-        if whole.events or not self.family or not self.success:
-            return {}
         mode = int(whole.nodes[0, AFTER])
         whole, U = sections(mode, whole.span), np.append(0.0, self.state)
         equations = Equations(scene, self.equations.path, whole, self.weights)

@@ -28,6 +28,7 @@ from ..solve.dense import lu, lu_solve
 # where its leading rate is a condition that no arriving speed implies (a reversal: the mass must be moving away)
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES, STARTS = range(6)
 TOGETHER = -1
+SHORT = 0.01  # periods
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
@@ -301,8 +302,10 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             previous = i - 1 if i > 0 else count - 1
             order = nodes[i, DIVIDE]
             speed = np.inf
-            # one measure a birth: a second one that vanishes with it would make a kink of their minimum
-            if kick[before, g] == 1 or order == 0 and nodes[(i + 1) % count, DIVIDE] < 2:
+            # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their
+            # minimum would have a kink
+            following = U[(i + 1) * size] if i < count - 1 else U[0] + span
+            if kick[before, g] == 1 or order == 0 and following - tau > SHORT:
                 field(T, before, x, f)
                 forcing_rate(T, x, dw)
                 guard_gradient(T, before, g, x, row)

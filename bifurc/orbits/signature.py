@@ -100,7 +100,7 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     whole = np.zeros((len(nodes), STARTS + T.G.shape[1]), np.int64)
     whole[:, :STARTS] = nodes[:, :STARTS]
     known: dict[tuple, np.ndarray] = {}
-    for i, node in enumerate(whole):
+    for node in whole:
         key = (*(int(value) for value in node[:DIVIDE]), int(node[CLOSES] == 1))
         if key not in known:
             known[key] = start_orders(scene, T, *key)

@@ -39,7 +39,7 @@ def test_coulomb_against_the_event_driven_reference(name):
         if v == 0.0 and len(ours) < len(events):
             events = events[len(events) - len(ours):]
         assert len(ours) == len(events)
-        for event, (tau, at, speed, mode) in zip(ours, events, strict=True):
+        for event, (tau, at, speed, _) in zip(ours, events, strict=True):
             assert event.time * omega == pytest.approx(tau, abs=2e-9)
             assert event.before[0] == pytest.approx(at, abs=1e-11)
             assert event.after[1] / omega == pytest.approx(speed, abs=1e-9)
