@@ -87,6 +87,9 @@ class BalanceProblem(Problem):
         Events of each contact; default those at ``x0``.
     """
 
+    exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
+    smooth_boundaries = True  # the equations are the same on both sides
+
     def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
         from ..hbm.corrector import INFO
         from ..hbm.margins import FIELDS, KINDS
