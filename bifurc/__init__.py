@@ -27,6 +27,7 @@ _NAMES = {
     "HarmonicOrbit": ".orbits.balance",
     "lyapunov_exponents": ".orbits.lyapunov",
     "trace": ".continuation",
+    "trace_curve": ".continuation",
     "switch_branch": ".continuation",
     "Branch": ".continuation",
     "SpecialPoint": ".continuation",

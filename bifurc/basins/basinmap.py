@@ -184,11 +184,15 @@ class BasinMap:
         lines.append(self.trust.statement)
         return "\n".join(lines)
 
-    def plot(self, ax=None):
-        """Draw the map with its attractors; return the axes."""
-        from ..plotting import plot_basins
+    def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels"):
+        """Draw the map with its attractors; return the axes.
 
-        return plot_basins(self, ax)
+        ``saddle`` (an orbit, or the result of `edge_state`) and ``unstable`` are drawn over it; ``field`` "periods", "impacts" or
+        "speeds" draws that of each cell instead.
+        """
+        from ..plotting.basins import plot_basins, plot_field
+
+        return plot_basins(self, ax, saddle, unstable) if field == "labels" else plot_field(self, field, ax)
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""

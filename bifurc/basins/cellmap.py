@@ -29,8 +29,8 @@ class GroupKind(StrEnum):
 _GROUPS = {
     GroupKind.PERIODIC: "A periodic attractor lies here; Newton on the map confirmed it.",
     GroupKind.CHAOTIC: "A chaotic attractor lies here; its largest exponent is positive by four standard errors.",
-    GroupKind.MERGED: "Motions from its cells reach several attractors: the cells are too large, or too few points a cell tell them "
-                      "apart; take smaller cells or more periods a mapping.",
+    GroupKind.MERGED: "Motions from its cells reach several attractors: the cells are too large, or too few points a cell tell "
+                      "them apart; take smaller cells or more periods a mapping.",
     GroupKind.SPURIOUS: "The cells map to each other but the motion is no such cycle: no attractor. Its cells are given to the "
                         "attractor that the motion reaches; take smaller cells or more periods a mapping.",
     GroupKind.UNCONFIRMED: "The motion settled on nothing that could be confirmed; look at it with simulate.",
@@ -77,7 +77,8 @@ class Audit(NamedTuple):
     """Labels of random cells compared with the motion followed from their centres."""
 
     cells: int
-    wrong: int
+    wrong: int  # given to another attractor than the motion reaches, or to one where it reaches none
+    undecided: int = 0  # given to none where the motion reaches one: it leaves the grid on its way, or a group is unresolved
 
     @property
     def fraction(self) -> float:
@@ -214,6 +215,42 @@ class CellMap:
         from .morse import morse_graph
         return morse_graph(self)
 
+    def saddles(self, most: int = 20) -> tuple:
+        """Return unstable periodic orbits in transient recurrent groups, confirmed by Newton; largest groups first.
+
+        A transient group is a place that motions may return to before they leave: mostly a saddle.  Each of the ``most`` largest
+        gives a guess; an orbit is accepted when it lies in the group or beside it and is not stable.
+
+        Raises
+        ------
+        ValueError
+            For a map given as a function.
+        """
+        if not isinstance(self.system, System):
+            raise ValueError(f"saddles are solved for systems; the map is that of the function {self.system!r}")
+        from ..orbits.find import find_orbit
+        from .attractors import section_points
+        from .confirming import cells_around
+        n = self.system.n
+        places = list(self.grid.places(n, 2 * n))
+        groups = [content for _, content in self.morse.nodes(data=True) if content["kind"] == "transient"]
+        found: list = []
+        for content in sorted(groups, key=lambda content: -content["cells"])[:most]:
+            cells = content["numbers"]
+            inside = self.matrix[cells][:, cells].sum(axis=1)
+            guess = np.empty(2 * n)
+            guess[places] = self.grid.points(cells[[int(np.argmax(inside))]])[0]
+            orbit = find_orbit(self.system, guess=guess, periods=self.periods * max(content["period"], 1))
+            if not orbit.success or orbit.stable is not False:
+                continue
+            points = section_points(orbit)
+            near = np.isin(cells_around(self.grid, points[:, places]), cells).any()
+            known = any(item.periods == orbit.periods and np.abs(section_points(item) - points[0]).max(axis=1).min() < 1e-8
+                        for item in found)
+            if near and not known:
+                found.append(orbit)
+        return tuple(found)
+
     @property
     def spurious(self) -> tuple:
         """Closed groups that hold no attractor."""
@@ -236,8 +273,8 @@ class CellMap:
         housed = {item.attractor for item in self.groups if item.kind is not GroupKind.SPURIOUS}
         homeless = set(range(len(self.attractors))) - housed
         if homeless:
-            lines.append(f"     attractors in no group of cells of their own: {', '.join(map(str, sorted(homeless)))}; take smaller "
-                         "cells, or more periods a mapping")
+            lines.append(f"     attractors in no group of cells of their own: {', '.join(map(str, sorted(homeless)))}; take "
+                         "smaller cells, or more periods a mapping")
         for kind_ in GroupKind:
             count = sum(item.kind is kind_ for item in self.groups)
             if count:
@@ -249,18 +286,19 @@ class CellMap:
         if self.audit is not None:
             low, high = self.audit.bounds
             lines.append(f"labels wrong in {self.audit.wrong} of {self.audit.cells} random cells, "
-                         f"{100 * self.audit.fraction:.2g} % ({100 * low:.2g} to {100 * high:.2g} % with 95 % confidence)")
+                         f"{100 * self.audit.fraction:.2g} % ({100 * low:.2g} to {100 * high:.2g} % with 95 % confidence); "
+                         f"{self.audit.undecided} more reach an attractor but have no label")
         return "\n".join(lines)
 
-    def plot(self, ax=None):
-        """Draw the labels with the attractors; return the axes."""
-        from ..plotting import plot_cells
-        return plot_cells(self, ax)
+    def plot(self, ax=None, field: str = "labels", group: int = 0):
+        """Draw the labels with the attractors, or the "doubt", "time" or "density" of each cell; return the axes."""
+        from ..plotting.cells import plot_cells
+        return plot_cells(self, ax, field, group)
 
-    def plot_morse(self, ax=None):
-        """Draw the Morse graph; return the axes."""
-        from ..plotting import plot_morse
-        return plot_morse(self, ax)
+    def plot_morse(self, ax=None, least: int = 1):
+        """Draw the Morse graph, without transient groups below ``least`` cells; return the axes."""
+        from ..plotting.cells import plot_morse
+        return plot_morse(self, ax, least)
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`.

@@ -11,7 +11,7 @@ from ..progress import Progress
 from ..system import System
 from .attractors import ChaoticAttractor
 from .cellmap import Audit, CellFate, CellMap, Group, GroupKind
-from .confirming import NO_START, MapJudge, SystemJudge
+from .confirming import NO_START, MapJudge, SystemJudge, cells_around
 from .grid import Grid
 from .simple import colour, cycles
 from .states import OUTSIDE
@@ -255,7 +255,7 @@ def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths:
             near[k] = _apart(grid, judge.points(owner), cells)
             kind = GroupKind.SPURIOUS  # until it is among the nearest of its attractor, below
         elif owner >= 0:
-            mine = np.isin(_cells_around(grid, judge.points(owner)), cells).any()
+            mine = np.isin(cells_around(grid, judge.points(owner)), cells).any()
             kind = GroupKind.SPURIOUS if not mine else _kind(judge, owner)
             if len(values) > 1 and mine:
                 kind, owner = GroupKind.MERGED, -1
@@ -277,12 +277,6 @@ def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths:
 
 def _kind(judge, owner: int) -> GroupKind:
     return GroupKind.CHAOTIC if isinstance(judge.attractors[owner], ChaoticAttractor) else GroupKind.PERIODIC
-
-
-def _cells_around(grid: Grid, points: np.ndarray) -> np.ndarray:
-    """Return the cells that hold points (k, d), and their neighbours."""
-    around = np.stack(np.meshgrid(*[(-1.0, 0.0, 1.0)] * len(grid.names), indexing="ij"), axis=-1).reshape(-1, len(grid.names))
-    return np.unique(grid.cells_of((points[:, None] + around * grid.widths).reshape(-1, len(grid.names))))
 
 
 def _some(cells: np.ndarray) -> np.ndarray:
@@ -310,7 +304,10 @@ def _audit(judge, made: CellMap, embed, count: int) -> Audit:
                              for i in range(0, cells.size, AUDIT_BATCH)]) if cells.size else np.empty(0, int)
     good = direct != NO_START  # the centre lies beyond a stop: another state stands for the cell
     labels = made.labels.ravel()[cells]
-    return Audit(int(np.count_nonzero(good)), int(np.count_nonzero((np.maximum(direct, -1) != labels) & good)))
+    direct = np.maximum(direct, -1)[good]
+    labels = labels[good]
+    return Audit(len(labels), int(np.count_nonzero((labels >= 0) & (labels != direct))),
+                 int(np.count_nonzero((labels < 0) & (direct >= 0))))
 
 
 def _whole(name: str, value, least: int = 1) -> int:

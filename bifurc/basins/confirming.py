@@ -67,6 +67,12 @@ def followed(marcher: Marcher, targets: Targets, starts: np.ndarray, most: int, 
     return labels
 
 
+def cells_around(grid: Grid, points: np.ndarray) -> np.ndarray:
+    """Return the cells that hold points (k, d), and their neighbours."""
+    around = np.stack(np.meshgrid(*[(-1.0, 0.0, 1.0)] * len(grid.names), indexing="ij"), axis=-1).reshape(-1, len(grid.names))
+    return np.unique(grid.cells_of((points[:, None] + around * grid.widths).reshape(-1, len(grid.names))))
+
+
 class SystemJudge:
     """Finds and confirms the attractors of a system, and labels starts by following them.
 

@@ -11,6 +11,7 @@ from bifurc.warm import warm_up
 from .common import UsageError, folder_of, number, say_saved, system_of
 
 _BRANCHES = 4  # families of which a branch is traced for the picture
+_TRIES = 3  # orbits of a family from which it is tried
 
 
 def add(commands, shared) -> None:
@@ -59,12 +60,17 @@ def run_sweep(options: argparse.Namespace) -> int:
 
 
 def traced(found: Any, bounds: tuple[float, float], quiet: bool) -> list:
-    """Return the branches of the first orbits of the families that hold the largest shares."""
+    """Return branches of the families that hold the largest shares, each from the first orbit that can be continued."""
+    from bifurc.continuation import ContinuationError
+
     tracks = {track.number: track for track in found.tracks}
     families = sorted(found.families, key=lambda family: -sum(float(tracks[k].fractions.sum()) for k in family))
     branches = []
     for family in families[:_BRANCHES]:
-        orbits = [item for k in family for item in tracks[k].attractors if not hasattr(item, "points")]
-        if orbits:
-            branches.append(bf.trace(orbits[0], found.parameter, bounds=bounds, progress=not quiet))
+        for orbit in [item for k in family for item in tracks[k].attractors if not hasattr(item, "points")][:_TRIES]:
+            try:
+                branches.append(bf.trace(orbit, found.parameter, bounds=bounds, progress=not quiet))
+                break
+            except ContinuationError:  # superstable, or of very many impacts: the next one
+                continue
     return branches

@@ -21,6 +21,7 @@ BIRTH, DEATH = "birth", "death"
 BESIDE = 1e-4  # arclength behind a boundary at which the new order of events is read
 POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
+FAR = -0.05  # monitors are cut off below
 NATURAL = 3.0  # natural size of the coefficients over the largest amplitude at the start
 
 
@@ -85,6 +86,9 @@ class BalanceProblem(Problem):
     listed : ndarray (contacts,), optional
         Events of each contact; default those at ``x0``.
     """
+
+    exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
+    smooth_boundaries = True  # the equations are the same on both sides
 
     def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
         from ..hbm.corrector import INFO
@@ -181,8 +185,10 @@ class BalanceProblem(Problem):
 
     def _values(self) -> np.ndarray:
         """Return the monitors: for each kind the largest near miss, and minus the least overshoot; both negative inside."""
-        kinds = self._kinds
-        return np.stack([self._events[kinds, 2], -self._events[kinds, 1]], axis=1).ravel() if kinds else NO_MONITORS
+        if not self._kinds:
+            return NO_MONITORS
+        events = self._events.tolist()  # far from zero they are constant, so that no pair of zeros is looked for
+        return np.array([max(value, FAR) for kind in self._kinds for value in (events[kind][2], -events[kind][1])])
 
     def _words(self) -> str:
         """Return how many events a period has."""

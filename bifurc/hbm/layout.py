@@ -186,7 +186,7 @@ def listed(harmonics, periods: int = 1) -> tuple[int, ...]:
         return tuple(range(int(harmonics) * periods + 1))
     try:
         found = sorted({float(k) * periods for k in harmonics})
-    except TypeError:
+    except (TypeError, ValueError):
         raise ValueError(f"harmonics = {harmonics!r} is not allowed; it must be a whole number or a list of harmonics of the "
                          "excitation") from None
     if not found or any(k < 0.0 or abs(k - round(k)) > 1e-9 for k in found):

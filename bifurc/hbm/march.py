@@ -552,12 +552,12 @@ def rise(values, byZ, m, g, z, j):
 
 @njit
 def near(values, byZ, guards, shape: Shape, k, m, z, j, touch):
-    """Return a guard of mode ``m`` with a maximum among the samples at ``j``, nearly zero and not rounding; -1: none."""
+    """Return a guard of mode ``m`` with a maximum among the samples at ``j``, nearly zero; -1: none."""
     for g in range(guards[m]):
         here = sample_of(values, byZ, m, g, z, j)
         if sample_of(values, byZ, m, g, z, j - 1) < here and sample_of(values, byZ, m, g, z, j + 1) <= here:
             bound = spread(values, byZ, m, g, z)
-            if -touch * bound < here < -ROUNDING * bound and writer(shape, k, m, g) >= 0:
+            if here > -touch * bound and writer(shape, k, m, g) >= 0:
                 return g
     return -1
 

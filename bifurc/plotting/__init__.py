@@ -5,9 +5,10 @@ to draw on (``ax=None`` makes a figure with pyplot) and returns them, so that ev
 """
 from .basins import plot_basins
 from .branches import plot_branch, plot_branches
+from .cells import plot_cells, plot_morse
 from .motions import describe, plot_orbit, plot_trajectory
 from .style import figure, save_figure
 from .sweeps import plot_chart, plot_diagram, plot_edge, plot_sweep
 
-__all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_chart", "plot_diagram",
-           "plot_edge", "plot_orbit", "plot_sweep", "plot_trajectory", "save_figure"]
+__all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_cells", "plot_chart", "plot_diagram",
+           "plot_edge", "plot_morse", "plot_orbit", "plot_sweep", "plot_trajectory", "save_figure"]

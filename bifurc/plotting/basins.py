@@ -1,10 +1,12 @@
 """Basin maps: which start leads to which attractor, the attractors, and how far the labels can be trusted."""
 import re
+import textwrap
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
 
@@ -15,59 +17,165 @@ from .motions import describe
 _COLORS = [("#9ecae6", style.BLUE), ("#f6c9a6", style.VERMILION), ("#a9dcc6", style.GREEN), ("#ecc9dc", style.PURPLE),
            ("#f7ef9a", "#8a8200"), ("#f3d595", style.ORANGE), ("#cfe7f6", style.SKY), ("#d9d9d9", style.BLACK)]
 _MARKERS = "osD^vP*X"
-_UNRESOLVED = "#ffffff"
+_BEYOND = 2  # code of cells beyond a stop in ``states``
+_SPECIAL = [(None, "#ffffff", None, "unresolved"), (_BEYOND, "#f2f2f2", "////", "beyond the stop"),  # code, tint, hatch, words
+            (3, "#303030", None, "to infinity")]
 
 
 @style.styled
-def plot_basins(basins: Any, ax: Axes | None = None) -> Axes:
-    """Draw a basin map with its attractors, the fraction of each basin, and the predicted label noise.
+def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstable: Any = None) -> Axes:
+    """Draw a basin map with its attractors, the share of each basin, boundary entropy and what the map promises.
+
+    Cells beyond a stop are hatched, motions to infinity black, unresolved ones white.
 
     Parameters
     ----------
     basins : BasinMap
         Anything with ``labels`` (int, [i0, i1], -1 unresolved), ``grid`` (``names``, ``low``, ``high``: two each),
         ``attractors`` (periodic orbits, or samples with ``points`` (k, 2 dofs)), ``fractions`` (dict label -> fraction)
-        and ``label_uncertainty``.
+        and ``label_uncertainty``; optional ``states`` (codes), ``entropy()`` and ``trust``.
     ax : matplotlib.axes.Axes, optional
+    saddle : PeriodicOrbit, EdgeState or a sequence of them, optional
+        Drawn as white crosses.
+    unstable : UnstableSet, optional
+        Anything with ``points`` (k, ns) and ``curves`` (k,).
 
     Returns
     -------
     matplotlib.axes.Axes
     """
-    if ax is None:
-        (ax,) = style.shown_figure(6.3, 4.2)
     labels, grid = np.asarray(basins.labels), basins.grid
+    if labels.ndim != 2:
+        raise ValueError(f"a map over {labels.ndim} components cannot be drawn; draw a map over two, with the others fixed by at=")
+    fresh = ax is None
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 4.6)
     count = len(basins.attractors)
-    tints = ListedColormap([_UNRESOLVED, *(_COLORS[k % len(_COLORS)][0] for k in range(count))])
+    states = getattr(basins, "states", None)
+    codes, special = labels + len(_SPECIAL), []
+    for place, (code, tint, hatch, words) in enumerate(_SPECIAL[:1] if states is None else _SPECIAL):
+        mine = (labels == -1) & ((states == code) if states is not None and code is not None else labels == -1)
+        if code is None and states is not None:
+            mine &= ~np.isin(states, [other for other, *_ in _SPECIAL if other is not None])
+        if mine.any():
+            codes = np.where(mine, place, codes)
+            special.append((tint, hatch, words, mine.mean() if code == _BEYOND else None, mine))
+    tints = ListedColormap([*(tint for _, tint, _, _ in _SPECIAL), *(_COLORS[k % len(_COLORS)][0] for k in range(count))])
     (left, bottom), (right, top) = grid.low, grid.high
-    ax.imshow(labels.T + 1, origin="lower", extent=(left, right, bottom, top), interpolation="nearest", aspect="auto",
-              cmap=tints, vmin=-0.5, vmax=count + 0.5, zorder=1)
-    handles: list[tuple[tuple, str]] = []
-    for label, attractor in enumerate(basins.attractors):
-        tint, color = _COLORS[label % len(_COLORS)]
-        marker = _MARKERS[label % len(_MARKERS)]
-        words = f"{describe(attractor)}: {_percent(basins.fractions.get(label, 0.0))}"
-        points = section_points(attractor)[:, [_component(name, _states(attractor)) for name in grid.names]]
-        size, edge = (1.5, 0.0) if hasattr(attractor, "points") else (6.0, 0.9)
-        (drawn,) = ax.plot(points[:, 0], points[:, 1], linestyle="none", marker=marker, markerfacecolor=color,
-                           markeredgecolor="white", markersize=size, markeredgewidth=edge, zorder=5)
-        handles.append(((Patch(facecolor=tint, edgecolor=color, linewidth=0.8), drawn), words))
-    unresolved = basins.fractions.get(-1, 0.0)
-    if unresolved > 0:
-        empty = Patch(facecolor=_UNRESOLVED, edgecolor="black", linewidth=0.6)
-        handles.append(((empty,), f"unresolved: {_percent(unresolved)}"))
+    ax.imshow(codes.T, origin="lower", extent=(left, right, bottom, top), interpolation="nearest", aspect="auto",
+              cmap=tints, vmin=-0.5, vmax=count + len(_SPECIAL) - 0.5, zorder=1)
+    handles: list[tuple[tuple, str]] = _attractors(ax, basins)
+    starts = labels.size if states is None else max(int(np.count_nonzero(states != _BEYOND)), 1)
+    for tint, hatch, words, beyond, mine in special:
+        patch = Patch(facecolor=tint, edgecolor="black" if hatch is None else style.GREY, linewidth=0.6, hatch=hatch)
+        share = "" if beyond is not None else f": {_percent(np.count_nonzero(mine) / starts)}"
+        handles.append(((patch,), words + share))
+        if hatch is not None and min(labels.shape) > 1:
+            with matplotlib.rc_context({"hatch.linewidth": 0.5}):
+                across, up = (low + (np.arange(cells) + 0.5) * (high - low) / cells for low, high, cells in
+                              zip(grid.low, grid.high, labels.shape, strict=True))
+                ax.contourf(across, up, mine.T, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=1.5)
+    handles += _saddles(ax, grid, saddle, unstable)
     if handles:
         ax.legend([group for group, _ in handles], [words for _, words in handles],
                   handler_map={tuple: HandlerTuple(ndivide=None, pad=0.4)}, loc="upper left",
-                  bbox_to_anchor=(0.0, -0.13), borderaxespad=0.0, ncols=2 if count > 1 else 1, handlelength=2.8)
-    noise = getattr(basins, "label_uncertainty", None)
-    if noise is not None:
-        words = f"{labels.shape[0]} x {labels.shape[1]} starts, predicted label noise {_scientific(noise)}"
-        ax.set_title(words, loc="right", fontsize=7.5)
+                  bbox_to_anchor=(0.0, -0.13), borderaxespad=0.0, ncols=2 if len(handles) > 1 else 1, handlelength=2.8)
+    _said(ax, basins, labels, fresh)
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
     half = _states(basins.attractors[0]) // 2 if count else 1
     across, up = (style.component_label(_component(name, 2 * half), half) for name in grid.names)
+    ax.set_xlabel(across + " at phase 0")
+    ax.set_ylabel(up + " at phase 0")
+    return ax
+
+
+def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
+    """Draw the attractors; return their entries for the legend."""
+    handles = []
+    for label, attractor in enumerate(basins.attractors):
+        tint, color = _COLORS[label % len(_COLORS)]
+        marker = _MARKERS[label % len(_MARKERS)]
+        words = f"{describe(attractor)}: {_percent(basins.fractions.get(label, 0.0))}"
+        points = section_points(attractor)[:, [_component(name, _states(attractor)) for name in basins.grid.names]]
+        size, edge = (1.5, 0.0) if len(points) > 200 else (6.0, 0.9)
+        (drawn,) = ax.plot(points[:, 0], points[:, 1], linestyle="none", marker=marker, markerfacecolor=color,
+                           markeredgecolor="white", markersize=size, markeredgewidth=edge, zorder=5)
+        handles.append(((Patch(facecolor=tint, edgecolor=color, linewidth=0.8), drawn), words))
+    return handles
+
+
+def _saddles(ax: Axes, grid: Any, saddle: Any, unstable: Any) -> list[tuple[tuple, str]]:
+    """Draw saddles and an unstable set; return their entries for the legend."""
+    handles: list[tuple[tuple, str]] = []
+    if unstable is not None:
+        i, j = (_component(name, unstable.points.shape[1]) for name in grid.names)
+        line = None
+        for number in np.unique(unstable.curves):
+            piece = unstable.points[unstable.curves == number]
+            (line,) = ax.plot(piece[:, i], piece[:, j], color=style.BLACK, linewidth=0.7, zorder=4)
+        if line is not None:
+            handles.append(((line,), "unstable set of the saddle"))
+    items = saddle if isinstance(saddle, (list, tuple)) else [] if saddle is None else [saddle]
+    for number, item in enumerate(items):
+        orbit = getattr(item, "saddle", item)
+        if orbit is None:
+            continue
+        i, j = (_component(name, len(orbit.state)) for name in grid.names)
+        points = section_points(orbit)
+        (drawn,) = ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",
+                           markeredgecolor="black", markeredgewidth=1.0, zorder=6)
+        if number == 0:
+            handles.append(((drawn,), "saddle" if len(items) == 1 else "saddles"))
+    return handles
+
+
+def _said(ax: Axes, basins: Any, labels: np.ndarray, fresh: bool) -> None:
+    """Write above the map how fine and how mixed it is, and under the picture what it promises."""
+    words = [f"{labels.shape[0]} x {labels.shape[1]} starts"]
+    if hasattr(basins, "entropy") and min(labels.shape) >= 5 and len(basins.attractors) > 1:
+        words.append(f"boundary entropy {basins.entropy().boundary:.3f}")
+    noise = getattr(basins, "label_uncertainty", None)
+    if noise is not None:
+        words.append(f"predicted label noise {_scientific(noise)}")
+    ax.set_title(", ".join(words), loc="right", fontsize=7.5)
+    trust = getattr(basins, "trust", None)
+    if fresh and trust is not None:  # a figure of our own has room for it
+        ax.figure.supxlabel("\n".join(textwrap.wrap(trust.statement.replace("+-", "\u00b1"), 122)), x=0.02, ha="left", fontsize=7)
+
+
+_FIELDS = {"periods": ("forcing periods until near the attractor", "cividis"), "impacts": ("impacts until then", "cividis"),
+           "speeds": ("least speed of arrival at a stop", "viridis")}
+
+
+@style.styled
+def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
+    """Draw what else was recorded of each cell: ``periods``, ``impacts`` or ``speeds`` (logarithmic; grazes are dark).
+
+    Raises
+    ------
+    ValueError
+        For another field, or one that the map does not hold.
+    """
+    if field not in _FIELDS:
+        raise ValueError(f"field = {field!r} is not allowed; it must be one of {', '.join(_FIELDS)}")
+    values = np.asarray(getattr(basins, field), float)
+    if values.shape != basins.labels.shape or values.ndim != 2:
+        raise ValueError(f"field = {field!r}: this map holds no {field} over two components")
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 4.0)
+    words, colors = _FIELDS[field]
+    values = np.ma.masked_where(~np.isfinite(values) | (values < 0) | (np.asarray(basins.labels) < 0), values)
+    (left, bottom), (right, top) = basins.grid.low, basins.grid.high
+    positive = values.compressed()
+    positive = positive[positive > 0]
+    norm = LogNorm(max(positive.min(), 1e-3 * np.median(positive)), positive.max()) if positive.size else None
+    least = norm.vmin if norm else 0.0
+    image = ax.imshow(np.ma.maximum(values, least).T, origin="lower", extent=(left, right, bottom, top), norm=norm, cmap=colors,
+                      interpolation="nearest", aspect="auto")
+    ax.figure.colorbar(image, ax=ax, label=words)
+    half = _states(basins.attractors[0]) // 2 if basins.attractors else 1
+    across, up = (style.component_label(_component(name, 2 * half), half) for name in basins.grid.names)
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
     return ax

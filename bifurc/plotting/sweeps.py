@@ -10,13 +10,16 @@ from . import style
 from .basins import _COLORS
 from .branches import plot_branch
 
-_STEPS = {"max": "maximum", "min": "minimum", "rms": "rms"}  # measures of an orbit by the first part of a column's name
-_FIELDS = {"periods": "period of the motion most starts reach", "impacts": "impacts a forcing period", "attractors": "motions reached",
-           "exponents": "largest Lyapunov exponent"}
+_MEASURES = {"max": "maximum", "min": "minimum", "rms": "rms"}  # of an orbit, by the first part of a column's name
+_SHOWN = 6  # families with a colour of their own: those that hold the largest shares
+_LEFT = 0.005  # share of unresolved starts that is drawn
+_FIELDS = {"periods": "period of the motion most starts reach", "impacts": "impacts a forcing period",
+           "attractors": "motions reached", "exponents": "largest Lyapunov exponent"}
 
 
 @style.styled
-def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequence[Any] = (), measure: str = "rms_0") -> Sequence[Axes]:
+def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequence[Any] = (),
+               measure: str = "rms_0") -> Sequence[Axes]:
     """Draw the attractors of a sweep on the branches of `trace`, above the share of the starts that each attracts.
 
     Parameters
@@ -44,30 +47,34 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
     tracks = {track.number: track for track in sweep.tracks}
     for branch in branches:
         plot_branch(branch, above, measure, points=False)
-    stack, tints, colors, words = [], [], [], []
-    for k, family in enumerate(sweep.families):
-        tint, color = _COLORS[k % len(_COLORS)]
-        label = _family([tracks[number] for number in family])
-        for number in family:
-            track = tracks[number]
-            rows = [(value, getattr(item, _STEPS[name])(int(dof))) for value, item in zip(track.values, track.attractors, strict=True)
-                    if not hasattr(item, "points")]
-            if rows:
-                x, y = np.array(rows).T
-                above.plot(x, y, linestyle="none", marker="o", markersize=2.2, color=color, zorder=4)
-            chaos = [value for value, item in zip(track.values, track.attractors, strict=True) if hasattr(item, "points")]
-            if chaos:
-                above.plot(chaos, np.full(len(chaos), 0.02), linestyle="none", marker="|", markersize=6, color=color,
-                           transform=above.get_xaxis_transform(), zorder=4)
-        stack.append(sweep.fractions[:, list(family)].sum(axis=1))
-        tints.append(tint)
-        colors.append(color)
-        words.append(label)
-    if stack:
-        drawn = below.stackplot(sweep.values, np.array(stack), colors=tints, labels=words)
-        for area, color in zip(drawn, colors, strict=True):
-            area.set_edgecolor(color)
-            area.set_linewidth(0.6)
+    shares = sweep.fractions
+    families = sorted(sweep.families, key=lambda family: -float(shares[:, list(family)].sum()))
+    own, others = families[:_SHOWN], families[_SHOWN:]
+    for k, family in enumerate(families):
+        color = _COLORS[k][1] if k < _SHOWN else style.GREY
+        for track in (tracks[number] for number in family):
+            chaotic = [hasattr(item, "points") for item in track.attractors]
+            heights = [getattr(item, _MEASURES[name])(int(dof)) for item, chaos in zip(track.attractors, chaotic, strict=True) if not chaos]
+            above.plot(track.values[~np.array(chaotic)], heights, linestyle="none", marker="o", markersize=2.2, color=color, zorder=4)
+            chaos = track.values[np.array(chaotic)]
+            above.plot(chaos, np.full(len(chaos), 0.02), linestyle="none", marker="|", markersize=6, color=color,
+                       transform=above.get_xaxis_transform(), zorder=4)
+    stack = [shares[:, list(family)].sum(axis=1) for family in own]
+    words = [_family([tracks[number] for number in family]) for family in own]
+    tints, edges = [tint for tint, _ in _COLORS[:len(own)]], [color for _, color in _COLORS[:len(own)]]
+    if others:
+        stack.append(sum(shares[:, list(family)].sum(axis=1) for family in others))
+        words.append(f"{len(others)} other{'s' * (len(others) > 1)}")
+        tints.append("#d9d9d9")
+        edges.append(style.GREY)
+    if (left := 1.0 - shares.sum(axis=1)).max() > _LEFT:
+        stack.append(np.maximum(left, 0.0))
+        words.append("unresolved")
+        tints.append("white")
+        edges.append("black")
+    for area, edge in zip(below.stackplot(sweep.values, np.array(stack), colors=tints, labels=words) if stack else [], edges, strict=True):
+        area.set_edgecolor(edge)
+        area.set_linewidth(0.6)
     below.set_xlim(np.min(sweep.values), np.max(sweep.values))
     below.set_ylim(0.0, 1.0)
     below.set_xlabel(style.parameter_label(sweep.parameter))
@@ -76,7 +83,7 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
     single = all(len(getattr(item, "state", (0, 0))) == 2 for track in tracks.values() for item in track.attractors)
     above.set_ylabel(style.measure_label(measure, single))
     if stack:
-        below.legend(loc="upper left", bbox_to_anchor=(0.0, -0.2), borderaxespad=0.0, ncols=2)
+        below.legend(loc="upper left", bbox_to_anchor=(0.0, -0.22), borderaxespad=0.0, ncols=2)
     return axes
 
 
@@ -178,8 +185,8 @@ def plot_chart(chart: Any, ax: Axes | None = None, field: str = "periods") -> Ax
     return ax
 
 
-_PALETTE = [style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW, "#8a8200", "#7f3b08", "#5e4fa2",
-            style.GREY]
+_PALETTE = [style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW, "#8a8200", "#7f3b08",
+            "#5e4fa2", style.GREY]
 
 
 def _edges(centres: np.ndarray) -> np.ndarray:
