@@ -17,6 +17,7 @@ from .rows import Curve, Row, tests_of
 
 SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
 BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
+AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 MONITOR_BAND = 1e-12  # of the largest value seen
 DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at
 SHALLOW = 0.9  # the same for tests that are interpolated through three rows, which is much less certain
@@ -124,6 +125,8 @@ def crossed(half, row, new, at_boundary):
         crossing, cause = branch_point(row, new)
         if cause is not None:
             return None, cause
+        if crossing is not None and at_boundary and abs(crossing.s - new.s) < AT_BOUNDARY:
+            crossing = None  # an interval of no duration makes the equations singular on the boundary itself
         if crossing is not None:
             found.append(crossing)
             v0, v1 = row.tests[0], new.tests[0]

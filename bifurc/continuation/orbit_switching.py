@@ -9,7 +9,7 @@ import numpy as np
 from ..elements import EventKind
 from ..orbits import sequence
 from ..orbits.find import finished, from_state, touching
-from ..orbits.sequence import AFTER, BEFORE, DIVIDE, GUARD, STARTS, TOGETHER
+from ..orbits.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, STARTS, TOGETHER
 from ..orbits.signature import Signature, divided, repeated, sections, translated
 from .branchpoint import other_direction
 from .kinds import CorrectorStatus, SpecialPointKind
@@ -80,7 +80,7 @@ def by_motion(problem, point):
         if not orbit.success or touching(orbit):
             continue
         signature = translated(orbit.sequence, orbit.scene, problem.scene)
-        if np.array_equal(signature.nodes[:, :STARTS], problem.sequence.nodes[:, :STARTS]):
+        if np.array_equal(signature.nodes[:, :ENDING], problem.sequence.nodes[:, :ENDING]):
             continue
         new = problem.with_sequence(signature, np.append(orbit.unknowns, value))
         tangent = new.null_tangent(new.x0)
@@ -182,7 +182,7 @@ def inserted(problem, x, periods: int = 1):
     for k in range(periods):
         for node, row in zip(s.nodes.tolist(), rows, strict=True):
             if node[GUARD] >= 0:
-                items.append((row[0] + k * s.span, len(items), node[:STARTS], row[1:]))
+                items.append((row[0] + k * s.span, len(items), node[:ENDING], row[1:]))
     for tau, mode, guard, y in born:
         joined = np.concatenate([y, scene.forcing(np.array([tau * 2.0 * np.pi / problem.path.tables.flat[0]]))[0]])
         nodes = event_nodes(scene, mode, guard, joined)
@@ -215,7 +215,7 @@ def begun_beyond(problem, x):
     born = event_nodes(scene, mode, guard, joined)
     if born is None or len(born) != 2:
         return None
-    nodes = [node[:STARTS].copy() for node in s.nodes]
+    nodes = [node[:ENDING].copy() for node in s.nodes]
     nodes[at][AFTER] = born[1][BEFORE]
     nodes.insert(at + 1, np.array(born[1], np.int64))
     signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)), s.span, s.closure)
@@ -245,7 +245,7 @@ def ended_beyond(problem, x):
                 back = None if other < 0 or other == mode else returning(scene, mode, q, other, after, owner, joined)
                 if back is None:
                     continue
-                nodes = [item[:STARTS].copy() for item in s.nodes]
+                nodes = [item[:ENDING].copy() for item in s.nodes]
                 nodes[i:i + 1] = [np.array([mode, q, other, 0, 0]), np.array([other, back, after, 0, 0])]
                 signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)),
                                       s.span, s.closure)
@@ -262,7 +262,7 @@ def dropped(problem, x):
     rows = x[:-1].reshape(-1, size)
     speeds = listed_speeds(problem, x)
     T = problem.equations.numbers_at(x[-1])
-    items = [[node[:STARTS].copy(), row.copy(), not T.kick[node[BEFORE], node[GUARD]] if node[GUARD] >= 0 else True]
+    items = [[node[:ENDING].copy(), row.copy(), not T.kick[node[BEFORE], node[GUARD]] if node[GUARD] >= 0 else True]
              for node, row in zip(s.nodes, rows, strict=True)]
     kept = [item for item, speed in zip(items, speeds, strict=True)
             if not (item[0][GUARD] >= 0 and not item[2] and speed is not None and abs(speed) <= NEAR)]
@@ -359,7 +359,7 @@ def parted(problem, x):
             continue
         back = returning(scene, before, guard, middle, after, owner, joined)
         if back is not None:
-            nodes = [node[:STARTS] for node in s.nodes]
+            nodes = [node[:ENDING] for node in s.nodes]
             nodes[at:at + 1] = [np.array([before, guard, middle, 0, 0]), np.array([middle, back, after, 0, 0])]
             signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)),
                                   s.span, s.closure)

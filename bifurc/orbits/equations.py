@@ -7,7 +7,7 @@ from ..compose.scene import Scene
 from ..compose.writer import kernels
 from . import motion, sequence
 from .path import ParameterPath
-from .signature import Signature
+from .signature import Signature, divided
 
 TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
 MAX_ITERATIONS = 14
@@ -36,6 +36,9 @@ class Equations:
     """
 
     def __init__(self, scene: Scene, path: ParameterPath, signature: Signature, weights: np.ndarray, parameter_scale=1.0):
+        if signature.events and signature.nodes.shape[1] <= sequence.ENDING:  # written by hand
+            nodes = divided(scene, signature.nodes, path.tables, signature.closure)
+            signature = Signature(nodes, signature.fixed, signature.span, signature.closure)
         self.scene, self.path, self.signature = scene, path, signature
         self.weights = np.ascontiguousarray(weights, float)
         self.size = signature.nodes.size // signature.nodes.shape[1] * (1 + scene.ns)

@@ -24,9 +24,10 @@ from ..flow.saltation import event_map
 from ..solve.dense import lu, lu_solve
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
-# sequence of impacts, 2: belongs to one; then for every guard of the mode AFTER the order of its zero at the start, negative
-# where its leading rate is a condition that no arriving speed implies (a reversal: the mass must be moving away)
-BEFORE, GUARD, AFTER, DIVIDE, CLOSES, STARTS = range(6)
+# sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every
+# guard of the mode AFTER the order of its zero at the start, negative where its leading rate is a condition that no arriving
+# speed implies (a reversal: the mass must be moving away)
+BEFORE, GUARD, AFTER, DIVIDE, CLOSES, ENDING, STARTS = range(7)
 TOGETHER = -1
 SHORT = 0.01  # periods
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
@@ -238,7 +239,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                 if last:
                     C[r, 0] += 1.0
             continue
-        close, r = nodes[nxt, GUARD], nxt * size  # closing guard of this interval, divided by duration**order
+        close, r = nodes[i, ENDING], nxt * size  # closing guard of this interval, divided by duration**order
         if duration < step[after]:
             value, slope = guard_divided(T, after, close, xp, duration, order, row)
             scale = scale_of(row, weights)
@@ -330,19 +331,14 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             continue
         for q in range(n_guards[after]):
             start = nodes[i, STARTS + q] if STARTS + q < nodes.shape[1] else 0
-            listed = 1 if nodes[nxt, GUARD] == q and nodes[nxt, BEFORE] == after else 0
+            listed = 1 if nodes.shape[1] > ENDING and nodes[i, ENDING] == q else 0
             if listed == 0 and nodes[(nxt + 1) % count, DIVIDE] == TOGETHER:
                 listed = 2  # it may be the guard of an event that coincides with the next
             guard_gradient(T, after, q, xp, row)
             scale = scale_of(row, weights)
-            if last and closure[0] < 0.0:  # the segment ends with the mirror image of the first event
-                for c in range(ns):
-                    x[c] = closure[c] * U[1 + c]
-                forcing(T, (U[0] + span) * period, x)
-                listed = 1 if nodes[0, GUARD] >= 0 and abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
             if listed == 2:
                 for c in range(ns):
-                    x[c] = U[nxt * size + 1 + c]
+                    x[c] = (closure[c] if last else 1.0) * U[nxt * size + 1 + c]
                 forcing(T, (U[nxt * size] + (span if last else 0.0)) * period, x)
                 listed = 1 if abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
             if start < 0:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..compose.scene import Scene
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, STARTS, TOGETHER
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS, TOGETHER
 
 PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
 MOST = 5  # orders looked at
@@ -71,7 +71,7 @@ class Signature:
     def text(self, scene: Scene) -> str:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``."""
         names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes == 1 else "")
-                 for m, g, _, _, closes in self.nodes[:, :STARTS].tolist() if g >= 0]
+                 for m, g, _, _, closes in self.nodes[:, :ENDING].tolist() if g >= 0]
         parts: list[str] = []
         for name in names:
             if parts and parts[-1].split(" x")[0] == name:
@@ -98,7 +98,8 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     T = scene.tables if tables is None else tables
     nodes = np.asarray(nodes, np.int64)
     whole = np.zeros((len(nodes), STARTS + T.G.shape[1]), np.int64)
-    whole[:, :STARTS] = nodes[:, :STARTS]
+    whole[:, :ENDING] = nodes[:, :ENDING]
+    whole[:, ENDING] = -1
     known: dict[tuple, np.ndarray] = {}
     for node in whole:
         key = (*(int(value) for value in node[:DIVIDE]), int(node[CLOSES] == 1))
@@ -108,11 +109,14 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     for i, node in enumerate(whole):
         opening = whole[i - 1]
         node[DIVIDE] = 0
-        if node[GUARD] < 0 or opening[GUARD] < 0:
+        if node[GUARD] < 0:
             continue
         before, guard = int(node[BEFORE]), int(node[GUARD])
         if i == 0 and closure < 0:  # closes on the mirror image of the first event
             guard = scene.mirror_guard(before, guard)
+        opening[ENDING] = guard
+        if opening[GUARD] < 0:
+            continue
         order = abs(int(opening[STARTS + guard]))
         node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard) else order
     return whole
@@ -179,7 +183,7 @@ def translated(signature: Signature, scene: Scene, other: Scene) -> Signature:
     if scene.keys == other.keys:
         return signature
     number = {m: other.index(scene.keys[m]) for m in {*signature.nodes[:, BEFORE].tolist(), *signature.nodes[:, AFTER].tolist()}}
-    nodes = signature.nodes[:, :STARTS].copy()
+    nodes = signature.nodes[:, :ENDING].copy()
     for column in (BEFORE, AFTER):
         nodes[:, column] = [number[m] for m in nodes[:, column].tolist()]
     return Signature(divided(other, nodes, closure=signature.closure), signature.fixed, signature.span, signature.closure)
@@ -195,6 +199,8 @@ def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signatu
         node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(after)
         if guard >= 0:
             node[GUARD] = scene.mirror_guard(before, guard)
+        if node.size > ENDING and node[ENDING] >= 0:
+            node[ENDING] = scene.mirror_guard(after, int(node[ENDING]))
         starts = node[STARTS:].copy()
         for g in range(min(int(scene.tables.n_guards[after]), starts.size)):
             node[STARTS + scene.mirror_guard(after, g)] = starts[g]
