@@ -152,8 +152,8 @@ def report(solved: list[Solved], cost: list[Cost], cases: list[Drawn]) -> str:
     """Return the tables."""
     first = table("Li's cases, N = 40; velocity error is relative rms against the exact orbit",
                   ("case", "start", "solver", "status", "steps", "residuals", "CPU ms", "residual", "velocity error", "asked"),
-                  [(f"{r.alpha} {NAMES[r.alpha]}", r.start, r.solver, r.status, r.iterations, r.evaluations, f"{1e3 * r.seconds:.0f}",
-                    f"{r.residual:.0e}", f"{r.error:.2e}", f"{ASKED[r.alpha]:.1e}") for r in solved])
+                  [(f"{r.alpha} {NAMES[r.alpha]}", r.start, r.solver, r.status, r.iterations, r.evaluations,
+                    f"{1e3 * r.seconds:.0f}", f"{r.residual:.0e}", f"{r.error:.2e}", f"{ASKED[r.alpha]:.1e}") for r in solved])
     pairs = {(r.alpha, r.harmonics): r for r in cost}
     second = table("velocity error by number of harmonics", ("N", *(f"{NAMES[a]}: {what}" for a in CASES for what in
                                                                    ("error", "best", "CPU ms", "reversals"))),

@@ -156,7 +156,7 @@ class CellMap:
 
     def with_audit(self, audit: Audit) -> "CellMap":
         """Return the same with its labels audited."""
-        return replace(self, audit=audit)
+        return self._changed(audit=audit)
 
     def with_labels(self) -> "CellMap":
         """Return the same with each cell given to the attractor that it most likely ends on."""
@@ -167,7 +167,14 @@ class CellMap:
         start = self.fates != CellFate.OUTSIDE.code
         fates = np.where(best < count, CellFate.ATTRACTED.code,
                          np.where(best == count, CellFate.UNRESOLVED.code, CellFate.LEFT.code))
-        return replace(self, labels=np.where((best < count) & start, best, -1), fates=np.where(start, fates, CellFate.OUTSIDE.code))
+        return self._changed(labels=np.where((best < count) & start, best, -1), fates=np.where(start, fates, CellFate.OUTSIDE.code))
+
+    def _changed(self, **fields) -> "CellMap":
+        """Return a copy with other fields that keeps what was derived from the chain."""
+        made = replace(self, **fields)
+        derived = ("components", "_absorption", "morse")
+        made.__dict__.update({name: self.__dict__[name] for name in derived if name in self.__dict__})
+        return made
 
     @cached_property
     def components(self):

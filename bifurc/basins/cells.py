@@ -114,13 +114,13 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
     else:
         parts = components(matrix)
         order = np.argsort(parts.label[:-1], kind="stable")
-        begin = np.searchsorted(parts.label[order], np.arange(parts.count + 1))
-        closed = np.flatnonzero(parts.closed & (np.arange(parts.count) != parts.label[-1]))
+        begin = np.searchsorted(parts.label[order], np.arange(parts.total + 1))
+        closed = np.flatnonzero(parts.closed & (np.arange(parts.total) != parts.label[-1]))
         lists = [order[begin[item]:begin[item + 1]] for item in closed]
         lengths = [period(matrix, cells) for cells in lists]
-        group_of = steps = None
+        group_of = steps = np.empty(0, np.int64)
     kept = [k for k, cells in enumerate(lists) if images.starts[cells].all()]
-    rng = np.random.default_rng(options["seed"])
+    rng = np.random.default_rng(int(options["seed"]))
     judge.search(embed(rng.uniform(grid.low, grid.high, (RANDOM_STARTS, len(grid.names)))))
     groups = _judged(judge, grid, periods, samples == 1, [lists[k] for k in kept], [lengths[k] for k in kept], centres)
     number = np.full(len(lists) + 1, -1)

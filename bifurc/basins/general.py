@@ -22,7 +22,7 @@ from ..flow.scan import (
     run,
     workspace,
 )
-from .near import STAY, boxed, nearest
+from .near import boxed, nearest
 from .states import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 
 CONTACT = EventKind.CONTACT.code
@@ -63,11 +63,11 @@ def march(T, ints, floats, x, whole, limit, rows, record, tally):
 
 
 @njit
-def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, labels, periods, impacts,
-          states, speeds):
+def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, stay, labels, periods,
+          impacts, states, speeds):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``inverse`` to ``keepers`` see `bifurc.basins.near`.  Writes label (-1: none), periods, impacts, state and least
+    ``inverse`` to ``stay`` see `bifurc.basins.near`.  Writes label (-1: none), periods, impacts, state and least
     speed of arrival of each; starts with a negative mode are left to the caller.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -84,7 +84,7 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
         tally[0], tally[1] = 0.0, np.inf
         labels[i] = -1
         states[i] = UNSETTLED
-        stay = 0
+        visits = 0
         guest = -1
         for k in range(1, most + 1):
             code = march(T, ints, floats, x, k, limit, rows, record, tally)
@@ -95,9 +95,9 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
             found = nearest(y, inverse, points, squares, owner)
             if found < 0 and keys.shape[0] > 0:
                 keeper = boxed(y, inverse, width, keys, keepers)
-                stay = stay + 1 if keeper >= 0 and keeper == guest else 0
+                visits = visits + 1 if keeper >= 0 and (keeper == guest or visits == 0) else 0
                 guest = keeper
-                if stay >= STAY:
+                if visits >= stay:
                     found = keeper
             if found >= 0:
                 labels[i] = found

@@ -21,10 +21,10 @@ class Components(NamedTuple):
     """Strongly connected components of a chain of N cells and a sink, cell N."""
 
     label: np.ndarray  # (N + 1,) int64; an edge leads to a component of the same or a lower number
-    count: int
-    size: np.ndarray  # (count,) cells
-    recurrent: np.ndarray  # (count,) bool: a motion may come back (more than one cell, or an image of itself)
-    closed: np.ndarray  # (count,) bool: nothing leads out
+    total: int  # number of them
+    size: np.ndarray  # (total,) cells
+    recurrent: np.ndarray  # (total,) bool: a motion may come back (more than one cell, or an image of itself)
+    closed: np.ndarray  # (total,) bool: nothing leads out
 
 
 def transition(rows: np.ndarray, columns: np.ndarray, size: int) -> sparse.csr_matrix:
@@ -104,14 +104,14 @@ def solved(matrix: sparse.csr_matrix, found: Components, fixed: np.ndarray, sour
     """
     x = np.ascontiguousarray(fixed, float).copy()
     order = np.argsort(found.label, kind="stable")
-    begin = np.searchsorted(found.label[order], np.arange(found.count + 1))
+    begin = np.searchsorted(found.label[order], np.arange(found.total + 1))
     blocks = np.flatnonzero((found.size > 1) & ~found.closed)
     where = np.zeros(len(order), np.int64)
     done = 0
-    for block in [*blocks.tolist(), found.count]:
+    for block in [*blocks.tolist(), found.total]:
         _substitute(matrix.indptr, matrix.indices, matrix.data, order[begin[done]:begin[block]], found.closed, found.label,
                     x, source)
-        if block < found.count:
+        if block < found.total:
             cells = np.sort(order[begin[block]:begin[block + 1]])
             _solve_block(matrix, cells, x, source, where)
         done = block + 1

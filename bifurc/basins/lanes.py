@@ -1,11 +1,4 @@
 """Lanes of a scene: which scenes have them, their numbers, and the module written for their kind."""
-import hashlib
-import importlib.util
-import os
-import pathlib
-import sys
-import tempfile
-import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +8,11 @@ from ..compose.tables import ORDER as TERMS_ORDER
 from ..compose.tables import Tables
 from ..elements import EventKind
 from . import lanestext
+from .laneswritten import LANES, written
 
-LANES = 512  # side by side: their rows fill most of a first-level cache
 MOST_GUARDS = 3  # of a mode that the scalar march takes
 MOST_HARMONICS = 8
 MOST_SUBSTEPS = 4096
-_TEMPLATE = "bifurc.basins.lanesmarch"
-_BLANK = "from .lanesblank import FORCINGS, GUARDS, LANES, lap"
-_lock = threading.Lock()
 
 
 class Kind(NamedTuple):
@@ -35,7 +25,7 @@ class Kind(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """What the kernels of a written module read, see `bifurc.basins.lanesmarch` and `bifurc.basins.lanestext`."""
+    """What the kernels of a written module read, see `bifurc.basins.lanesperiod` and `bifurc.basins.lanestext`."""
 
     P: np.ndarray  # (modes, NUMBERS)
     I: np.ndarray  # (modes, ...) int64
@@ -178,7 +168,7 @@ def _lap_numbers(T: Tables, kind: Kind, home: int, h: float, flow: np.ndarray, p
 
 
 def _places(kind: Kind) -> dict[str, int]:
-    """Return the places in the numbers of a mode: those of `bifurc.basins.lanesmarch`."""
+    """Return the places in the numbers of a mode: those of `bifurc.basins.lanesperiod`."""
     guards, nx, terms = kind.guards, 2 + kind.forcings, TERMS_ORDER + 1
     sizes = {"STEP": 1, "OMEGA": 1, "RATIOS": guards, "KAPPAS": guards, "FLOW": 2 * nx, "VALUE": guards * nx,
              "SLOPE": guards * nx, "BOUND": guards * nx, "RESET": 2 * guards * nx, "PUSH": guards * nx,
@@ -189,51 +179,14 @@ def _places(kind: Kind) -> dict[str, int]:
 
 
 def module_of(kind: Kind):
-    """Return the written module of a kind, imported; its kernels are cached on disk like those of the package."""
-    import numba
-
-    from .._cache import cache_folder, closure_hash
-
-    text = _text(kind)
-    whole = "\n".join((numba.__version__, sys.version, closure_hash(_TEMPLATE), text))
-    key = hashlib.sha256(whole.encode()).hexdigest()[:20]
-    name = f"bifurc_written_lanes_{key}"
-    with _lock:
-        if name in sys.modules:
-            return sys.modules[name]
-        path = pathlib.Path(cache_folder()) / "written" / f"lanes_{key}.py"
-        if not path.exists():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            os.replace(temporary, path)
-        spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
-        return module
+    """Return the written module of a kind."""
+    lap = lanestext.lap_text(kind.lapped, LANES, kind.moving) if kind.lapped >= 0 else _NO_LAP
+    return written(lap, kind.guards, kind.forcings, True)
 
 
-def _text(kind: Kind) -> str:
-    """Return the source of the written module: the template with the lap and the literal numbers of a kind."""
-    spec = importlib.util.find_spec(_TEMPLATE)
-    assert spec is not None and spec.origin is not None
-    template = pathlib.Path(spec.origin).read_text(encoding="utf-8")
-    literal = f"LANES = {LANES}\nGUARDS = {kind.guards}\nFORCINGS = {kind.forcings}\n"
-    if kind.lapped >= 0:
-        lap = lanestext.lap_text(kind.lapped, LANES, kind.moving)
-    else:
-        lap = "@njit\ndef lap(W, index, count, numbers, grid):\n    pass\n"
-    before, after = template.split(_BLANK + "\n")
-    package = _TEMPLATE.rpartition(".")[0]
-    imports, rest = after.split("\n\n", 1)
-    for node in (".near", ".states"):
-        imports = imports.replace(f"from {node} ", f"from {package}{node} ")
-    before = before.replace("from ..", "from bifurc.")
-    return f"{before}{imports}\n\n{literal}\n\n{lap}\n{rest}"
+_NO_LAP = '''@njit
+def lap(W, index, count, numbers, grid):
+    """Leave all lanes to the certified march: see `home`."""
+    for l in range(count):
+        W[6 * LANES + l] = 1.0
+'''

@@ -2,16 +2,16 @@
 import itertools
 import threading
 from contextlib import nullcontext
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numba.core.errors import NumbaError
 
 from ..compose.scene import Scene
 from ..elements import EventKind
 from ..flow import settle
 from ..flow.status import Status
-from . import lanes
+from . import lanes, lanessmooth
 from .near import STAY, boxed, nearest
 from .starting import BEYOND, begin
 from .states import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
@@ -31,6 +31,7 @@ class Targets(NamedTuple):
     width: float  # of the boxes of chaotic attractors, scaled
     keys: np.ndarray  # (K,) sorted hashes of their boxes, uint64
     keepers: np.ndarray  # (K,) label
+    stay: int = STAY  # consecutive section points in boxes before their attractor counts as reached
 
 
 class Cells(NamedTuple):
@@ -66,18 +67,41 @@ class Marcher:
     scene : Scene
     limit : int
         Largest number of events a forcing period.
+    steps : int, optional
+        Runge-Kutta steps a period under smooth laws; default: as many as the measured error asks for.
+
+    Attributes
+    ----------
+    lean : bool
+        Whether starts are carried in lanes: a period costs less than a microsecond.
+    chunk : int
+        Starts that are best handed over at once.
+    error : float
+        Measured error of one period in units of the region where the scene lives; 0: rounding only.
     """
 
-    def __init__(self, scene: Scene, limit: int):
-        self.scene, self.limit = scene, limit
+    def __init__(self, scene: Scene, limit: int, steps: int | None = None):
+        self.scene, self.limit, self.steps, self.error = scene, limit, steps, 0.0
         self._lock = threading.Lock()
         self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
-        self.kind = lanes.kind_of(scene)
-        self.lean = self.kind is not None
+        self._module, self._numbers = self._lanes()
+        self.lean = self._module is not None
+        self.chunk = 8192 if self.lean else 512
 
-    @cached_property
-    def _numbers(self) -> lanes.Numbers:
-        return lanes.numbers_of(self.scene.tables, self.kind)
+    def _lanes(self):
+        """Return written module and numbers of the lanes, None where the scene has none."""
+        kind = lanes.kind_of(self.scene)
+        if kind is not None:
+            return lanes.module_of(kind), lanes.numbers_of(self.scene.tables, kind)
+        smooth = lanessmooth.kind_of(self.scene)
+        if smooth is not None:
+            try:
+                if self.steps is None:
+                    self.steps, self.error = lanessmooth.steps_for(self.scene.tables, smooth)
+                return lanessmooth.module_of(smooth), lanessmooth.numbers_of(self.scene.tables, smooth, self.steps)
+            except (ArithmeticError, NumbaError):
+                pass  # a law that needs tiny steps, or one that only the simulation can compile
+        return None, None
 
     def begin(self, X: np.ndarray):
         """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside."""
@@ -93,12 +117,12 @@ class Marcher:
         starts = X.copy()
         T, modes = self.begin(X)
         cells.states[modes == BEYOND] = OUTSIDE
-        if self.kind is not None:
-            lanes.module_of(self.kind).label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
+        if self._module is not None:
+            self._module.label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
         elif self.scene.closed_form:
             from .general import label
             label(T, modes, X, self.limit, most, *targets, *cells)
-        # Under a law a period is long beside Python's share of it: the simulation serves, and nothing more is compiled.
+        # Laws without lanes: a period is long beside Python's share of it, the simulation serves.
         for i in np.flatnonzero(cells.states == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 X[i] = starts[i]
@@ -112,8 +136,8 @@ class Marcher:
         starts = X.copy()
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
-        if self.kind is not None:
-            lanes.module_of(self.kind).carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
+        if self._module is not None:
+            self._module.carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
         elif self.scene.closed_form:
             from .general import carry
             carry(T, modes, X, self.limit, periods, *images[1:])
@@ -157,7 +181,7 @@ class Marcher:
     def _follow(self, i: int, X: np.ndarray, cells: Cells, targets: Targets, most: int) -> None:
         """Follow one start with all decisions open to Python."""
         from ..flow.simulate import march
-        y, stay, guest = X[i].copy(), 0, -1
+        y, visits, guest = X[i].copy(), 0, -1
         cells.labels[i], cells.states[i], cells.periods[i], cells.impacts[i] = -1, UNSETTLED, 0, 0
         cells.speeds[i] = np.inf
         for first in range(0, most, BLOCK):
@@ -175,9 +199,9 @@ class Marcher:
                 found = nearest(y, targets.inverse, targets.points, targets.squares, targets.owner)
                 if found < 0 and targets.keys.size:
                     keeper = boxed(y, targets.inverse, targets.width, targets.keys, targets.keepers)
-                    stay = stay + 1 if keeper >= 0 and keeper == guest else 0
+                    visits = visits + 1 if keeper >= 0 and (keeper == guest or visits == 0) else 0
                     guest = keeper
-                    found = keeper if stay >= STAY else -1
+                    found = keeper if visits >= targets.stay else -1
                 if found >= 0:
                     cells.labels[i], cells.states[i], cells.periods[i] = found, REACHED, k
                     cells.impacts[i] += np.count_nonzero(hits < k)

@@ -37,15 +37,15 @@ def morse_graph(cells: Any):
     weight = np.where(parts.closed[nodes], parts.size.max() + parts.size[nodes], parts.size[nodes])
     weight[nodes == sink] = 3 * parts.size.max()
     chosen = np.sort(nodes[np.argsort(-weight, kind="stable")[:MOST]])
-    number = np.full(parts.count, -1)
+    number = np.full(parts.total, -1)
     number[chosen] = np.arange(len(chosen))
     words = (len(chosen) + 63) // 64
     grid.require(8.0 * words, "the Morse graph")
-    first = np.zeros((parts.count, words), np.uint64)
+    first = np.zeros((parts.total, words), np.uint64)
     order = np.argsort(parts.label, kind="stable")
     _reach(matrix.indptr, matrix.indices, order, parts.label, number, first)
     owners = {int(item.cells[0]): item for item in cells.groups}
-    begin = np.searchsorted(parts.label[order], np.arange(parts.count + 1))
+    begin = np.searchsorted(parts.label[order], np.arange(parts.total + 1))
     graph = networkx.DiGraph(omitted=len(nodes) - len(chosen))
     names = [("left" if item == sink else k) for k, item in enumerate(chosen)]
     for name, item in zip(names, chosen.tolist(), strict=True):

@@ -1,14 +1,15 @@
 """Which attractor a section point has reached: closeness to confirmed orbits, boxes of chaotic samples.
 
 States are compared scaled, ``s = y / scale``.  A periodic attractor is its section points with a radius each.  A
-chaotic one is the set of boxes that its sample visits, kept as sorted hashes of their whole-number places; only several
-consecutive section points in its boxes count, since a trajectory may pass a few on its way elsewhere.
+chaotic one is the set of boxes that its sample visits, kept as sorted hashes of their whole-number places; only ``stay``
+consecutive section points in its boxes count, since a trajectory may pass a few on its way elsewhere: one where nothing
+leaves the boxes (`bifurc.basins.covers`), STAY where that is not known.
 """
 import numpy as np
 
 from .._jit import njit
 
-STAY = 32  # consecutive section points in the boxes of a chaotic attractor before it is reached
+STAY = 32  # consecutive section points in the boxes of a chaotic attractor before it is reached, if they may be left
 _FACTOR = np.uint64(0x9E3779B97F4A7C15)  # of multiplicative hashing (Knuth), 2**64 / golden ratio
 
 

@@ -19,6 +19,7 @@ class Kernel(StrEnum):
     """How starts are carried over a forcing period."""
 
     LANES = "lanes"
+    SMOOTH = "smooth"
     SCALAR = "scalar"
     SIMULATION = "simulation"
 
@@ -31,6 +32,8 @@ class Kernel(StrEnum):
 _SENTENCES = {
     Kernel.LANES: "Hundreds of starts side by side, events on compacted lists with proof, everything else (grazes, repeated "
                   "impacts, rest) on the certified march: one degree of freedom, affine modes.",
+    Kernel.SMOOTH: "Hundreds of starts side by side by Runge-Kutta steps, as many as the measured error asks for: one degree of "
+                   "freedom, smooth laws.",
     Kernel.SCALAR: "One start after the other on the certified event march: any scene of affine modes.",
     Kernel.SIMULATION: "One start after the other by simulation: scenes with laws that are not affine.",
 }
@@ -47,6 +50,8 @@ class PeriodMap:
         With an excitation.
     max_events : int
         Largest number of events a forcing period.
+    steps : int, optional
+        Runge-Kutta steps (order 8) a period under smooth laws; default: as many as the measured error asks for.
 
     Attributes
     ----------
@@ -54,8 +59,10 @@ class PeriodMap:
     scene : Scene
     kernel : Kernel
     error : float
-        Bound, or measured estimate, of the error of one period where the kernel is not exact to rounding, in units of
-        the state; 0: rounding only.
+        Measured error of one period of Runge-Kutta steps, in units of the region where the scene lives; 0: rounding only
+        (with ``steps`` given: not measured).
+    steps : int or None
+        Runge-Kutta steps a period.
 
     Raises
     ------
@@ -73,16 +80,18 @@ class PeriodMap:
     ((2, 2), [0, 0])
     """
 
-    def __init__(self, system: System | Scene, *, max_events: int = 2000):
+    def __init__(self, system: System | Scene, *, max_events: int = 2000, steps: int | None = None):
         scene = system if isinstance(system, Scene) else scene_of(system)
         if scene.period is None:
             raise ValueError(f"{scene.system!r} is autonomous; a map over forcing periods needs an excitation (omega)")
         self.system, self.scene = scene.system, scene
         self.max_events = int(max_events)
-        self.error = 0.0
-        self._marcher = Marcher(scene, self.max_events)
-        if self._marcher.kind is not None:
-            self.kernel = Kernel.LANES
+        if steps is not None and (isinstance(steps, bool) or steps != int(steps) or steps < 1):
+            raise ValueError(f"steps = {steps!r} is not allowed; it must be a whole number of at least 1")
+        self._marcher = Marcher(scene, self.max_events, None if steps is None else int(steps))
+        self.error, self.steps = self._marcher.error, self._marcher.steps
+        if self._marcher.lean:
+            self.kernel = Kernel.LANES if scene.closed_form else Kernel.SMOOTH
         else:
             self.kernel = Kernel.SCALAR if scene.closed_form else Kernel.SIMULATION
 

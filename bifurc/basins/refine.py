@@ -153,8 +153,8 @@ def prediction(codes: np.ndarray, grid: Grid, step: int) -> tuple[float, float]:
     total, share, s = step ** -float(len(grid.shape)), float(shares[0]), step
     while s > 1:
         s //= 2
-        share *= 2.0**-exponent  # after the halving, what is beside a difference has been labelled
         total += share * (s ** -float(len(grid.shape)) - (2 * s) ** -float(len(grid.shape)))
+        share *= 2.0**-exponent
     return min(total, 1.0), exponent
 
 

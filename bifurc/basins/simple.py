@@ -14,7 +14,7 @@ class Colouring(NamedTuple):
 
     group: np.ndarray  # (N + 1,) int64, number of the cycle that a cell leads to; 0 is the sink's
     steps: np.ndarray  # (N + 1,) int64, mappings until it is on the cycle; 0: it belongs to the cycle
-    count: int  # cycles, the sink's among them
+    total: int  # cycles, the sink's among them
 
 
 def colour(image: np.ndarray) -> Colouring:
@@ -41,7 +41,7 @@ def cycles(found: Colouring, image: np.ndarray) -> list[np.ndarray]:
     """Return the cells of each cycle in the order they are visited; the first list, of the sink, is empty."""
     size = len(image)
     on = np.flatnonzero(found.steps[:size] == 0)
-    first = np.full(found.count, -1)
+    first = np.full(found.total, -1)
     first[found.group[on[::-1]]] = on[::-1]  # the last written is the lowest number
     lists: list[np.ndarray] = [np.empty(0, np.int64)]
     for cell in first[1:].tolist():

@@ -105,7 +105,7 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
         again = relabel(points + size * away / np.linalg.norm(away, axis=1)[:, None])
         seen = again != NO_START  # a partner beyond a stop says nothing
         counts[k] = np.count_nonzero((again != labels) & seen)
-        totals[k] = max(np.count_nonzero(seen), 1)
+        totals[k] = max(int(np.count_nonzero(seen)), 1)
     return Uncertainty(sizes, counts / totals, len(labels), *fitted(sizes, counts, totals), len(basins.grid.names))
 
 

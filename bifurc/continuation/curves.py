@@ -13,7 +13,7 @@ import numpy as np
 
 from . import conditions
 from .branch import Branch
-from .kinds import SpecialPointKind, StopReason
+from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .peaks import WithPeaks
 from .problem import EPS, Monitor, Problem
 from .families import family_of
@@ -22,6 +22,9 @@ from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
 BOUND = "bound"  # name of the monitors that end a curve at the bounds of a
 STILL = 1e-6  # both components of the unit tangent in the plane of the parameters at a cusp
 TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
+
+
+NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
 class CurveProblem(Problem):
@@ -40,6 +43,8 @@ class CurveProblem(Problem):
     x0 : ndarray (n + 2,)
         Start (u, a, b).
     """
+
+    _noisy = False
 
     def __init__(self, family, kind, name, bounds_a, x0):
         base = family.problem
@@ -97,7 +102,21 @@ class CurveProblem(Problem):
             wide[n] = math.nan
             return f, wide, f
         f[n], wide[n] = self.condition.linearised(self.family, x, inner)
-        return f, wide, EPS * (np.abs(wide) @ np.abs(x))
+        floor = EPS * (np.abs(wide) @ np.abs(x))
+        if self._noisy:
+            floor = np.maximum(floor, NOISE * (np.abs(wide) @ self.scale))
+        return f, wide, floor
+
+    def correct(self, x, tangent, fixed=False):
+        """See `Problem.correct`; where Newton cycles in the noise of differenced second derivatives, the noise is the floor."""
+        c = super().correct(x, tangent, fixed)
+        if not c.converged and c.status is CorrectorStatus.NOT_CONVERGED and not self._noisy:
+            self._noisy = True
+            try:
+                c = super().correct(x, tangent, fixed)
+            finally:
+                self._noisy = False
+        return c
 
     def monitor_values(self, u, p, tangent):
         """Return da/ds, the slope of the measure along a curve of peaks, the branch's own boundaries, the bounds of a."""

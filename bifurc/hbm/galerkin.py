@@ -2,10 +2,10 @@
 
 The sign of the speed is taken at H samples of the period, tau_j = 2 pi j/H, with sign(0) = 0; its coefficients are those of
 the discrete Fourier transform; Broyden's good method runs with full steps from one Jacobian and stops on the increment.
-Between the samples' sign changes such a residual is affine, so it has a root only if a sign pattern reproduces itself: for
-alpha = 1.6, N = 40 that is so for 19 of the 85 values of H from 82 on that were tried, for alpha = 1.4 for none.  The one
-thing added is that the residual is looked at when the iteration has stopped: a small increment with a large residual is
-named false convergence.
+Between the samples' sign changes such a residual is affine, so it has a root only if a sign pattern reproduces itself: with
+N = 40, alpha = 1.6 that is so for 19 of 85 values of H between 82 and 256, and for alpha = 1.4 (stick-slip) no H is known
+that works (`studies.broyden_map`).  The one thing added is that the residual is looked at when the iteration has stopped: a
+small increment with a large residual is named false convergence.
 """
 from dataclasses import dataclass
 from enum import StrEnum

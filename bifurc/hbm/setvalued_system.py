@@ -1,19 +1,21 @@
 """Set-valued friction of a system as contacts of a balance, and how far its solution may be from the motion.
 
-Two estimates, of which the smaller is stated:
+Two estimates, of which the smaller is stated, and a third that is added where the kept harmonics hide a slip:
 
 * energy.  With e the error of the speeds, P the kept harmonics, r_h the forces of the solution and monotone friction,
   e^T C e <= -<(1 - P) r_h, e> <= |Y| |(1 - P) r_h|^2, Y the mobility of the contacts beyond the kept harmonics; the true
   forces are assumed to have no more outside the kept harmonics than the sign pattern has.  Needs positive damping.
 * one step.  Speeds outside the kept harmonics follow from the forces there; what they change at the reversals is the
   residual of a Newton step, taken `SAFETY` times (the true error was 2.8 times the step at most in 120 random cases).
+* impulse.  A contact that is held within the kept harmonics although their force exceeds its bounds slips briefly in truth;
+  impulse over mass times duration says how far.
 """
 import numpy as np
 
 from ..elements.local import Affine, affine, rate
 from .balance import Balance as Core
 from .setvalued_parts import Balance, Contact, Linear, SetValuedResult, SetValuedStatus
-from .setvalued_pattern import added, pattern
+from .setvalued_pattern import added, grid_size, on_grid, pattern
 
 SAFETY = 6.0
 BEYOND = 8  # harmonics of the forces, over the highest kept one, that the estimates use
@@ -115,15 +117,44 @@ def estimated_error(core: Core, balance: Balance, result: SetValuedResult) -> tu
         tails[:, k] = -contact_mobility @ forces[:, k]
         far += np.abs(Y @ forces[:, k]) / (k * nu)
     energy_far, energy_first = _energy(core, np.sqrt(mobility * outside), nu)
+    hidden = sum((_unresolved(core, contact, force) for contact, force, width in
+                  zip(balance.contacts, forces, result.widths, strict=True) if width > 0.0), np.zeros(n))
     step = _step(core, balance, result, speeds, tails)
     if step is None:
-        return energy_far, energy_first
+        return energy_far + hidden, energy_first + hidden
     sizes = np.array([[abs(layout.phasor(step, k, dof)) for dof in range(n)] for k in layout.harmonics])
     first = sizes[layout.harmonics.index(layout.periods)] if layout.periods in layout.harmonics else np.zeros(n)
-    rounding = 1e-14 * np.abs(layout.matrix(result.x)).max(axis=0)
+    hidden = hidden + 1e-14 * np.abs(layout.matrix(result.x)).max(axis=0)
     mean = SAFETY * sizes[0] if layout.mean else 0.0
-    return (np.minimum(SAFETY * (sizes.sum(axis=0) + far), energy_far + mean) + rounding,
-            np.minimum(SAFETY * first, energy_first) + rounding)
+    return (np.minimum(SAFETY * (sizes.sum(axis=0) + far), energy_far + mean) + hidden,
+            np.minimum(SAFETY * first, energy_first) + hidden)
+
+
+def _unresolved(core: Core, contact: Contact, force) -> np.ndarray:
+    """Return how far (n,) a contact that is held within the kept harmonics may slip in truth.
+
+    The kept harmonics of its force are what rest asks for.  Where that exceeds a bound the contact slips: the speed is at most
+    the impulse of the excess over the mass, and lasts half as long again as the excess (Den Hartog's short slip, alpha -> beta:
+    3/2 of it); twice that is stated.
+    """
+    layout = core.layout
+    asked = np.zeros(layout.top + 1, complex)
+    asked[list(layout.harmonics)] = force[list(layout.harmonics)]
+    count = 64 * grid_size(max(layout.top, len(contact.upper)))
+    d, up, low = on_grid(asked, count), on_grid(contact.upper, count), on_grid(contact.lower, count)
+    up, low = np.where(up < low, 0.0, up), np.where(up < low, 0.0, low)
+    excess = np.maximum(d - up, 0.0) + np.maximum(low - d, 0.0)
+    if not excess.any():
+        return np.zeros(layout.n)
+    step = 2.0 * np.pi / (float(core.numbers.omega[0]) * count)
+    over = excess > 0.0
+    starts = np.flatnonzero(over & ~np.roll(over, 1))
+    if not len(starts):
+        starts = np.zeros(1, int)
+    moved = 0.0
+    for part in np.split(np.roll(excess, -starts[0]), (starts[1:] - starts[0])):
+        moved += 1.5 * float((part > 0.0).sum()) * step * float(part.sum()) * step
+    return 2.0 * moved * np.abs(np.linalg.solve(core.numbers.M, contact.row))
 
 
 def _energy(core: Core, product: float, nu: float) -> tuple[np.ndarray, np.ndarray]:
@@ -194,8 +225,6 @@ def _square(c, harmonics) -> float:
 
 def _mean_square(contact: Contact, s, width: float) -> float:
     """Return the mean square of a contact force, on a fine grid (it has jumps: to a per cent, from above by rounding up)."""
-    from .setvalued_pattern import grid_size, on_grid
-
     count = 8 * grid_size(len(s))
     up, low, s = on_grid(contact.upper, count), on_grid(contact.lower, count), on_grid(s, count)
     if width > 0.0:

@@ -170,7 +170,7 @@ def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
     positive = values.compressed()
     positive = positive[positive > 0]
     norm = LogNorm(max(positive.min(), 1e-3 * np.median(positive)), positive.max()) if positive.size else None
-    least = norm.vmin if norm else 0.0
+    least = float(norm.vmin or 0.0) if norm else 0.0
     image = ax.imshow(np.ma.maximum(values, least).T, origin="lower", extent=(left, right, bottom, top), norm=norm, cmap=colors,
                       interpolation="nearest", aspect="auto")
     ax.figure.colorbar(image, ax=ax, label=words)

@@ -62,7 +62,7 @@ def _labels(cells: Any, ax: Axes, drawn: dict) -> None:
     codes = np.where(cells.labels >= 0, cells.labels + 3, cells.fates - 1)
     tints = ListedColormap([_WHITE, _LEFT, _BEYOND, *(_COLORS[k % len(_COLORS)][0] for k in range(count))])
     ax.imshow(codes.T, cmap=tints, vmin=-0.5, vmax=count + 2.5, **drawn)
-    handles = []
+    handles: list[Any] = []
     for label, item in enumerate(cells.attractors):
         tint, color = _COLORS[label % len(_COLORS)]
         words = f"{_named(item)}: {_percent(cells.fractions[label])}"

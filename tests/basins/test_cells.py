@@ -33,7 +33,7 @@ def test_cycles_of_a_functional_graph_are_those_of_networkx(images):
                       if len(part) > 1 or graph.has_edge(*[*part] * 2))
     lists = cycles(found, image)
     lists[0] = np.array([size])
-    assert sorted(sorted(cells.tolist()) for cells in lists) == expected and found.count == len(expected)
+    assert sorted(sorted(cells.tolist()) for cells in lists) == expected and found.total == len(expected)
     for cell in range(size):
         walk, steps = cell, 0
         while found.steps[walk]:
@@ -51,15 +51,15 @@ def test_components_are_those_of_networkx_in_topological_order(rng):
         found = components(matrix)
         graph = networkx.DiGraph(list(zip(*matrix.nonzero(), strict=True)))
         expected = {frozenset(map(int, part)) for part in networkx.strongly_connected_components(graph)}
-        assert {frozenset(np.flatnonzero(found.label == k).tolist()) for k in range(found.count)} == expected
+        assert {frozenset(np.flatnonzero(found.label == k).tolist()) for k in range(found.total)} == expected
         tail, head = (found.label[np.array(end)] for end in matrix.nonzero())
         assert (tail >= head).all()
-        for k in range(found.count):
+        for k in range(found.total):
             members = set(np.flatnonzero(found.label == k).tolist())
             assert found.closed[k] == all(set(graph.successors(i)) <= members for i in members)
             assert found.recurrent[k] == (len(members) > 1 or graph.has_edge(*[*members] * 2))
-        wild = rng.permutation(found.count)[found.label]  # as if scipy had numbered them in any order
-        number = _sorted(found.count, *(wild[np.array(end)] for end in matrix.nonzero()))[wild]
+        wild = rng.permutation(found.total)[found.label]  # as if scipy had numbered them in any order
+        number = _sorted(found.total, *(wild[np.array(end)] for end in matrix.nonzero()))[wild]
         assert (number[matrix.nonzero()[0]] >= number[matrix.nonzero()[1]]).all()
 
 
