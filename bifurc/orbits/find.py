@@ -11,7 +11,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .path import constant_path
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from .signature import Signature, divided, repeated, sections
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -87,6 +87,10 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     if not found.success:
         return found
     found = finished(found, closure)
+    if guess is None and closure != 1 and found.closure == 1 and found.family and system.symmetry == -1 and found.periods % 2:
+        # where sliders came to stand is chance: of the family that they label, the symmetric member is given
+        middle = from_map(system, found.state, found.periods, True)
+        found = found if middle is None else finished(middle, closure)
     if hasattr(guess, "harmonic") and not isinstance(guess, PeriodicOrbit):
         found.how["polished"] = "the harmonic orbit given as guess"
         found.how["error of its first harmonic"] = max(
@@ -192,7 +196,8 @@ def from_map(system: System, y0, periods: int, half: bool) -> PeriodicOrbit | No
             if size < CLOSE:
                 motion = simulate(system, y, periods=2 * periods)
                 found = from_motion(system, motion, 0, periods) if motion.success else None
-                if found is not None and found.success and np.abs((found.state - y) / weights).max() < 0.5:
+                near = found is not None and found.success and np.abs((found.state - y) / weights).max() < 0.5
+                if found is not None and near and not (half and found.family and halved(found) is None):
                     found.how["map iterations"] = k
                     return found
             step = np.linalg.lstsq((np.eye(len(y)) - M) * weights, gap, rcond=1e-11)[0] * weights
@@ -438,8 +443,7 @@ def halved(orbit: PeriodicOrbit) -> PeriodicOrbit | None:
 def half_of(scene: Scene, whole: Signature, unknowns) -> tuple[Signature, np.ndarray] | None:
     """Return the signature of the half period and its unknowns, where the second half is the mirror image of the first.
 
-    It begins at an event whose image has the same number among the guards of its mode, or whose row is not divided: the
-    closing row is that of the image.
+    It begins at an event that does not coincide with the one before it.
     """
     rows = np.reshape(unknowns, (len(whole.nodes), -1))
     if not whole.events:
@@ -451,13 +455,13 @@ def half_of(scene: Scene, whole: Signature, unknowns) -> tuple[Signature, np.nda
     later[:, 0] += whole.span
     nodes, rows = np.vstack([whole.nodes, whole.nodes]), np.vstack([rows, later])
     for k in range(count):
-        own = nodes[k:k + count].copy()
-        half = Signature(divided(scene, own, closure=-1), np.zeros(count), 0.5 * whole.span, -1)
+        own = nodes[k:k + count, :ENDING].copy()
+        half = Signature(own, np.zeros(count), 0.5 * whole.span, -1)
         image = repeated(scene, half, rows[k:k + count].ravel())[0].nodes[count:]
         if not np.array_equal(image[:, :AFTER + 1], nodes[k + count:k + 2 * count, :AFTER + 1]):
             return None
-        before, guard = int(own[0, BEFORE]), int(own[0, GUARD])
-        if half.nodes[0, DIVIDE] == 0 or scene.mirror_guard(before, guard) == guard:
+        half = Signature(divided(scene, own, closure=-1), np.zeros(count), 0.5 * whole.span, -1)
+        if half.nodes[0, DIVIDE] != TOGETHER:
             found = rows[k:k + count].copy()
             found[:, 0] -= np.floor(found[0, 0] / whole.span) * whole.span
             return half, found

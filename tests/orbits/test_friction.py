@@ -141,3 +141,21 @@ def test_an_orbit_with_friction_is_saved_and_loaded(tmp_path):
     orbit.save(tmp_path / "orbit.npz")
     again = bf.load(tmp_path / "orbit.npz")
     assert np.array_equal(again.state, orbit.state) and again.system == orbit.system
+
+
+@pytest.mark.parametrize("amplitude", [1.6, 1.4, 1.1])
+def test_a_harmonic_orbit_is_polished(amplitude):
+    system = dry(amplitude=amplitude)
+    balance = bf.find_orbit(system, method=bf.HarmonicBalance(harmonics=20))
+    orbit = bf.find_orbit(system, guess=balance)
+    assert orbit.success and orbit.state == pytest.approx(bf.find_orbit(system, REST).state, abs=1e-12)
+    error = abs(orbit.harmonic(1) - balance.harmonic(1))
+    assert orbit.how["error of its first harmonic"] == pytest.approx(error, rel=1e-12) and 0.0 < error < 0.03
+
+
+def test_without_a_guess_the_symmetric_member_of_a_family_is_given():
+    system = bf.systems.friction_damped_oscillator(omega=96.0, normal_load=100.0, damper="macro")
+    orbit = bf.find_orbit(system)
+    assert orbit.success and orbit.closure == -1 and not orbit.events and orbit.state[2] == pytest.approx(0.0, abs=1e-15)
+    given = bf.find_orbit(system, (*orbit.state[:2], 0.02))
+    assert given.success and given.closure == 1 and given.state[2] == 0.02
