@@ -101,7 +101,7 @@ class BalanceProblem(Problem):
         self.scale = np.array(scale, float)
         self.x0 = np.array(x0, float)
         self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
-        self._law = bool(balance.parts.laws)
+        self._law, self._size_log = bool(balance.parts.laws), 0.0
         self._flat, self._dflat = np.empty_like(path.base), np.empty_like(path.base)
         shape = balance.parts.shape
         kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
@@ -125,7 +125,9 @@ class BalanceProblem(Problem):
     def correct(self, x, tangent, fixed=False) -> Corrected:
         """See `Problem.correct`; one compiled call where no law is sampled."""
         if self._law:
-            return super().correct(x, tangent, fixed)
+            found = super().correct(x, tangent, fixed)
+            found.det_log -= self._size_log  # of rows of unit size, as in `hbm.corrector`
+            return found
         from ..hbm import corrector
 
         path, balance, info = self.path, self.balance, self._info
@@ -145,6 +147,7 @@ class BalanceProblem(Problem):
         status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]), listed=self.listed)
         if status is not MarchStatus.FOLLOWED:
             f = np.full(self.size, np.nan)
+        self._size_log = float(np.log(np.abs(wide * self.scale).max(axis=1) + 1e-300).sum())
         return f.copy(), wide, 2.220446049250313e-16 * (np.abs(wide) @ np.abs(x))
 
     def residual(self, u, p):
