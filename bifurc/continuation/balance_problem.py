@@ -51,8 +51,8 @@ def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, f
         raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
     held = orbit.balance.parts.held
     if held:
-        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish the "
-                         "orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
+        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish "
+                         "the orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
     balance = orbit.balance
     path = path_over(balance, name, bounds)
     size = NATURAL * float(np.abs(orbit.coefficients).max()) or 1.0
@@ -136,8 +136,8 @@ class BalanceProblem(Problem):
                                    self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info, self._events)
         count, residual, contraction, distance, sign, log, _ = info.tolist()
         if status != corrector.CONVERGED:
-            why = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
-            return Corrected(point, tangent, False, why.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
+            failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
+            return Corrected(point, tangent, False, failed.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
                              math.inf, 0.0, -math.inf, NO_MONITORS)
         why = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
         return Corrected(point, new, True, why, int(count), residual, distance, contraction, sign, log, self._values())
@@ -177,7 +177,8 @@ class BalanceProblem(Problem):
         status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False, listed=listed)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
-        watched(self.balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), self.balance.grid, self.balance.room, self._events)
+        balance = self.balance
+        watched(balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), balance.grid, balance.room, self._events)
 
     def _counted(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x``, as they come."""

@@ -36,7 +36,8 @@ def numbers_at(base, index, series, low, high, p, flat, dflat):
 
 
 @both
-def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new, info, events):
+def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new,
+            info, events):
     """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
 
     Parameters
@@ -164,4 +165,4 @@ def watched(shape: Shape, flat, dflat, x, grid: Grid, room: Room, events):
     motion(shape, flat, dflat, x, c, v, cp, vp)
     for k in range(shape.modes.size):
         margins(shape, T, k, room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.samples,
-                grid.cosines.shape[1] - 1, events)
+                grid.cosines, grid.sines, events)

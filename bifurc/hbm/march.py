@@ -32,6 +32,8 @@ def expression(T_U, T_S, T_Z, T_H, rows, Q, excited, c, v, z, out):
     for j in range(out.size):
         total = 0.0
         for q in range(Q):
+            if rows[q] < 0:
+                break
             total += T_U[q] * c[rows[q], j] + T_S[q] * v[rows[q], j]
         out[j] = total
     for x in range(excited.size):
@@ -56,15 +58,16 @@ def slaves(shape: Shape, T: Numbers, k, m, c, v, p, z):
     a = np.empty(c.shape[1])
     for i in range(shape.memory[k]):
         if shape.slaved[k, m, i]:
-            expression(T.ZU[k, m, i], T.ZS[k, m, i], z[:0], T.ZH[k, m, i], shape.rows[k], width(shape, k), shape.excited, c, v,
-                       z[:0], a)
+            expression(T.ZU[k, m, i], T.ZS[k, m, i], z[:0], T.ZH[k, m, i], shape.rows[k], shape.rows.shape[1], shape.excited,
+                       c, v, z[:0], a)
             z[i] = jet(shape.waves, a, p)[0]
 
 
 @njit
 def guard_of(shape: Shape, T: Numbers, k, m, g, c, v, z, a):
     """Write guard ``g`` of mode ``m`` as a polynomial into ``a`` (mi,)."""
-    expression(T.GU[k, m, g], T.GS[k, m, g], T.GZ[k, m, g], T.GH[k, m, g], shape.rows[k], width(shape, k), shape.excited, c, v, z, a)
+    expression(T.GU[k, m, g], T.GS[k, m, g], T.GZ[k, m, g], T.GH[k, m, g], shape.rows[k], shape.rows.shape[1], shape.excited, c, v,
+               z, a)
 
 
 @njit
