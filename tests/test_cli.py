@@ -72,8 +72,22 @@ def test_info_tells_equation_and_defaults(capsys, name):
         assert f"--set {parameter}={value}" in out
 
 
-@pytest.mark.parametrize("name", bf.systems.__all__)
-def test_every_system_has_a_story_that_it_can_tell(name):
+def test_systems_without_a_story_are_driven_by_a_displacement(capsys):
+    driven = set(bf.systems.__all__) - set(STORIES)
+    assert driven == {"macro_slip_contact", "micro_slip_ring", "micro_slip_strip"}
+    for name in driven:
+        code, _, error = said(capsys, "trace", name)
+        assert code == 2 and f"bifurc hysteresis {name}" in error
+
+
+def test_hysteresis_prints_work_and_events_and_draws(capsys, tmp_path):
+    code, out, _ = said(capsys, "hysteresis", "macro_slip_contact", "--out", str(tmp_path))
+    assert code == 0 and "work a period 40.529433" in out and "0.4858075299" in out
+    assert (tmp_path / "macro_slip_contact_loops.png").exists()
+
+
+@pytest.mark.parametrize("name", STORIES)
+def test_every_story_can_be_told(name):
     story = STORIES[name]
     system = getattr(bf.systems, name)()
     assert story.bounds[0] < story.bounds[1]

@@ -15,7 +15,7 @@ from .entropy import BasinEntropy, basin_entropy
 from .grid import Grid
 from .marcher import Marcher
 from .noise import LabelNoise
-from .states import CellState
+from .states import CellState, coded
 from .trust import Trust, trust
 from .uncertainty import RANGE, Uncertainty, uncertainty_exponent
 
@@ -95,8 +95,8 @@ class BasinMap:
 
     @property
     def label_uncertainty(self) -> float:
-        """Predicted fraction of labels that rounding could change, see `LabelNoise`."""
-        return self.noise.at_rounding
+        """Predicted fraction of labels that the error of the computed motion could change, see `LabelNoise`."""
+        return self.noise.at_error
 
     @cached_property
     def trust(self) -> Trust:
@@ -105,8 +105,7 @@ class BasinMap:
 
     def entropy(self, side: int = 5) -> BasinEntropy:
         """Return basin entropy and boundary entropy over boxes of ``side`` cells; infinity counts as a label."""
-        labels = np.where(self.states == CellState.DIVERGED.code, -2, self.labels)
-        return basin_entropy(labels, side, self.starts)
+        return basin_entropy(coded(self.labels, self.states), side, self.starts)
 
     def uncertainty(self, low: float = RANGE[0], high: float = RANGE[1], **options) -> Uncertainty:
         """Return the uncertainty exponent with its error, see `bifurc.basins.uncertainty.uncertainty_exponent`."""
@@ -176,7 +175,7 @@ class BasinMap:
         measured = ", ".join(f"{f:.2g} at {e:.0e}" for e, f in zip(noise.perturbations, noise.changed, strict=True))
         lines.append(f"labels changed by perturbations: {measured or 'not measured'} ({noise.samples} starts)")
         lines.append(f"uncertainty exponent {noise.exponent:.3f} +- {noise.exponent_error:.3f}; predicted fraction of "
-                     f"untrustworthy labels {noise.at_rounding:.1e}")
+                     f"untrustworthy labels {noise.at_error:.1e}")
         if min(self.labels.shape) >= 5:
             entropy = self.entropy()
             proof = " (above ln 2: fractal)" if entropy.fractal else ""

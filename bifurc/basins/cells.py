@@ -11,10 +11,10 @@ from ..progress import Progress
 from ..system import System
 from .attractors import ChaoticAttractor
 from .cellmap import Audit, CellFate, CellMap, Group, GroupKind
-from .confirming import NO_START, MapJudge, SystemJudge, cells_around
+from .confirming import MapJudge, SystemJudge, cells_around
 from .grid import Grid
 from .simple import colour, cycles
-from .states import OUTSIDE
+from .states import NO_START, OUTSIDE
 
 CHUNK = 2048  # starts that are mapped at a time
 RANDOM_STARTS = 64  # whose motions are followed too: an attractor may lie in no group of cells that are too large

@@ -10,10 +10,9 @@ from .attractors import ChaoticAttractor, section_points
 from .discovery import Discovery
 from .grid import Grid
 from .marcher import Marcher, Targets
-from .states import DIVERGED, OUTSIDE, REACHED
+from .states import INFINITY, coded
 
-NO_START, INFINITY = -2, -3  # answers for a start beyond a rigid stop, and for a motion that leaves all bounds
-PIECE = 512  # starts that a thread labels at a time
+PIECE = 512  # starts that a thread labels at a time, at least
 DIFFERENCE = 1e-6  # of Jacobians of maps, relative to the grid
 CLOSED = 1e-12  # relative residual of a cycle of a map
 SETTLING = 512  # iterates before a cycle of a map is looked for
@@ -56,15 +55,19 @@ class MapCycle:
 
 def followed(marcher: Marcher, targets: Targets, starts: np.ndarray, most: int, workers: int) -> np.ndarray:
     """Return the attractors (k,) that the motions from ``starts`` (k, ns) reach; -1: none, `NO_START`, `INFINITY`."""
-    parts = [starts[i:i + PIECE].copy() for i in range(0, len(starts), PIECE)]
     with ThreadPoolExecutor(workers) as pool:
-        found = list(pool.map(lambda part: marcher.label(part, targets, most), parts))
+        parts = pieces(len(starts), marcher, workers)
+        found = list(pool.map(lambda part: marcher.label(starts[part].copy(), targets, most), parts))
     if not found:
         return np.empty(0, np.int64)
-    states = np.concatenate([item.states for item in found])
-    labels = np.where(states == REACHED, np.concatenate([item.labels for item in found]), -1)
-    labels[states == OUTSIDE], labels[states == DIVERGED] = NO_START, INFINITY
-    return labels
+    labels, states = (np.concatenate([getattr(item, name) for item in found]) for name in ("labels", "states"))
+    return coded(labels, states)
+
+
+def pieces(count: int, marcher: Marcher, workers: int) -> list[slice]:
+    """Return how starts are best divided among threads; labels do not depend on it."""
+    size = min(marcher.chunk, max(PIECE, -(-count // workers)))
+    return [slice(first, first + size) for first in range(0, count, size)]
 
 
 def cells_around(grid: Grid, points: np.ndarray) -> np.ndarray:

@@ -84,13 +84,13 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
     nx = 2 + kind.forcings
     candidates = T.then.shape[2]
     P = np.zeros((modes, _places(kind)["NUMBERS"]))
-    I = np.zeros((modes, 3 + most * (5 + candidates)), np.int64)
+    I = np.zeros((modes, 3 + most * (4 + candidates)), np.int64)
     at = _places(kind)
     flow = T.YT @ powers  # (modes, ns, nx) state after h
     for m in range(modes):
         guards = int(T.n_guards[m])
         p = P[m]
-        p[at["STEP"]], p[at["OMEGA"]] = h, omega
+        p[at["STEP"]], p[at["OMEGA"]], p[at["REACH"]] = h, omega, T.step[m]
         p[at["FLOW"]:at["FLOW"] + 2 * nx] = flow[m].ravel()
         p[at["STATES"]:at["SERIES"]] = T.YT[m, 0].ravel()
         if T.n_holds[m]:
@@ -118,7 +118,7 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
                 p[start + c + 1] -= 2.0 * k * omega * rows[c, 2]
             start = at["SERIES"] + g * nx * (TERMS_ORDER + 1)
             p[start:start + rows.size] = rows.ravel()
-            start = 3 + g * (5 + candidates)
+            start = 3 + g * (4 + candidates)
             hit = T.kick[m, g] == 1 or T.kind[m, g] == EventKind.CONTACT.code
             I[m, start:start + 4] = T.kick[m, g], np.any(T.D[m, g]), T.ends_in[m, g], hit
             I[m, start + 4:start + 4 + candidates] = T.then[m, g]
@@ -170,7 +170,7 @@ def _lap_numbers(T: Tables, kind: Kind, home: int, h: float, flow: np.ndarray, p
 def _places(kind: Kind) -> dict[str, int]:
     """Return the places in the numbers of a mode: those of `bifurc.basins.lanesperiod`."""
     guards, nx, terms = kind.guards, 2 + kind.forcings, TERMS_ORDER + 1
-    sizes = {"STEP": 1, "OMEGA": 1, "RATIOS": guards, "KAPPAS": guards, "FLOW": 2 * nx, "VALUE": guards * nx,
+    sizes = {"STEP": 1, "OMEGA": 1, "REACH": 1, "RATIOS": guards, "KAPPAS": guards, "FLOW": 2 * nx, "VALUE": guards * nx,
              "SLOPE": guards * nx, "BOUND": guards * nx, "RESET": 2 * guards * nx, "PUSH": guards * nx,
              "PUSH_RATE": guards * nx, "HOLD": nx, "PLACE": nx, "STATES": nx * terms, "SERIES": guards * nx * terms,
              "NUMBERS": 0}

@@ -35,8 +35,8 @@ def move(W, to, source):
 
 
 @njit
-def around(W, index, active, numbers, grid, home, strangers, modes):
-    """Carry all lanes over a period by the lap; return how many are set aside, also those whose mode is not its own."""
+def around(W, index, active, numbers, grid, home, strangers, modes, limit):
+    """Carry all lanes over a period by the lap; return how many are set aside: also other modes, too many events, the lost."""
     for l in range(active):
         W[Q0 + l], W[V0 + l] = W[Q + l], W[V + l]
     lap(W, index, active, numbers, grid)
@@ -46,7 +46,7 @@ def around(W, index, active, numbers, grid, home, strangers, modes):
                 W[SET_ASIDE + l] = 1.0
     count = 0
     for l in range(active):
-        lost = not ((abs(W[Q + l]) < FAR) & (abs(W[V + l]) < FAR))
+        lost = not ((abs(W[Q + l]) < FAR) & (abs(W[V + l]) < FAR) & (W[LAP_HITS + l] <= limit))
         W[SET_ASIDE + l] = 1.0 if lost else W[SET_ASIDE + l]
         W[FOUND + l] = 0.0
         count += W[SET_ASIDE + l] > 0.0
@@ -115,7 +115,7 @@ def carry(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
                 active += 1
             following += 1
         for _ in range(periods):
-            count, failed = around(W, index, active, numbers, grid, home, strangers, at), 0
+            count, failed = around(W, index, active, numbers, grid, home, strangers, at, limit), 0
             if count > 0:
                 strangers, failed = mend(P, I, harmonics, phases, forced, home, at, W, active, y, a, out, stack, force, due,
                                          tally, limit)
@@ -161,7 +161,7 @@ def label(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
             following += 1
         if active == 0:
             return
-        if around(W, index, active, numbers, grid, home, strangers, at) > 0:
+        if around(W, index, active, numbers, grid, home, strangers, at, limit) > 0:
             strangers, _ = mend(P, I, harmonics, phases, forced, home, at, W, active, y, a, out, stack, force, due, tally, limit)
         counted(W, active)
         for t in range(points.shape[0]):

@@ -17,7 +17,8 @@ ASIDE = 100  # what `period` does not decide: the caller takes the simulation
 NX = 2 + FORCINGS
 TERMS = ORDER + 1
 # numbers of a mode: blocks over (q, v, forcing states), the guards' one after the other; Taylor rows at the end
-STEP, OMEGA, RATIOS, KAPPAS, FLOW = 0, 1, 2, 2 + GUARDS, 2 + 2 * GUARDS
+STEP, OMEGA, REACH = 0, 1, 2  # substep of the lanes, frequency, step of the mode's own tables
+RATIOS, KAPPAS, FLOW = 3, 3 + GUARDS, 3 + 2 * GUARDS
 VALUE = FLOW + 2 * NX
 SLOPE = VALUE + GUARDS * NX
 BOUND = SLOPE + GUARDS * NX
@@ -113,7 +114,7 @@ def closing(P, m, g, q, w, v, u):
     r = P[m, RATIOS + g]
     span = 2.0 * r * v
     unit = CLOSE * (1.0 - r) * push
-    return span <= unit * P[m, STEP] and span * abs(P[m, KAPPAS + g]) <= unit and (
+    return span <= unit * P[m, REACH] and span * abs(P[m, KAPPAS + g]) <= unit and (
         span * abs(row(P, m, PUSH_RATE + g * NX, q, u, w)) <= unit * push)
 
 

@@ -20,7 +20,7 @@ from .executors import check_executor, run_chunks, user_parts
 from .grid import Grid
 from .labelling import Labeller, label_part
 from .marcher import Cells, Marcher
-from .states import REACHED, UNSETTLED
+from .states import DIVERGED, REACHED, UNSETTLED, coded
 
 RANDOM_STARTS = 64  # from which attractors are looked for first
 LOOKED = 16  # unsettled starts that are examined before the rest is labelled again
@@ -169,12 +169,12 @@ class _Work:
         waiting = np.flatnonzero((cells.labels == NEW) | ((cells.states == UNSETTLED) & (seen < count)))
         parts = self.labeller.parts(waiting, self.store.folder is not None, self.workers)
         fresh = [float(np.count_nonzero(cells.labels[part] == NEW)) for part in parts]
-        outcome = run_chunks(self.store, label_part, [self.labeller.payload(self.starts[part], targets, self.most) for part in parts],
-                             bar=self.bar, weights=fresh, note=f"{count} attractors", **self.run)
+        payloads = [self.labeller.payload(self.starts[part], targets, self.most) for part in parts]
+        outcome = run_chunks(self.store, label_part, payloads, bar=self.bar, weights=fresh, note=f"{count} attractors", **self.run)
         if outcome.failures:
             first, why = next(iter(outcome.failures.items()))
-            raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks of starts failed; the others are finished, and kept where a "
-                               f"file is given. Chunk {first}, from {self.starts[parts[first][0]].tolist()} on: {why}")
+            raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks failed; the others are finished, and kept "
+                               f"where a file is given. Chunk {first}, from {self.starts[parts[first][0]].tolist()} on: {why}")
         for part, result in zip(parts, outcome.results, strict=True):
             assert result is not None
             for name, mine in cells._asdict().items():
@@ -185,8 +185,9 @@ class _Work:
 
     def _noise(self, cells: Cells) -> noise.LabelNoise:
         """Measure how labels change with the start."""
-        counted = np.flatnonzero((cells.states == REACHED) | (cells.states == UNSETTLED))
-        if len(self.found.attractors) < 2 and np.all(cells.labels[counted] == cells.labels[counted][:1]):
+        counted = np.flatnonzero((cells.states == REACHED) | (cells.states == UNSETTLED) | (cells.states == DIVERGED))
+        labels = coded(cells.labels, cells.states)
+        if len(self.found.attractors) < 2 and np.all(labels[counted] == labels[counted][:1]):
             return noise.LabelNoise(np.empty(0), np.empty(0), 0, 1.0, 0.0, 0.0)
         rng = np.random.default_rng([self.options["seed"], 1])
         mean = cells.periods[counted].mean()
@@ -200,9 +201,10 @@ class _Work:
 
         def relabel(starts: np.ndarray) -> np.ndarray:
             found = self._parallel(starts, targets)
-            return np.where((found.states == REACHED) | (found.states == UNSETTLED), found.labels, -2)
+            return coded(found.labels, found.states)
 
-        return noise.measure(relabel, self.starts[chosen], cells.labels[chosen], steps, rng)
+        error = noise.ROUNDING if self.scene.closed_form else max(self.marcher.error, noise.INTEGRATED)
+        return noise.measure(relabel, self.starts[chosen], labels[chosen], steps, rng, error)
 
     def _parallel(self, starts: np.ndarray, targets) -> Cells:
         parts = [starts[i:i + 256].copy() for i in range(0, len(starts), 256)]

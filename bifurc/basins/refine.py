@@ -16,11 +16,11 @@ from ..system import System
 from .attractors import targets_of
 from .basinmap import BasinMap
 from .cellmap import Audit
-from .confirming import INFINITY, NO_START, PIECE
+from .confirming import pieces
 from .grid import Grid
 from .mapping import basins_of_attraction
 from .marcher import Cells, Marcher
-from .states import DIVERGED, OUTSIDE, REACHED, UNSETTLED
+from .states import REACHED, UNSETTLED, coded
 
 COARSE = 96  # cells a side of the first lattice, at least
 PAYS = 0.6  # predicted share of evaluations up to which refinement is worth its misses
@@ -158,11 +158,6 @@ def prediction(codes: np.ndarray, grid: Grid, step: int) -> tuple[float, float]:
     return min(total, 1.0), exponent
 
 
-def coded(labels: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Return labels with codes for cells that are no starts and for infinity."""
-    return np.where(states == OUTSIDE, NO_START, np.where(states == DIVERGED, INFINITY, labels))
-
-
 def mixed(codes: np.ndarray, grid: Grid) -> np.ndarray:
     """Return which lattice points have a neighbour (corners included) of another label."""
     from scipy.ndimage import maximum_filter, minimum_filter
@@ -199,15 +194,12 @@ class _Refining:
         from concurrent.futures import ThreadPoolExecutor
         states = np.tile(self.base, (len(numbers), 1))
         states[:, self.places] = self.grid.points(numbers)
-        parts, most = range(0, len(numbers), PIECE), self.coarse.options["max_periods"]
-
-        def part_of(i: int) -> Cells:
-            return self.marcher.label(states[i:i + PIECE].copy(), self.targets, most)
-
+        parts, most = pieces(len(numbers), self.marcher, self.workers), self.coarse.options["max_periods"]
         with ThreadPoolExecutor(self.workers) as pool:
-            for i, part in zip(parts, pool.map(part_of, parts), strict=True):
-                for mine, values in zip(self.cells, part, strict=True):
-                    mine[numbers[i:i + PIECE]] = values
+            found = pool.map(lambda part: self.marcher.label(states[part].copy(), self.targets, most), parts)
+            for part, cells in zip(parts, found, strict=True):
+                for mine, values in zip(self.cells, cells, strict=True):
+                    mine[numbers[part]] = values
         self.known[numbers] = True
 
     def refine(self) -> Audit:

@@ -1,6 +1,8 @@
 """What became of a start."""
 from enum import StrEnum
 
+import numpy as np
+
 
 class CellState(StrEnum):
     """Outcome of a cell; the position in ``tuple(CellState)`` is the code in `BasinMap.states`."""
@@ -35,3 +37,9 @@ _SENTENCES = {
 }
 REACHED, UNSETTLED, OUTSIDE, DIVERGED, CROWDED, STUCK = range(6)  # the codes, as kernels know them
 ASK = 6  # the kernel leaves the cell to the general march
+NO_START, INFINITY = -2, -3  # coded labels of a start beyond a rigid stop, and of a motion that leaves all bounds
+
+
+def coded(labels: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Return labels with codes of their own for cells that are no starts and for infinity."""
+    return np.where(states == OUTSIDE, NO_START, np.where(states == DIVERGED, INFINITY, labels))

@@ -1,8 +1,10 @@
-"""How far a basin map can be trusted: which labels rounding is expected to change, and the errors of the fractions."""
+"""How far a basin map can be trusted: how many labels its errors may change, and the errors of the fractions."""
 from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from .noise import ROUNDING
 
 FEW = 1e-3  # expected share of wrong labels up to which single cells are spoken of
 
@@ -21,9 +23,10 @@ class TrustKind(StrEnum):
 
 
 _SENTENCES = {
-    TrustKind.CELLS: "Every label can be trusted: rounding is expected to change none.",
+    TrustKind.CELLS: "Every label can be trusted: the error of the computed motion is expected to change none.",
     TrustKind.MOST_CELLS: "Labels can be trusted but for a few beside boundaries.",
-    TrustKind.FRACTIONS: "No single label is promised: the boundary is so intricate that rounding decides; the fractions hold.",
+    TrustKind.FRACTIONS: "No single label is promised: the boundary is so intricate that errors of the computed motion decide; the "
+                         "fractions hold.",
 }
 
 
@@ -31,22 +34,24 @@ class Trust(NamedTuple):
     """What a basin map can promise, with numbers."""
 
     kind: TrustKind
-    wrong: float  # expected number of labels that rounding changes
+    wrong: float  # expected number of labels that errors of the computed motion change
     cells: int  # that are starts
     exponent: float  # uncertainty exponent
+    size: float  # scaled error of a forcing period
     fractions: dict  # label -> (fraction, standard error)
 
     @property
     def statement(self) -> str:
         """Two sentences for a report or a caption."""
         share = self.wrong / max(self.cells, 1)
+        cause = "rounding" if self.size <= ROUNDING else f"an error of {self.size:.0e} a period"
         if self.kind is TrustKind.CELLS:
-            first = f"Every label can be trusted: rounding is expected to change {self.wrong:.0e} of {self.cells}."
+            first = f"Every label can be trusted: {cause} is expected to change {self.wrong:.0e} of {self.cells}."
         elif self.kind is TrustKind.MOST_CELLS:
             first = (f"Labels can be trusted but for about {max(self.wrong, 1):.0f} of {self.cells} beside boundaries, which "
-                     "rounding may change.")
+                     f"{cause} may change.")
         else:
-            first = (f"No single label is promised: rounding alone is expected to change {100 * share:.2g} % of {self.cells} "
+            first = (f"No single label is promised: {cause} alone is expected to change {100 * share:.2g} % of {self.cells} "
                      f"(uncertainty exponent {self.exponent:.2g}).")
         shares = ", ".join(f"{value:.4f} +- {error:.1g}" for label, (value, error) in self.fractions.items() if label != -1)
         return f"{first} Fractions{' hold' if self.kind is TrustKind.FRACTIONS else ''}: {shares or 'none'}."
@@ -58,7 +63,7 @@ def trust(basins: Any) -> Trust:
     wrong = basins.label_uncertainty * cells
     kind = TrustKind.CELLS if wrong < 0.5 else TrustKind.MOST_CELLS if wrong <= FEW * cells else TrustKind.FRACTIONS
     errors = fraction_errors(basins.labels, basins.starts)
-    return Trust(kind, float(wrong), cells, basins.noise.exponent,
+    return Trust(kind, float(wrong), cells, basins.noise.exponent, basins.noise.size,
                  {label: (value, errors.get(label, 0.0)) for label, value in basins.fractions.items() if isinstance(label, int)})
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compose.scene import scene_of
-from .confirming import NO_START
+from .periodmap import Kernel, PeriodMap
+from .states import NO_START
 
 RANGE = 1e-4, 3e-2  # of perturbations, in units of the states
 RUNGS = 6
@@ -70,7 +70,7 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
         Sizes between them, evenly spaced in the logarithm.
     samples : int, optional
         Random starts; each is compared with one partner a size, in a random direction.  Default: 20000, where motions are simulated
-        one by one (laws that are not affine) 4000.
+        one by one 4000.
     seed : int
     workers : int, optional
         Threads; default: one a processor.
@@ -87,7 +87,7 @@ def uncertainty_exponent(basins: Any, low: float = RANGE[0], high: float = RANGE
     if not (0.0 < float(low) < float(high) < np.inf):
         raise ValueError(f"low = {low!r}, high = {high!r} are not allowed; write sizes 0 < low < high")
     if samples is None:
-        samples = MANY if scene_of(basins.system).closed_form else SOME
+        samples = SOME if PeriodMap(basins.system).kernel is Kernel.SIMULATION else MANY
     for name, value, least in (("rungs", rungs, 3), ("samples", samples, 1)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise ValueError(f"{name} = {value!r} is not allowed; it must be a whole number of at least {least}")

@@ -1,4 +1,4 @@
-"""Command line: ``bifurc trace SYSTEM``, ``bifurc basins SYSTEM``, ``bifurc sweep SYSTEM``, ``bifurc info [SYSTEM]``; one file a command.
+"""Command line: ``bifurc trace|frf|basins|sweep|hysteresis SYSTEM`` and ``bifurc info [SYSTEM]``; one file a command.
 
 Every command is the Python of the tutorials with names in place of variables.  Files are renamed into place as soon as
 they are complete, so that an interrupt loses nothing that is finished.
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import bifurc as bf
 
-from . import branches, info, maps, sweeps
+from . import branches, frf, info, loops, maps, sweeps
 from .common import Parser, shared
 
 _INTERRUPTED = 130  # exit code of shells for a program that was interrupted
@@ -45,6 +45,8 @@ def _parser() -> Parser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     branches.add(commands, shared())
     maps.add(commands, shared())
+    frf.add(commands, shared())
+    loops.add(commands, shared())
     sweeps.add(commands, shared())
     info.add(commands)
     return parser

@@ -27,6 +27,9 @@ STORIES = {
     "bilinear_oscillator": Story("omega", (0.5, 2.5), {"omega": 1.29}, {"q0": (-2.0, 2.0), "v0": (-3.0, 3.0)}),
     "duffing_oscillator": Story("omega", (0.5, 2.5), {"omega": 1.5}, {"q0": (-2.5, 2.5), "v0": (-4.0, 4.0)}),
     "bouncing_ball": Story("amplitude", (0.3, 1.2), {}, {"q0": (0.5, 8.0), "v0": (-4.0, 4.0)}, (2.487161, 2.368808)),
+    "dry_friction_oscillator": Story("amplitude", (1.1, 2.0), {}, {"q0": (-2.0, 2.0), "v0": (-3.0, 3.0)}),
+    "jenkins_oscillator": Story("omega", (0.4, 2.0), {}, {"q0": (-4.0, 4.0), "v0": (-4.0, 4.0)}),
+    "friction_damped_oscillator": Story("omega", (90.0, 104.0), {}, {"q0": (-2.0, 2.0), "v0": (-200.0, 200.0)}),
     "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
 }
 
@@ -63,13 +66,11 @@ def system_name(system: str) -> str:
     return name
 
 
-def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
-    """Return the name, the built system and its story."""
-    name = system_name(options.system)
-    builder = getattr(bf.systems, name)
-    kinds = {key: type(value) for key, value in builder().parameters.items()}
+def set_values(name: str, settings: list[str]) -> dict[str, Any]:
+    """Return the values of ``NAME=VALUE`` by name, in the types of the builder's own."""
+    kinds = {key: type(value) for key, value in getattr(bf.systems, name)().parameters.items()}
     changes = {}
-    for item in options.set:
+    for item in settings:
         key, equals, text = item.partition("=")
         if not equals:
             raise UsageError(f"--set takes NAME=VALUE, got {item!r}")
@@ -78,9 +79,17 @@ def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
             changes[key] = kind(text)
         except ValueError:
             raise UsageError(f"--set {key} takes a value of type {kind.__name__}, got {text!r}") from None
+    return changes
+
+
+def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
+    """Return the name, the built system and its story."""
+    name = system_name(options.system)
     if options.cells < 2:
         raise UsageError(f"--cells must be at least 2, got {options.cells}")
-    return name, builder(**changes), STORIES[name]
+    if name not in STORIES:
+        raise UsageError(f"{name} is driven by a displacement: its motion is given; `bifurc hysteresis {name}` shows its forces")
+    return name, getattr(bf.systems, name)(**set_values(name, options.set)), STORIES[name]
 
 
 def folder_of(text: str) -> Path:

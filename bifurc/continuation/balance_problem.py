@@ -51,8 +51,8 @@ def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, f
         raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
     held = orbit.balance.parts.held
     if held:
-        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish the "
-                         "orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
+        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish "
+                         "the orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
     balance = orbit.balance
     path = path_over(balance, name, bounds)
     size = NATURAL * float(np.abs(orbit.coefficients).max()) or 1.0
@@ -101,7 +101,7 @@ class BalanceProblem(Problem):
         self.scale = np.array(scale, float)
         self.x0 = np.array(x0, float)
         self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
-        self._law = bool(balance.parts.laws)
+        self._law, self._size_log = bool(balance.parts.laws), 0.0
         self._flat, self._dflat = np.empty_like(path.base), np.empty_like(path.base)
         shape = balance.parts.shape
         kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
@@ -125,7 +125,9 @@ class BalanceProblem(Problem):
     def correct(self, x, tangent, fixed=False) -> Corrected:
         """See `Problem.correct`; one compiled call where no law is sampled."""
         if self._law:
-            return super().correct(x, tangent, fixed)
+            found = super().correct(x, tangent, fixed)
+            found.det_log -= self._size_log  # of rows of unit size, as in `hbm.corrector`
+            return found
         from ..hbm import corrector
 
         path, balance, info = self.path, self.balance, self._info
@@ -134,8 +136,8 @@ class BalanceProblem(Problem):
                                    self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info, self._events)
         count, residual, contraction, distance, sign, log, _ = info.tolist()
         if status != corrector.CONVERGED:
-            why = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
-            return Corrected(point, tangent, False, why.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
+            failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
+            return Corrected(point, tangent, False, failed.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
                              math.inf, 0.0, -math.inf, NO_MONITORS)
         why = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
         return Corrected(point, new, True, why, int(count), residual, distance, contraction, sign, log, self._values())
@@ -145,6 +147,7 @@ class BalanceProblem(Problem):
         status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]), listed=self.listed)
         if status is not MarchStatus.FOLLOWED:
             f = np.full(self.size, np.nan)
+        self._size_log = float(np.log(np.abs(wide * self.scale).max(axis=1) + 1e-300).sum())
         return f.copy(), wide, 2.220446049250313e-16 * (np.abs(wide) @ np.abs(x))
 
     def residual(self, u, p):
@@ -174,7 +177,8 @@ class BalanceProblem(Problem):
         status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False, listed=listed)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
-        watched(self.balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), self.balance.grid, self.balance.room, self._events)
+        balance = self.balance
+        watched(balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), balance.grid, balance.room, self._events)
 
     def _counted(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x``, as they come."""

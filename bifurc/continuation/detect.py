@@ -27,6 +27,8 @@ ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
 NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
+ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
+ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -326,7 +328,7 @@ def at_end(half, row):
     found = []
     for j in part.events:
         value = row.tests[j]
-        if not abs(value) <= (BOUNDARY_BAND if j == 0 else 1e-8 * max(half.sizes[j], 1e-300)):
+        if not abs(value) <= (BOUNDARY_BAND if j == 0 else 1e-8 * max(half.sizes[j], size_beside(half, row, j), 1e-300)):
             continue
         if any(other.kind is part.kinds[j] and abs(other.s - row.s) < 1e-5 for other in half.found):
             continue
@@ -349,6 +351,17 @@ def at_end(half, row):
                                row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part,
                                reverses=j == 0, corrected=c))
     return found
+
+
+def size_beside(half, row, j):
+    """Size of test ``j`` as its slope at a first row says, whose own value may be a zero; 0 where there are other rows."""
+    if len(half.rows) > 1 or half.sizes[j] > abs(row.tests[j]) or abs(row.tests[j]) > ASIDE_VALUE:
+        return 0.0
+    try:
+        c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
+    except Exception:  # the problem's own code
+        return 0.0
+    return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0
 
 
 def dip(half, row, new):

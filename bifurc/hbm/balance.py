@@ -58,7 +58,8 @@ class Balance:
     array([ 0., -1.,  0.,  0.,  0.,  0.,  0.])
     """
 
-    def __init__(self, system: System, layout: Layout, samples: int = 0, law_samples: int | None = None, parts: Parts | None = None):
+    def __init__(self, system: System, layout: Layout, samples: int = 0, law_samples: int | None = None,
+                 parts: Parts | None = None):
         self.system, self.layout, self.samples = system, layout, int(samples)
         self.parts = split(system, layout) if parts is None else parts
         self.size = layout.size

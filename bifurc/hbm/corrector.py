@@ -36,7 +36,8 @@ def numbers_at(base, index, series, low, high, p, flat, dflat):
 
 
 @both
-def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new, info, events):
+def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new,
+            info, events):
     """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
 
     Parameters
@@ -69,7 +70,7 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
     for i in range(size + 1):
         biggest = max(biggest, abs(x[i] / scale[i]))
     rounding = 4.0 * EPS * (1.0 + biggest)
-    sign, log, count = 0.0, 0.0, 0
+    sign, log, size_log, count = 0.0, 0.0, 0.0, 0
     slopes = size > 0  # a literal would compile everything again
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
     for count in range(MAX_ITERATIONS + 1):
@@ -79,13 +80,16 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return MARCH
-        biggest, small = 0.0, True
+        biggest, small, size_log = 0.0, True, 0.0
         for i in range(size):
-            floor, f = 0.0, abs(room.f[i])
+            floor, f, top = 0.0, abs(room.f[i]), 1e-300
             for j in range(size + 1):
                 w = room.wide[i, j]
                 floor += abs(w * x[j])
-                matrix[i, j] = w * scale[j]
+                w *= scale[j]
+                matrix[i, j] = w
+                top = max(top, abs(w))
+            size_log += np.log(top)
             if not np.isfinite(f + floor):
                 return NOT_FINITE
             if f > EPS * floor:
@@ -137,7 +141,8 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
     moved = 0.0
     for i in range(size + 1):
         moved += ((x[i] - start[i]) / scale[i])**2
-    info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = contraction, np.sqrt(moved), sign, log
+    # the determinant of rows of unit size: that of the plain one grows by orders in a step, with the squares of harmonics
+    info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = contraction, np.sqrt(moved), sign, log - size_log
     watched(shape, flat, dflat, x[:size], grid, room, events)
     return CONVERGED
 
@@ -160,4 +165,4 @@ def watched(shape: Shape, flat, dflat, x, grid: Grid, room: Room, events):
     motion(shape, flat, dflat, x, c, v, cp, vp)
     for k in range(shape.modes.size):
         margins(shape, T, k, room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.samples,
-                grid.cosines.shape[1] - 1, events)
+                grid.cosines, grid.sines, events)

@@ -16,8 +16,8 @@ NEXT = 2  # the doubled set reaches to this many times the top harmonic
 def longer(layout: Layout, factor: int = NEXT) -> Layout:
     """Return the layout with the harmonics up to ``factor`` times its top; only odd ones if it holds only odd ones."""
     step = 2 if all(k % 2 for k in layout.harmonics) else 1
-    start = layout.top + step
-    return Layout((*layout.harmonics, *range(start, factor * layout.top + 1 if layout.top > 1 else 4, step)), layout.n, layout.periods)
+    stop = factor * layout.top + 1 if layout.top > 1 else 4
+    return Layout((*layout.harmonics, *range(layout.top + step, stop, step)), layout.n, layout.periods)
 
 
 def truncation(balance: Balance, x) -> np.ndarray | None:

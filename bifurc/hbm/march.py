@@ -17,6 +17,7 @@ from .waves import jet, powers, size, value
 FOLLOWED, INCONSISTENT, TOO_MANY, NOT_SETTLED, NOT_FINITE = range(5)  # codes, see `MarchStatus`
 PERIODS = 8  # most periods until memory has to repeat
 ROUNDING = 1e-12  # of the size of a guard or its derivative (times the top harmonic): zero
+SAME = 1e-14  # difference of phases that is none
 REPEATS = 1e-11  # relative difference of memory after a period
 SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
 
@@ -31,6 +32,8 @@ def expression(T_U, T_S, T_Z, T_H, rows, Q, excited, c, v, z, out):
     for j in range(out.size):
         total = 0.0
         for q in range(Q):
+            if rows[q] < 0:
+                break
             total += T_U[q] * c[rows[q], j] + T_S[q] * v[rows[q], j]
         out[j] = total
     for x in range(excited.size):
@@ -55,15 +58,16 @@ def slaves(shape: Shape, T: Numbers, k, m, c, v, p, z):
     a = np.empty(c.shape[1])
     for i in range(shape.memory[k]):
         if shape.slaved[k, m, i]:
-            expression(T.ZU[k, m, i], T.ZS[k, m, i], z[:0], T.ZH[k, m, i], shape.rows[k], width(shape, k), shape.excited, c, v,
-                       z[:0], a)
+            expression(T.ZU[k, m, i], T.ZS[k, m, i], z[:0], T.ZH[k, m, i], shape.rows[k], shape.rows.shape[1], shape.excited,
+                       c, v, z[:0], a)
             z[i] = jet(shape.waves, a, p)[0]
 
 
 @njit
 def guard_of(shape: Shape, T: Numbers, k, m, g, c, v, z, a):
     """Write guard ``g`` of mode ``m`` as a polynomial into ``a`` (mi,)."""
-    expression(T.GU[k, m, g], T.GS[k, m, g], T.GZ[k, m, g], T.GH[k, m, g], shape.rows[k], width(shape, k), shape.excited, c, v, z, a)
+    expression(T.GU[k, m, g], T.GS[k, m, g], T.GZ[k, m, g], T.GH[k, m, g], shape.rows[k], shape.rows.shape[1], shape.excited, c, v,
+               z, a)
 
 
 @njit
@@ -190,6 +194,15 @@ def overshoot(waves, a, t, h):
         if value(waves, a, end)[1] <= 0.0:
             break
     return value(waves, a, summit(waves, a, max(end - h, t), end))[0] / size(a)
+
+
+@njit
+def forgets(shape: Shape, k, m):
+    """Return whether a mode writes all memory when it is left."""
+    for i in range(shape.memory[k]):
+        if not shape.slaved[k, m, i]:
+            return False
+    return shape.memory[k] > 0
 
 
 @njit
@@ -372,10 +385,15 @@ def exact(shape: Shape, T: Numbers, k, c, v, U, V, dU, dV, excite, dexcite, skip
                         break
                 if after < 0:
                     return INCONSISTENT
+                again = period > 0 and events < count[0] - 1 and path[events, MODE] == m and path[events, GUARD] == which \
+                    and path[events, AFTER] == after and abs(ends[events, 0] - soonest) <= SAME and forgets(shape, k, m)
                 path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
                 ends[events, 0], ends[events, 1] = soonest, soonest
                 if writes(shape, k, m):
                     wrote, at, path[events, WROTE] = m, soonest, m
+                if again:  # all memory is that of the period before, which was followed from here on
+                    count[1] = period + 1
+                    return FOLLOWED
                 events += 1
                 m, t = after, soonest
                 if not ready[m]:
@@ -478,9 +496,9 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, skip, touch, path, 
     for n in range(modes):
         tabulated(shape, T, k, n, U, V, excite, 1.0, values[n], slaved[n])
     guards, trial, then, byZ = shape.guards[k], shape.trial[k], shape.then[k], T.GZ[k]
-    follows, forgets = shape.slaved[k], np.zeros(modes, np.bool_)
+    follows, writing, whole = shape.slaved[k], np.zeros(modes, np.bool_), np.zeros(modes, np.bool_)
     for n in range(modes):
-        forgets[n] = writes(shape, k, n)
+        writing[n], whole[n] = writes(shape, k, n), forgets(shape, k, n)
     at, ignored = 0.0, False
     for period in range(PERIODS):
         m0, events = m, 0
@@ -493,22 +511,27 @@ def sampled(shape: Shape, T: Numbers, k, c, v, U, V, excite, skip, touch, path, 
             which, after = next_of(values, byZ, guards, trial, then, m, z, j)
             if which < 0:
                 ignored = False
-                if touch == 0.0 or forgets[m]:
+                if touch == 0.0 or writing[m]:
                     continue
                 which = near(values, byZ, guards, shape, k, m, z, j, touch)
                 if which < 0:
                     continue
                 after = writer(shape, k, m, which)
-            elif ignored or (skip > 0.0 and not forgets[m] and rise(values, byZ, m, which, z, j) < skip):
+            elif ignored or (skip > 0.0 and not writing[m] and rise(values, byZ, m, which, z, j) < skip):
                 ignored = True
                 continue
             if events >= most - 1:
                 return TOO_MANY
+            again = period > 0 and whole[m] and events < count[0] - 1 and path[events, MODE] == m and path[events, GUARD] == which \
+                and path[events, AFTER] == after and ends[events, 0] == turn * j / N
             path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, which, after, -1
             ends[events, 0], ends[events, 1] = turn * j / N, turn * (j - 1) / N
             zs[events, :Z] = z
-            if forgets[m]:
+            if writing[m]:
                 wrote, at, path[events, WROTE] = m, ends[events, 1], m
+            if again:  # as in `exact`
+                count[1] = period + 1
+                return FOLLOWED
             events += 1
             m = after
         path[events, MODE], path[events, GUARD], path[events, AFTER], path[events, WROTE] = m, -1, m, -1

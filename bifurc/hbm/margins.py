@@ -13,19 +13,23 @@ from .waves import size, value
 
 KINDS = 8  # of events, see `elements.EventKind`
 COUNT, OVERSHOOT, MISS, FIELDS = 0, 1, 2, 3
+TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are relative to the size of the guard
 
 
 @njit
-def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, grid, out):
+def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, cosines, sines, out):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
-    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them.  Beyond where the listed order of
+    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them, and the tables of the grid. 
+    Beyond where the listed order of
     events holds, overshoots are negative and misses positive.
     """
     waves, Z = shape.waves, shape.memory[k]
     a = np.empty(waves.size)
-    h = 2.0 * np.pi / grid
+    nodes = cosines.shape[1] - 1
+    h = 2.0 * np.pi / nodes
+    slopes = np.empty(nodes + 1)
     start = 0.0
     for n in range(count):
         m, stop = path[n, MODE], ends[n, 0]
@@ -40,14 +44,27 @@ def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, g
             guard_of(shape, T, k, m, g, c, v, zs[n, :Z], a)
             bound = size(a)
             # maxima inside the segment; the grid ends on both its ends, but for a segment that passes phase 0
+            first, last = int(start / h) + 1, int(np.ceil(stop / h - 1e-9))
+            slopes_on(waves, a, cosines, sines, first, last, slopes)
             t, slope = start, value(waves, a, start)[1]
-            while t < stop - 1e-9:
-                after = min(t + h, stop)
-                turn = value(waves, a, after)[1]
-                if slope > 0.0 and turn <= 0.0 and t > start:
+            for node in range(first, last + 1):
+                after = min(node * h, stop)
+                turn = slopes[node] if node < last else value(waves, a, stop)[1]
+                if slope > 0.0 and (turn <= 0.0 or (node == last and turn < TURNED * bound)) and t > start:
                     top = max(value(waves, a, t)[0], value(waves, a, after)[0]) if samples \
                         else value(waves, a, summit(waves, a, t, after))[0]
                     if top > out[kind, MISS] * bound:
                         out[kind, MISS] = top / bound
                 t, slope = after, turn
         start = stop
+
+
+@njit
+def slopes_on(waves, a, cosines, sines, first, last, out):
+    """Write the derivative of a polynomial by phase at grid points ``first`` to ``last - 1``."""
+    for n in range(first, last):
+        out[n] = 0.0
+    for j in range(1, a.size, 2):
+        even, odd, i = waves[j] * a[j + 1], waves[j] * a[j], j // 2
+        for n in range(first, last):
+            out[n] += even * cosines[i, n] - odd * sines[i, n]

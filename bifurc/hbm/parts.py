@@ -229,13 +229,14 @@ def _reached(system: System, number: int) -> dict[Hashable, Mode]:
         if key in modes:
             continue
         if len(modes) == MOST_MODES:
-            raise ValueError(f"{name}: more than {MOST_MODES} modes can be reached, too many to tabulate for harmonic balance; split "
-                             "the element into several that act on the same rows")
+            raise ValueError(f"{name}: more than {MOST_MODES} modes can be reached, too many to tabulate for harmonic balance; "
+                             "split the element into several that act on the same rows")
         mode = modes[key] = element.mode(key, system.core)
         for guard in mode.guards:
             if guard.kick is not None:
-                raise ValueError(f"{name} gives an impulse ({guard.kind}), which has no finite force and no Fourier series: harmonic "
-                                 "balance cannot treat it. Use find_orbit without method= (event-exact shooting), or an ElasticStop")
+                raise ValueError(f"{name} gives an impulse ({guard.kind}), which has no finite force and no Fourier series: "
+                                 "harmonic balance cannot treat it. Use find_orbit without method= (event-exact shooting), or "
+                                 "an ElasticStop")
             if callable(guard.then):
                 raise ValueError(f"{name} decides jointly what follows an event ({guard.kind}), which harmonic balance does not "
                                  "tabulate. Use find_orbit without method= (event-exact shooting)")
@@ -245,8 +246,8 @@ def _reached(system: System, number: int) -> dict[Hashable, Mode]:
         raise ValueError(f"{name}: laws that are not affine in an element of several modes ({', '.join(map(str, modes))}) are not "
                          "treated by harmonic balance; use find_orbit without method=")
     if any(isinstance(memory, Rate) for mode in modes.values() for memory in mode.memory):
-        raise ValueError(f"{name}: memory with a rate is not treated by harmonic balance; make it a coordinate of the system, or use "
-                         "find_orbit without method=")
+        raise ValueError(f"{name}: memory with a rate is not treated by harmonic balance; make it a coordinate of the system, or "
+                         "use find_orbit without method=")
     return modes
 
 
@@ -362,11 +363,12 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
     for i, slot in enumerate(shape.excited[1:], 1):
         k = int(shape.waves[slot]) // layout.periods
         columns["cos" if i % 2 else "sin", k] = i
-    rest = {c.element for c in (*parts.contacts, *parts.laws, *parts.held)}
+    rest = {number for each in (parts.contacts, parts.laws, parts.held) for number in (item.element for item in each)}
     for number, element in enumerate(system.elements):
         if number not in rest:
             _fold(system, number, element, layout, T)
-    for item in (*parts.contacts, *parts.laws, *parts.held):
+    placed: tuple[Contact | ForceLaw | Held, ...] = (*parts.contacts, *parts.laws, *parts.held)
+    for item in placed:
         site = system.elements[item.element].site(n)
         for i, row in enumerate(item.rows):
             if site.base:

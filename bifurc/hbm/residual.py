@@ -13,7 +13,6 @@ from .march import FOLLOWED, NOT_FINITE, arose, exact, sampled
 from .parts import Numbers, Shape
 from .spectra import divisors, gather, joined, signals
 
-
 TOUCH = 0.5  # part of a guard's size below zero up to which it counts as a touch where events are missing
 
 

@@ -2,8 +2,10 @@
 import numpy as np
 
 from .layout import Layout
-from .setvalued_parts import Balance, Contact, SetValuedResult, SetValuedStatus
+from .setvalued_parts import Balance, Contact, Linear, SetValuedResult, SetValuedStatus
 from .setvalued_pattern import Pattern, grid_size, on_grid
+
+ROUNDING = 1e-12  # over the limit: by so much a force may exceed its bounds
 
 
 def at_rest(balance: Balance, tolerance: float, iterations: int) -> SetValuedResult | None:
@@ -16,20 +18,19 @@ def at_rest(balance: Balance, tolerance: float, iterations: int) -> SetValuedRes
     if any(np.any(contact.speed) for contact in contacts):
         return None
     rows = np.array([contact.row for contact in contacts])
-    first, slots, n = int(layout.mean), layout.slots, layout.n
+    first, slots = int(layout.mean), layout.slots
     x, lam = np.zeros(layout.size), np.zeros((slots, len(rows)))
     waving = np.arange(slots) >= first
-    # tied speeds: rows of every slot but the mean
-    blocks = np.zeros((int(waving.sum()), len(rows), slots, n))
-    for i, slot in enumerate(np.flatnonzero(waving)):
-        blocks[i, :, slot, :] = rows
-    ties = blocks.reshape(-1, layout.size)
+    ties = np.zeros((0, layout.size)) if isinstance(balance.rest, Linear) else _ties(layout, rows, waving)
     count = 0
     middle = np.array([0.5 * (contact.upper[0] + contact.lower[0]).real for contact in contacts])
     for _ in range(4):  # the means of the multipliers move the mean position only
         if first:
             lam[0] = middle
-        for _ in range(iterations):
+        if isinstance(balance.rest, Linear):
+            x, lam[waving] = _tied(layout, balance.rest, rows, lam)
+            count = 1
+        for _ in range(0 if isinstance(balance.rest, Linear) else iterations):
             count += 1
             r, j = balance.rest(x)
             if not (np.isfinite(r).all() and np.isfinite(j).all()):
@@ -49,6 +50,8 @@ def at_rest(balance: Balance, tolerance: float, iterations: int) -> SetValuedRes
         room, now = [], lam[0].copy() if first else np.zeros(len(rows))
         for i, contact in enumerate(contacts):
             low, high = allowance(layout, lam[:, i], contact)
+            if high < low <= high + ROUNDING * contact.limit:  # the load just fits
+                low = high = 0.5 * (low + high)
             room.append((low, high))
             now[i] += 0.5 * (low + high) if np.isfinite(low + high) else 0.0
         if any(low > high for low, high in room):
@@ -63,6 +66,31 @@ def at_rest(balance: Balance, tolerance: float, iterations: int) -> SetValuedRes
     kinds = tuple(Pattern(np.zeros(1, complex), np.zeros(1, complex), np.zeros(0), np.zeros(1, int)) for _ in contacts)
     return SetValuedResult(x, SetValuedStatus.RESTS, size, count, balance.evaluations, np.zeros(len(contacts)), kinds, (),
                            tuple(room))
+
+
+def _ties(layout: Layout, rows, waving) -> np.ndarray:
+    """Return the rows of every slot but the mean, (slots of waves times contacts, size)."""
+    blocks = np.zeros((int(waving.sum()), len(rows), layout.slots, layout.n))
+    for i, slot in enumerate(np.flatnonzero(waving)):
+        blocks[i, :, slot, :] = rows
+    return blocks.reshape(-1, layout.size)
+
+
+def _tied(layout: Layout, rest: Linear, rows, lam) -> tuple[np.ndarray, np.ndarray]:
+    """Return coefficients and multipliers (without means) of a linear system, harmonic by harmonic."""
+    n, m, first = layout.n, len(rows), int(layout.mean)
+    Z = rest.blocks.reshape(layout.slots, n, layout.slots, n)
+    load = layout.matrix(rest.load)
+    x, found = np.zeros((layout.slots, n)), np.zeros((layout.slots - first, m))
+    if first:
+        x[0] = np.linalg.lstsq(Z[0, :, 0, :], load[0] - lam[0] @ rows, rcond=None)[0]
+    for j in range(first, layout.slots, 2):
+        stiffness = Z[j, :, j, :] + 1j * Z[j, :, j + 1, :]
+        saddle = np.block([[stiffness, rows.T], [rows, np.zeros((m, m))]])
+        answer = np.linalg.lstsq(saddle, np.concatenate([load[j] - 1j * load[j + 1], np.zeros(m)]), rcond=1e-13)[0]
+        x[j], x[j + 1] = answer[:n].real, -answer[:n].imag
+        found[j - first], found[j - first + 1] = answer[n:].real, -answer[n:].imag
+    return x.ravel(), found
 
 
 def allowance(layout: Layout, force, contact: Contact) -> tuple[float, float]:

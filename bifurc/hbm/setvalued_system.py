@@ -10,6 +10,8 @@ Two estimates, of which the smaller is stated, and a third that is added where t
 * impulse.  A contact that is held within the kept harmonics although their force exceeds its bounds slips briefly in truth;
   impulse over mass times duration says how far.
 """
+from collections.abc import Callable
+
 import numpy as np
 
 from ..elements.local import Affine, affine, rate
@@ -83,18 +85,32 @@ def rest_of(core: Core):
     return Linear.of(layout, float(T.omega[0]) * layout.periods, T.M, T.C, T.K, T.E.ravel())
 
 
-def estimated_error(core: Core, balance: Balance, result: SetValuedResult) -> tuple[np.ndarray, np.ndarray]:
+def estimated_error(core: Core, contacts, balance: Balance, result: SetValuedResult,
+                    spread: Callable | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return estimates (n,) of the largest distance of each coordinate from the motion, and of that of its first harmonic.
 
     Infinite where neither estimate can be made (no damping, and no Newton step).
+
+    Parameters
+    ----------
+    core : Balance
+        Of the whole system.
+    contacts : sequence of Contact
+        With rows over all coordinates.
+    balance : setvalued_parts.Balance
+        The equations solved, condensed or not; its contacts are the same in the same order.
+    result : SetValuedResult
+        Of these equations.
+    spread : callable, optional
+        From a change of the condensed coefficients to that of all.
     """
     layout = core.layout
     n = layout.n
-    if result.status is SetValuedStatus.RESTS or not balance.contacts:
+    if result.status is SetValuedStatus.RESTS or not len(contacts):
         return np.zeros(n), np.zeros(n)
     top = BEYOND * layout.top
     lost = [k for k in range(top + 1) if k not in layout.harmonics]
-    rows = np.array([contact.row for contact in balance.contacts])
+    rows = np.array([contact.row for contact in contacts])
     nu = float(core.numbers.omega[0])
     forces = np.zeros((len(rows), top + 1), complex)
     outside = 0.0
@@ -118,13 +134,15 @@ def estimated_error(core: Core, balance: Balance, result: SetValuedResult) -> tu
         far += np.abs(Y @ forces[:, k]) / (k * nu)
     energy_far, energy_first = _energy(core, np.sqrt(mobility * outside), nu)
     hidden = sum((_unresolved(core, contact, force) for contact, force, width in
-                  zip(balance.contacts, forces, result.widths, strict=True) if width > 0.0), np.zeros(n))
+                  zip(contacts, forces, result.widths, strict=True) if width > 0.0), np.zeros(n))
     step = _step(core, balance, result, speeds, tails)
     if step is None:
         return energy_far + hidden, energy_first + hidden
+    if spread is not None:
+        step = spread(step)
     sizes = np.array([[abs(layout.phasor(step, k, dof)) for dof in range(n)] for k in layout.harmonics])
     first = sizes[layout.harmonics.index(layout.periods)] if layout.periods in layout.harmonics else np.zeros(n)
-    hidden = hidden + 1e-14 * np.abs(layout.matrix(result.x)).max(axis=0)
+    hidden = hidden + 1e-14 * np.abs(result.x).max()
     mean = SAFETY * sizes[0] if layout.mean else 0.0
     return (np.minimum(SAFETY * (sizes.sum(axis=0) + far), energy_far + mean) + hidden,
             np.minimum(SAFETY * first, energy_first) + hidden)
@@ -176,7 +194,7 @@ def _step(core: Core, balance: Balance, result: SetValuedResult, speeds, tails) 
     """Return the Newton step (size,) that the speeds outside the kept harmonics cause; None where the Jacobian is singular."""
     layout = core.layout
     first, k = int(layout.mean), layout.positive
-    packed = np.zeros((layout.slots, layout.n))
+    packed = np.zeros((layout.slots, balance.layout.n))
     for contact, width, s, tail in zip(balance.contacts, result.widths, speeds, tails, strict=True):
         there = pattern(added(s, tail), contact.upper, contact.lower, width, layout.top, 0).force
         here = pattern(s, contact.upper, contact.lower, width, layout.top, 0).force

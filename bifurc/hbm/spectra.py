@@ -10,7 +10,7 @@ frozen memory, and one an event at which the force jumps.  Exact and sampled seg
 import numpy as np
 
 from .._jit import njit
-from .march import AFTER, GUARD, MODE, WROTE, expression, guard_of, width
+from .march import AFTER, GUARD, MODE, WROTE, expression, forgets, guard_of, width
 from .parts import Numbers, Shape
 from .waves import jet, powers, size, spectrum, turned
 
@@ -171,8 +171,7 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
     Ea, Eb, I = np.empty((L, 2)), np.empty((L, 2)), np.empty((L, 2))
     seen = np.zeros(modes, np.bool_)
     e = np.empty(m_slots)
-    dz, d = np.zeros((Z, Q * mi + 1)), np.empty(Q * mi + 1)
-    p, a = np.empty((waves[-1] + 1, 2)), np.empty(mi)
+    dz = np.zeros((Z, Q * mi + 1))
     none = zs[0, :0]
     before, moves = source.size - 3, samples < 0  # -1 and False, but no literals: each compiles all callees again
     if slopes and Z:
@@ -185,7 +184,11 @@ def gather(shape: Shape, T: Numbers, dT: Numbers, k, path, ends, zs, source, cou
                         + dT.XU[k, i, q] * c[row, 0] + dT.XS[k, i, q] * v[row, 0]
         else:
             written(shape, T, dT, k, int(source[0]), before, source[1], c, v, cp, vp, none, dz, moves)
+        first = 0
         for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
+            if path[n, WROTE] >= 0 and forgets(shape, k, path[n, WROTE]):
+                first = n
+        for n in range(first, count - 1):
             if path[n, WROTE] >= 0:
                 written(shape, T, dT, k, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1, ends[n, 1],
                         c, v, cp, vp, zs[n, :Z], dz, samples == 0)

@@ -91,7 +91,8 @@ class HarmonicBalance:
     def to_record(self) -> dict:
         """Return the fields, ready for JSON."""
         harmonics = self.harmonics if isinstance(self.harmonics, (int, str)) else list(self.harmonics)
-        return {"harmonics": harmonics, "aft": self.aft, "samples": self.samples, "solver": self.solver, "tolerance": self.tolerance}
+        return {"harmonics": harmonics, "aft": self.aft, "samples": self.samples, "solver": self.solver,
+                "tolerance": self.tolerance}
 
     @classmethod
     def from_record(cls, record: dict) -> "HarmonicBalance":
@@ -450,7 +451,7 @@ def balanced(system: System, method: HarmonicBalance, guess=None, periods: int |
         raise ValueError(f"method = {method!r} is not allowed; it must be a HarmonicBalance, or None for event-exact shooting")
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; harmonic balance needs an excitation frequency omega")
-    count = int(periods or getattr(guess, "periods", 1))
+    count = int(periods or getattr(guess, "periods", None) or 1)
     if method.harmonics == "auto":
         return _grown(system, method, guess, count)
     return _told(_solved(system, method, guess, method.layout(system.n, count)))

@@ -1,8 +1,11 @@
 """Harmonic orbits with set-valued friction: the solvers of `hbm.setvalued` and Li's published method, as `find_orbit` uses them."""
+import functools
+
 import numpy as np
 
 from ..hbm.balance import Balance
 from ..hbm.setvalued import solve
+from ..hbm.setvalued_condensed import condensed
 from ..hbm.setvalued_parts import Balance as Friction
 from ..hbm.setvalued_parts import Linear, SetValuedResult, SetValuedStatus
 from ..hbm.setvalued_splitting import split
@@ -29,43 +32,54 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
     guessed : bool
         Whether the user gave the start; then the regularisation begins narrow.
     """
-    layout, contacts, rest = balance.layout, contacts_of(balance), rest_of(balance)
+    layout, contacts = balance.layout, contacts_of(balance)
     omega = float(balance.numbers.omega[0]) * layout.periods
     if method.solver == "galerkin-broyden":
         from ..hbm.galerkin import galerkin
 
-        return galerkin(balance, contacts, rest, method, starts)
+        return galerkin(balance, contacts, rest_of(balance), method, starts)
+    small = condensed(balance, contacts)
+    if small is not None:
+        layout, rest, given = small.layout, small.rest, small.contacts
+        starts = [small.restricted(start) for start in starts]
+    else:
+        rest, given = rest_of(balance), contacts
     found = None
     tries = [*((start, TIGHTER if guessed else 1.0) for start in starts), *((start, 1.0) for start in starts[:guessed])]
     for start, first in tries:
-        found = solve(layout, omega, rest, contacts, start, first_width=first, solver=method.solver)
+        found = solve(layout, omega, rest, given, start, first_width=first, solver=method.solver)
         if found.success:
             break
     assert found is not None
     if not found.success and isinstance(rest, Linear):
         T = balance.numbers
-        near = split(layout, omega, T.M, T.C, T.K, T.E.ravel(), contacts)
-        again = solve(layout, omega, rest, contacts, near.x, first_width=AFTER_SPLITTING, solver=method.solver)
+        near = split(balance.layout, omega, T.M, T.C, T.K, T.E.ravel(), contacts).x
+        near = near if small is None else small.restricted(near)
+        again = solve(layout, omega, rest, given, near, first_width=AFTER_SPLITTING, solver=method.solver)
         found = again if again.success else found
-    return found.x, told(balance, contacts, rest, found, method), _STATUS[found.status]
+    x = found.x if small is None else small.expanded(found.x)
+    acting = [contact for contact in given if contact.limit > 0.0]
+    how = told(balance, contacts, Friction(layout, omega, rest, acting), found, method, None if small is None else small.expanded)
+    if small is not None:
+        how["condensed to coordinates"] = [int(dof) for dof in np.flatnonzero(small.touched)]
+    if found.status is SetValuedStatus.RESTS:
+        how["interval"] = interval(balance, [contact for contact in contacts if contact.limit > 0.0], x, found.room)
+    return x, how, _STATUS[found.status]
 
 
-def told(balance: Balance, contacts, rest, found: SetValuedResult, method) -> dict:
+def told(balance: Balance, contacts, equations: Friction, found: SetValuedResult, method, expanded=None) -> dict:
     """Return what `how` says of a solution: method, residual over the force scale, error estimates, reversals or interval."""
     layout = balance.layout
-    omega = float(balance.numbers.omega[0]) * layout.periods
     force = max([float(np.abs(balance.numbers.E).max()), *(contact.limit for contact in contacts)]) or 1.0
     how: dict = {"method": f"harmonic balance with set-valued friction, {method.solver}", "statement": found.status.sentence,
                  "harmonics": [k / layout.periods for k in layout.harmonics], "iterations": found.iterations,
                  "evaluations": found.evaluations, "residual": found.residual / force}
     acting = [contact for contact in contacts if contact.limit > 0.0]
-    equations = Friction(layout, omega, rest, acting)
-    largest, first = estimated_error(balance, equations, found)
+    spread = None if expanded is None else functools.partial(expanded, load=False)
+    largest, first = estimated_error(balance, acting, equations, found, spread)
     how["error"] = [float(value) for value in largest] if np.isfinite(largest).all() else None
     how["error of the first harmonic"] = [float(value) for value in first] if np.isfinite(first).all() else None
-    if found.status is SetValuedStatus.RESTS:
-        how["interval"] = interval(balance, acting, found)
-    else:
+    if found.status is not SetValuedStatus.RESTS:
         rate = float(balance.numbers.omega[0])
         how["reversals"] = {contact.label: [float(theta) / rate for theta in pattern.instants]
                             for contact, pattern in zip(acting, found.patterns, strict=True)}
@@ -75,16 +89,16 @@ def told(balance: Balance, contacts, rest, found: SetValuedResult, method) -> di
     return how
 
 
-def interval(balance: Balance, contacts, found: SetValuedResult) -> list[list[float]]:
+def interval(balance: Balance, contacts, x, room) -> list[list[float]]:
     """Return the least and the largest mean of each coordinate at rest, (n, 2): the contact forces stay within the bounds.
 
     With several contacts each is shifted alone, the others staying as found.
     """
     layout = balance.layout
-    mean = layout.matrix(found.x)[0] if layout.mean else np.zeros(layout.n)
+    mean = layout.matrix(x)[0] if layout.mean else np.zeros(layout.n)
     out = np.stack([mean, mean], axis=1)
     K = balance.numbers.K
-    for contact, (low, high) in zip(contacts, found.room, strict=True):
+    for contact, (low, high) in zip(contacts, room, strict=True):
         try:
             shift = -np.linalg.solve(K, contact.row)
         except np.linalg.LinAlgError:  # a free coordinate rests anywhere

@@ -65,7 +65,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     if method is not None:
         from .balance import balanced
 
-        return balanced(system, method, guess, periods)
+        return balanced(system, method, guess, periods)  # type: ignore[return-value]  # a HarmonicOrbit has the same face
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; find_orbit needs an excitation frequency omega")
     if periods is not None and not (isinstance(periods, (int, np.integer)) and periods >= 1):

@@ -7,8 +7,9 @@ from .basins import plot_basins
 from .branches import plot_branch, plot_branches
 from .cells import plot_cells, plot_morse
 from .motions import describe, plot_orbit, plot_trajectory
+from .responses import plot_peaks, plot_responses
 from .style import figure, save_figure
 from .sweeps import plot_chart, plot_diagram, plot_edge, plot_sweep
 
 __all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_cells", "plot_chart", "plot_diagram",
-           "plot_edge", "plot_morse", "plot_orbit", "plot_sweep", "plot_trajectory", "save_figure"]
+           "plot_edge", "plot_morse", "plot_orbit", "plot_peaks", "plot_responses", "plot_sweep", "plot_trajectory", "save_figure"]

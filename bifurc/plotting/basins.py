@@ -141,7 +141,7 @@ def _said(ax: Axes, basins: Any, labels: np.ndarray, fresh: bool) -> None:
     ax.set_title(", ".join(words), loc="right", fontsize=7.5)
     trust = getattr(basins, "trust", None)
     if fresh and trust is not None:  # a figure of our own has room for it
-        ax.figure.supxlabel("\n".join(textwrap.wrap(trust.statement.replace("+-", "\u00b1"), 122)), x=0.02, ha="left", fontsize=7)
+        ax.figure.supxlabel("\n".join(textwrap.wrap(trust.statement.replace("+-", "\u00b1"), 108)), x=0.02, ha="left", fontsize=7)
 
 
 _FIELDS = {"periods": ("forcing periods until near the attractor", "cividis"), "impacts": ("impacts until then", "cividis"),

@@ -48,7 +48,9 @@ EVENTS = {
 
 _SYMBOLS = {"omega": r"\omega", "zeta": r"\zeta", "alpha": r"\alpha", "beta": r"\beta", "mu": r"\mu", "nu": r"\nu"}
 _MEANINGS = {"omega": "forcing frequency", "amplitude": "forcing amplitude", "zeta": "damping ratio", "gap": "gap",
-             "restitution": "coefficient of restitution", "stiffness_ratio": "stiffness ratio"}
+             "restitution": "coefficient of restitution", "stiffness_ratio": "stiffness ratio", "normal_load": "normal load"}
+# from light to dark, for ordered families of lines; readable in grey and to the colour blind
+_RAMP = ["#7fb8d6", "#4a98c9", "#1f78b4", "#8a6d00", "#d55e00", "#a63603", "#6b2300", "#000000"]
 _MEASURES = {"max": r"\max\,", "min": r"\min\,", "rms": r"\mathrm{rms}\,"}
 
 _RC = {
@@ -135,6 +137,11 @@ def save_figure(made: Figure, path: str | os.PathLike, **options) -> Path:
     finally:
         temporary.unlink(missing_ok=True)
     return path
+
+
+def sequence(count: int) -> list[str]:
+    """Return ``count`` colours for lines that follow one another."""
+    return [_RAMP[round(k * (len(_RAMP) - 1) / max(count - 1, 1))] for k in range(count)]
 
 
 def parameter_label(name: str) -> str:

@@ -207,9 +207,9 @@ def test_extrapolation_of_an_exact_power_law():
         law = level * (e / e[0]) ** exponent
         found = extrapolated(e, law * 1e9, 10**9)
         np.testing.assert_allclose(found.exponent, exponent, rtol=1e-6)
-        np.testing.assert_allclose(found.at_rounding, level * (ROUNDING / e[0]) ** exponent, rtol=1e-6)
+        np.testing.assert_allclose(found.at_error, level * (ROUNDING / e[0]) ** exponent, rtol=1e-6)
     none = extrapolated(np.array(LADDER[:3]), np.zeros(3), 1000)
-    assert 0.0 < none.at_rounding < 1e-16
+    assert 0.0 < none.at_error < 1e-16
 
 
 def test_noise_of_a_straight_boundary(rng):

@@ -123,7 +123,7 @@ def test_the_map_says_what_it_promises(problem_a, problem_b):
     assert "No single label is promised" in problem_b.report() and "Fractions hold: 0.44" in problem_b.report()
     assert "Every label can be trusted" in problem_a.report() and "boundary entropy 0.5016" in problem_a.report()
     few = SimpleNamespace(starts=np.ones((10, 10), bool), labels=np.zeros((10, 10), int), label_uncertainty=7e-4,
-                          fractions={0: 1.0}, noise=SimpleNamespace(exponent=0.5))
+                          fractions={0: 1.0}, noise=SimpleNamespace(exponent=0.5, size=5e-16))
     from bifurc.basins.trust import trust
     assert trust(few).kind is TrustKind.CELLS
     few.starts = np.ones((100, 100), bool)
@@ -184,6 +184,7 @@ def test_infinity_is_a_label_of_its_own():
     assert basins.fractions[0] + basins.fractions[CellState.DIVERGED] == 1.0
     assert basins.entropy(4).mixed == basins.entropy(4).boxes == 4
     assert "left the finite numbers" in basins.report()
+    assert 0.0 < basins.label_uncertainty < 1e-6 and basins.noise.samples > 0  # the boundary to infinity counts
 
 
 def test_one_and_three_components():

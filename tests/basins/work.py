@@ -20,3 +20,8 @@ def squares(payload):
 
 def payloads(n, **more):
     return [{"number": i, **more.get(f"at{i}", {})} for i in range(n)]
+
+
+def hardening(u, s, beta):
+    """A law that only these tests know."""
+    return -u - beta * u * u * u

@@ -6,8 +6,23 @@ import numpy as np
 import pytest
 
 from bifurc import System, systems
-from bifurc.elements import (AtRow, CubicSpring, ElasticStop, Element, EventKind, Force, Guard, HarmonicForce, Jenkins, LinearSpring,
-                             Mode, RegularizedFriction, RigidStop, Rows, Slaved, local)
+from bifurc.elements import (
+    AtRow,
+    CubicSpring,
+    ElasticStop,
+    Element,
+    EventKind,
+    Force,
+    Guard,
+    HarmonicForce,
+    Jenkins,
+    LinearSpring,
+    Mode,
+    RegularizedFriction,
+    Rows,
+    Slaved,
+    local,
+)
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.parts import split
@@ -127,7 +142,8 @@ class Tilted(Element):
         depth = local.u(0) - 0.2 * local.cos(1)
         if key == "off":
             return Mode(guards=(Guard(depth, EventKind.CONTACT, ("on",)),))
-        return Mode(force=(-3.0 * depth - 0.2 * local.s(1), self.pull * depth), guards=(Guard(-depth, EventKind.SEPARATION, ("off",)),))
+        return Mode(force=(-3.0 * depth - 0.2 * local.s(1), self.pull * depth),
+                    guards=(Guard(-depth, EventKind.SEPARATION, ("off",)),))
 
     harmonics = (1,)
 

@@ -121,3 +121,31 @@ def test_neighbouring_orbit_as_guess():
     warm, cold = bf.find_orbit(system, guess=near, method=method), bf.find_orbit(system, method=method)
     assert warm.success and np.abs(warm.coefficients - cold.coefficients).max() <= 1e-9
     assert warm.how["evaluations"] < cold.how["evaluations"]
+
+
+def chain(n, omega=0.7):
+    """Masses in a row between walls, friction on the third from the end, load on the last."""
+    stiffness = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    parts = [elements.HarmonicForce(1.0, phase=-0.5 * np.pi, dof=n - 1), elements.Coulomb(0.2, dof=n - 3)]
+    return System(np.eye(n), 0.1 * np.eye(n) + 0.02 * stiffness, stiffness, parts, omega=omega)
+
+
+def test_condensed_to_the_touched_coordinates():
+    """Three masses, one contact: the condensed solution solves the whole balance."""
+    from bifurc.hbm.setvalued import solve
+    from bifurc.hbm.setvalued_system import contacts_of, rest_of
+
+    orbit = bf.find_orbit(chain(3), method=HarmonicBalance(15))
+    assert orbit.success and orbit.how["condensed to coordinates"] == [0]
+    whole = solve(orbit.layout, 0.7, rest_of(orbit.balance), contacts_of(orbit.balance))
+    assert whole.success and np.abs(whole.x - orbit.coefficients).max() <= 1e-10
+    assert all(np.isfinite(orbit.how["error"])) and len(orbit.how["error"]) == 3
+
+
+def test_cost_does_not_grow_with_coordinates_that_friction_does_not_touch():
+    """Sixty masses, forty harmonics: 4860 unknowns are 81."""
+    orbit = bf.find_orbit(chain(60), method=HarmonicBalance(40))
+    assert orbit.success and orbit.layout.size == 60 * 81
+    assert orbit.status is BalanceStatus.CONVERGED and max(abs(orbit.harmonic(1, 57)), 0.0) > 0.05
+    whole = orbit.balance.residual(orbit.coefficients).reshape(81, 60)  # all but friction
+    assert np.abs(np.delete(whole, 57, axis=1)).max() <= 1e-10

@@ -1,0 +1,89 @@
+"""Frequency responses for several values of a second parameter, and the curves of their peaks."""
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from . import style
+
+_LINES = ("-", (0, (5, 1.5)))  # of the variants in a picture of peaks
+
+
+@style.styled
+def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, ax: Axes | None = None, measure: str = "max_0",
+                   curve: Any = None) -> Axes:
+    """Draw branches over their parameter, one a value of a second parameter, with their peaks and the curve through them.
+
+    Parameters
+    ----------
+    branches : sequence of Branch
+        With ``parameter``, ``column(name)`` and ``special_points``.
+    values : sequence of float
+        Of the second parameter, one a branch.
+    name : str
+        The second parameter.
+    ax : matplotlib.axes.Axes, optional
+    measure : str
+        Column on the vertical axis.
+    curve : ParameterCurve, optional
+        Of the peaks.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 3.9)
+    colors = style.sequence(len(branches))
+    for branch, value, color in zip(branches, values, colors, strict=True):
+        p, y = branch.column(branch.parameter), branch.column(measure)
+        stable = np.asarray(branch.column("stable"), float)
+        ax.plot(p, np.where(stable == 0, np.nan, y), color=color, linewidth=1.3, label=f"{value:g}")
+        if np.any(stable == 0):
+            ax.plot(p, np.where(stable == 0, y, np.nan), color=color, linewidth=1.1, linestyle=(0, (3.2, 1.6)))
+        for point in branch.special_points:
+            if point.kind == "peak":
+                ax.plot(point.parameter, point.measures[measure], marker="o", markersize=3.5, color=color, zorder=4)
+    if curve is not None:
+        ax.plot(curve.column(branches[0].parameter), curve.column(measure), color=style.BLACK, linewidth=0.8,
+                linestyle=(0, (1, 1.5)), zorder=3)
+    ax.set_xlabel(style.parameter_label(branches[0].parameter))
+    ax.set_ylabel(style.measure_label(measure, single="max_1" not in branches[0].column_names))
+    ax.legend(title=style.parameter_label(name), fontsize=7, title_fontsize=7.5, loc="best")
+    return ax
+
+
+@style.styled
+def plot_peaks(curves: dict[str, Any], name: str, ax: Axes | None = None, measure: str = "max_0") -> Axes:
+    """Draw the height of peaks over a parameter, one line a variant, with the extrema marked.
+
+    Parameters
+    ----------
+    curves : dict of str to ParameterCurve
+        By the name of the variant; an empty name is not shown.
+    name : str
+        Parameter on the horizontal axis.
+    ax : matplotlib.axes.Axes, optional
+    measure : str
+        Measure whose peaks were followed.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 3.9)
+    for number, (label, curve) in enumerate(curves.items()):
+        color = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)[number % 4]
+        ax.plot(curve.column(name), curve.column(measure), color=color, linestyle=_LINES[number % 2], label=label or None)
+        for point in curve.special_points:
+            if point.kind == "extremum" and point.name == measure:
+                at = point.parameters[name]
+                height = point.measures[measure]
+                ax.plot(at, height, marker="o", markersize=5, markerfacecolor=color, markeredgecolor="white", zorder=5)
+                ax.annotate(f"{at:.4g}", (at, height), textcoords="offset points", xytext=(4, -10), fontsize=7.5)
+    ax.set_xlabel(style.parameter_label(name))
+    ax.set_ylabel("peak of " + style.measure_label(measure))
+    style.legend(ax)
+    return ax

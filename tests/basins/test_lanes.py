@@ -1,0 +1,220 @@
+"""Starts side by side: against extended precision, against the certified march alone, against simulations; bit by bit."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.basins import Kernel, PeriodMap, lanes, lanessmooth
+from bifurc.basins.lanesmethods import Method
+from bifurc.basins.states import CellState
+from bifurc.compose.scene import scene_of
+
+from .second import SectionMap
+
+A = {"zeta": 0.02, "omega": 2.6, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
+DUFFING = {"zeta": 0.075, "omega": 1.0, "amplitude": 0.3, "alpha": -1.0, "beta": 1.0}
+SCENES = {
+    "one stop": (bf.systems.impact_oscillator(**A), (-2.5, -3.0), (0.0, 3.0)),
+    "slow load, rest on the stop": (bf.systems.impact_oscillator(zeta=0.05, omega=0.3, amplitude=1.0, gap=0.1, restitution=0.6),
+                                    (-2.0, -2.0), (0.1, 2.0)),
+    "two stops": (bf.systems.two_sided_impact_oscillator(amplitude=3.45), (-1.0, -3.0), (1.0, 3.0)),
+    "moving stop": (bf.systems.bouncing_ball(amplitude=1.5), (1.5, -3.0), (6.0, 3.0)),
+    "elastic stop": (bf.systems.bilinear_oscillator(omega=1.29), (-2.5, -4.0), (2.5, 4.0)),
+    "smooth": (bf.systems.duffing_oscillator(**DUFFING), (-2.2, -2.2), (2.2, 2.2)),
+}
+
+
+def carried(system, X, periods, home=None):
+    """Carry starts by the written module itself, with another mode for the lap if wished; all must have a clear start."""
+    scene = scene_of(system)
+    kind = lanes.kind_of(scene)
+    numbers = lanes.numbers_of(scene.tables, kind)
+    if home is not None:
+        numbers = numbers._replace(home=home, grid=numbers.grid[:0])
+    Y, codes, impacts, speeds = X.copy(), np.full(len(X), 6), np.zeros(len(X), np.int64), np.full(len(X), np.inf)
+    modes = PeriodMap(system)._marcher.begin(X)[1]
+    kept = modes >= 0
+    lanes.module_of(kind).carry(*numbers, modes, Y, 2000, periods, codes, impacts, speeds)
+    return Y[kept], codes[kept], impacts[kept], speeds[kept]
+
+
+def test_one_period_of_problem_a_errs_by_less_than_1e_13():
+    """Against 64-bit mantissas: the asked bound on 160 x 160 cells, here on every fourth of both axes."""
+    second = SectionMap(A["zeta"], A["omega"], A["amplitude"], A["gap"], A["restitution"], np.longdouble)
+    q = -2.5 + (np.arange(0, 160, 4) + 0.5) * 2.5 / 160
+    v = -3.0 + (np.arange(0, 160, 4) + 0.5) * 6.0 / 160
+    X = np.column_stack([axis.ravel() for axis in np.meshgrid(q, v, indexing="ij")])
+    right = np.array(second(*X.T.astype(np.longdouble))[:2], float).T
+    images = PeriodMap(bf.systems.impact_oscillator(**A)).apply(X)
+    error = np.abs(images.ends - right).max(axis=1)
+    assert (images.outcomes == 0).all()
+    assert error.max() <= 1e-13 and np.median(error) <= 1e-14
+
+
+@pytest.mark.parametrize("name", ["one stop", "slow load, rest on the stop", "two stops", "moving stop"])
+def test_the_lap_agrees_with_the_certified_march(name, rng):
+    """Without the lap every period is that of the certified march: same impacts, same states to rounding grown by the flow."""
+    system, low, high = SCENES[name]
+    X = rng.uniform(low, high, (3000, 2))
+    fast, slow = carried(system, X, 1), carried(system, X, 1, home=-1)
+    np.testing.assert_array_equal(fast[1], slow[1])
+    done = fast[1] == 0
+    # a start that all but grazes has neighbours on both sides of the graze: rounding may count one touch more
+    assert np.count_nonzero(fast[2][done] != slow[2][done]) <= 1
+    assert np.quantile(np.abs(fast[0][done] - slow[0][done]).max(axis=1), 0.999) <= 1e-12
+    same = done & (fast[2] == slow[2]) & np.isfinite(fast[3])
+    np.testing.assert_allclose(fast[3][same], slow[3][same], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", list(SCENES))
+def test_images_are_those_of_simulations(name, rng):
+    system, low, high = SCENES[name]
+    X = rng.uniform(low, high, (24, 2))
+    period_map = PeriodMap(system)
+    images = period_map.apply(X, 2)
+    assert period_map.kernel == (Kernel.SMOOTH if name == "smooth" else Kernel.LANES)
+    for start, end, code, impacts, least in zip(X, *images, strict=True):
+        if code == CellState.OUTSIDE.code:
+            continue
+        motion = bf.simulate(system, start, periods=2)
+        np.testing.assert_allclose(end, motion.final, rtol=0, atol=1e-11 if name != "smooth" else 1e-7)
+        met = [event for event in motion.events if event.kind in ("impact", "chatter", "contact")]
+        assert impacts == len(met)
+        speeds = [0.0 if event.kind == "chatter" else event.speed for event in met]
+        assert least == pytest.approx(min(speeds, default=np.inf), abs=1e-10)
+
+
+@pytest.mark.parametrize("name", ["one stop", "slow load, rest on the stop", "smooth"])
+def test_the_image_of_a_start_does_not_depend_on_its_company(name, rng):
+    """Bit by bit: any order, any number of starts at once, period by period or all together."""
+    system, low, high = SCENES[name]
+    X = rng.uniform(low, high, (1500, 2))
+    period_map = PeriodMap(system)
+    whole = period_map.apply(X, 3)
+    order = rng.permutation(len(X))
+    shuffled = period_map.apply(X[order], 3)
+    for mine, others in zip(whole, shuffled, strict=True):
+        np.testing.assert_array_equal(mine[order], others)
+    cut = [period_map.apply(part, 3) for part in np.split(X, [1, 8, 37, 700, 1213])]
+    for mine, parts in zip(whole, zip(*cut, strict=True), strict=True):
+        np.testing.assert_array_equal(mine, np.concatenate(parts))
+
+
+def test_near_grazes_are_told_by_the_certified_march():
+    """Starts whose first maximum passes the stop by 1e-9, or misses it by as much: the impact is seen or not, never lost."""
+    system = bf.systems.impact_oscillator(**A)
+    period_map = PeriodMap(system)
+
+    def impacts(v):
+        return period_map.apply(np.column_stack((np.full(np.size(v), -0.9), v))).impacts
+
+    low, high = -3.0, 3.0
+    counts = impacts(np.linspace(low, high, 400))
+    jump = int(np.flatnonzero(np.diff(counts))[0])
+    low, high = np.linspace(low, high, 400)[[jump, jump + 1]]
+    first, last = counts[jump], counts[jump + 1]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if impacts(middle)[0] == first else (low, middle)
+    around = low + np.array([-1e-7, -1e-9, -1e-11, 1e-11, 1e-9, 1e-7])
+    assert impacts(around).tolist() == [first] * 3 + [last] * 3
+    for v, count in zip(around, impacts(around), strict=True):
+        motion = bf.simulate(system, (-0.9, v), periods=1)
+        assert sum(event.kind in ("impact", "chatter") for event in motion.events) == count
+
+
+def test_what_ends_a_motion_is_said():
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.8, amplitude=1.0, gap=0.1, restitution=0.6)
+    X = np.column_stack((np.full(60, -0.1), np.linspace(-3.0, 3.0, 60)))
+    counts = PeriodMap(system).apply(X).impacts
+    assert counts.max() >= 2 and counts.min() < 2
+    images = PeriodMap(system, max_events=1).apply(np.concatenate((X, [[0.5, 0.0]])))
+    assert images.outcomes[-1] == CellState.OUTSIDE.code
+    assert (images.outcomes[:-1][counts >= 2] == CellState.TOO_MANY_EVENTS.code).all()
+    assert (images.outcomes[:-1][counts < 2] == 0).all()
+    growing = bf.System(1.0, -3.0, 1.0, [bf.elements.HarmonicForce(0.1), bf.elements.RigidStop(1.0, 0.7)], omega=1.0)
+    images = PeriodMap(growing).apply(np.array([[-1.0, -1.0]]), 400)
+    assert images.outcomes[0] == CellState.DIVERGED.code and np.isfinite(images.ends).all()
+    softening = PeriodMap(bf.systems.duffing_oscillator(beta=-1.0, amplitude=0.1))
+    images = softening.apply(np.array([[0.1, 0.0], [3.0, 3.0]]), 20)
+    assert images.outcomes.tolist() == [0, CellState.DIVERGED.code] and np.isfinite(images.ends).all()
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    ({"X": np.zeros((3, 3))}, "must be"), ({"X": np.array([[np.nan, 0.0]])}, "not finite"), ({"periods": 0}, "at least 1"),
+])
+def test_bad_arguments_are_named(change, message):
+    period_map = PeriodMap(bf.systems.impact_oscillator(**A))
+    with pytest.raises(ValueError, match=message):
+        period_map.apply(**{"X": np.zeros((1, 2)), "periods": 1} | change)
+
+
+def test_an_autonomous_system_has_no_map_over_periods():
+    with pytest.raises(ValueError, match="autonomous"):
+        PeriodMap(bf.System(1.0, 0.1, 1.0))
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_methods_converge_at_their_order(method, rng):
+    scene = scene_of(bf.systems.duffing_oscillator(**DUFFING))
+    kind, order = lanessmooth.kind_of(scene, method), {Method.RK4: 4, Method.RK8: 8}[method]
+    X = rng.uniform(-1.5, 1.5, (200, 2))
+    exact = lanessmooth.images(scene.tables, lanessmooth.kind_of(scene, Method.RK8), 400, X)
+    steps = np.array([56, 72, 96]) * (4 if method == Method.RK4 else 1)
+    errors = [np.median(np.abs(lanessmooth.images(scene.tables, kind, int(n), X) - exact).max(axis=1)) for n in steps]
+    rate = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert abs(rate - order) <= 0.35
+
+
+def test_the_measured_error_is_one(rng):
+    """The step count comes with an error that starts of the region have: against seven times as many steps."""
+    system = bf.systems.duffing_oscillator(**DUFFING)
+    period_map, scene = PeriodMap(system), scene_of(system)
+    kind = lanessmooth.kind_of(scene)
+    scale = lanessmooth.region(scene.tables, kind)
+    X = rng.uniform(-1.0, 1.0, (2000, 2)) * scale
+    right = lanessmooth.images(scene.tables, kind, 7 * period_map.steps, X)
+    error = np.quantile(np.abs((period_map.apply(X).ends - right) / scale).max(axis=1), 0.99)
+    assert 0.0 < period_map.error <= lanessmooth.WISH and error <= 3.0 * lanessmooth.WISH
+
+
+def test_a_law_of_the_user_with_its_own_mass_and_row(rng):
+    """Coefficients that are not 1: mass 2, and a row that sees half the coordinate."""
+    law = bf.elements.Force(lambda u, s, c, d: -c * u * u * u - d * s * abs(s), site=(0.5,), c=3.0, d=0.2)
+    system = bf.System(2.0, 0.1, 1.0, [bf.elements.HarmonicForce(0.7), law], omega=0.9)
+    X = rng.uniform(-1.0, 1.0, (6, 2))
+    period_map = PeriodMap(system)
+    ends = period_map.apply(X, 2).ends
+    assert period_map.kernel == Kernel.SMOOTH
+    for start, end in zip(X, ends, strict=True):
+        np.testing.assert_allclose(end, bf.simulate(system, start, periods=2).final, rtol=0, atol=2e-7)
+
+
+def test_labels_beside_a_chaotic_attractor_are_right(rng):
+    """Duffing at .3: cells that do not come to the orbit in 300 periods of an independent integration are the chaotic ones."""
+    system = bf.systems.duffing_oscillator(**DUFFING)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-2.2, 2.2, 60), v0=(-2.2, 2.2, 60)), workers=1)
+    orbit, chaos = basins.attractors
+    np.testing.assert_allclose(orbit.state, [0.6387555305, 1.3415984052], rtol=0, atol=1e-9)
+    assert chaos.cover is not None and 0.1 < chaos.exponent < 0.25
+    chosen = rng.choice(3600, 800, replace=False)
+    x, v = basins.grid.starts(1, 2)[chosen].T
+    steps = 200
+    h = 2.0 * np.pi / steps
+    force = 0.3 * np.cos(np.pi * np.arange(2 * steps + 1) / steps)
+    near = np.zeros(len(x), bool)
+
+    def rate(x, v, f):
+        return f - 0.15 * v + x - x * x * x
+
+    for _ in range(120):
+        for k in range(steps):
+            f0, f1, f2 = force[2 * k:2 * k + 3]
+            a = rate(x, v, f0)
+            b = rate(x + h / 2 * v, v + h / 2 * a, f1)
+            c = rate(x + h / 2 * v + h * h / 4 * a, v + h / 2 * b, f1)
+            d = rate(x + h * v + h * h / 2 * b, v + h * c, f2)
+            x, v = x + h * v + h * h / 6 * (a + b + c), v + h / 6 * (a + 2 * b + 2 * c + d)
+        near |= np.hypot(x - orbit.state[0], v - orbit.state[1]) < 1e-3
+    np.testing.assert_array_equal(basins.labels.ravel()[chosen] == 0, near)
