@@ -126,7 +126,7 @@ class Coulomb(LoadedContact):
     --------
     >>> from bifurc.elements import Coulomb
     >>> Coulomb(0.5).mode("slip+", None).force
-    (-0.5*one(0),)
+    (-0.5,)
     """
 
     friction: float = 1.0

@@ -244,6 +244,7 @@ def period_map(system: System, y, periods: int, half: bool):
 def sizes_of(scene: Scene, states) -> np.ndarray:
     """Return natural sizes (ns,) of the states: one length for all coordinates, times omega for velocities."""
     n, omega = scene.n, scene.omega
+    assert omega is not None  # `find_orbit` refuses autonomous systems
     length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
     weights = np.full(scene.ns, length if length > 0.0 else 1.0)
     weights[n:2 * n] *= omega
