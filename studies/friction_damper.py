@@ -96,7 +96,8 @@ def report(found: list[Peak]) -> str:
     rows = []
     for macro, micro in zip(found[::2], found[1::2], strict=True):
         known = KNOWN.get(macro.load)
-        worst = "-" if known is None else f"{max(abs(p.amplitude / x - 1.0) for p, x in zip((macro, micro), known, strict=True)):.0e}"
+        off = [abs(p.amplitude / x - 1.0) for p, x in zip((macro, micro), known or (), strict=False)]
+        worst = f"{max(off):.0e}" if off else "-"
         rows.append((f"{macro.load:g}", f"{macro.amplitude:.6f}", f"{macro.omega:.4f}", macro.slips, f"{micro.amplitude:.6f}",
                      f"{micro.omega:.4f}", micro.slips, worst))
     return table("largest amplitude over frequency, exact orbits",

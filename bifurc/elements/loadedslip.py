@@ -121,8 +121,9 @@ class LoadedMicroSlip(AtRow):
     @functools.cached_property
     def limit(self) -> tuple[Affine, ...]:
         """Limits as functions of time; negative: apart."""
+        phases = self.load_phases or (0.0,) * self.count
         return tuple(affine(mean) + wave(mean * amplitude, self.load_harmonic, phase) for mean, amplitude, phase in
-                     zip(self.limits, self.load_amplitudes, self.load_phases, strict=True))
+                     zip(self.limits, self.load_amplitudes, phases, strict=True))
 
     @functools.cached_property
     def start(self):
@@ -252,7 +253,8 @@ class _Then:
 
     def _words(self, pull, low, high, apart, tie) -> list[str]:
         """Return the words whose rates agree, ties by less than ``tie`` open: stick first."""
-        n, letters = len(pull), []
+        n = len(pull)
+        letters: list[tuple[str, ...]] = []
         for i in range(n):
             if apart[i]:
                 letters.append((APART,))

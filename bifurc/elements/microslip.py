@@ -8,7 +8,7 @@ groups of sliders slip: 2 n + 1 modes with two guards each instead of 3^n, and a
 import dataclasses
 import functools
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -58,6 +58,8 @@ class SliderSet(AtRow):
             object.__setattr__(self, field, value)
 
     tuples: ClassVar[dict[str, dict[str, float]]] = {"limits": {"least": 0.0}}  # fields with one number a slider, what is allowed
+    if TYPE_CHECKING:  # a field of every set, in its own place
+        limits: tuple[float, ...] = ()
 
     @property
     def count(self) -> int:

@@ -356,6 +356,7 @@ class _March:
                     break
         except _Inconsistent as error:
             status, extra = LoopStatus.INCONSISTENT, f" {error}"
+        assert self.system.omega is not None
         return Loop(self.label, self.system.omega, tuple(events), tuple(pieces), period, status, status.sentence + extra,
                     self.harmonics, motion)
 

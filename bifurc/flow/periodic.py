@@ -114,7 +114,9 @@ def first_zero(harmonics, c: np.ndarray, size: float, start: float, end: float) 
 def product(harmonics, pairs) -> tuple[tuple[int, ...], np.ndarray]:
     """Return the sum of products of pairs of sums: its harmonics and coefficients."""
     top = max(harmonics, default=0)
-    total = sum(np.convolve(_complex(harmonics, a, top), _complex(harmonics, b, top)) for a, b in pairs)
+    total = np.zeros(4 * top + 1, complex)
+    for a, b in pairs:
+        total += np.convolve(_complex(harmonics, a, top), _complex(harmonics, b, top))
     wide = tuple(range(1, 2 * top + 1))
     c = np.zeros(1 + 4 * top)
     c[0] = total[2 * top].real

@@ -5,10 +5,10 @@ from ..elements import Driven, HarmonicForce, Iwan, Jenkins, LoadedMicroSlip, Mi
 from ..elements.checks import choice, number, vector, whole
 from ..system import System, builder
 
-# Zhao & Lin 2015, Table 2: amplitudes of x (sin) and y (cos), harmonic of y, stiffness, mean load, load amplitude over the
-# mean, phase of the load; the normal load is the contact's stiffness times its normal displacement, offset included
-_YANG = {1: (3.0, 2.0, 1, 5.0, 20.0, 0.25, 0.0), 2: (3.0, 2.0, 1, 4.0, 5.0, 2.0, 0.0),
-         3: (3.0, 3.0, 3, 6.0, 18.0, 0.25, -0.5 * math.pi)}
+# Zhao & Lin 2015, Table 2: amplitudes of x (sin) and y (cos), stiffness, mean load, load amplitude over the mean, phase of the
+# load; harmonic of y.  The normal load is the contact's stiffness times its normal displacement, offset included
+_YANG = {1: ((3.0, 2.0, 5.0, 20.0, 0.25, 0.0), 1), 2: ((3.0, 2.0, 4.0, 5.0, 2.0, 0.0), 1),
+         3: ((3.0, 3.0, 6.0, 18.0, 0.25, -0.5 * math.pi), 3)}
 
 
 def _bench(elements, omega: float) -> System:
@@ -62,8 +62,10 @@ def macro_slip_contact(*, case: int = 1, omega: float = 1.0, friction: float = 0
     """
     name = "macro_slip_contact"
     choice(name, "case", case, tuple(_YANG))
-    given = (amplitude_x, amplitude_y, harmonic_y, stiffness, load, load_amplitude, load_phase)
-    ax, ay, ky, k, n, rho, phase = (a if a is not None else b for a, b in zip(given, _YANG[case], strict=True))
+    given = (amplitude_x, amplitude_y, stiffness, load, load_amplitude, load_phase)
+    own, known = _YANG[case]
+    ax, ay, k, n, rho, phase = (a if a is not None else b for a, b in zip(given, own, strict=True))
+    ky = known if harmonic_y is None else harmonic_y
     number(name, "friction", friction, least=0.0)
     number(name, "load", n, least=0.0)
     contact = Jenkins(k, friction * n, load_amplitude=rho, load_phase=phase)
@@ -214,7 +216,8 @@ def friction_damped_oscillator(*, omega: float = 90.0, normal_load: float = 100.
     whole(name, "n", n, least=1)
     number(name, "normal_load", normal_load, least=0.0)
     number(name, "span", span, above=0.0)
-    strip = MicroSlip(contact * (n / span) ** 2, contact, (1.0 / n,) * n).iwan()  # under a friction force of 1
+    strip = MicroSlip(spring=contact * (n / span) ** 2, contact=contact, limits=(1.0 / n,) * n).iwan()  # under a friction force of 1
+    found: Jenkins | Iwan
     if damper == "macro":
         found = Jenkins(sum(strip.stiffnesses), friction * normal_load)
     else:
