@@ -216,7 +216,7 @@ def friction_damped_oscillator(*, omega: float = 90.0, normal_load: float = 100.
     whole(name, "n", n, least=1)
     number(name, "normal_load", normal_load, least=0.0)
     number(name, "span", span, above=0.0)
-    strip = MicroSlip(spring=contact * (n / span) ** 2, contact=contact, limits=(1.0 / n,) * n).iwan()  # under a friction force of 1
+    strip = MicroSlip(spring=contact * (n / span) ** 2, contact=contact, limits=(1.0 / n,) * n).iwan()  # friction force 1
     found: Jenkins | Iwan
     if damper == "macro":
         found = Jenkins(sum(strip.stiffnesses), friction * normal_load)
