@@ -112,3 +112,16 @@ def test_a_branch_with_friction_is_saved_and_extended(tmp_path):
     loaded = bf.load(tmp_path / "branch.npz")
     longer = loaded.extend(bounds=(1.05, 2.0))
     assert longer.special_points.of("stick_onset")[0].parameter == pytest.approx(1.48820269035416898, abs=1e-13)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameter, bounds", [("omega", (0.08, 2.5)), ("amplitude", (1.02, 6.0))])
+def test_random_branches_reach_their_bounds(parameter, bounds, rng):
+    for _ in range(20):
+        values = dict(omega=rng.uniform(0.08, 2.5), zeta=rng.uniform(0.01, 0.2), amplitude=10.0 ** rng.uniform(0.03, 0.7))
+        orbit = bf.find_orbit(bf.systems.dry_friction_oscillator(**values), (0.0, 0.0))
+        branch = bf.trace(orbit, parameter, bounds=bounds)
+        assert sorted(branch.column(parameter)[[0, -1]]) == pytest.approx(sorted(bounds), abs=0), values
+        assert all(point.error < 1e-9 for point in branch.special_points), branch.special_points
+        for i in (0, len(branch) // 2, len(branch) - 1):
+            assert branch.orbits[i].success
