@@ -13,7 +13,7 @@ True
 """
 import importlib
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _MODULES = ("elements", "systems", "continuation", "plotting")
 _NAMES = {

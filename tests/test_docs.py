@@ -71,7 +71,7 @@ def test_changelog_names_every_public_function():
 
 
 def test_the_command_line_help_is_whole():
-    for command in ("trace", "basins", "info"):
+    for command in ("trace", "frf", "basins", "sweep", "hysteresis", "info"):
         done = subprocess.run([sys.executable, "-m", "bifurc.cli", command, "--help"], capture_output=True, text=True)
         assert done.returncode == 0
         assert "SYSTEM" in done.stdout

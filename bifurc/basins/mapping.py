@@ -173,8 +173,8 @@ class _Work:
         outcome = run_chunks(self.store, label_part, payloads, bar=self.bar, weights=fresh, note=f"{count} attractors", **self.run)
         if outcome.failures:
             first, why = next(iter(outcome.failures.items()))
-            raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks failed; the others are finished, and kept "
-                               f"where a file is given. Chunk {first}, from {self.starts[parts[first][0]].tolist()} on: {why}")
+            raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks of starts failed; the others are finished, and "
+                               f"kept where a file is given. Chunk {first}, from {self.starts[parts[first][0]].tolist()} on: {why}")
         for part, result in zip(parts, outcome.results, strict=True):
             assert result is not None
             for name, mine in cells._asdict().items():

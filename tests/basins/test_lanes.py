@@ -128,11 +128,11 @@ def test_what_ends_a_motion_is_said():
     system = bf.systems.impact_oscillator(zeta=0.05, omega=0.8, amplitude=1.0, gap=0.1, restitution=0.6)
     X = np.column_stack((np.full(60, -0.1), np.linspace(-3.0, 3.0, 60)))
     counts = PeriodMap(system).apply(X).impacts
-    assert counts.max() >= 2 and counts.min() < 2
-    images = PeriodMap(system, max_events=1).apply(np.concatenate((X, [[0.5, 0.0]])))
+    assert counts.max() == 3 and counts.min() == 2
+    images = PeriodMap(system, max_events=2).apply(np.concatenate((X, [[0.5, 0.0]])))
     assert images.outcomes[-1] == CellState.OUTSIDE.code
-    assert (images.outcomes[:-1][counts >= 2] == CellState.TOO_MANY_EVENTS.code).all()
-    assert (images.outcomes[:-1][counts < 2] == 0).all()
+    assert (images.outcomes[:-1][counts > 2] == CellState.TOO_MANY_EVENTS.code).all()
+    assert (images.outcomes[:-1][counts <= 2] == 0).all()
     growing = bf.System(1.0, -3.0, 1.0, [bf.elements.HarmonicForce(0.1), bf.elements.RigidStop(1.0, 0.7)], omega=1.0)
     images = PeriodMap(growing).apply(np.array([[-1.0, -1.0]]), 400)
     assert images.outcomes[0] == CellState.DIVERGED.code and np.isfinite(images.ends).all()
