@@ -23,7 +23,7 @@ class FileFormatError(ValueError):
     """A file is not a bifurc result, is damaged, or was written by a newer version; the message says which."""
 
 
-def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[str, Any]) -> Path:
+def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[str, Any], compressed: bool = True) -> Path:
     """Write a record to one file; the file appears complete or not at all.
 
     Parameters
@@ -34,6 +34,8 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
         JSON-able; ``kind`` (str) is required. ``format`` and ``version`` are filled in.
     arrays : mapping of str to array_like
         Any shapes; real, complex, boolean, integer or string, not objects.
+    compressed : bool
+        False: larger, and several times faster.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         with open(temporary, "xb") as file:
-            np.savez_compressed(file, allow_pickle=False, **content)
+            (np.savez_compressed if compressed else np.savez)(file, allow_pickle=False, **content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)

@@ -37,13 +37,15 @@ def drive(folder: str, processes: bool, values: int) -> None:
     found = bf.sweep(system, "omega", np.linspace(2.5, 2.65, values), {"q0": (-2.5, 0), "v0": (-3, 3)}, samples=300, chunk=1,
                      executor=pool if processes else None, workers=2, file=Path(folder) / "sweep.npz")
     header, arrays = found.to_record()
-    print(json.dumps({"hash": fingerprint([{k: v for k, v in header.items() if k != "key"}, arrays]), "failures": len(found.failures)}))
+    header.pop("key")
+    print(json.dumps({"hash": fingerprint([header, arrays]), "failures": len(found.failures)}))
 
 
 def start(folder: Path, processes: bool, values: int) -> subprocess.Popen:
     """Start a driver in a process of its own."""
     return subprocess.Popen([sys.executable, "-m", "studies.kill", "--drive", str(folder), "--values", str(values),
-                             *(["--processes"] if processes else [])], cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True)
+                             *(["--processes"] if processes else [])], cwd=ROOT, stdout=subprocess.PIPE, text=True,
+                            start_new_session=True)
 
 
 def workers_of(driver: subprocess.Popen) -> list[int]:

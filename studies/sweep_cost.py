@@ -111,10 +111,10 @@ def main(arguments=None) -> dict:
                  ["what", "asked", "measured"], rows)
     million = 1e6 * each
     chunk = 60.0 / each
-    text += (f"\n\nplan for 1000 x 1000 parameters at this cost: {million / 3600:.1f} core hours, {million / 3600 / 256:.2f} h on 256 "
-             f"cores; chunks of {chunk:.0f} values take a minute each: {1e6 / chunk:.0f} files, {1e6 / chunk / (million / 256):.2f} "
-             "written a second by one driver (it can do 100).  dask.distributed: Client(SLURMCluster) as executor; the chunk folder on a "
-             "disk the driver sees; workers need none.")
+    text += (f"\n\nplan for 1000 x 1000 parameters at this cost: {million / 3600:.1f} core hours, {million / 3600 / 256:.2f} h on "
+             f"256 cores; chunks of {chunk:.0f} values take a minute each: {1e6 / chunk:.0f} files, "
+             f"{1e6 / chunk / (million / 256):.2f} written a second by one driver (it can do 100).\nexecutor: "
+             "dask.distributed.Client(SLURMCluster(...)); the chunk folder on a disk that the driver sees, workers need none.")
     text += f"\n\n{found.report()}\n\n{machine()}\n"
     sys.stdout.write(text)
     chosen.output.mkdir(parents=True, exist_ok=True)

@@ -108,7 +108,8 @@ def _cell(system: System, region: Region, o: Mapping) -> dict:
     period_map, scale = PeriodMap(system, max_events=o["max_events"]), region.sizes(scene)
     X, keep = region.starts(scene, o["starts"], o["seed"]), 2 * o["longest"]
     points, outcomes, hits = settled(period_map, X, o["transient"], keep)
-    periods = np.array([period_of(row, scale, TOLERANCE) if code == MAPPED else -1 for row, code in zip(points, outcomes, strict=True)])
+    periods = np.array([period_of(row, scale, TOLERANCE) if code == MAPPED else -1
+                        for row, code in zip(points, outcomes, strict=True)])
     slow = np.flatnonzero(periods == APERIODIC)
     if slow.size:  # slow, or truly without period
         points[slow], outcomes[slow], hits[slow] = settled(period_map, points[slow, -1], PATIENCE * o["transient"], keep)
@@ -131,9 +132,10 @@ def _cell(system: System, region: Region, o: Mapping) -> dict:
     return found
 
 
-def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at: Mapping | None = None, starts: int = 8, seed: int = 0,
-                    transient: int = 300, longest: int = 16, exponents: bool = False, max_events: int = 2000, executor=None,
-                    workers: int | None = None, chunk: int = 100, progress: bool = False, file=None) -> ParameterChart:
+def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at: Mapping | None = None, starts: int = 8,
+                    seed: int = 0, transient: int = 300, longest: int = 16, exponents: bool = False, max_events: int = 2000,
+                    executor=None, workers: int | None = None, chunk: int = 100, progress: bool = False,
+                    file=None) -> ParameterChart:
     """Return what motions a system has over a grid of two parameters.
 
     Parameters

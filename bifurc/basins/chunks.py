@@ -22,7 +22,8 @@ from .. import __version__, io
 KIND = "chunk"
 MANIFEST = "manifest.json"
 _PACKAGE = Path(__file__).resolve().parent.parent
-_COUNTS = ("elements", "system.py", "systems", "compose", "flow", "orbits", "basins", "solve", "io.py", "_jit.py")  # see import order
+# what numbers can depend on, by the order of imports
+_COUNTS = ("elements", "system.py", "systems", "compose", "flow", "orbits", "basins", "solve", "io.py", "_jit.py")
 
 
 @functools.cache
@@ -111,7 +112,8 @@ class ChunkStore:
         except Exception:  # whatever a damaged file makes a reader say: it is computed again
             return None
         meta = header.get("meta")
-        if header.get("key") != self.key or header.get("name") != name or header.get("content") != fingerprint([meta, arrays]):
+        if not isinstance(meta, dict) or header.get("key") != self.key or header.get("name") != name \
+                or header.get("content") != fingerprint([meta, arrays]):
             return None
         return meta, arrays
 
@@ -129,7 +131,7 @@ class ChunkStore:
         arrays = {key: np.asarray(values) for key, values in arrays.items()}
         header = {"kind": KIND, "key": self.key, "name": name, "meta": meta, "content": fingerprint([meta, arrays])}
         try:
-            io.write(self.folder / name, header, arrays)
+            io.write(self.folder / name, header, arrays, compressed=False)  # they do not live long
         except OSError as error:
             raise OSError(error.errno, f"{error.strerror or error}: a chunk cannot be written into {self.folder}. The chunks "
                           "that are there are kept; make room and make the same call again: only what is missing is "

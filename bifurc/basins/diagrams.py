@@ -176,7 +176,8 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
             outcome = run_chunks(store, diagram_points, payloads, executor=executor, workers=workers, bar=bar,
                                  weights=[len(payload["values"]) for payload in payloads])
             if outcome.failures:
-                raise RuntimeError(f"a chunk of the diagram failed, those before it are kept: {next(iter(outcome.failures.values()))}")
+                why = next(iter(outcome.failures.values()))
+                raise RuntimeError(f"a chunk of the diagram failed, those before it are kept: {why}")
             for item, result in zip(directions, outcome.results, strict=True):
                 assert result is not None
                 states[item] = result[1]["state"]

@@ -2,6 +2,7 @@
 import threading
 from collections import OrderedDict
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ class Labeller:
     """
 
     def __init__(self, marcher: Marcher, elements: tuple):
-        self.common = {"system": marcher.scene.system.to_record(), "limit": marcher.limit, "elements": elements}
+        self.common: dict[str, Any] = {"system": marcher.scene.system.to_record(), "limit": marcher.limit, "elements": elements}
         self.common["key"] = fingerprint(self.common)
         self.size = LEAN if marcher.lean else CLOSED if marcher.scene.closed_form else LAW
         _keep(self.common["key"], marcher)

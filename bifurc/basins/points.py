@@ -39,7 +39,8 @@ def sweep_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     base = System.from_record(payload["system"], elements)
     region, options = Region.from_record(payload["region"]), payload["options"]
     known = payload.get("known")
-    points, arrays = [], {}
+    points: list[dict] = []
+    arrays: dict[str, np.ndarray] = {}
     for p, changes in enumerate(payload["points"]):
         system = base.with_parameters(**changes)
         given = [] if known is None else unpacked(known[p], payload["arrays"], f"p{p}", elements)
@@ -55,7 +56,7 @@ def point(system: System, region: Region, samples: int, options: Mapping, known:
     scene = scene_of(system)
     starts, scale = region.starts(scene, samples, options["seed"]), region.sizes(scene)
     marcher = Marcher(scene, options["max_events"])
-    found = Discovery(system, marcher, scale, options, list(known))
+    found = Discovery(system, marcher, scale, dict(options), list(known))
     found.search(starts[:FIRST])
     labels, states = np.full(samples, -1), np.full(samples, UNSETTLED)
     waiting = np.arange(samples)
@@ -78,7 +79,8 @@ def point(system: System, region: Region, samples: int, options: Mapping, known:
 
 def packed(attractors: Sequence, prefix: str) -> tuple[list[dict], dict[str, np.ndarray]]:
     """Return headers and arrays of attractors."""
-    headers, arrays = [], {}
+    headers: list[dict] = []
+    arrays: dict[str, np.ndarray] = {}
     for k, item in enumerate(attractors):
         header, mine = item.to_record()
         headers.append(header)

@@ -136,7 +136,8 @@ class Sweep:
 
     def report(self) -> str:
         """Return the tracks, and what was not resolved, as text."""
-        lines = [repr(self), *(f"  {track!r}{'' if track.parent is None else f', from track {track.parent}'}" for track in self.tracks)]
+        lines = [repr(self)]
+        lines += [f"  {track!r}{'' if track.parent is None else f', from track {track.parent}'}" for track in self.tracks]
         if self.unresolved.any():
             worst = int(np.argmax(self.unresolved))
             lines.append(f"  unresolved starts at {np.count_nonzero(self.unresolved)} values, at most {self.unresolved[worst]} of "
@@ -262,9 +263,10 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     ready = finished(file, "sweep", key)
     if ready is not None:
         store.clear()
-        return Sweep.from_record(*ready, elements=job["elements"])  # type: ignore[arg-type]
+        return Sweep.from_record(*ready, elements=job["elements"])
     with Progress("sweep", len(values) * (1.0 + FOLLOWING), progress) as bar:
-        found = _swept(system, values, job, store, key, {"executor": executor, "workers": workers, "bar": bar}, _whole("chunk", chunk))
+        run = {"executor": executor, "workers": workers, "bar": bar}
+        found = _swept(system, values, job, store, key, run, _whole("chunk", chunk))
     if file is not None and not found.failures:
         found.save(file)
         store.clear()
@@ -336,7 +338,7 @@ def _swept_without(system, values, job, rows, failures, good, key) -> Sweep:
 def _result(system, values, job, rows, failures, good, links: Links, key: str) -> Sweep:
     numbers, parents = links.tracks() if good else ([], {})
     place = {i: j for j, i in enumerate(good)}
-    empty = {"attractors": [], "counts": [], "unresolved": 0, "outside": 0, "starts": 0}
+    empty: dict = {"attractors": [], "counts": [], "unresolved": 0, "outside": 0, "starts": 0}
     found = [rows[i] if i in place else empty for i in range(len(values))]
     whole = {name: np.array([row[name] for row in found], np.int64) for name in ("unresolved", "outside", "starts")}
     return Sweep(system, job["parameter"], values, tuple(tuple(row["attractors"]) for row in found),

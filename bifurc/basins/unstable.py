@@ -13,7 +13,7 @@ from .edges import EdgeState, _Search, reaches
 from .periodmap import MAPPED
 
 STEP = 1e-6  # scaled, of the differences that give the unstable direction
-FIRST, LAST, LEAST = 1e-5, 1e-4, 1e-10  # scaled: where the grown curve begins, where its first piece ends if it can, and least begin
+FIRST, LAST, LEAST = 1e-5, 1e-4, 1e-10  # scaled: where the curve begins, where its first piece ends if it can, least begin
 BISECTIONS = 48  # of a gap that does not close
 TOUCHING = 1e-9  # scaled distance of neighbours whose images a period later are apart only if the map jumps
 
@@ -61,8 +61,8 @@ class UnstableSet:
         if self.corners:
             parts.append(f"has corners where motions graze ({self.corners} met)")
         if self.merging:
-            parts.append(f"passes motions that come to rest on a stop or impact without end ({self.merging} points): there different "
-                         "starts merge and the map has no inverse")
+            parts.append(f"passes motions that come to rest on a stop or impact without end ({self.merging} points): there "
+                         "different starts merge and the map has no inverse")
         if self.breaks:
             parts.append(f"is torn at {self.breaks} places where the map jumps")
         return f"The set {', '.join(parts)}: a piecewise smooth {'set' if self.breaks else 'curve'}, not a manifold."
@@ -101,7 +101,10 @@ def unstable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most:
     turns = k if multiplier > 0.0 else 2 * k
     growth = abs(multiplier) ** (turns // k)
     first = max(min(FIRST, LAST / growth), LEAST)
-    points, sides, curves, labels = [], [], [], []
+    points: list[np.ndarray] = []
+    sides: list[np.ndarray] = []
+    curves: list[np.ndarray] = []
+    labels = []
     corners = merging = breaks = 0
     complete = True
     for side, sign in enumerate((1.0, -1.0)):

@@ -18,6 +18,9 @@ def add(commands, shared) -> None:
                                  description=inspect.getdoc(run_basins))
     basins.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
                         help="a state component (q0, v0, ...) and its range; given twice")
+    basins.add_argument("--resume", action=argparse.BooleanOptionalAction, default=True,
+                        help="go on from the chunk files of an interrupted run, and read a map that is there (default); "
+                             "--no-resume removes both first")
     basins.set_defaults(run=run_basins)
 
 
@@ -40,8 +43,10 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     """Map, print, save and draw the basins of one system, and its attractors as motions."""
     print(f"{system!r}: basins of {options.cells} x {options.cells} starts")
     grid = bf.Grid(**{component: (*bounds, options.cells) for component, bounds in window.items()})
-    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet,
-                                     file=folder / f"{name}_basins.npz")
+    file = folder / f"{name}_basins.npz"
+    if not getattr(options, "resume", True):
+        forget(file)
+    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet, file=file)
     print(basin_table(basins))
     edges = saddles(basins)
     for edge in edges:
@@ -61,6 +66,15 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
             bf.plotting.plot_orbit(attractor, axes[2 * k:2 * k + 2])
         say_saved(bf.plotting.save_figure(figure, folder / f"{name}_motions.{options.format}"))
     return 0
+
+
+def forget(file: Path) -> None:
+    """Remove a result and the chunk files of its unfinished run."""
+    from bifurc.basins.chunks import ChunkStore
+
+    file.unlink(missing_ok=True)
+    if Path(f"{file}.chunks").is_dir():
+        ChunkStore(f"{file}.chunks", {}).clear()
 
 
 def basin_table(basins: Any) -> str:

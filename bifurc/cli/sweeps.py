@@ -9,6 +9,7 @@ import bifurc as bf
 from bifurc.warm import warm_up
 
 from .common import UsageError, folder_of, number, say_saved, system_of
+from .maps import forget
 
 _BRANCHES = 4  # families of which a branch is traced for the picture
 _TRIES = 3  # orbits of a family from which it is tried
@@ -24,6 +25,8 @@ def add(commands, shared) -> None:
     sweep.add_argument("--samples", metavar="N", type=int, default=1000, help="starts at each value (default: %(default)s)")
     sweep.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
                        help="a state component (q0, v0, ...) and its range; once a component")
+    sweep.add_argument("--resume", action=argparse.BooleanOptionalAction, default=True,
+                       help="go on from the chunk files of an interrupted run (default); --no-resume removes them first")
     sweep.add_argument("--no-branches", dest="branches", action="store_false", help="trace no branches for the picture")
     sweep.set_defaults(run=run_sweep)
 
@@ -49,6 +52,8 @@ def run_sweep(options: argparse.Namespace) -> int:
     stem = f"{name}_{parameter}_sweep"
     print(f"{system!r}: {parameter} at {options.points} values from {low:g} to {high:g}, {options.samples} starts each", flush=True)
     warm_up()
+    if not options.resume:
+        forget(folder / f"{stem}.npz")
     found = bf.sweep(system, parameter, np.linspace(low, high, options.points), region, samples=options.samples,
                      workers=options.workers, progress=not options.quiet, file=folder / f"{stem}.npz")
     print(found.report())

@@ -54,8 +54,9 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
         color = _COLORS[k][1] if k < _SHOWN else style.GREY
         for track in (tracks[number] for number in family):
             chaotic = [hasattr(item, "points") for item in track.attractors]
-            heights = [getattr(item, _MEASURES[name])(int(dof)) for item, chaos in zip(track.attractors, chaotic, strict=True) if not chaos]
-            above.plot(track.values[~np.array(chaotic)], heights, linestyle="none", marker="o", markersize=2.2, color=color, zorder=4)
+            heights = [getattr(item, _MEASURES[name])(int(dof)) for item in track.attractors if not hasattr(item, "points")]
+            above.plot(track.values[~np.array(chaotic)], heights, linestyle="none", marker="o", markersize=2.2, color=color,
+                       zorder=4)
             chaos = track.values[np.array(chaotic)]
             above.plot(chaos, np.full(len(chaos), 0.02), linestyle="none", marker="|", markersize=6, color=color,
                        transform=above.get_xaxis_transform(), zorder=4)
@@ -72,7 +73,8 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
         words.append("unresolved")
         tints.append("white")
         edges.append("black")
-    for area, edge in zip(below.stackplot(sweep.values, np.array(stack), colors=tints, labels=words) if stack else [], edges, strict=True):
+    areas = below.stackplot(sweep.values, np.array(stack), colors=tints, labels=words) if stack else []
+    for area, edge in zip(areas, edges, strict=True):
         area.set_edgecolor(edge)
         area.set_linewidth(0.6)
     below.set_xlim(np.min(sweep.values), np.max(sweep.values))

@@ -45,7 +45,8 @@ def test_basins_and_sweeps_on_the_cluster_equal_those_here(client):
     here, there = bf.basins_of_attraction(system, grid), bf.basins_of_attraction(system, grid, executor=client)
     np.testing.assert_array_equal(here.labels, there.labels)
     np.testing.assert_array_equal(here.periods, there.periods)
-    request = {"parameter": "omega", "values": [1.3, 1.4, 1.5], "region": {"q0": (-3, 1), "v0": (-4, 4)}, "samples": 100, "chunk": 1}
+    region = {"q0": (-3, 1), "v0": (-4, 4)}
+    request = {"parameter": "omega", "values": [1.3, 1.4, 1.5], "region": region, "samples": 100, "chunk": 1}
     one, other = bf.sweep(system, **request), bf.sweep(system, **request, executor=client)
     np.testing.assert_array_equal(one.fractions, other.fractions)
     assert one.report() == other.report()

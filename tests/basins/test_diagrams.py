@@ -47,7 +47,8 @@ def test_section_points_lie_on_the_branch(diagram):
 
 
 def test_workers_executors_and_saving_change_no_bit(diagram, tmp_path):
-    again = bf.bifurcation_diagram(STORY, "omega", np.linspace(0.8, 1.6, 33)[::-1], keep=16, workers=2, chunk=7, file=tmp_path / "d.npz")
+    again = bf.bifurcation_diagram(STORY, "omega", np.linspace(0.8, 1.6, 33)[::-1], keep=16, workers=2, chunk=7,
+                                   file=tmp_path / "d.npz")
     assert bits(again) == bits(diagram) == bits(bf.load(tmp_path / "d.npz"))
     assert [path.name for path in tmp_path.iterdir()] == ["d.npz"]
 
@@ -138,7 +139,8 @@ def test_chunks_workers_and_saving_change_no_bit_of_a_chart(chart, tmp_path):
 
 
 def test_starts_that_cannot_be_followed_leave_a_cell_blank():
-    chart = bf.parameter_chart(STORY, {"gap": [-5.0, 1.0], "omega": [1.0, 1.1]}, {"q0": (-3, 1), "v0": (-4, 4)}, starts=4, longest=2)
+    region = {"q0": (-3, 1), "v0": (-4, 4)}
+    chart = bf.parameter_chart(STORY, {"gap": [-5.0, 1.0], "omega": [1.0, 1.1]}, region, starts=4, longest=2)
     assert chart.periods[0].tolist() == [-1, -1] and chart.settled[0].tolist() == [0, 0] and (chart.periods[1] == 1).all()
 
 
@@ -146,4 +148,5 @@ def test_bad_charts():
     with pytest.raises(ValueError, match="it must name two parameters"):
         bf.parameter_chart(STORY, {"omega": [1.0]}, {"q0": (-3, 1)})
     with pytest.raises(ValueError, match="field = 'period' is not allowed"):
-        bf.parameter_chart(STORY, {"omega": [1.0], "gap": [1.0]}, {"q0": (-1, 1)}, starts=1, transient=1, longest=1).plot(field="period")
+        small = bf.parameter_chart(STORY, {"omega": [1.0], "gap": [1.0]}, {"q0": (-1, 1)}, starts=1, transient=1, longest=1)
+        small.plot(field="period")

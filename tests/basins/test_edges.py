@@ -39,7 +39,7 @@ def test_the_multipliers_are_those_of_differences_of_the_map(edge):
 
 
 def test_the_motion_on_the_boundary_stays_between_the_two(edge, basins):
-    """Just beside each point on either side along the unstable direction labels differ: each point is within LOOSE of the boundary."""
+    """Just beside each point on either side along the unstable direction labels differ (points are within LOOSE of it)."""
     search = _Search(basins, (0, 1))
     found = edge.unstable_set(periods=3)
     assert {found.labels[0], found.labels[1]} == {(0,), (1,)}

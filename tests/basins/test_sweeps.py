@@ -136,7 +136,8 @@ def test_a_start_region_of_another_problem_gives_other_names():
 
 def test_a_gap_that_moves_starts_behind_the_stop():
     """Where the stop moves in, starts beyond it are counted out."""
-    found = bf.sweep(bf.systems.impact_oscillator(omega=1.4), "gap", [0.2, 0.6, 1.0], {"q0": (-1.0, 1.0), "v0": (-1.0, 1.0)}, samples=100)
+    region = {"q0": (-1.0, 1.0), "v0": (-1.0, 1.0)}
+    found = bf.sweep(bf.systems.impact_oscillator(omega=1.4), "gap", [0.2, 0.6, 1.0], region, samples=100)
     np.testing.assert_allclose(found.outside / found.starts, [0.4, 0.2, 0.0], atol=0.03)
     np.testing.assert_allclose(found.fractions.sum(axis=1), 1.0)
 
