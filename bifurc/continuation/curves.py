@@ -13,10 +13,10 @@ import numpy as np
 
 from . import conditions
 from .branch import Branch
+from .families import family_of
 from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .peaks import WithPeaks
 from .problem import EPS, Monitor, Problem
-from .families import family_of
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
 
 BOUND = "bound"  # name of the monitors that end a curve at the bounds of a
@@ -186,7 +186,8 @@ class CurveProblem(Problem):
         """Return a JSON-able description."""
         bounds = [value if math.isfinite(value) else None for value in self.bounds_a]
         interval = [value if math.isfinite(value) else None for value in self.family.interval]
-        return {"kind": "curve", "class": type(self.family.problem).__name__, "of": self.family.problem.to_record(), "second": self.family.name,
+        base = self.family.problem
+        return {"kind": "curve", "class": type(base).__name__, "of": base.to_record(), "second": self.family.name,
                 "interval": interval, "scale": self.scale.tolist(), "followed": self.kind.value, "name": self.name,
                 "bounds_a": bounds, "x0": self.x0.tolist()}
 

@@ -1,8 +1,8 @@
 """Problems F(u, a, b) = 0 in two parameters: for every value of b the one-parameter problem in a.
 
-`family_of(problem, name, bounds)` asks the problem (``problem.family(name, bounds)``: orbits answer with numbers of the system that are sampled
-once over both intervals), and otherwise varies a plain number that the problem has as an attribute, which is all that a
-hand-written problem needs.
+`family_of(problem, name, bounds)` asks the problem (``problem.family(name, bounds)``: orbits answer with numbers of the
+system that are sampled once over both intervals), and otherwise varies a plain number that the problem has as an attribute,
+which is all that a hand-written problem needs.
 """
 import copy
 import math
@@ -162,7 +162,7 @@ def surface(sample, first, second, name):
 
 
 def family_of(problem, name, bounds):
-    """Return the family of ``problem`` over ``name`` between ``bounds`` (low, high), which may be infinite for hand-written ones."""
+    """Return the family of ``problem`` over ``name`` between ``bounds``, which may be infinite for hand-written problems."""
     own = getattr(problem, "family", None)
     if own is not None:
         return own(name, bounds)

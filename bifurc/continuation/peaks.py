@@ -82,7 +82,8 @@ class WithPeaks:
         tangent = c.tangent
         if not getattr(self.inner, "exact_tangent", False) and c.det_sign:
             # the corrector's derivative in the parameter may be a rough difference: good for a step, not for a peak
-            wide = np.column_stack([np.reshape(part, (self.inner.size, -1)) for part in self.inner.jacobian(c.x[:-1], float(c.x[-1]))])
+            parts = self.inner.jacobian(c.x[:-1], float(c.x[-1]))
+            wide = np.column_stack([np.reshape(part, (self.inner.size, -1)) for part in parts])
             if np.isfinite(wide).all():
                 fresh, _, _ = null_vector(wide, self.scale)
                 tangent = fresh if float(fresh @ c.tangent) > 0.0 else -fresh

@@ -193,8 +193,8 @@ def monodromy(shape: Shape, T: Numbers, paths, ends, zs, counts, c, v, cuts, KL,
             break
         for k in range(nc):
             while at[k] < counts[k, 0] - 1 and ends[k, at[k], 0] <= cuts[j + 1]:
-                if event(shape, T, k, paths[k, at[k]], ends[k, at[k], 0], zs[k, at[k]], zs[k, at[k] + 1], offset[k], c, v, mass, pivot,
-                         P) == 0:
+                i = at[k]
+                if event(shape, T, k, paths[k, i], ends[k, i, 0], zs[k, i], zs[k, i + 1], offset[k], c, v, mass, pivot, P) == 0:
                     return 0
                 at[k] += 1
                 stale = True
@@ -278,7 +278,8 @@ def event(shape: Shape, T: Numbers, k, path, phase, before, after, offset, c, v,
     for i in range(Z):
         if wrote and shape.slaved[k, m, i]:
             gradient(shape, T.ZU[k, m, i], T.ZS[k, m, i], T.ZU[k, m, i, :0], k, offset, P, row)
-            expression(T.ZU[k, m, i], T.ZS[k, m, i], before[:0], T.ZH[k, m, i], shape.rows[k], Q, shape.excited, c, v, before[:0], a)
+            expression(T.ZU[k, m, i], T.ZS[k, m, i], before[:0], T.ZH[k, m, i], shape.rows[k], Q, shape.excited, c, v,
+                       before[:0], a)
             moving = rate * jet(shape.waves, a, p)[1]
             if abs(moving) > JUMP * rate * (size(a) + 1e-300):
                 if not regular:
@@ -289,9 +290,11 @@ def event(shape: Shape, T: Numbers, k, path, phase, before, after, offset, c, v,
             dz[i] = P[offset + i]
     for q in range(Q):
         own = shape.rows[k, q]
-        expression(T.FU[k, m, q], T.FS[k, m, q], T.FZ[k, m, q, :Z], T.FH[k, m, q], shape.rows[k], Q, shape.excited, c, v, before[:Z], a)
+        expression(T.FU[k, m, q], T.FS[k, m, q], T.FZ[k, m, q, :Z], T.FH[k, m, q], shape.rows[k], Q, shape.excited, c, v,
+                   before[:Z], a)
         old, bound = jet(shape.waves, a, p)[0], size(a)
-        expression(T.FU[k, b, q], T.FS[k, b, q], T.FZ[k, b, q, :Z], T.FH[k, b, q], shape.rows[k], Q, shape.excited, c, v, after[:Z], a)
+        expression(T.FU[k, b, q], T.FS[k, b, q], T.FZ[k, b, q, :Z], T.FH[k, b, q], shape.rows[k], Q, shape.excited, c, v,
+                   after[:Z], a)
         jump = old - jet(shape.waves, a, p)[0]
         if abs(jump) > JUMP * (bound + size(a) + 1e-300):
             if not regular:

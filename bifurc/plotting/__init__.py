@@ -6,10 +6,12 @@ to draw on (``ax=None`` makes a figure with pyplot) and returns them, so that ev
 from .basins import plot_basins
 from .branches import plot_branch, plot_branches
 from .cells import plot_cells, plot_morse
+from .curves import plot_curve
 from .motions import describe, plot_orbit, plot_trajectory
 from .responses import plot_peaks, plot_responses
 from .style import figure, save_figure
 from .sweeps import plot_chart, plot_diagram, plot_edge, plot_sweep
 
-__all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_cells", "plot_chart", "plot_diagram",
-           "plot_edge", "plot_morse", "plot_orbit", "plot_peaks", "plot_responses", "plot_sweep", "plot_trajectory", "save_figure"]
+__all__ = ["describe", "figure", "plot_basins", "plot_branch", "plot_branches", "plot_cells", "plot_chart", "plot_curve",
+           "plot_diagram", "plot_edge", "plot_morse", "plot_orbit", "plot_peaks", "plot_responses", "plot_sweep",
+           "plot_trajectory", "save_figure"]
