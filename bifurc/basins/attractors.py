@@ -257,7 +257,8 @@ def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
     for number, (attractor, radius) in enumerate(zip(attractors, radii, strict=True)):
         found = section_points(attractor)
         if isinstance(attractor, ChaoticAttractor):
-            found = attractor.cover if proven else found
+            if proven and attractor.cover is not None:
+                found = attractor.cover
             mine = np.empty(len(found), np.uint64)
             boxes(np.ascontiguousarray(found), 1.0 / scale, width, mine)
             mine = np.unique(mine)

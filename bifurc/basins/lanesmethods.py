@@ -36,7 +36,7 @@ class Nystrom(NamedTuple):
 
 # Dormand and Prince, 12 stages of order 8 (Hairer, Norsett, Wanner, Solving ordinary differential equations I, 1993, code
 # DOP853): rows of a, then b; missing entries are 0
-_RK8 = (
+_RK8: tuple[dict[int, float], ...] = (
     {},
     {0: 0.05260015195876773},
     {0: 0.0197250569845379, 1: 0.0591751709536137},
@@ -59,7 +59,7 @@ _RK8_WEIGHTS = (
     {0: 0.054293734116568765, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
      8: 0.3111643669578199, 9: -0.1521609496625161, 10: 0.20136540080403034, 11: 0.04471061572777259}
 )
-_RK4 = ({}, {0: 0.5}, {1: 0.5}, {2: 1.0})
+_RK4: tuple[dict[int, float], ...] = ({}, {0: 0.5}, {1: 0.5}, {2: 1.0})
 _RK4_WEIGHTS = {0: 1.0 / 6.0, 1: 1.0 / 3.0, 2: 1.0 / 3.0, 3: 1.0 / 6.0}
 
 

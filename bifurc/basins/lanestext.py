@@ -197,7 +197,7 @@ def _horner(write: "_Lines", depth: int, name: str, at: str, value: str, slope: 
 class _Lines:
     """Lines of source."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._lines: list[str] = []
 
     def line(self, depth: int, text: str) -> None:

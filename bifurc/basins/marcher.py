@@ -46,8 +46,8 @@ class Cells(NamedTuple):
     @classmethod
     def blank(cls, size: int, label: int = -1, state: int = ASK) -> "Cells":
         """Return cells of which nothing is known yet."""
-        whole = (np.full(size, value, np.int64) for value in (label, 0, 0, state))
-        return cls(*whole, np.full(size, np.inf))
+        labels, periods, impacts, states = (np.full(size, value, np.int64) for value in (label, 0, 0, state))
+        return cls(labels, periods, impacts, states, np.full(size, np.inf))
 
 
 class Images(NamedTuple):
@@ -131,8 +131,8 @@ class Marcher:
 
     def carry(self, X: np.ndarray, periods: int) -> Images:
         """Carry the starts ``X`` (N, ns), in place, over forcing periods."""
-        whole = (np.full(len(X), value, np.int64) for value in (ASK, 0))
-        images = Images(X, *whole, np.full(len(X), np.inf))
+        outcomes, impacts = (np.full(len(X), value, np.int64) for value in (ASK, 0))
+        images = Images(X, outcomes, impacts, np.full(len(X), np.inf))
         starts = X.copy()
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
