@@ -54,3 +54,14 @@ def test_five_hundred_random_cases(rng):
     assert converged >= 0.99
     assert not false, false
     assert all(np.isfinite(row[2]) for row in rows)
+
+
+def test_just_above_the_limit(rng):
+    """alpha - beta of 3e-4 to .05: held within few harmonics or barely moving, the stated error covers the true slip."""
+    for _ in range(8):
+        omega, xi, excess = rng.uniform(0.05, 3.0), rng.uniform(0.01, 0.2), 10.0 ** rng.uniform(-3.5, -1.3)
+        system = bf.systems.dry_friction_oscillator(zeta=xi, omega=omega, amplitude=1.0 + excess)
+        orbit = bf.find_orbit(system, method=HarmonicBalance(int(rng.choice([5, 10, 20]))))
+        exact = SteadyFriction(omega, xi, 1.0 + excess, start=(-2.25 * excess**2 / (1.0 + excess) / omega**2, 0.0))
+        assert orbit.success and exact.closure <= 1e-10
+        assert 0.0 < abs(exact.integrals([1])[0] - orbit.harmonic(1)) <= orbit.how["error of the first harmonic"][0]
