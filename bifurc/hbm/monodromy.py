@@ -136,11 +136,12 @@ def states(shape: Shape, paths, counts, kept):
     start = 2 * shape.dims[0]
     kept[:start] = 1
     for k in range(shape.modes.size):
-        written = 0
-        for i in range(counts[k, 0]):
-            if paths[k, i, WROTE] >= 0:
-                written = 1
-        kept[start:start + shape.memory[k]] = written
+        for z in range(shape.memory[k]):
+            kept[start + z] = 0
+            for i in range(counts[k, 0]):
+                wrote = paths[k, i, WROTE]
+                if wrote >= 0 and shape.slaved[k, wrote, z]:
+                    kept[start + z] = 1
         start += shape.memory[k]
 
 
