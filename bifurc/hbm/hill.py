@@ -72,7 +72,7 @@ class Hill:
         self.reach = (TAIL + 1) * self.K if len(parts.contacts) else 2 * self.K
         self.lags = np.arange(-self.reach, self.reach + 1)
         Gu, Gs = np.zeros((self.lags.size, n, n), complex), np.zeros((self.lags.size, n, n), complex)
-        self.delayed = []  # (start, stop, written, left (n,), row (n,) of coordinates, row (n,) of speeds)
+        self.delayed: list[tuple] = []  # (start, stop, written, left (n,), row (n,) of coordinates, row (n,) of speeds)
         for k in range(len(parts.contacts)):
             self._contact(shape, T, room, k, Gu, Gs)
         if parts.laws:

@@ -156,4 +156,4 @@ def exact_twin(balance: Balance) -> Balance:
 def ordered(multipliers) -> np.ndarray:
     """Return complex multipliers, largest first, conjugate pairs with the positive imaginary part first."""
     mu = np.asarray(multipliers).astype(complex)
-    return mu[np.lexsort((-mu.imag, -mu.real, -np.abs(mu).round(14)))]
+    return mu[np.lexsort((-mu.imag, -mu.real.round(9), -np.abs(mu).round(9)))]

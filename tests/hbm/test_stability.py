@@ -1,0 +1,100 @@
+"""Multipliers of harmonic motions: monodromy in the time domain against Hill's method, folds, and closed forms."""
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import bifurc as bf
+from bifurc.hbm.hill import Hill, hill_multipliers
+from bifurc.hbm.stability import StabilityStatus, multipliers_of
+from tests.hbm.test_examples import duffing, unilateral
+
+
+def jenkins(omega=1.1, harmonics=21):
+    system = bf.systems.jenkins_oscillator(zeta=0.01, omega=omega, amplitude=1.0, stiffness=1.0, limit=1.0)
+    return bf.find_orbit(system, method=bf.HarmonicBalance(harmonics))
+
+
+def test_linear_closed_form():
+    orbit = bf.find_orbit(bf.System(1.0, 0.1, 1.0, [bf.elements.HarmonicForce(1.0)], omega=1.3), method=bf.HarmonicBalance(3))
+    want = np.linalg.eigvals(expm(np.array([[0.0, 1.0], [-1.0, -0.1]]) * orbit.period))
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(want), abs=1e-13)
+    assert orbit.stable
+
+
+def test_elastic_slider_is_stable():
+    """The slider starts its stick with the displacement of that instant: 0, .388, .780."""
+    mu = jenkins().multipliers
+    assert mu == pytest.approx([0.7796, 0.3876, 0.0], abs=1e-4) and abs(mu[2]) < 1e-14
+    assert jenkins().stable
+
+
+def test_stuck_slider_is_a_spring():
+    """Memory that is never written is a parameter of a family: its +1 is left out."""
+    orbit = jenkins(omega=0.5, harmonics=3)
+    want = np.linalg.eigvals(expm(np.array([[0.0, 1.0], [-2.0, -0.02]]) * orbit.period))
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(want), abs=1e-12)
+
+
+def test_monodromy_against_delay_weighted_hill():
+    orbit = jenkins()
+    time = orbit.multipliers
+    assert hill_multipliers(orbit.balance, orbit.coefficients, 42)[:2] == pytest.approx(time[:2], abs=1e-8)
+    plain = Hill(orbit.balance, orbit.coefficients, 30)
+    assert np.abs(plain.multipliers()[:2] - time[:2]).min() > 1e-2  # without the weight no multiplier is right
+    plain.delayed = []  # the derivative of the force alone, as if sliders knew nothing of the displacement they stopped at:
+    assert plain.multipliers()[0] == pytest.approx(1.767, abs=1e-3)  # a stable orbit is called unstable
+
+
+def test_monodromy_against_shooting_as_harmonics_grow():
+    """The multipliers of the true motion: those of the balance come nearer at least as H^-2."""
+    true = bf.find_orbit(jenkins().system, guess=jenkins()).multipliers
+    errors = [np.abs(jenkins(harmonics=H).multipliers[:2] - true[:2]).max() for H in (7, 21, 61)]
+    assert errors[1] < errors[0] / 5 and errors[2] < 1e-5
+
+
+def test_law_multipliers_against_hill():
+    orbit = bf.find_orbit(duffing(1.2), method=bf.HarmonicBalance(7))
+    assert orbit.multipliers == pytest.approx(hill_multipliers(orbit.balance, orbit.coefficients, 21), abs=1e-9)
+    det = np.exp(-0.05 * orbit.period)  # Liouville
+    assert np.prod(orbit.multipliers) == pytest.approx(det, abs=1e-11)
+
+
+def test_contact_multipliers_against_hill():
+    orbit = bf.find_orbit(unilateral(0.62), method=bf.HarmonicBalance(21))
+    assert np.prod(orbit.multipliers) == pytest.approx(np.exp(-0.09 * orbit.period), rel=1e-11)  # trace of M^-1 C is .09
+
+
+def test_folds_of_duffing_by_both():
+    """Example 01: a multiplier passes +1 at each fold, by monodromy and by Hill, within 1e-6 in frequency."""
+    branch = bf.trace(bf.find_orbit(duffing(0.5), method=bf.HarmonicBalance(9)), "omega", bounds=(0.5, 1.6))
+    folds = branch.special_points.of("fold")
+    assert len(folds) == 2
+    for fold in folds:
+        low = max(i for i in range(len(branch)) if branch.column("s")[i] < fold.s - 1e-3)
+        a, b = branch.orbits[low], fold.solution
+        # d omega = bend (mu - 1)^2 near a fold: the frequency at which mu = 1 differs by bend (mu(fold) - 1)^2
+        near = a.multipliers[np.argmin(np.abs(a.multipliers - 1.0))].real - 1.0
+        bend = abs((a.parameters["omega"] - b.parameters["omega"]) / near**2)
+        for mu in (b.multipliers, hill_multipliers(b.balance, b.coefficients, 27)):
+            off = np.abs(mu - 1.0).min()
+            assert bend * off**2 < 1e-6 and off < 1e-5
+
+
+def test_sampled_balance_and_columns():
+    exact = jenkins(harmonics=7)
+    method = bf.HarmonicBalance(7, aft="sampled", samples=4096)
+    orbit = bf.find_orbit(exact.system, guess=exact, method=method)
+    assert orbit.multipliers == pytest.approx(exact.multipliers, abs=1e-4)
+    branch = bf.trace(exact, "omega", bounds=(1.05, 1.15))
+    mu = branch.column("multiplier_0")
+    i = len(branch) // 2
+    assert mu[i] == pytest.approx(branch.orbits[i].multipliers[0], abs=1e-12)
+    assert branch.column("stable").all()
+
+
+def test_set_valued_friction_says_why():
+    system = bf.systems.dry_friction_oscillator()
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance(9))
+    status, mu = multipliers_of(orbit.balance, orbit.coefficients)
+    assert status is StabilityStatus.SET_VALUED and "Polish" in status.sentence and not len(mu)
+    assert orbit.stable is None
