@@ -4,10 +4,14 @@ import inspect
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 import bifurc as bf
 from bifurc.warm import warm_up
 
 from .common import UsageError, folder_of, number, reason, say_saved, system_of
+
+FURTHER = 12  # responses beyond the end of a curve of peaks
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ def run_frf(options: argparse.Namespace) -> int:
     warm_up()
     folder = folder_of(options.out)
     keyword, variants = compared.variants
-    drawn: dict[str, tuple[list, Any]] = {}
+    drawn: dict[str, tuple[list, Any, list]] = {}
     for variant in variants:
         chosen = system if not keyword else rebuilt(name, system, keyword, variant)
         print(f"\n{keyword} {variant}".rstrip() if keyword else "")
@@ -71,13 +75,15 @@ def run_frf(options: argparse.Namespace) -> int:
             if "interrupt" in reason(branch):
                 raise KeyboardInterrupt
         curve = followed(branches, parameter, compared, (low, high), options.measure) if compared.name else None
+        peaks = [(value, highest(branch, options.measure)) for value, branch in zip(compared.values, branches, strict=True)]
         if curve is not None:
+            peaks += further(chosen, parameter, compared, (low, high), curve, method, options)
             curve.save(folder / f"{'_'.join(filter(None, (name, 'peaks', variant)))}.npz")
             for point in curve.special_points:
                 if point.kind == "extremum" and point.name == options.measure:
                     print(f"extreme peak: {point.measures[options.measure]:.6g} at {compared.name} = "
                           f"{point.parameters[compared.name]:.6g}")
-        drawn[variant] = branches, curve
+        drawn[variant] = branches, curve, sorted(peak for peak in peaks if peak[1] is not None)
     draw(drawn, compared, name, folder, options)
     return 0
 
@@ -117,14 +123,34 @@ def followed(branches: list, parameter: str, compared: Comparison, bounds: tuple
     return bf.trace_curve(peak, (compared.name, parameter), bounds={compared.name: compared.span, parameter: bounds})
 
 
-def draw(drawn: dict[str, tuple[list, Any]], compared: Comparison, name: str, folder: Any, options: argparse.Namespace) -> None:
+def highest(branch: Any, measure: str) -> float | None:
+    """Return the height of the highest located peak of a response, or None."""
+    return max((float(point.measures[measure]) for point in branch.special_points.of("peak")), default=None)
+
+
+def further(system: Any, parameter: str, compared: Comparison, bounds: tuple[float, float], curve: Any, method: Any,
+            options: argparse.Namespace) -> list[tuple[float, float | None]]:
+    """Return peaks of responses at values that the curve of peaks did not reach: it ends where a peak becomes a corner."""
+    reached = curve.column(compared.name)
+    values = [value for value in np.geomspace(max(reached.max(), 1e-3 * compared.span[1]), compared.span[1], FURTHER + 1)[1:]
+              if value > reached.max() * (1.0 + 1e-9)]
+    found = []
+    for value in values:
+        orbit = bf.find_orbit(system.with_parameters(**{parameter: bounds[0], compared.name: float(value)}), method=method)
+        if orbit.success:
+            branch = bf.trace(orbit, parameter, bounds=bounds, peaks=options.measure)
+            found.append((float(value), highest(branch, options.measure)))
+    return found
+
+
+def draw(drawn: dict[str, tuple[list, Any, list]], compared: Comparison, name: str, folder: Any, options: argparse.Namespace) -> None:
     """Draw the responses, one picture a variant side by side, and the heights of their peaks."""
     figure, axes = bf.plotting.figure(3.6 * len(drawn) + 0.6, 3.4, columns=len(drawn), sharey=True)
-    for ax, (variant, (branches, curve)) in zip(axes, drawn.items(), strict=True):
+    for ax, (variant, (branches, curve, _)) in zip(axes, drawn.items(), strict=True):
         bf.plotting.plot_responses(branches, compared.values, compared.name, ax, options.measure, curve)
         ax.set_title(variant, loc="left", fontsize=8)
     say_saved(bf.plotting.save_figure(figure, folder / f"{name}_frf.{options.format}"))
-    curves = {variant: curve for variant, (_, curve) in drawn.items() if curve is not None}
+    curves = {variant: (curve, peaks) for variant, (_, curve, peaks) in drawn.items() if curve is not None}
     if curves:
         figure, (ax,) = bf.plotting.figure(4.6, 3.2)
         bf.plotting.plot_peaks(curves, compared.name, ax, options.measure)

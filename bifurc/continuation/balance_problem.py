@@ -205,10 +205,20 @@ class BalanceProblem(Problem):
             listed = self._counted(point.x + ahead * BESIDE * self.scale * point.tangent)
             if not np.array_equal(listed, self.listed):
                 break
-        other = copy.copy(self)
-        other.x0, other.listed = point.x.copy(), listed
-        other.signature = other._words()
+        other = self.with_order(listed)
+        other.x0 = point.x.copy()
         return other, point.x, point.tangent
+
+    def order_at(self, x) -> np.ndarray:
+        """Return the number of events of each contact at ``x`` (n + 1,), as they come."""
+        return self._counted(x)
+
+    def with_order(self, listed) -> "BalanceProblem":
+        """Return the problem for another number of events of each contact."""
+        other = copy.copy(self)
+        other.listed = np.array(listed, np.int64)
+        other.signature = other._words()
+        return other
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations and order of events."""
@@ -305,7 +315,7 @@ class BalanceProblem(Problem):
     def solution(self, x) -> HarmonicOrbit:
         """Return the orbit at ``x`` (n + 1,)."""
         system = self.system.with_parameters(**{self.parameter: float(x[-1])})
-        how = {"method": "harmonic balance, newton", "harmonics": [k / self.layout.periods for k in self.layout.harmonics],
+        how: dict[str, object] = {"method": "harmonic balance, newton", "harmonics": [k / self.layout.periods for k in self.layout.harmonics],
                "aft": self.method.aft, "parameter": self.parameter}
         if self._law:
             how["law samples"] = self.balance.law_samples

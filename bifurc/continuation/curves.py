@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import conditions
+from .balance_problem import BESIDE
 from .branch import Branch
 from .families import family_of
 from .kinds import CorrectorStatus, SpecialPointKind, StopReason
@@ -20,6 +21,7 @@ from .problem import EPS, Monitor, Problem
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
 
 BOUND = "bound"  # name of the monitors that end a curve at the bounds of a
+UNMOVED = 1e-8  # derivative in the second parameter, relative: differences have that much noise
 STILL = 1e-6  # both components of the unit tangent in the plane of the parameters at a cusp
 TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
 
@@ -45,6 +47,7 @@ class CurveProblem(Problem):
     """
 
     _noisy = False
+    _still = False  # nothing depends on the second parameter here: the measure has no slope whose noise could be searched
 
     def __init__(self, family, kind, name, bounds_a, x0):
         base = family.problem
@@ -58,9 +61,8 @@ class CurveProblem(Problem):
         if kind is SpecialPointKind.PEAK:
             monitors.append(Monitor(SpecialPointKind.EXTREMUM, name, odd=True))
         # a graze that is followed as a listed event is also the touch of an unlisted one: its own kind is no boundary
-        smooth = getattr(base, "smooth_boundaries", False)  # the same equations go on behind them
         self._inherited = [k for k, monitor in enumerate(base.monitors)
-                           if monitor.boundary and not smooth and (self._followed < 0 or monitor.kind != kind)]
+                           if monitor.boundary and (self._followed < 0 or monitor.kind != kind)]
         self._walls = [k for k in (0, 1) if math.isfinite(bounds_a[k])]
         for k in self._inherited:
             monitors.append(base.monitors[k])
@@ -123,7 +125,7 @@ class CurveProblem(Problem):
         values = [float(tangent[-2])]
         problem, a = self.family.at(float(p)), float(u[-1])
         if self.kind is SpecialPointKind.PEAK:
-            values.append(self._measure_slope(problem, u, p, tangent))
+            values.append(-1.0 if self._still else self._measure_slope(problem, u, p, tangent))
         if self._inherited:
             own = problem.monitor_values(u[:-1], a, tangent[:-1])
             values.extend(float(own[k]) for k in self._inherited)
@@ -144,7 +146,26 @@ class CurveProblem(Problem):
         """A bound ends the curve; so does the end of validity of the branch's equations."""
         if monitor.name == BOUND:
             return StopReason.BOUND
-        return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
+        renewed = self._renewed(point)
+        if renewed is None:
+            return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
+        return renewed, point.x, point.tangent
+
+    def _renewed(self, point):
+        """Return the problem for the order of events behind a boundary, where that is all that changes (balances), or None."""
+        base = self.family.problem
+        if not getattr(base, "smooth_boundaries", False):
+            return None
+        for ahead in (1.0, 10.0, 100.0):
+            x = point.x + ahead * BESIDE * self.scale * point.tangent
+            listed = self.family.at(float(x[-1])).order_at(x[:-1])
+            if not np.array_equal(listed, base.listed):
+                other = CurveProblem(self.family.of(base.with_order(listed)), self.kind, self.name, self.bounds_a, point.x)
+                other.scale = self.scale
+                wide = other.wide_jacobian(x)[:-1] * self.scale
+                other._still = bool(np.abs(wide[:, -1]).max() <= UNMOVED * np.abs(wide).max())
+                return other
+        return None
 
     # what is shown and stored
 

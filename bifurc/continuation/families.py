@@ -110,6 +110,12 @@ class PathFamily(Family):
         made.system = made.system.with_parameters(**{self.name: float(value)})
         return made
 
+    def of(self, problem) -> "PathFamily":
+        """Return the same numbers under the equations of another problem."""
+        other = copy.copy(self)
+        other.problem, other._last = problem, (math.nan, None)
+        return other
+
     def over(self, low, high):
         """See `Family.over`."""
         if self._b[0] <= low and high <= self._b[1]:

@@ -21,7 +21,7 @@ FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are r
 def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, cosines, sines, out):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
-    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them, and the tables of the grid. 
+    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them, and the tables of the grid.
     Beyond where the listed order of
     events holds, overshoots are negative and misses positive.
     """

@@ -383,8 +383,8 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
     for c, contact in enumerate(parts.contacts):
         element = system.elements[contact.element]
         for i, value in enumerate(getattr(element, "relaxed", ())):
-            row = _read(value, Q, Z, columns, contact.name)
-            T.XU[c, i], T.XS[c, i] = row.U, row.S
+            loose = _read(value, Q, Z, columns, contact.name)
+            T.XU[c, i], T.XS[c, i] = loose.U, loose.S
         for m, key in enumerate(contact.keys):
             _fill_mode(T, c, m, element.mode(key, system.core), (Q, Z, columns, contact.name))
 

@@ -46,8 +46,11 @@ def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, 
             if point.kind == "peak":
                 ax.plot(point.parameter, point.measures[measure], marker="o", markersize=3.5, color=color, zorder=4)
     if curve is not None:
-        ax.plot(curve.column(branches[0].parameter), curve.column(measure), color=style.BLACK, linewidth=0.8,
+        ax.plot(curve.column(branches[0].parameter), curve.column(measure), color=style.GREY, linewidth=0.8,
                 linestyle=(0, (1, 1.5)), zorder=3)
+    high = max(float(np.nanmax(branch.column(measure))) for branch in branches)
+    shown = np.concatenate([branch.column(branch.parameter)[branch.column(measure) > 0.1 * high] for branch in branches])
+    ax.set_xlim(shown.min(), shown.max())  # where something is to be seen
     ax.set_xlabel(style.parameter_label(branches[0].parameter))
     ax.set_ylabel(style.measure_label(measure, single="max_1" not in branches[0].column_names))
     ax.legend(title=style.parameter_label(name), fontsize=7, title_fontsize=7.5, loc="best")
@@ -55,13 +58,15 @@ def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, 
 
 
 @style.styled
-def plot_peaks(curves: dict[str, Any], name: str, ax: Axes | None = None, measure: str = "max_0") -> Axes:
+def plot_peaks(curves: dict[str, tuple[Any, Sequence[tuple[float, float]]]], name: str, ax: Axes | None = None,
+               measure: str = "max_0") -> Axes:
     """Draw the height of peaks over a parameter, one line a variant, with the extrema marked.
 
     Parameters
     ----------
-    curves : dict of str to ParameterCurve
-        By the name of the variant; an empty name is not shown.
+    curves : dict of str to (ParameterCurve, sequence of (float, float))
+        By the name of the variant (an empty name is not shown): the curve, and peaks of single responses, in order; drawn
+        as points, joined beyond the end of the curve.
     name : str
         Parameter on the horizontal axis.
     ax : matplotlib.axes.Axes, optional
@@ -74,15 +79,22 @@ def plot_peaks(curves: dict[str, Any], name: str, ax: Axes | None = None, measur
     """
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
-    for number, (label, curve) in enumerate(curves.items()):
+    for number, (label, (curve, peaks)) in enumerate(curves.items()):
         color = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)[number % 4]
-        ax.plot(curve.column(name), curve.column(measure), color=color, linestyle=_LINES[number % 2], label=label or None)
+        x, y = curve.column(name), curve.column(measure)
+        ax.plot(x, y, color=color, linestyle=_LINES[number % 2], label=label or None)
+        ax.plot([at for at, _ in peaks], [height for _, height in peaks], linestyle="none", marker="o", markersize=3,
+                markerfacecolor="white", markeredgecolor=color, zorder=4)
+        last = int(np.argmax(x))
+        beyond = [(x[last], y[last]), *((at, height) for at, height in peaks if at > x[last])]
+        if len(beyond) > 1:
+            ax.plot([at for at, _ in beyond], [height for _, height in beyond], color=color, linewidth=0.8, linestyle=(0, (1, 1.5)))
         for point in curve.special_points:
             if point.kind == "extremum" and point.name == measure:
                 at = point.parameters[name]
                 height = point.measures[measure]
                 ax.plot(at, height, marker="o", markersize=5, markerfacecolor=color, markeredgecolor="white", zorder=5)
-                ax.annotate(f"{at:.4g}", (at, height), textcoords="offset points", xytext=(4, -10), fontsize=7.5)
+                ax.annotate(f"{at:.4g}", (at, height), textcoords="offset points", xytext=(8, 3 - 10 * (number % 2)), fontsize=7.5)
     ax.set_xlabel(style.parameter_label(name))
     ax.set_ylabel("peak of " + style.measure_label(measure))
     style.legend(ax)

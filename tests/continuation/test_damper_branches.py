@@ -31,3 +31,17 @@ def test_peak(branch):
     system = branch.orbits[0].system.with_parameters(omega=float(peak.parameter))
     orbit = bf.find_orbit(system, guess=branch.orbits[-1], method=branch.orbits[0].method)
     assert orbit.maximum(0) == pytest.approx(1.282417, abs=1e-6)
+
+
+def test_a_curve_of_peaks_goes_on_where_the_contact_sticks_for_good():
+    system = bf.systems.friction_damped_oscillator(omega=90.0, normal_load=100.0, damper="macro")
+    start = bf.find_orbit(system, method=bf.HarmonicBalance(harmonics=7))
+    peak = bf.trace(start, "omega", bounds=(90.0, 104.0), peaks="max_0").special_points.of("peak")[0]
+    curve = bf.trace_curve(peak, ("normal_load", "omega"), bounds={"normal_load": (10.0, 1100.0), "omega": (90.0, 104.0)})
+    assert [end.reason for end in curve.ends] == ["bound", "bound"]
+    best, stuck = curve.special_points
+    assert best.kind == "extremum" and abs(best.parameters["normal_load"] - 116.71) < 0.01
+    assert stuck.kind == "slip_onset" and abs(stuck.parameters["normal_load"] - 368.851) < 1e-3  # limit of the stuck resonance
+    beyond = curve.column("normal_load") > 368.9
+    assert beyond.any() and np.ptp(curve.column("max_0")[beyond]) < 1e-9  # the load does not matter any more
+    assert abs(curve.column("max_0")[beyond][0] - 1.831392) < 1e-6
