@@ -143,7 +143,8 @@ def further(system: Any, parameter: str, compared: Comparison, bounds: tuple[flo
     return found
 
 
-def draw(drawn: dict[str, tuple[list, Any, list]], compared: Comparison, name: str, folder: Any, options: argparse.Namespace) -> None:
+def draw(drawn: dict[str, tuple[list, Any, list]], compared: Comparison, name: str, folder: Any,
+         options: argparse.Namespace) -> None:
     """Draw the responses, one picture a variant side by side, and the heights of their peaks."""
     figure, axes = bf.plotting.figure(3.6 * len(drawn) + 0.6, 3.4, columns=len(drawn), sharey=True)
     for ax, (variant, (branches, curve, _)) in zip(axes, drawn.items(), strict=True):

@@ -315,8 +315,9 @@ class BalanceProblem(Problem):
     def solution(self, x) -> HarmonicOrbit:
         """Return the orbit at ``x`` (n + 1,)."""
         system = self.system.with_parameters(**{self.parameter: float(x[-1])})
-        how: dict[str, object] = {"method": "harmonic balance, newton", "harmonics": [k / self.layout.periods for k in self.layout.harmonics],
-               "aft": self.method.aft, "parameter": self.parameter}
+        harmonics = [k / self.layout.periods for k in self.layout.harmonics]
+        how: dict[str, object] = {"method": "harmonic balance, newton", "harmonics": harmonics, "aft": self.method.aft,
+                                  "parameter": self.parameter}
         if self._law:
             how["law samples"] = self.balance.law_samples
         return HarmonicOrbit(system, self.method, self.layout, x[:-1], how, None, self.balance.at(system))
