@@ -54,10 +54,11 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
         if edge.success:
             print(f"  saddle: {bf.plotting.describe(edge.saddle)}, multipliers {_listed(edge.saddle.multipliers)}")
     figure, (ax,) = bf.plotting.figure(6.3, 4.4)
-    bf.plotting.plot_basins(basins, ax)
-    for edge in edges:
-        if edge.success:
-            edge.plot(ax, unstable=edge.unstable_set())
+    found = [edge for edge in edges if edge.success]
+    single = [edge for edge in found if edge.unstable_directions == 1]
+    bf.plotting.plot_basins(basins, ax, found, single[0].unstable_set() if single else None)
+    for edge in single[1:]:
+        edge.plot(ax, unstable=edge.unstable_set())
     say_saved(bf.plotting.save_figure(figure, folder / f"{name}_basins.{options.format}"))
     motions = [attractor for attractor in basins.attractors if hasattr(attractor, "sample")][:4]
     if motions:
