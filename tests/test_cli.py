@@ -206,29 +206,17 @@ def test_no_orbit_to_start_from_is_said(capsys, tmp_path, monkeypatch):
     assert err == "bifurc: error: no orbit to start from: the motion did not settle; try more periods\n"
 
 
-def test_basin_command_prints_fractions_and_noise_and_draws(capsys, tmp_path, monkeypatch):
-    asked = {}
-
-    def basins_of_attraction(system, grid, workers, progress, file):
-        asked.update(system=system, workers=workers)
-        result = fakes.basins()
-        for attractor in result.attractors:
-            attractor.multipliers = np.array([0.5 + 0.25j, 0.5 - 0.25j])
-        io.write(file, {"kind": "basins"}, {"labels": result.labels})
-        return result
-
-    monkeypatch.setattr(bf, "basins_of_attraction", basins_of_attraction)
-    monkeypatch.setattr(bf, "Grid", lambda **axes: asked.update(axes))
+def test_basin_command_prints_fractions_trust_and_saddle_and_draws(capsys, tmp_path):
     code, out, _ = said(capsys, "basins", "impact_oscillator", "--window", "q0", "-2", "1", "--window", "v0", "-3", "3",
-                        "--cells", "50", "--workers", "1", "--out", str(tmp_path))
+                        "--cells", "50", "--workers", "1", "--quiet", "--out", str(tmp_path))
     assert code == 0
-    assert (asked["q0"], asked["v0"], asked["workers"]) == ((-2.0, 1.0, 50), (-3.0, 3.0, 50), 1)
-    assert asked["system"].parameters["omega"] == 1.4
-    assert "period 1, 1 impact" in out
-    assert "0.500000+0.250000i, 0.500000-0.250000i" in out
-    assert "untrustworthy labels: 3.0e-16" in out
+    assert "basins of 50 x 50 starts" in out and "omega=1.4" in out
+    assert "period 1, 1 impact" in out and "-0.182163+0.777953i, -0.182163-0.777953i" in out
+    assert "Every label can be trusted" in out and "boundary entropy 0." in out
+    assert "saddle: period 1, 1 impact, multipliers 2.720790, 0.114971" in out
     assert {path.name for path in tmp_path.iterdir()} == {
         "impact_oscillator_basins.npz", "impact_oscillator_basins.png", "impact_oscillator_motions.png"}
+    assert bf.load(tmp_path / "impact_oscillator_basins.npz").grid.names == ("q0", "v0")
 
 
 # points of the default branch in closed form: omega^2 = (1 - 2 zeta^2) -+ sqrt((1 - 2 zeta^2)^2 - 1 + (F/gap)^2), and

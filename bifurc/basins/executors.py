@@ -136,12 +136,15 @@ def _with_pools(run: "_Run", open_: list[int], make: Callable[[], Executor], own
     while open_:
         suspects = [i for i in open_ if deaths.get(i)]
         batch, window = (suspects[:1], 1) if suspects else (open_, None)  # a suspect runs alone
-        pool = make()
+        pool, broken = make(), None
         try:
             broken = run.through(pool, batch, window)
         finally:
             if owned:
+                left = list((getattr(pool, "_processes", None) or {}).values()) if broken else []
                 pool.shutdown(wait=False, cancel_futures=True)
+                for process in left:  # one that was just starting waits for ever on a lock of the one that died
+                    process.kill()
         open_ = [i for i in open_ if not run.done(i)]
         if not broken:
             continue
