@@ -98,7 +98,7 @@ def experiment(kills: int, values: int, seed: int = 0) -> dict:
                         result = result_of(driver)  # it must go on by itself
                     else:
                         os.killpg(driver.pid, signal.SIGKILL)
-                        driver.wait()
+                        driver.communicate()  # and close its pipes
                         seen["driver kills"] += 1
                         result = None
                 else:

@@ -83,7 +83,9 @@ def test_unilateral_spring_runs_through():
     k = np.flatnonzero(np.diff(np.sign(omega - 0.70)))
     found = []
     for i in k:
-        orbit = bf.find_orbit(unilateral(0.70), guess=branch.orbits[int(i)], method=sampled(21))
+        near = int(i) if abs(omega[i] - 0.70) <= abs(omega[i + 1] - 0.70) else int(i) + 1
+        exact = bf.find_orbit(unilateral(0.70), guess=branch.orbits[near], method=bf.HarmonicBalance(21))
+        orbit = bf.find_orbit(unilateral(0.70), guess=exact, method=sampled(21))
         found.append(abs(orbit.harmonic(1, 1)))
     assert sorted(found) == pytest.approx([0.2213402457, 0.6202780628, 0.7792204884], rel=1e-8)
 
