@@ -1,17 +1,14 @@
 """The written module of a kind of lanes: templates of the package around the lap of that kind, kept in the kernel cache."""
 import hashlib
-import importlib.util
-import os
 import pathlib
 import re
 import sys
-import tempfile
-import threading
 from functools import cache
+
+from ..compose.written import load, source
 
 LANES = 512  # side by side: their rows fill most of a first-level cache
 MARCH, PERIOD = "bifurc.basins.lanesmarch", "bifurc.basins.lanesperiod"
-_lock = threading.Lock()
 
 
 @cache
@@ -38,22 +35,7 @@ def written(lap: str, guards: int, forcings: int, certified: bool):
     whole = "\n".join((numba.__version__, sys.version, closure_hash(MARCH, PERIOD), text))
     key = hashlib.sha256(whole.encode()).hexdigest()[:20]
     name = f"bifurc_written_lanes_{key}"
-    with _lock:
-        if name in sys.modules:
-            return sys.modules[name]
-        path = pathlib.Path(cache_folder()) / "written" / f"lanes_{key}.py"
-        if not path.exists():
-            _write(path, text)
-        spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
-        return module
+    return load(name, pathlib.Path(cache_folder()) / "written" / f"lanes_{key}.py", text)
 
 
 _NO_PERIOD = '''ASIDE, EVENTS, HITS, LEAST = 100, 0, 1, 2
@@ -73,35 +55,20 @@ def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tal
 '''
 
 
-def _source(name: str) -> str:
-    spec = importlib.util.find_spec(name)
-    assert spec is not None and spec.origin is not None
-    return pathlib.Path(spec.origin).read_text(encoding="utf-8")
-
-
 def _body(name: str) -> str:
     """Return the source of a template without its docstring and imports."""
-    source = _source(name)
-    last = list(re.finditer(r"^(?:from|import) .*\n", source, re.MULTILINE))[-1]
-    return source[last.end():].strip() + "\n"
+    template = source(name)
+    last = list(re.finditer(r"^(?:from|import) .*\n", template, re.MULTILINE))[-1]
+    return template[last.end():].strip() + "\n"
 
 
 def _imports(*names: str) -> list[str]:
     """Return the imports of templates, but those of what is written in their place, with full names."""
     found: dict[str, None] = {}
     for name in names:
-        for line in re.findall(r"^(?:from|import) .*$", _source(name), re.MULTILINE):
+        for line in re.findall(r"^(?:from|import) .*$", source(name), re.MULTILINE):
             full = re.sub(r"^from \.\.(\S+)", r"from bifurc.\1", line)
             full = re.sub(r"^from \.(\S+)", rf"from {name.rpartition('.')[0]}.\1", full)
             if ".lanesblank " not in full and f"{PERIOD} " not in full:
                 found[full] = None
     return list(found)
-
-
-def _write(path: pathlib.Path, text: str) -> None:
-    """Write a file that appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(temporary, path)

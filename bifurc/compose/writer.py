@@ -10,11 +10,10 @@ import ast
 import hashlib
 import importlib
 import importlib.util
-import os
 import pathlib
 import sys
-import tempfile
 
+from . import written
 from .lawtext import LawError, standalone
 
 ENGINE_MODULES = ("bifurc.flow.smooth", "bifurc.flow.smoothguards")  # their `ENGINE` names replace those of templates
@@ -175,20 +174,7 @@ class _Writer:
         own = f"bifurc_written_{self.key}_{short}"
         if own in sys.modules:
             return sys.modules[own]
-        path = self.folder / f"{short}.py"
-        text = self.text if name == LAW_MODULE else self._rewritten(name)
-        if not path.exists():
-            _write(path, text)
-        spec = importlib.util.spec_from_file_location(own, path)
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[own] = module
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[own]
-            raise
-        return module
+        return written.load(own, self.folder / f"{short}.py", self.text if name == LAW_MODULE else self._rewritten(name))
 
     def again(self, name: str) -> bool:
         """Return whether a module must be written again: it imports a name of the engine, or a module that must."""
@@ -201,7 +187,7 @@ class _Writer:
 
     def _rewritten(self, name: str) -> str:
         """Return the text of a module with imports redirected and the engine's own functions left out."""
-        text = _source(name)
+        text = written.source(name)
         lines = text.splitlines()
         new: dict[int, str] = {}
         gone: set[int] = set()
@@ -233,28 +219,13 @@ def _lines(start: int, node: ast.stmt) -> set[int]:
     return set(range(start, node.end_lineno + 1))
 
 
-def _source(name: str) -> str:
-    spec = importlib.util.find_spec(name)
-    assert spec is not None and spec.origin is not None
-    return pathlib.Path(spec.origin).read_text(encoding="utf-8")
-
-
 def _imports(name: str):
     """Return top-level from-imports of a module that stay inside the package, with the full name of their source."""
     package = name.rpartition(".")[0]
     found = []
-    for node in ast.parse(_source(name)).body:
+    for node in ast.parse(written.source(name)).body:
         if isinstance(node, ast.ImportFrom):
             source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             if source == "bifurc" or source.startswith("bifurc."):
                 found.append((node, source))
     return found
-
-
-def _write(path: pathlib.Path, text: str) -> None:
-    """Write a file that appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(temporary, path)

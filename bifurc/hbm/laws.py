@@ -1,13 +1,13 @@
 """Force laws at samples of the motion: compiled loops around the text of a law, its slopes given or differenced."""
 import hashlib
-import importlib.util
 import pathlib
 import sys
 
 import numpy as np
 
+from ..compose import written
 from ..compose.lawtext import standalone
-from ..compose.writer import _check, _write
+from ..compose.writer import _check
 from .parts import ForceLaw
 
 _loaded: dict[tuple, object] = {}
@@ -91,21 +91,7 @@ def _module(text: str):
 
     key = hashlib.sha256("\n".join((numba.__version__, sys.version, text)).encode()).hexdigest()[:20]
     name = f"bifurc_written_hbm_{key}"
-    if name in sys.modules:
-        return sys.modules[name]
-    path = pathlib.Path(cache_folder()) / "written" / f"hbm_{key}.py"
-    if not path.exists():
-        _write(path, text)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
+    return written.load(name, pathlib.Path(cache_folder()) / "written" / f"hbm_{key}.py", text)
 
 
 class Sampled:
