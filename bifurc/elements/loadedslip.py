@@ -12,12 +12,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from .atrow import AtRow
 from .checks import number, whole
 from .kinds import EventKind
 from .local import Affine, affine, rate, s, u, wave
-from .microslip import along, chain_stiffness, gathered
+from .microslip import along, chain_stiffness
 from .mode import Guard, Mode, Slaved
+from .sliders import Sliders
 
 STUCK, UP, DOWN, APART = "s", "+", "-", "a"
 CLOSE = 1e-11  # of the sizes met: what differs by less is equal at an event
@@ -25,7 +25,7 @@ TIES = 6  # contacts whose next status only the second rate decides: up to so ma
 
 
 @dataclass(frozen=True)
-class LoadedMicroSlip(AtRow):
+class LoadedMicroSlip(Sliders):
     """Elastic bar or ring on elastic sliders whose limits vary, limit_i (1 + amplitude_i cos(harmonic omega t + phase_i)).
 
     Driven at its first block as `MicroSlip`; a contact is apart while its limit is negative.  A mode is a word with one
@@ -64,37 +64,19 @@ class LoadedMicroSlip(AtRow):
     closed: bool = False
 
     tuples: ClassVar[dict[str, dict[str, float]]] = {"limits": {"least": 0.0}, "load_amplitudes": {}, "load_phases": {}}
+    each = "contact"
 
     def __post_init__(self):
+        if self.load_phases is None:
+            object.__setattr__(self, "load_phases", (0.0,) * np.size(self.limits))
         super().__post_init__()
         name = type(self).__name__
         number(name, "spring", self.spring, above=0.0)
         number(name, "contact", self.contact, above=0.0)
         object.__setattr__(self, "load_harmonic", whole(name, "load_harmonic", self.load_harmonic, least=1))
-        if self.load_phases is None:
-            object.__setattr__(self, "load_phases", (0.0,) * np.size(self.limits))
-        for field, allowed in self.tuples.items():
-            value = getattr(self, field)
-            if np.ndim(value) != 1 or not len(value) or len(value) != len(self.limits):
-                raise ValueError(f"{name}: {field} = {value!r} is not allowed; it must be a list of numbers, one a contact, "
-                                 "at least one")
-            object.__setattr__(self, field, tuple(number(name, f"{field}[{i}]", item, **allowed)
-                                                  for i, item in enumerate(value)))
-
-    @property
-    def count(self) -> int:
-        """Number of contacts."""
-        return len(self.limits)
-
-    @property
-    def memory(self):
-        """Where the contacts grip."""
-        return tuple(f"slider[{i}]" for i in range(self.count))
-
-    @property
-    def relaxed(self):
-        """Without load every slider has followed its spring."""
-        return (u(0),) * self.count
+        for field in self.tuples:
+            if len(getattr(self, field)) != self.count:
+                raise self.no_list(field)
 
     @property
     def harmonics(self):
@@ -102,21 +84,9 @@ class LoadedMicroSlip(AtRow):
         return (self.load_harmonic,)
 
     @property
-    def parameters(self):
-        """Fields that are floats, and every number of the contacts as ``field[i]``."""
-        values = super().parameters
-        for field in self.tuples:
-            values |= {f"{field}[{i}]": value for i, value in enumerate(getattr(self, field))}
-        return values
-
-    @property
     def structure(self):
         """Class, place, number of contacts."""
         return (type(self), self.dof, self.row, self.count, self.load_harmonic, self.closed)
-
-    def with_parameters(self, **changes):
-        """Return a copy with some fields, or single numbers ``limits[i]``, changed."""
-        return dataclasses.replace(self, **gathered(self, changes))
 
     @functools.cached_property
     def limit(self) -> tuple[Affine, ...]:

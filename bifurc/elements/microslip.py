@@ -8,15 +8,15 @@ groups of sliders slip: 2 n + 1 modes with two guards each instead of 3^n, and a
 import dataclasses
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from .atrow import AtRow
 from .checks import number
 from .kinds import EventKind
-from .local import ONE, Affine, s, u
+from .local import ONE, Affine, s
 from .mode import Guard, Mode, Slaved
+from .sliders import Sliders
 
 STICK = "stick"
 TIES = 1e-10  # of the drive: sliders whose turns differ by less slip together
@@ -34,7 +34,7 @@ class Response(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SliderSet(AtRow):
+class SliderSet(Sliders):
     """Sliders with constant limits that one row drives; what a set must define is `stiffness_of` and `response`.
 
     Modes: "stick", and "slip+k", "slip-k": the first k groups of `order` slip in that direction.  The memory holds the
@@ -46,48 +46,10 @@ class SliderSet(AtRow):
         Groups of sliders in the order in which they slip on virgin loading; those without a limit are in none.
     """
 
-    def __post_init__(self):
-        super().__post_init__()
-        name = type(self).__name__
-        for field, limits in self.tuples.items():
-            value = getattr(self, field)
-            if np.ndim(value) != 1 or not len(value):
-                raise ValueError(f"{name}: {field} = {value!r} is not allowed; it must be a list of numbers, one a slider, "
-                                 "at least one")
-            value = tuple(number(name, f"{field}[{i}]", item, **limits) for i, item in enumerate(value))
-            object.__setattr__(self, field, value)
-
-    tuples: ClassVar[dict[str, dict[str, float]]] = {"limits": {"least": 0.0}}  # fields with one number a slider, what is allowed
-    if TYPE_CHECKING:  # a field of every set, in its own place
-        limits: tuple[float, ...] = ()
-
-    @property
-    def count(self) -> int:
-        """Number of sliders."""
-        return len(self.limits)
-
-    @property
-    def memory(self):
-        """Positions of the sliders."""
-        return tuple(f"slider[{i}]" for i in range(self.count))
-
-    @property
-    def relaxed(self):
-        """Without load every slider has followed its spring."""
-        return (u(0),) * self.count
-
     @property
     def start(self):
         """Keys of a start."""
         return (STICK, *(f"slip{sign}{k}" for k in range(1, len(self.order) + 1) for sign in "+-"))
-
-    @property
-    def parameters(self):
-        """Fields that are floats, and every number of the sliders as ``field[i]``."""
-        values = super().parameters
-        for field in self.tuples:
-            values |= {f"{field}[{i}]": value for i, value in enumerate(getattr(self, field))}
-        return values
 
     @property
     def structure(self):
@@ -95,10 +57,6 @@ class SliderSet(AtRow):
         fields = {field.name for field in dataclasses.fields(self)} - {"label", *self.tuples, *super().parameters}
         present = tuple(limit > 0.0 for limit in self.limits)
         return (type(self), *(getattr(self, name) for name in sorted(fields)), present, len(self.order))
-
-    def with_parameters(self, **changes):
-        """Return a copy with some fields, or single numbers ``limits[i]``, changed."""
-        return dataclasses.replace(self, **gathered(self, changes))
 
     def stiffness_of(self, slider: int) -> float:
         """Return the stiffness of the spring of a slider, force per length."""
@@ -355,17 +313,3 @@ def chain_stiffness(n: int, spring: float, closed: bool) -> np.ndarray:
         K[i, j] -= spring
         K[j, i] -= spring
     return K
-
-
-def gathered(element, changes: dict) -> dict:
-    """Return changes of whole fields from changes that may name single numbers ``field[i]``."""
-    found: dict = {}
-    for name, value in changes.items():
-        field, bracket, rest = name.partition("[")
-        if not bracket:
-            found[name] = value
-            continue
-        numbers = list(found.get(field, getattr(element, field)))
-        numbers[int(rest[:-1])] = value
-        found[field] = tuple(numbers)
-    return found
