@@ -205,6 +205,5 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     found = ParameterChart(system, names, values, **fields, options=options, failures=outcome.failures,  # type: ignore[arg-type]
                            key=key)
     if file is not None and not outcome.failures:
-        found.save(file)
-        store.clear()
+        store.publish(found, file)
     return found

@@ -152,6 +152,26 @@ class ChunkStore:
         except OSError:
             temporary.unlink(missing_ok=True)
 
+    def publish(self, result: Any, file: str | os.PathLike) -> None:
+        """Save the finished result to its file by way of this folder, and remove the chunks.
+
+        A writer that is killed then leaves nothing but what the next run of the same job takes away with the folder.
+
+        Parameters
+        ----------
+        result : object with ``save(path)``
+        file : path-like
+            In the folder that holds the chunk folder: the result is renamed into place.
+        """
+        assert self.folder is not None
+        temporary = self.folder / f".{secrets.token_hex(4)}.tmp"
+        try:
+            result.save(temporary)
+            os.replace(temporary, file)
+        finally:
+            temporary.unlink(missing_ok=True)
+        self.clear()
+
     def clear(self) -> None:
         """Remove chunks, leftovers of killed writers, manifest, and the folder when it is empty then."""
         if self.folder is None or not self.folder.is_dir():

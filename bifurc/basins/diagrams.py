@@ -187,8 +187,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
     found = BifurcationDiagram(system, parameter, values, directions, **arrays, key=key,
                                options={"transient": transient, "keep": keep, "starts": first.tolist()})
     if file is not None:
-        found.save(file)
-        store.clear()
+        store.publish(found, file)
     return found
 
 

@@ -107,8 +107,7 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
         work = _Work(system, scene, grid, options, known, {"workers": workers, "executor": executor}, store, bar)
         found = work.map()
     if file is not None:
-        found.save(file)
-        store.clear()
+        store.publish(found, file)
     return found
 
 

@@ -268,8 +268,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
         run = {"executor": executor, "workers": workers, "bar": bar}
         found = _swept(system, values, job, store, key, run, _whole("chunk", chunk))
     if file is not None and not found.failures:
-        found.save(file)
-        store.clear()
+        store.publish(found, file)
     return found
 
 

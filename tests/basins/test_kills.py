@@ -45,11 +45,42 @@ def test_a_driver_killed_again_and_again_loses_nothing_that_is_filed(tmp_path, r
     assert found.kept == len(known) and found.computed == 40 - len(known) and not found.failures
 
 
+KILLED_WRITER = """
+import os, sys
+from pathlib import Path
+from bifurc import io
+from bifurc.basins.chunks import ChunkStore
+from tests.basins.work import JOB
+
+class Result:
+    def save(self, path):
+        io.write(path, {"kind": "result"}, {"values": [1.0, 2.0]})
+
+file, last = Path(sys.argv[1]), sys.argv[2]
+replace = os.replace
+os.replace = lambda old, new: os._exit(9) if last == "while writing" or Path(new) == file else replace(old, new)
+ChunkStore.clear = lambda store: os._exit(9)
+ChunkStore(f"{file}.chunks", JOB).publish(Result(), file)
+"""
+
+
+@pytest.mark.parametrize("last", ["while writing", "before renaming", "before clearing"])
+def test_a_writer_killed_at_the_end_leaves_only_what_the_next_run_takes_away(tmp_path, last):
+    file = tmp_path / "result.npz"
+    program = KILLED_WRITER.replace("or Path(new) == file ", "") if last == "before clearing" else KILLED_WRITER
+    assert subprocess.run([sys.executable, "-c", program, str(file), last], cwd=ROOT).returncode == 9
+    assert file.exists() == (last == "before clearing")
+    assert {path.name for path in tmp_path.iterdir()} <= {file.name, f"{file.name}.chunks"}
+    ChunkStore(f"{file}.chunks", JOB).clear()
+    assert [path.name for path in tmp_path.iterdir()] == [file.name] * file.exists()
+
+
 @pytest.mark.slow
 def test_twenty_kills_of_a_sweep():
     seen = kill.experiment(20, 24)
     assert seen["driver kills"] + seen["worker kills"] == 20
-    assert seen["wrong results"] == seen["chunks computed again"] == seen["corrupt chunks"] == seen["leftovers"] == 0
+    bad = "wrong results", "chunks computed again", "corrupt chunks", "leftovers"
+    assert {name: seen[name] for name in bad} == dict.fromkeys(bad, 0)
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children of a process are read from /proc")
