@@ -10,17 +10,23 @@ from . import style
 _DASHES = {1: "-", 0: (0, (3.2, 1.6)), -1: (0, (1, 1.5))}
 _FINE = 8  # drawn pieces of the smooth line between two rows
 _WORDS = {1: "stable", 0: "unstable", -1: "stability unknown"}
+# what motions without and with events are called, by the kinds of events there are
+_CONTACTS = (({"impact", "release", "chatter", "graze"}, ("free, ", "impacting, ")),
+             ({"contact", "separation", "graze"}, ("free, ", "in contact, ")),
+             ({"stick", "slip"}, ("stuck, ", "slipping, ")))
 
 
 @style.styled
 def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None, points: bool = True) -> Axes:
-    """Draw a branch: stable solid, unstable dashed, free and impacting in two colours, special points marked.
+    """Draw a branch: stable solid, unstable dashed, motions with and without events in two colours, special points marked.
 
     Parameters
     ----------
     branch : Branch
         Anything with ``parameter`` (str), ``column(name)`` for ``s``, the parameter, the measure and, where they exist,
-        ``stable`` and ``n_events``, and ``special_points`` with ``kind``, ``parameter`` and ``s``.
+        ``stable`` and ``n_events``, and ``special_points`` with ``kind``, ``parameter`` and ``s``; where there is
+        ``n_events``, also ``orbits``, whose ``events`` have a ``kind``: the legend says what happens (impacting, in
+        contact, slipping).
     ax : matplotlib.axes.Axes, optional
         Drawn on; several branches on the same axes share one legend.
     measure : str, optional
@@ -40,8 +46,9 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
     s, x, y = (np.asarray(branch.column(name), float) for name in ("s", branch.parameter, measure))
     special = list(branch.special_points)
     at_points = [_value(point, measure, s, y) for point in special]
+    words = _contact_words(branch)
     for (contact, stable), px, py in pieces(branch, s, x, y, special, at_points):
-        word = "" if contact is None else ("impacting, " if contact else "free, ")
+        word = "" if contact is None else words[contact]
         color = style.BLACK if contact is None else (style.IMPACTING if contact else style.FREE)
         ax.plot(px, py, color=color, linestyle=_DASHES[stable], linewidth=1.6 if stable == 1 else 1.2,
                 label=word + _WORDS[stable], solid_capstyle="round", zorder=3 if stable == 1 else 2)
@@ -153,6 +160,19 @@ def _value(point: Any, measure: str, s, y) -> float:
 def _contact(branch: Any, n: int) -> list[bool | None]:
     counts = _column(branch, "n_events")
     return [None] * n if counts is None else [bool(count > 0) for count in counts]
+
+
+def _contact_words(branch: Any) -> tuple[str, str]:
+    """Return what the legend calls motions without and with events."""
+    counts = _column(branch, "n_events")
+    if counts is None or not np.any(counts > 0):
+        return _CONTACTS[0][1]
+    most = np.flatnonzero(counts == np.max(counts))  # the middle one: the first may lie on an onset, with nothing seen yet
+    kinds = {str(event.kind) for event in branch.orbits[int(most[len(most) // 2])].events}
+    for allowed, words in _CONTACTS:
+        if kinds <= allowed:
+            return words
+    return "without events, ", "with events, "
 
 
 def _stable(branch: Any, n: int) -> list[int]:

@@ -42,6 +42,11 @@ class FakeBranch:
     columns: dict
     special_points: list
     parameter: str = "omega"
+    kind: str = "impact"  # of the events
+
+    @property
+    def orbits(self):
+        return [SimpleNamespace(events=[SimpleNamespace(kind=self.kind)] * n) for n in self.columns["n_events"]]
 
     def column(self, name):
         return self.columns[name]

@@ -41,6 +41,14 @@ def test_styles_change_exactly_at_the_special_points(ax):
             assert line.get_linestyle() == "--"
 
 
+@pytest.mark.parametrize(("kind", "word"), [("impact", "impacting"), ("contact", "in contact"), ("slip", "slipping")])
+def test_the_legend_says_what_happens_at_the_events(ax, kind, word):
+    branch = fakes.branch()
+    branch.kind = kind
+    plotting.plot_branch(branch, ax)
+    assert f"{word}, stable" in {text.get_text() for text in ax.get_legend().get_texts()}
+
+
 def test_every_part_of_the_branch_is_drawn_once():
     branch = fakes.branch()
     s, x, y = (branch.columns[name] for name in ("s", "omega", "rms_0"))
