@@ -120,7 +120,7 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
             p[start:start + rows.size] = rows.ravel()
             start = 3 + g * (4 + candidates)
             hit = T.kick[m, g] == 1 or T.kind[m, g] == EventKind.CONTACT.code
-            I[m, start:start + 4] = T.kick[m, g], np.any(T.D[m, g]), T.ends_in[m, g], hit
+            I[m, start:start + 4] = T.kick[m, g], T.D[m, g, 0] != 0.0, T.ends_in[m, g], hit
             I[m, start + 4:start + 4 + candidates] = T.then[m, g]
     home = home_of(T) if kind.lapped >= 0 else -1
     return Numbers(P, I, harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases), home,

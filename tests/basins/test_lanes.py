@@ -12,6 +12,7 @@ from .second import SectionMap
 
 A = {"zeta": 0.02, "omega": 2.6, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
 DUFFING = {"zeta": 0.075, "omega": 1.0, "amplitude": 0.3, "alpha": -1.0, "beta": 1.0}
+FORCE = bf.elements.HarmonicForce(1.0)
 SCENES = {
     "one stop": (bf.systems.impact_oscillator(**A), (-2.5, -3.0), (0.0, 3.0)),
     "slow load, rest on the stop": (bf.systems.impact_oscillator(zeta=0.05, omega=0.3, amplitude=1.0, gap=0.1, restitution=0.6),
@@ -19,6 +20,15 @@ SCENES = {
     "two stops": (bf.systems.two_sided_impact_oscillator(amplitude=3.45), (-1.0, -3.0), (1.0, 3.0)),
     "moving stop": (bf.systems.bouncing_ball(amplitude=1.5), (1.5, -3.0), (6.0, 3.0)),
     "elastic stop": (bf.systems.bilinear_oscillator(omega=1.29), (-2.5, -4.0), (2.5, 4.0)),
+    "two elastic stops": (bf.System(1.0, 0.1, 1.0, [FORCE, bf.elements.ElasticStop(0.5, 4.0, damping=0.05),
+                                                    bf.elements.ElasticStop(0.6, 9.0, side=-1)], omega=1.1), (-2.0, -2.0), (2.0, 2.0)),
+    "release by force": (bf.System(1.0, 0.1, 1.0, [FORCE, bf.elements.ElasticStop(0.5, 4.0, damping=0.5, release="force")],
+                                   omega=1.1), (-2.0, -2.0), (2.0, 2.0)),
+    "dry friction": (bf.System(1.0, 0.04, 1.0, [FORCE, bf.elements.Coulomb(0.3)], omega=0.4), (-2.0, -2.0), (2.0, 2.0)),
+    "static friction on a belt": (bf.System(1.0, 0.04, 1.0, [FORCE, bf.elements.Coulomb(0.3, static_ratio=1.4, belt_speed=0.5)],
+                                            omega=0.8), (-2.0, -2.0), (2.0, 2.0)),
+    "friction and an elastic stop": (bf.System(1.0, 0.04, 1.0, [FORCE, bf.elements.Coulomb(0.2), bf.elements.ElasticStop(0.5, 6.0)],
+                                               omega=1.3), (-2.0, -2.0), (2.0, 2.0)),
     "smooth": (bf.systems.duffing_oscillator(**DUFFING), (-2.2, -2.2), (2.2, 2.2)),
 }
 
