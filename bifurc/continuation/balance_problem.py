@@ -116,7 +116,7 @@ class BalanceProblem(Problem):
 
     def numbers(self, p: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the system at ``p`` and their derivatives; overwritten by the next call."""
-        from ..hbm.corrector import numbers_at
+        from ..hbm.tables import numbers_at
 
         path = self.path
         numbers_at(path.base, path.index, path.series, path.low, path.high, float(p), self._flat, self._dflat)
@@ -132,8 +132,10 @@ class BalanceProblem(Problem):
 
         path, balance, info = self.path, self.balance, self._info
         point, new = np.empty(self.size + 1), np.empty(self.size + 1)
-        status = corrector.correct(balance.parts.shape, path.base, path.index, path.series, path.low, path.high, balance.grid,
-                                   self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info, self._events)
+        parts = balance.parts
+        status = corrector.correct(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high,
+                                   balance.grid, self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info,
+                                   self._events)
         count, residual, contraction, distance, sign, log, _ = info.tolist()
         if status != corrector.CONVERGED:
             failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR}
@@ -177,8 +179,9 @@ class BalanceProblem(Problem):
         status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False, listed=listed)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
-        balance = self.balance
-        watched(balance.parts.shape, flat, dflat, np.ascontiguousarray(x[:-1]), balance.grid, balance.room, self._events)
+        parts = self.balance.parts
+        watched(parts.structure, parts.shape.R, flat, dflat, np.ascontiguousarray(x[:-1]), self.balance.grid, self.balance.room,
+                self._events)
 
     def _counted(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x``, as they come."""

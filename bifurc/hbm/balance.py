@@ -92,8 +92,7 @@ class Balance:
         _, m, nr, mi, _, nc, _, _, _, Z = (int(v) for v in self.parts.shape.dims[:10])
         top = int(self.parts.shape.waves[-1])
         L, most = 2 * top + 1, 32 + 8 * top
-        spectra = [np.zeros((nr, nr, L, 2)) for _ in range(4)]
-        return Room(*spectra, np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(self.size),
+        return Room(np.zeros((4, nr, nr, L, 2)), np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(self.size),
                     np.zeros((self.size, self.size + 1)), np.zeros((nc, most, 4), np.int64), np.zeros((nc, most, 2)),
                     np.zeros((nc, most, Z)), np.zeros((nc, 2)), np.zeros((nc, 2), np.int64))
 
@@ -114,7 +113,7 @@ class Balance:
 
         shape = self.parts.shape
         out = np.empty((4, len(shape.R), shape.waves.size))
-        motion(shape, self.parts.flat if flat is None else flat, self._still if dflat is None else dflat,
+        motion(self.parts.structure, shape.R, self.parts.flat if flat is None else flat, self._still if dflat is None else dflat,
                np.ascontiguousarray(x, float), *out)
         return out[0], out[1], out[2], out[3]
 
@@ -132,16 +131,16 @@ class Balance:
         slopes : bool
             False: only the residual is complete.
         listed : int ndarray (contacts,), optional
-            Number of events of each contact in an order of events that is kept, see `residual.followed_as`; default: as they
+            Number of events of each contact in an order of events that is kept, see `residual.followed`; default: as they
             come.
         """
-        from .residual import cleared, linearised
+        from .residual import linearised
 
         room, parts = self.room, self.parts
         flat = parts.flat if flat is None else flat
         dflat = self._still if dflat is None else dflat
         x = np.ascontiguousarray(x, float)
-        cleared(room)
+        room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
         if parts.laws:
             from .laws import law_forces
             from .parts import views
@@ -149,9 +148,10 @@ class Balance:
             if not np.isfinite(x).all():
                 return MarchStatus.NOT_FINITE, room.f, room.wide
             c, v, _, _ = self.rows(x, flat, dflat)
-            law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v, room.SU,
-                       room.SS, room.F, room.J)
-        code = linearised(parts.shape, flat, dflat, x, self.grid, slopes, self._free if listed is None else listed, room)
+            law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v,
+                       room.spectra[0], room.spectra[1], room.F, room.J)
+        listed = self._free if listed is None else listed
+        code = linearised(parts.structure, parts.shape.R, flat, dflat, x, self.grid, slopes, listed, room)
         return tuple(MarchStatus)[code], room.f, room.wide
 
     def residual(self, x) -> np.ndarray:
@@ -184,6 +184,26 @@ class Balance:
         return layout.pack(out)
 
     # contacts along a motion
+
+    def follow(self, x, flat=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
+        """Follow the contacts along ``x`` into `room`; return status and coefficients (nr, mi) of coordinates and speeds."""
+        from .residual import followed
+
+        c, v, _, _ = self.rows(x, flat)
+        room, flat = self.room, self.parts.flat if flat is None else flat
+        code = followed(self.parts.structure, flat, *self.grid, c, v, self._free, room.paths, room.ends, room.zs, room.sources,
+                        room.counts)
+        return tuple(MarchStatus)[code], c, v
+
+    def guard(self, contact: int, mode: int, guard: int, x, memory) -> np.ndarray:
+        """Return a guard along ``x`` as a polynomial in internal slots (mi,), with frozen memory."""
+        c, v, _, _ = self.rows(x)
+        T, rows = self.parts.numbers, list(self.parts.contacts[contact].rows)
+        place = contact, mode, guard
+        out = T.GU[place][:len(rows)] @ c[rows] + T.GS[place][:len(rows)] @ v[rows]
+        np.add.at(out, self.parts.shape.excited, T.GH[place])
+        out[0] += T.GZ[place][:len(memory)] @ memory
+        return out
 
     def segments(self, x) -> tuple[tuple[Segment, ...], ...]:
         """Return, for every contact, its stays in modes along the motion ``x`` over a period from phase 0.

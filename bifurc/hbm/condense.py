@@ -20,7 +20,7 @@ import numpy as np
 from ..system import System
 from .balance import Balance
 from .layout import Layout
-from .parts import Numbers, Parts, _length, views
+from .parts import Numbers, Parts, length, views
 from .status import BalanceStatus, MarchStatus
 
 DEPENDENT = 1e-12  # relative size below which a row is a combination of others
@@ -432,14 +432,14 @@ def _without_core(parts: Parts, layout: Layout, S) -> Parts:
     dims = parts.shape.dims.copy()
     dims[0] = layout.n
     shape = parts.shape._replace(dims=dims, R=np.ascontiguousarray(S, float))
-    own = replace(parts, layout=layout, shape=shape, flat=np.zeros(_length(shape)))
+    own = replace(parts, layout=layout, shape=shape, flat=np.zeros(length(shape)))
     own.flat[:] = _moved(parts.flat, parts, own)
     return own
 
 
 def _moved(flat, parts: Parts, own: Parts) -> np.ndarray:
     """Return the numbers of contacts and laws, out of those of the whole system, as the smaller one holds them."""
-    out = np.zeros(_length(own.shape))
+    out = np.zeros(length(own.shape))
     mine, theirs = views(out, own.shape), views(flat, parts.shape)
     for name, to, come in zip(mine._fields, mine, theirs, strict=True):
         if name not in ("M", "C", "K", "E"):

@@ -8,8 +8,8 @@ from .._jit import both, njit
 from ..solve.dense import lu, lu_solve
 from .march import FOLLOWED
 from .margins import FAR, margins
-from .parts import Shape
-from .residual import Grid, Room, cleared, linearised, motion, unpacked
+from .residual import Grid, Room, linearised, motion
+from .tables import expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
@@ -19,29 +19,14 @@ ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0
 
 
 @both
-def numbers_at(base, index, series, low, high, p, flat, dflat):
-    """Write the numbers of the system at parameter ``p`` and their derivatives, from Chebyshev series on [low, high]."""
-    flat[:] = base
-    dflat[:] = 0.0
-    z = (2.0 * p - low - high) / (high - low)
-    slope = 2.0 / (high - low)
-    degree = series.shape[1] - 1
-    for i in range(index.size):
-        b0, b1, d0, d1 = 0.0, 0.0, 0.0, 0.0
-        for j in range(degree, 0, -1):  # Clenshaw, and its derivative
-            d0, d1 = 2.0 * b0 + 2.0 * z * d0 - d1, d0
-            b0, b1 = 2.0 * z * b0 - b1 + series[i, j], b0
-        flat[index[i]] = z * b0 - b1 + series[i, 0]
-        dflat[index[i]] = (b0 + z * d0 - d1) * slope
-
-
-@both
-def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new,
+def correct(S, R, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new,
             info, events):
     """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
 
     Parameters
     ----------
+    S, R
+        Structure, see `tables`, and rows.
     base, index, series, low, high
         Numbers of the system along the parameter, see `numbers_at`.
     tangent : (size + 1,)
@@ -51,7 +36,7 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
     scale : (size + 1,)
         Natural sizes.
     listed : int (nc,)
-        Events of each contact in the order that is followed, -1: as they come; see `residual.followed_as`.
+        Events of each contact in the order that is followed, -1: as they come; see `residual.followed`.
     events : (KINDS, FIELDS)
         Overwritten by the margins of events at the point.
 
@@ -75,8 +60,8 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
     for count in range(MAX_ITERATIONS + 1):
         numbers_at(base, index, series, low, high, x[size], flat, dflat)
-        cleared(room)
-        status = linearised(shape, flat, dflat, x[:size], grid, slopes, listed, room)
+        room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
+        status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return MARCH
@@ -143,7 +128,7 @@ def correct(shape: Shape, base, index, series, low, high, grid: Grid, listed, ro
         moved += ((x[i] - start[i]) / scale[i])**2
     # the determinant of rows of unit size: that of the plain one grows by orders in a step, with the squares of harmonics
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = contraction, np.sqrt(moved), sign, log - size_log
-    watched(shape, flat, dflat, x[:size], grid, room, events)
+    watched(S, R, flat, dflat, x[:size], grid, room, events)
     return CONVERGED
 
 
@@ -156,13 +141,13 @@ def bordered(matrix, tangent, fixed):
 
 
 @both
-def watched(shape: Shape, flat, dflat, x, grid: Grid, room: Room, events):
+def watched(S, R, flat, dflat, x, grid: Grid, room: Room, events):
     """Write the margins of events along the motion ``x`` whose contacts were followed."""
     events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR
-    T = unpacked(flat, shape)
-    nr, mi = len(shape.R), shape.waves.size
-    c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
-    motion(shape, flat, dflat, x, c, v, cp, vp)
-    for k in range(shape.modes.size):
-        margins(shape, T, k, room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.samples,
+    waves, _, excited, contacts = structure(S)
+    X, _ = expressions(S, flat)
+    c, v, cp, vp = np.empty((4, len(R), waves.size))
+    motion(S, R, flat, dflat, x, c, v, cp, vp)
+    for k in range(len(contacts)):
+        margins(waves, excited, contacts[k], X[k], room.paths[k], room.ends[k], room.zs[k], room.counts[k, 0], c, v, grid.samples,
                 grid.cosines, grid.sines, events)

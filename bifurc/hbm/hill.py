@@ -16,7 +16,6 @@ import numpy as np
 from .balance import Balance
 from .march import GUARD, MODE, WROTE
 from .monodromy import JUMP
-from .residual import followed, unpacked
 from .stability import StabilityStatus, exact_twin, multipliers_of, ordered
 from .status import MarchStatus
 
@@ -59,12 +58,10 @@ class Hill:
             raise ValueError(StabilityStatus.SET_VALUED.sentence)
         balance = exact_twin(balance) if balance.samples else balance
         parts = balance.parts
-        shape, room, grid, T = parts.shape, balance.room, balance.grid, parts.numbers
-        c, v, _, _ = balance.rows(x)
-        code = followed(shape, unpacked(parts.flat, shape), 0, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs,
-                        room.sources, room.counts)
-        if tuple(MarchStatus)[code] is not MarchStatus.FOLLOWED:
-            raise ValueError(tuple(MarchStatus)[code].sentence)
+        shape, room, T = parts.shape, balance.room, parts.numbers
+        status, c, v = balance.follow(x)
+        if status is not MarchStatus.FOLLOWED:
+            raise ValueError(status.sentence)
         self.K, self.n, self.nu = int(harmonics), int(shape.dims[0]), float(T.omega[0])
         self.order = np.arange(-self.K, self.K + 1)
         self.core = (T.K.copy(), T.C.copy(), T.M.copy())

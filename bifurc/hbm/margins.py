@@ -7,8 +7,10 @@ parameter and continue each other.
 import numpy as np
 
 from .._jit import njit
-from .march import GUARD, MODE, arose, guard_of, summit
-from .parts import Numbers, Shape
+from .exactly import summit
+from .march import GUARD, MODE, guard_of, own_of
+from .residual import arose
+from .tables import GUARDS, KIND, MEMORY, SILENT
 from .waves import size, value
 
 KINDS = 8  # of events, see `elements.EventKind`
@@ -18,14 +20,13 @@ FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are r
 
 
 @njit
-def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, cosines, sines, out):
+def margins(waves, excited, A, X, path, ends, zs, count, c, v, samples, cosines, sines, out):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
-    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `march.exact` leaves them, and the tables of the grid.
-    Beyond where the listed order of
-    events holds, overshoots are negative and misses positive.
+    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `exactly.exact` leaves them, and the tables of the grid.
+    Beyond where the listed order of events holds, overshoots are negative and misses positive.
     """
-    waves, Z = shape.waves, shape.memory[k]
+    Z = own_of(A)[MEMORY]
     a = np.empty(waves.size)
     nodes = cosines.shape[1] - 1
     h = 2.0 * np.pi / nodes
@@ -33,15 +34,15 @@ def margins(shape: Shape, T: Numbers, k, path, ends, zs, count, c, v, samples, c
     start = 0.0
     for n in range(count):
         m, stop = path[n, MODE], ends[n, 0]
-        if n < count - 1 and not shape.silent[k, m, path[n, GUARD]]:
-            kind = shape.kinds[k, m, path[n, GUARD]]
+        if n < count - 1 and A[m, 1 + path[n, GUARD], SILENT] == 0:
+            kind = A[m, 1 + path[n, GUARD], KIND]
             out[kind, COUNT] += 1.0
-            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(shape, T, k, c, v, samples, path, ends, zs, n, a))
-        for g in range(shape.guards[k, m]):
-            if shape.silent[k, m, g]:
+            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a))
+        for g in range(A[m, 0, GUARDS]):
+            if A[m, 1 + g, SILENT] > 0:
                 continue
-            kind = shape.kinds[k, m, g]
-            guard_of(shape, T, k, m, g, c, v, zs[n, :Z], a)
+            kind = A[m, 1 + g, KIND]
+            guard_of(excited, A, X, m, g, c, v, zs[n, :Z], a)
             bound = size(a)
             # maxima inside the segment; the grid ends on both its ends, but for a segment that passes phase 0
             first, last = int(start / h) + 1, int(np.ceil(stop / h - 1e-9))

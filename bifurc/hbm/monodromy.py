@@ -10,11 +10,11 @@ Casas and Ros, BIT 40 (2000) 434, eq. 3.14).
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import both, njit
 from ..solve.dense import lu, lu_solve
-from .march import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of, width
-from .parts import Numbers, Shape
-from .residual import Grid, Room, followed, motion, unpacked
+from .march import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of, own_of
+from .residual import Room, followed, motion
+from .tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, core, expressions, numbers_at, structure
 from .waves import jet, powers, size
 
 TAYLOR = 13  # terms of the exponential of a matrix of norm at most a half: 6e-16
@@ -38,6 +38,14 @@ def product(a, b, out):
 
 
 @njit
+def identity(out):
+    """Write the identity."""
+    out[:] = 0.0
+    for i in range(len(out)):
+        out[i, i] = 1.0
+
+
+@njit
 def exponential(a, out):
     """Write the exponential of ``a`` (n, n) into ``out``: Taylor series after scaling, then squaring."""
     n = a.shape[0]
@@ -52,8 +60,9 @@ def exponential(a, out):
         norm *= 0.5
         halvings += 1
     small = a * 0.5**halvings
-    term, room = np.eye(n), np.empty((n, n))
-    out[:] = np.eye(n)
+    term, room = np.empty((n, n)), np.empty((n, n))
+    identity(term)
+    identity(out)
     for k in range(1, TAYLOR + 1):
         product(term, small, room)
         for i in range(n):
@@ -87,8 +96,8 @@ def magnus(A, h, out):
     exponential(first + third / 12.0 + last / 240.0, out)
 
 
-@njit
-def cuts_of(paths, ends, counts, steps):
+@both
+def cuts_of(ends, counts, steps):
     """Return the phases (count,) at which contacts have events, with 0, 2 pi and ``steps`` equal parts of the period."""
     total = 1 + steps
     for k in range(len(counts)):
@@ -100,9 +109,12 @@ def cuts_of(paths, ends, counts, steps):
         n += 1
     for k in range(len(counts)):
         for i in range(counts[k, 0] - 1):
-            out[n] = ends[k, i, 0]
+            j = n  # sorted by insertion
+            while j > 0 and out[j - 1] > ends[k, i, 0]:
+                out[j] = out[j - 1]
+                j -= 1
+            out[j] = ends[k, i, 0]
             n += 1
-    out = np.sort(out[:n])
     m = 1
     for i in range(1, n):
         if out[i] > out[m - 1]:
@@ -111,128 +123,156 @@ def cuts_of(paths, ends, counts, steps):
     return out[:m]
 
 
-@njit
-def without_laws(shape: Shape, flat, x, grid: Grid, room: Room, out, kept):
-    """Follow the contacts along the packed motion ``x`` and write its monodromy matrix: one call, for scenes without laws.
-
-    ``kept`` (2 n + memories,) is overwritten: 1 for states, 0 for memory that is not written. Returns as `monodromy`, and
-    -1 where the contacts cannot be followed.
-    """
-    nr, mi, n = len(shape.R), shape.waves.size, shape.dims[0]
-    T = unpacked(flat, shape)
-    c, v, cp, vp = np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi)), np.empty((nr, mi))
-    motion(shape, flat, np.zeros_like(flat), x, c, v, cp, vp)
-    if followed(shape, T, 0, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources, room.counts) != FOLLOWED:
-        return -1
-    states(shape, room.paths, room.counts, kept)
-    none = np.empty((0, n, n))
-    return monodromy(shape, T, room.paths, room.ends, room.zs, room.counts, c, v, cuts_of(room.paths, room.ends, room.counts, 1),
-                     none, none, out)
-
-
-@njit
-def states(shape: Shape, paths, counts, kept):
-    """Mark in ``kept`` what is a state: q, v, and memory that is written in the period."""
-    start = 2 * shape.dims[0]
+@both
+def states(S, paths, counts, kept):
+    """Mark in ``kept`` (2 n + memories,) what is a state: q, v, and memory that is written in the period."""
+    contacts, start = structure(S)[3], 2 * S[DOFS]
     kept[:start] = 1
-    for k in range(shape.modes.size):
-        for z in range(shape.memory[k]):
-            kept[start + z] = 0
+    for k in range(len(contacts)):
+        for z in range(own_of(contacts[k])[MEMORY]):
+            kept[start] = 0
             for i in range(counts[k, 0]):
                 wrote = paths[k, i, WROTE]
-                if wrote >= 0 and shape.slaved[k, wrote, z]:
-                    kept[start + z] = 1
-        start += shape.memory[k]
+                if wrote >= 0 and contacts[k, wrote, 0, SLAVED + z] > 0:
+                    kept[start] = 1
+            start += 1
+
+
+@both
+def along(S, R, base, index, series, low, high, xs, cosines, sines, room: Room, out, kept, codes):
+    """Write the monodromy matrices ``out`` (m, size, size) of the motions ``xs`` (m, n + 1) along a parameter, without laws.
+
+    Parameters
+    ----------
+    S, R
+        Structure, see `tables`, and rows.
+    base, index, series, low, high
+        Numbers of the system along the parameter, see `tables.numbers_at`.
+    cosines, sines
+        Tables of the waves for exact events, see `residual.Grid`.
+    kept : int (m, size)
+        Overwritten: 1 for states, 0 for memory that is not written.
+    codes : int (m,)
+        Overwritten: 1, 0 where an event grazes and there is no matrix, -1 where the contacts cannot be followed.
+    """
+    flat, dflat = np.empty_like(base), np.empty_like(base)
+    c, v, cp, vp = np.empty((4, len(R), S[INTERNAL]))
+    listed = np.full(len(room.counts), -1)
+    size = xs.shape[1] - 1
+    for i in range(len(xs)):
+        numbers_at(base, index, series, low, high, xs[i, size], flat, dflat)
+        motion(S, R, flat, dflat, xs[i, :size], c, v, cp, vp)
+        status = followed(S, flat, 0, cosines, sines, c, v, listed, room.paths, room.ends, room.zs, room.sources, room.counts)
+        codes[i] = -1
+        if status == FOLLOWED:
+            states(S, room.paths, room.counts, kept[i])
+            codes[i] = plain(S, R, flat, room.paths, room.ends, room.zs, room.counts, c, v, out[i])
 
 
 @njit
-def monodromy(shape: Shape, T: Numbers, paths, ends, zs, counts, c, v, cuts, KL, CL, out):
-    """Write the monodromy matrix (2 n + memories) into ``out``; return 1, or 0 where an event grazes and it has none.
+def plain(S, R, flat, paths, ends, zs, counts, c, v, P):
+    """Write the monodromy matrix (2 n + memories) of a scene without laws into ``P``; return 1, or 0 where an event grazes."""
+    size = len(P)
+    A, E, room, none = np.empty((size, size)), np.empty((size, size)), np.empty((size, size)), np.empty((0, size, size))
+    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(counts), np.int64)
+    if lu(mass, pivot)[0] == 0.0:
+        return 0
+    cuts = cuts_of(ends, counts, 1)
+    identity(P)
+    for j in range(cuts.size - 1):
+        generator(S, R, flat, paths, at, none, none, 0, mass, pivot, A)
+        A *= (cuts[j + 1] - cuts[j]) / flat[0]
+        exponential(A, E)
+        product(E, P, room)
+        P[:] = room
+        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], paths, ends, zs, counts, c, v, mass, pivot, at, P) < 0:
+            return 0
+    return 1
+
+
+@both
+def with_laws(S, R, flat, paths, ends, zs, counts, c, v, cuts, KL, CL, P):
+    """Write the monodromy matrix (2 n + memories) into ``P``; return 1, or 0 where an event grazes and it has none.
 
     Parameters
     ----------
     paths, ends, zs, counts
-        Segments of the contacts as `march.exact` writes them.
+        Segments of the contacts as `exactly.exact` writes them.
     c, v : (nr, mi)
         Coefficients of the rows' coordinates and speeds.
     cuts : (S + 1,)
         Phases from 0 to 2 pi that hold every event, see `cuts_of`.
-    KL, CL : (3 S, n, n) or empty
+    KL, CL : (3 S, n, n)
         What laws add to -K and -C at the Gauss nodes of every step.
     """
-    n, nc = shape.dims[0], shape.modes.size
-    size_all = out.shape[0]
-    P = np.eye(size_all)
-    E, room = np.empty((size_all, size_all)), np.empty((size_all, size_all))
-    A = np.zeros((3, size_all, size_all))
-    mass, pivot, column = T.M.copy(), np.empty(n, np.int64), np.empty(n)
-    sign, _ = lu(mass, pivot)
-    if sign == 0.0:
+    size = len(P)
+    A, E, room = np.empty((3, size, size)), np.empty((size, size)), np.empty((size, size))
+    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(counts), np.int64)
+    if lu(mass, pivot)[0] == 0.0:
         return 0
-    offset = np.empty(nc, np.int64)
-    start = 2 * n
-    for k in range(nc):
-        offset[k] = start
-        start += shape.memory[k]
-    at = np.zeros(nc, np.int64)
-    stale = True
-    law = KL.shape[0] > 0
-    nodes = 3 if law else 1
+    identity(P)
     for j in range(cuts.size - 1):
-        h = (cuts[j + 1] - cuts[j]) / T.omega[0]
-        if stale or law:
-            for g in range(nodes):
-                generator(shape, T, paths, at, offset, KL, CL, 3 * j + g, mass, pivot, column, A[g])
-            stale = False
-        if law:
-            magnus(A, h, E)
-        else:
-            exponential(A[0] * h, E)
+        for g in range(3):
+            generator(S, R, flat, paths, at, KL, CL, 3 * j + g, mass, pivot, A[g])
+        magnus(A, (cuts[j + 1] - cuts[j]) / flat[0], E)
         product(E, P, room)
         P[:] = room
-        if j == cuts.size - 2:
-            break
-        for k in range(nc):
-            while at[k] < counts[k, 0] - 1 and ends[k, at[k], 0] <= cuts[j + 1]:
-                i = at[k]
-                if event(shape, T, k, paths[k, i], ends[k, i, 0], zs[k, i], zs[k, i + 1], offset[k], c, v, mass, pivot, P) == 0:
-                    return 0
-                at[k] += 1
-                stale = True
-    out[:] = P
+        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], paths, ends, zs, counts, c, v, mass, pivot, at, P) < 0:
+            return 0
     return 1
 
 
 @njit
-def generator(shape: Shape, T: Numbers, paths, at, offset, KL, CL, node, mass, pivot, column, A):
-    """Write the linear generator of (q, v, z) in the present modes into ``A``."""
-    n = shape.dims[0]
+def passed(S, R, flat, cut, paths, ends, zs, counts, c, v, mass, pivot, at, P):
+    """Apply the events up to a phase to the perturbations ``P`` and move on ``at`` (nc,); return -1 where one grazes, else 0."""
+    waves, _, excited, contacts = structure(S)
+    X, _ = expressions(S, flat)
+    offset = 2 * S[DOFS]
+    for k in range(len(contacts)):
+        while at[k] < counts[k, 0] - 1 and ends[k, at[k], 0] <= cut:
+            i = at[k]
+            if event(waves, excited, contacts[k], X[k], R, flat[0], paths[k, i], ends[k, i, 0], zs[k, i], zs[k, i + 1], offset,
+                     c, v, mass, pivot, P) == 0:
+                return -1
+            at[k] += 1
+        offset += own_of(contacts[k])[MEMORY]
+    return 0
+
+
+@njit
+def generator(S, R, flat, paths, at, KL, CL, node, mass, pivot, A):
+    """Write the linear generator of (q, v, z) in the present modes into ``A``; ``KL``, ``CL`` may be empty."""
+    n, nx, contacts = S[DOFS], S[EXCITED], structure(S)[3]
+    X, (_, C, K) = expressions(S, flat)[0], core(S, flat)[0]
     A[:] = 0.0
     for i in range(n):
         A[i, n + i] = 1.0
     force = A[n:2 * n]
     for a in range(n):
         for b in range(n):
-            force[a, b] = -T.K[a, b]
-            force[a, n + b] = -T.C[a, b]
+            force[a, b] = -K[a, b]
+            force[a, n + b] = -C[a, b]
             if KL.shape[0] > 0:
                 force[a, b] += KL[node, a, b]
                 force[a, n + b] += CL[node, a, b]
+    offset = 2 * n
     for k in range(at.size):
-        m, Q = paths[k, at[k], MODE], width(shape, k)
-        for q in range(Q):
-            R = shape.R[shape.rows[k, q]]
-            for p in range(Q):
-                S = shape.R[shape.rows[k, p]]
-                fu, fs = T.FU[k, m, q, p], T.FS[k, m, q, p]
+        m, own = paths[k, at[k], MODE], own_of(contacts[k])
+        for q in range(own[WIDTH]):
+            left, row = R[own[ROWS + q]], X[k, m, q]
+            for p in range(own[WIDTH]):
+                right = R[own[ROWS + p]]
+                fu, fs = row[nx + 2 * p], row[nx + 2 * p + 1]
                 if fu != 0.0 or fs != 0.0:
                     for a in range(n):
                         for b in range(n):
-                            force[a, b] += R[a] * fu * S[b]
-                            force[a, n + b] += R[a] * fs * S[b]
-            for i in range(shape.memory[k]):
+                            force[a, b] += left[a] * fu * right[b]
+                            force[a, n + b] += left[a] * fs * right[b]
+            for i in range(own[MEMORY]):
                 for a in range(n):
-                    force[a, offset[k] + i] += R[a] * T.FZ[k, m, q, i]
+                    force[a, offset + i] += left[a] * row[nx + 2 * own[PAIRS] + i]
+        offset += own[MEMORY]
+    column = np.empty(n)
     for j in range(A.shape[1]):
         for a in range(n):
             column[a] = force[a, j]
@@ -242,46 +282,47 @@ def generator(shape: Shape, T: Numbers, paths, at, offset, KL, CL, node, mass, p
 
 
 @njit
-def gradient(shape: Shape, U, S, Z, k, offset, P, out):
-    """Write the perturbation (columns of ``P``) of an affine expression of the rows, speeds and memory of contact ``k``."""
-    n = shape.dims[0]
+def gradient(row, own, nx, memory, R, offset, P, out):
+    """Write the perturbation (columns of ``P``) of an affine expression, with its first ``memory`` memories."""
+    n = R.shape[1]
     out[:] = 0.0
-    for q in range(width(shape, k)):
-        R = shape.R[shape.rows[k, q]]
+    for q in range(own[WIDTH]):
+        r = R[own[ROWS + q]]
         for a in range(n):
-            x, y = U[q] * R[a], S[q] * R[a]
+            x, y = row[nx + 2 * q] * r[a], row[nx + 2 * q + 1] * r[a]
             if x != 0.0 or y != 0.0:
                 for j in range(out.size):
                     out[j] += x * P[a, j] + y * P[n + a, j]
-    for i in range(Z.size):
-        if Z[i] != 0.0:
+    for i in range(memory):
+        z = row[nx + 2 * own[PAIRS] + i]
+        if z != 0.0:
             for j in range(out.size):
-                out[j] += Z[i] * P[offset + i, j]
+                out[j] += z * P[offset + i, j]
 
 
 @njit
-def event(shape: Shape, T: Numbers, k, path, phase, before, after, offset, c, v, mass, pivot, P):
-    """Apply an event of contact ``k`` to the perturbations ``P``; return 0 where its shift has no derivative."""
-    n, rate, Q, Z = shape.dims[0], T.omega[0], width(shape, k), shape.memory[k]
+def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, v, mass, pivot, P):
+    """Apply an event of a contact to the perturbations ``P``; return 0 where its shift has no derivative."""
+    own, n, nx = own_of(A), R.shape[1], excited.size
+    Z, slave = own[MEMORY], own[PAIRS] + A.shape[1] - 1
     m, g, b = path[MODE], path[GUARD], path[AFTER]
-    a = np.empty(c.shape[1])
-    p = np.empty((shape.waves[-1] + 1, 2))
+    a = np.empty(waves.size)
+    p = np.empty((waves[-1] + 1, 2))
     powers(phase, p.shape[0], p)
     dz = np.zeros((Z, P.shape[1]))
     dt, row = np.zeros(P.shape[1]), np.empty(P.shape[1])
-    guard_of(shape, T, k, m, g, c, v, before[:Z], a)
-    speed = rate * jet(shape.waves, a, p)[1]
+    guard_of(excited, A, X, m, g, c, v, before[:Z], a)
+    speed = rate * jet(waves, a, p)[1]
     regular = abs(speed) > GRAZE * rate * (size(a) + 1e-300)
     if regular:
-        gradient(shape, T.GU[k, m, g], T.GS[k, m, g], T.GZ[k, m, g, :Z], k, offset, P, dt)
+        gradient(X[m, own[PAIRS] + g], own, nx, Z, R, offset, P, dt)
         dt *= -1.0 / speed
     wrote = path[WROTE] >= 0
     for i in range(Z):
-        if wrote and shape.slaved[k, m, i]:
-            gradient(shape, T.ZU[k, m, i], T.ZS[k, m, i], T.ZU[k, m, i, :0], k, offset, P, row)
-            expression(T.ZU[k, m, i], T.ZS[k, m, i], before[:0], T.ZH[k, m, i], shape.rows[k], Q, shape.excited, c, v,
-                       before[:0], a)
-            moving = rate * jet(shape.waves, a, p)[1]
+        if wrote and A[m, 0, SLAVED + i] > 0:
+            gradient(X[m, slave + i], own, nx, 0 * Z, R, offset, P, row)
+            expression(X[m, slave + i], own, excited, c, v, before[:0], a)
+            moving = rate * jet(waves, a, p)[1]
             if abs(moving) > JUMP * rate * (size(a) + 1e-300):
                 if not regular:
                     return 0
@@ -289,20 +330,15 @@ def event(shape: Shape, T: Numbers, k, path, phase, before, after, offset, c, v,
             dz[i] = row
         else:
             dz[i] = P[offset + i]
-    for q in range(Q):
-        own = shape.rows[k, q]
-        expression(T.FU[k, m, q], T.FS[k, m, q], T.FZ[k, m, q, :Z], T.FH[k, m, q], shape.rows[k], Q, shape.excited, c, v,
-                   before[:Z], a)
-        old, bound = jet(shape.waves, a, p)[0], size(a)
-        expression(T.FU[k, b, q], T.FS[k, b, q], T.FZ[k, b, q, :Z], T.FH[k, b, q], shape.rows[k], Q, shape.excited, c, v,
-                   after[:Z], a)
-        jump = old - jet(shape.waves, a, p)[0]
+    for q in range(own[WIDTH]):
+        expression(X[m, q], own, excited, c, v, before[:Z], a)
+        old, bound = jet(waves, a, p)[0], size(a)
+        expression(X[b, q], own, excited, c, v, after[:Z], a)
+        jump = old - jet(waves, a, p)[0]
         if abs(jump) > JUMP * (bound + size(a) + 1e-300):
             if not regular:
                 return 0
-            push = np.empty(n)
-            for i in range(n):
-                push[i] = shape.R[own, i] * jump
+            push = R[own[ROWS + q]] * jump
             lu_solve(mass, pivot, push)
             for i in range(n):
                 for j in range(P.shape[1]):

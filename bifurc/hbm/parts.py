@@ -25,7 +25,7 @@ MOST_MODES = 64  # of one element, reached from its starts through its guards
 
 
 class Shape(NamedTuple):
-    """Structure of the parts: integers (and the rows R, which are structure too), as kernels take them.
+    """Structure of the parts: integers (and the rows R, which are structure too); kernels take `Parts.structure`.
 
     nc contacts of at most (M modes, G guards, Z memories, Q rows, T successors), nr different rows of all contacts and
     laws, nx columns of excitation (first the constant), mi internal slots: mean, cosine and sine of every harmonic of
@@ -136,6 +136,13 @@ class Parts:
         """The flat vector by name (views)."""
         return views(self.flat, self.shape)
 
+    @cached_property
+    def structure(self) -> np.ndarray:
+        """The structure as kernels take it, one vector of integers; see `hbm.tables`."""
+        from .tables import packed
+
+        return packed(self.shape)
+
     @property
     def rows(self) -> np.ndarray:
         """All rows on which forces that are not linear act, (nr, n)."""
@@ -214,7 +221,7 @@ def split(system: System, layout: Layout) -> Parts:
     internal = sorted({*layout.harmonics, *(k * periods for k in excited)} - {0})
     shape = _shape(system, layout, found, contacts, np.array(rows).reshape(len(rows), n), internal,
                    sorted(k * periods for k in excited), values, len(laws))
-    parts = Parts(system, layout, shape, np.zeros(_length(shape)), tuple(contacts), tuple(laws), tuple(held))
+    parts = Parts(system, layout, shape, np.zeros(length(shape)), tuple(contacts), tuple(laws), tuple(held))
     _fill(system, parts, parts.numbers)
     return parts
 
@@ -304,26 +311,31 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
                  kinds, silent, trial)
 
 
-def _sizes(shape: Shape) -> list[tuple[int, ...]]:
-    """Return the shapes of `Numbers`, in order."""
+def _blocks(shape: Shape) -> list[tuple[int, ...]]:
+    """Return the shapes of the blocks of a flat vector, in order; expressions as in `hbm.tables`."""
     n, m, nr, _, nx, nc, M, Q, G, Z, _, _, values = (int(v) for v in shape.dims)
-    return [(1,), (n, n), (n, n), (n, n), (m, n), (nr, nx), (nr,), (nc, M, Q, Q), (nc, M, Q, Q), (nc, M, Q, Z), (nc, M, Q, nx),
-            (nc, M, G, Q), (nc, M, G, Q), (nc, M, G, Z), (nc, M, G, nx), (nc, M, Z, Q), (nc, M, Z, Q), (nc, M, Z, nx),
-            (nc, Z, Q), (nc, Z, Q), (values,)]
+    return [(1,), (n, n), (n, n), (n, n), (m, n), (nr, nx), (nr,), (nc, M, Q + G + Z, nx + 2 * Q + Z), (nc, Z, 2 * Q), (values,)]
 
 
-def _length(shape: Shape) -> int:
-    return sum(math.prod(size) for size in _sizes(shape))
+def length(shape: Shape) -> int:
+    """Return the number of numbers."""
+    return sum(math.prod(size) for size in _blocks(shape))
 
 
 def views(flat: np.ndarray, shape: Shape) -> Numbers:
     """Return the parts of a flat vector by name."""
-    out, start = [], 0
-    for size in _sizes(shape):
+    blocks, start = [], 0
+    for size in _blocks(shape):
         stop = start + math.prod(size)
-        out.append(flat[start:stop].reshape(size))
+        blocks.append(flat[start:stop].reshape(size))
         start = stop
-    return Numbers(*out)
+    nx, Q, G = (int(v) for v in shape.dims[[4, 7, 8]])
+    pairs, memory = nx + 2 * Q, []
+    for rows in (slice(0, Q), slice(Q, Q + G), slice(Q + G, None)):
+        own = blocks[7][:, :, rows]
+        memory.append((own[..., nx:pairs:2], own[..., nx + 1:pairs:2], own[..., pairs:], own[..., :nx]))
+    F, G_, Z_ = memory
+    return Numbers(*blocks[:7], *F, *G_, Z_[0], Z_[1], Z_[3], blocks[8][..., ::2], blocks[8][..., 1::2], blocks[9])
 
 
 class _Row(NamedTuple):

@@ -7,9 +7,8 @@ from enum import StrEnum
 import numpy as np
 
 from .balance import Balance
-from .monodromy import NODES, cuts_of, monodromy, states, without_laws
+from .monodromy import NODES, along, cuts_of, states, with_laws
 from .parts import views
-from .residual import followed, unpacked
 from .status import MarchStatus
 
 LAW_STEPS = 12  # Magnus steps a shortest wave
@@ -70,55 +69,68 @@ def multipliers_along(problem, xs) -> np.ndarray | None:
     Rows with fewer states (memory that is not written) end in zeros; rows whose multipliers are not known are NaN.  None for
     set-valued friction.
     """
-    balance = problem.balance
-    if balance.parts.held:
+    if problem.balance.parts.held:
         return None
-    found = [multipliers_of(balance, x[:-1], problem.numbers(x[-1])[0])[1] for x in xs]
-    out = np.zeros((len(found), max((len(mu) for mu in found), default=0)), complex)
-    for row, mu in zip(out, found, strict=True):
-        row[:len(mu)] = mu
-        if not len(mu):
-            row[:] = np.nan
+    codes, matrices, kept = _matrices(problem.balance, np.ascontiguousarray(xs, float), problem.path, problem.numbers)
+    known, counts = codes > 0, kept.sum(axis=1)
+    out = np.full((len(xs), int(counts[known].max(initial=0))), np.nan, complex)
+    for pattern in np.unique(kept[known], axis=0):
+        rows = np.flatnonzero(known & (kept == pattern).all(axis=1))
+        place = np.flatnonzero(pattern)
+        found = ordered(np.linalg.eigvals(matrices[np.ix_(rows, place, place)]))
+        out[rows] = 0.0
+        out[rows, :len(place)] = found
     return out
+
+
+def _matrices(balance: Balance, xs, path, numbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return codes as of `monodromy.along` for the rows of ``xs``, matrices (m, size, size), and which of (q, v, z) are states."""
+    balance = exact_twin(balance) if balance.samples else balance
+    parts, grid, room = balance.parts, balance.grid, balance.room
+    size = 2 * int(parts.shape.dims[0]) + int(parts.shape.memory.sum())
+    out, kept, codes = np.zeros((len(xs), size, size)), np.zeros((len(xs), size), np.int64), np.zeros(len(xs), np.int64)
+    if parts.laws:
+        for i, x in enumerate(xs):
+            codes[i] = _with_laws(balance, numbers(x[-1])[0], x[:-1], out[i], kept[i])
+    else:
+        along(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high, xs, grid.cosines, grid.sines,
+              room, out, kept, codes)
+    codes[(codes > 0) & ~np.isfinite(out).all(axis=(1, 2))] = 0
+    return codes, out, kept
 
 
 def monodromy_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.ndarray]:
     """Return status and monodromy matrix of (q, v, memory that is written), see `multipliers_of`."""
     none = np.empty((0, 0))
-    parts = balance.parts
-    if parts.held:
+    if balance.parts.held:
         return StabilityStatus.SET_VALUED, none
-    if balance.samples:
-        balance = exact_twin(balance)
-    flat = parts.flat if flat is None else flat
-    x = np.ascontiguousarray(x, float)
-    shape, room, grid = parts.shape, balance.room, balance.grid
-    size = 2 * int(shape.dims[0]) + int(shape.memory.sum())
-    out, kept = np.empty((size, size)), np.zeros(size, np.int64)
-    if parts.laws:
-        code = _with_laws(balance, flat, x, out, kept)
-    else:
-        code = without_laws(shape, flat, x, grid, room, out, kept)
-    if code < 0:
-        return StabilityStatus.NOT_FOLLOWED, none
-    if code == 0 or not np.isfinite(out).all():
-        return StabilityStatus.GRAZING, none
-    return StabilityStatus.KNOWN, out if kept.all() else out[np.ix_(kept > 0, kept > 0)]
+    flat = balance.parts.flat if flat is None else flat
+    codes, matrices, kept = _matrices(balance, np.append(x, 0.0)[None], _Still(flat), lambda _: (flat, None))
+    if codes[0] <= 0:
+        return (StabilityStatus.NOT_FOLLOWED if codes[0] < 0 else StabilityStatus.GRAZING), none
+    place = np.flatnonzero(kept[0])
+    return StabilityStatus.KNOWN, matrices[0][np.ix_(place, place)]
+
+
+class _Still:
+    """Numbers that depend on nothing, as a path."""
+
+    index, series, low, high = np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0
+
+    def __init__(self, flat):
+        self.base = flat
 
 
 def _with_laws(balance: Balance, flat, x, out, kept) -> int:
-    """Write the monodromy matrix of a scene with laws; returns as `monodromy.without_laws`."""
-    parts, room, grid = balance.parts, balance.room, balance.grid
-    shape = parts.shape
-    c, v, _, _ = balance.rows(x, flat)
-    T = unpacked(flat, shape)
-    code = followed(shape, T, 0, grid.cosines, grid.sines, c, v, room.paths, room.ends, room.zs, room.sources, room.counts)
-    if tuple(MarchStatus)[code] is not MarchStatus.FOLLOWED:
+    """Write the monodromy matrix of a scene with laws; returns as the codes of `monodromy.along`."""
+    parts, room = balance.parts, balance.room
+    status, c, v = balance.follow(x, flat)
+    if status is not MarchStatus.FOLLOWED:
         return -1
-    states(shape, room.paths, room.counts, kept)
-    cuts = cuts_of(room.paths, room.ends, room.counts, max(LEAST_LAW_STEPS, LAW_STEPS * int(shape.waves[-1])))
+    states(parts.structure, room.paths, room.counts, kept)
+    cuts = cuts_of(room.ends, room.counts, max(LEAST_LAW_STEPS, LAW_STEPS * int(parts.shape.waves[-1])))
     KL, CL = law_slopes(balance, flat, c, v, cuts)
-    return monodromy(shape, T, room.paths, room.ends, room.zs, room.counts, c, v, cuts, KL, CL, out)
+    return with_laws(parts.structure, parts.shape.R, flat, room.paths, room.ends, room.zs, room.counts, c, v, cuts, KL, CL, out)
 
 
 def law_slopes(balance: Balance, flat, c, v, cuts) -> tuple[np.ndarray, np.ndarray]:
@@ -154,6 +166,7 @@ def exact_twin(balance: Balance) -> Balance:
 
 
 def ordered(multipliers) -> np.ndarray:
-    """Return complex multipliers, largest first, conjugate pairs with the positive imaginary part first."""
+    """Return complex multipliers (..., k), largest first, conjugate pairs with the positive imaginary part first."""
     mu = np.asarray(multipliers).astype(complex)
-    return mu[np.lexsort((-mu.imag, -mu.real.round(9), -np.abs(mu).round(9)))]
+    order = np.lexsort((-mu.imag, -mu.real.round(9), -np.abs(mu).round(9)), axis=-1)
+    return np.take_along_axis(mu, order, axis=-1)

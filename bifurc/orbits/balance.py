@@ -217,22 +217,12 @@ class HarmonicOrbit:
             for segment in own:
                 if segment.guard is None or shape.silent[k, segment.mode, segment.guard]:
                     continue
-                speed = self.rate * value(shape.waves, self._guard(k, segment), segment.stop)[1]
+                guard = balance.guard(k, segment.mode, segment.guard, self._x, segment.memory)
+                speed = self.rate * value(shape.waves, guard, segment.stop)[1]
                 state = self._states(np.array([segment.stop]))[0]
                 found.append(Event(segment.stop / self.rate, contact.name, event_kind(shape, k, segment.mode, segment.guard),
                                    float(speed), state, state))
         return tuple(sorted(found, key=lambda event: event.time))
-
-    def _guard(self, k: int, segment) -> np.ndarray:
-        """Return the guard that ended a segment as a polynomial in internal slots."""
-        from ..hbm.march import guard_of
-        from ..hbm.residual import unpacked
-
-        parts = self.exact.parts
-        c, v, _, _ = self.exact.rows(self._x)
-        out = np.empty(parts.shape.waves.size)
-        guard_of(parts.shape, unpacked(parts.flat, parts.shape), k, segment.mode, segment.guard, c, v, segment.memory, out)
-        return out
 
     # what it says of itself
 

@@ -1,0 +1,96 @@
+"""How kernels see the parts of a balance: structure and numbers in one flat vector each, read as a few arrays.
+
+Arrays that are passed from Python are unpacked one by one, and compiled functions that take many are slow to compile; the
+parts by name, `parts.Shape` and `parts.Numbers`, are for Python.
+"""
+import numpy as np
+
+from .._jit import both, njit
+
+# the head of the vector of structure: sizes, see `parts.Shape`
+DOFS, SLOTS, ROWS_ALL, INTERNAL, EXCITED, CONTACTS, MODES, PAIRED, MOST_GUARDS, MEMORIES, COLUMNS, HEAD = range(12)
+
+# one contact: (modes + 1, guards + 1, columns); row 0 of a mode, further rows of its guards
+GUARDS, WRITES, FORGETS, SLAVED = 0, 1, 2, 3  # number; memory is written when left: any, all; from here on: which
+KIND, SILENT, TRIAL, THEN = 0, 1, 2, 3  # code; no force changes; mode tried first, -1: none; from here on: successors, -1: none
+# and of its last "mode": row 0 of the contact, row 1 the modes of a start in order, -1: none
+COUNT, MEMORY, WIDTH, PAIRS, ROWS = 0, 1, 2, 3, 4  # modes, memories, rows; rows of an expression (padded); from here on: rows
+
+# an expression (columns,): constant and harmonics, then pairs of coordinate and speed of every row, then memory
+# the expressions of a mode: forces, guards, slaved memory
+
+
+def packed(shape) -> np.ndarray:
+    """Return the structure of a balance as one vector of integers, from a `parts.Shape`."""
+    n, m, nr, mi, nx, nc, M, Q, G, Z, T = (int(v) for v in shape.dims[:11])
+    columns = max(THEN + T, SLAVED + Z, ROWS + Q, M)
+    own = np.full((nc, M + 1, G + 1, columns), -1)
+    for k in range(nc):
+        last = own[k, M]
+        last[0, [COUNT, MEMORY, WIDTH, PAIRS]] = shape.modes[k], shape.memory[k], (shape.rows[k] >= 0).sum(), Q
+        last[0, ROWS:ROWS + Q] = shape.rows[k]
+        last[1, :M] = shape.start[k]
+        for m_ in range(int(shape.modes[k])):
+            slaved = shape.slaved[k, m_, :shape.memory[k]]
+            own[k, m_, 0, [GUARDS, WRITES, FORGETS]] = shape.guards[k, m_], slaved.any(), slaved.size > 0 and slaved.all()
+            own[k, m_, 0, SLAVED:SLAVED + Z] = shape.slaved[k, m_]
+            own[k, m_, 1:, [KIND, SILENT, TRIAL]] = shape.kinds[k, m_], shape.silent[k, m_], shape.trial[k, m_]
+            own[k, m_, 1:, THEN:THEN + T] = shape.then[k, m_]
+    head = (n, m, nr, mi, nx, nc, M, Q, G, Z, columns)
+    return np.concatenate([head, shape.waves, shape.place, shape.excited, own.ravel()]).astype(np.int64)
+
+
+@njit
+def structure(S):
+    """Return harmonics (mi,), slots of the balance (slots,) and the excitation (nx,), and contacts (nc, M + 1, G + 1, columns)."""
+    i = HEAD
+    waves = S[i:i + S[INTERNAL]]
+    i += S[INTERNAL]
+    place = S[i:i + S[SLOTS]]
+    i += S[SLOTS]
+    excited = S[i:i + S[EXCITED]]
+    i += S[EXCITED]
+    return waves, place, excited, S[i:].reshape(S[CONTACTS], S[MODES] + 1, S[MOST_GUARDS] + 1, S[COLUMNS])
+
+
+@njit
+def expressions(S, flat):
+    """Return the expressions of all modes (nc, M, Q + G + Z, columns) and of relaxed starts (nc, Z, 2 Q), of a flat vector."""
+    n, nr, nx, nc, M, Q, Z = S[DOFS], S[ROWS_ALL], S[EXCITED], S[CONTACTS], S[MODES], S[PAIRED], S[MEMORIES]
+    i = 1 + 3 * n * n + S[SLOTS] * n + nr * nx + nr
+    count, wide = Q + S[MOST_GUARDS] + Z, nx + 2 * Q + Z
+    size = nc * M * count * wide
+    return flat[i:i + size].reshape(nc, M, count, wide), flat[i + size:i + size + 2 * nc * Z * Q].reshape(nc, Z, 2 * Q)
+
+
+@njit
+def core(S, flat):
+    """Return mass, damping and stiffness (3, n, n) and load (slots, n) of a flat vector."""
+    n = S[DOFS]
+    i = 1 + 3 * n * n
+    return flat[1:i].reshape(3, n, n), flat[i:i + S[SLOTS] * n].reshape(S[SLOTS], n)
+
+
+@njit
+def moved(S, flat):
+    """Return what is added to the rows: motion (nr, nx) and speed (nr,)."""
+    n, nr, nx = S[DOFS], S[ROWS_ALL], S[EXCITED]
+    i = 1 + 3 * n * n + S[SLOTS] * n
+    return flat[i:i + nr * nx].reshape(nr, nx), flat[i + nr * nx:i + nr * nx + nr]
+
+
+@both
+def numbers_at(base, index, series, low, high, p, flat, dflat):
+    """Write the numbers of the system at parameter ``p`` and their derivatives, from Chebyshev series on [low, high]."""
+    flat[:] = base
+    dflat[:] = 0.0
+    z = (2.0 * p - low - high) / (high - low)
+    slope = 2.0 / (high - low)
+    degree = series.shape[1] - 1
+    for i in range(index.size):
+        b0, b1, d0, d1 = 0.0, 0.0, 0.0, 0.0
+        for j in range(degree, 0, -1):  # Clenshaw, and its derivative
+            d0, d1 = 2.0 * b0 + 2.0 * z * d0 - d1, d0
+            b0, b1 = 2.0 * z * b0 - b1 + series[i, j], b0
+        flat[index[i]] = z * b0 - b1 + series[i, 0]
+        dflat[index[i]] = (b0 + z * d0 - d1) * slope
