@@ -122,7 +122,7 @@ class CurveProblem(Problem):
 
     def monitor_values(self, u, p, tangent):
         """Return da/ds, the slope of the measure along a curve of peaks, the branch's own boundaries, the bounds of a."""
-        values = [float(tangent[-2])]
+        values = [-1.0 if self._still else float(tangent[-2])]  # what does not move has no extrema, only rounding
         problem, a = self.family.at(float(p)), float(u[-1])
         if self.kind is SpecialPointKind.PEAK:
             values.append(-1.0 if self._still else self._measure_slope(problem, u, p, tangent))
