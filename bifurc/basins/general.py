@@ -2,6 +2,7 @@
 import numpy as np
 
 from .._jit import njit
+from ..compose.tables import ORDER
 from ..elements import EventKind
 from ..flow.scan import (
     BEFORE,
@@ -15,14 +16,18 @@ from ..flow.scan import (
     LIMIT,
     LOST,
     MODE,
+    ORDERS,
     PASSED,
     SPEED,
     STATE,
     TAU,
+    held,
+    inside,
     run,
     workspace,
 )
 from .near import boxed, nearest
+from .starting import UNCLEAR
 from .states import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 
 CONTACT = EventKind.CONTACT.code
@@ -40,6 +45,37 @@ def begin_at(m, y, ints, floats, x):
     ints[:] = 0
     floats[:] = np.nan
     ints[MODE], floats[TAU] = m, 0.0
+
+
+@njit
+def decided(T, candidates, ints, floats, x, scale, a):
+    """Write the first mode whose holds and guards all allow the state ``x`` (nx,); return whether there is one.
+
+    The rule of `bifurc.flow.settle.start`, without its corrections and its arrivals: those go to the simulation.
+    """
+    ns = T.A.shape[1]
+    for c in range(x.size):
+        scale[c] = abs(x[c]) if c < ns else 1.0
+    for m in candidates:
+        good = held(T.H, T.S, T.n_holds[m], m, x, scale)
+        for g in range(T.n_guards[m]):
+            if good:
+                sign, order = inside(T, m, g, x, a)
+                good = sign <= 0
+                ints[ORDERS + g] = order
+        if good:
+            ints[MODE] = m
+            return True
+    return False
+
+
+@njit
+def started(T, candidates, m, y, ints, floats, x, scale, a):
+    """Write the start ``y`` (ns,) into the march; return whether its mode is known."""
+    if m < 0 and m != UNCLEAR:
+        return False
+    begin_at(max(m, 0), y, ints, floats, x)
+    return m >= 0 or decided(T, candidates, ints, floats, x, scale, a)
 
 
 @njit
@@ -63,24 +99,37 @@ def march(T, ints, floats, x, whole, limit, rows, record, tally):
 
 
 @njit
-def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, stay, labels, periods,
+def recall(F, m, x, first):
+    """Write the memory of ``x`` (nx,) as mode ``m`` has it: what follows the motion is kept up when its mode is left only.
+
+    ``F`` (modes, nz, nx): a row for every memory, which begin at ``first``.
+    """
+    for i in range(F.shape[1]):
+        total = 0.0
+        for c in range(x.shape[0]):
+            total += F[m, i, c] * x[c]
+        x[first + i] = total
+
+
+@njit
+def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, stay, labels, periods,
           impacts, states, speeds):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``inverse`` to ``stay`` see `bifurc.basins.near`.  Writes label (-1: none), periods, impacts, state and least
-    speed of arrival of each; starts with a negative mode are left to the caller.
+    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``inverse`` to ``stay`` see `bifurc.basins.near`.
+    Writes label (-1: none), periods, impacts, state and least speed of arrival of each; starts whose mode cannot be told are left
+    to the caller.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     ints, floats = workspace(T)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * ns))
-    x = np.empty(nx)
+    x, scale, a = np.empty(nx), np.empty(nx), np.empty(ORDER + 1)
     y = x[:ns]
     tally = np.empty(2)
     for i in range(X.shape[0]):
-        if modes[i] < 0:
+        if not started(T, candidates, modes[i], X[i], ints, floats, x, scale, a):
             continue
-        begin_at(modes[i], X[i], ints, floats, x)
         tally[0], tally[1] = 0.0, np.inf
         labels[i] = -1
         states[i] = UNSETTLED
@@ -92,6 +141,7 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
             if code != DONE:
                 states[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
                 break
+            recall(F, ints[MODE], x, ns - F.shape[1])
             found = nearest(y, inverse, points, squares, owner)
             if found < 0 and keys.shape[0] > 0:
                 keeper = boxed(y, inverse, width, keys, keepers)
@@ -109,21 +159,21 @@ def label(T, modes, X, limit, most, inverse, points, squares, owner, width, keys
 
 
 @njit
-def carry(T, modes, X, limit, periods, outcomes, impacts, speeds):
+def carry(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds):
     """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
 
-    Starts with a negative mode are left to the caller; where a motion ends early, ``X`` is its last section point.
+    ``F`` and ``candidates`` as for `label`.  Starts whose mode cannot be told are left to the caller; where a motion ends
+    early, ``X`` is its last section point.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     ints, floats = workspace(T)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * ns))
-    x = np.empty(nx)
+    x, scale, a = np.empty(nx), np.empty(nx), np.empty(ORDER + 1)
     tally = np.empty(2)
     for i in range(X.shape[0]):
-        if modes[i] < 0:
+        if not started(T, candidates, modes[i], X[i], ints, floats, x, scale, a):
             continue
-        begin_at(modes[i], X[i], ints, floats, x)
         tally[0], tally[1] = 0.0, np.inf
         outcomes[i] = REACHED
         for k in range(1, periods + 1):
@@ -131,6 +181,7 @@ def carry(T, modes, X, limit, periods, outcomes, impacts, speeds):
             if code != DONE:
                 outcomes[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
                 break
+            recall(F, ints[MODE], x, ns - F.shape[1])
             for c in range(ns):
                 X[i, c] = x[c]
         impacts[i], speeds[i] = tally[0], tally[1]

@@ -8,12 +8,13 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from ..compose.scene import Scene
+from ..compose.tables import Tables
 from ..elements import EventKind
 from ..flow import settle
 from ..flow.status import Status
 from . import lanes, lanessmooth
 from .near import STAY, boxed, nearest
-from .starting import BEYOND, begin
+from .starting import BEYOND, begin, unloaded
 from .states import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
@@ -84,6 +85,7 @@ class Marcher:
         self.scene, self.limit, self.steps, self.error = scene, limit, steps, 0.0
         self._lock = threading.Lock()
         self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
+        self._rows = np.empty((0, 0, 0))
         self._module, self._numbers = self._lanes()
         self.lean = self._module is not None
         self.chunk = 8192 if self.lean else 512
@@ -104,12 +106,28 @@ class Marcher:
         return None, None
 
     def begin(self, X: np.ndarray):
-        """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside."""
+        """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside.
+
+        Memory beyond a limit is put, in ``X``, where the limit puts it.
+        """
         with self._lock:
+            unloaded(self.scene, X)
             T = self.scene.tables
         modes = np.empty(len(X), np.int64)
         begin(T, self._candidates, X, modes)
         return T, modes
+
+    def _followers(self, T: Tables) -> np.ndarray:
+        """Return the rows (modes, nz, nx) that memory has in every mode: itself where it is frozen."""
+        if len(self._rows) < len(T.n_guards):
+            with self._lock:
+                first, nx = 2 * self.scene.n, T.A.shape[2]
+                rows = np.tile(np.eye(nx)[first:self.scene.ns], (len(T.n_guards), 1, 1))
+                for m in range(len(rows)):
+                    for place, row in self.scene.slaved(m):
+                        rows[m, place - first] = row
+                self._rows = rows
+        return self._rows
 
     def label(self, X: np.ndarray, targets: Targets, most: int) -> Cells:
         """Follow the starts ``X`` (N, ns), in place, until near an attractor or for ``most`` periods."""
@@ -121,7 +139,7 @@ class Marcher:
             self._module.label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
         elif self.scene.closed_form:
             from .general import label
-            label(T, modes, X, self.limit, most, *targets, *cells)
+            label(T, self._followers(T), self._candidates, modes, X, self.limit, most, *targets, *cells)
         # Laws without lanes: a period is long beside Python's share of it, the simulation serves.
         for i in np.flatnonzero(cells.states == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
@@ -140,7 +158,7 @@ class Marcher:
             self._module.carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
         elif self.scene.closed_form:
             from .general import carry
-            carry(T, modes, X, self.limit, periods, *images[1:])
+            carry(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
         for i in np.flatnonzero(images.outcomes == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 self._carry(i, starts[i], images, periods)

@@ -1,6 +1,7 @@
 """In which mode a start begins: the clear cases; the rest goes to `bifurc.flow.settle`."""
 import numpy as np
 
+from ..compose.scene import Scene
 from ..compose.tables import Tables
 from ..flow.scan import NOISE, PENETRATION
 
@@ -38,3 +39,33 @@ def begin(T: Tables, candidates: np.ndarray, X: np.ndarray, modes: np.ndarray) -
         beyond &= clear | ~open_
         open_ &= clear & ~good
     modes[open_ & beyond] = BEYOND
+
+
+def unloaded(scene: Scene, X: np.ndarray) -> None:
+    """Put memory beyond a limit, in the starts ``X`` (N, ns), where the limit puts it: `bifurc.flow.settle.unloaded` for many."""
+    ns, n = scene.ns, scene.n
+    if ns == 2 * n or not len(X):
+        return
+    x = np.hstack((X, np.tile(scene.forcing(np.zeros(1)), (len(X), 1))))
+    waiting = [(next(scene.start_modes()), np.arange(len(X)), 4 * (ns - 2 * n))]
+    while waiting:
+        mode, rows, turns = waiting.pop()
+        for g in range(scene.tables.n_guards[mode]):
+            T = scene.tables
+            if T.kick[mode, g] or not rows.size or not turns:
+                continue
+            value = x[rows] @ T.G[mode, g]
+            size = np.abs(x[rows, :ns]) @ np.abs(T.G[mode, g, :ns]) + np.abs(T.G[mode, g, ns:]).sum()
+            over = value > NOISE * size
+            if not over.any():
+                continue
+            owner = scene.guard(mode, g)
+            after = next((m for key in owner.guard.then if (m := scene.combine(mode, owner.element, key)) is not None), mode)
+            own = scene.memory_of(owner.element)
+            slips = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
+            if after != mode and slips:
+                for place, row in slips:
+                    x[rows[over], place] = x[rows[over]] @ row
+                waiting.append((after, rows[over], turns - 1))
+                rows = rows[~over]
+    X[:] = x[:, :ns]

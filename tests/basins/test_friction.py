@@ -1,0 +1,42 @@
+"""Starts under friction, rigid and with memory: the kernels against simulations, and what basin maps make of them."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.basins import Kernel, PeriodMap
+from bifurc.elements import Coulomb, HarmonicForce, Iwan, RigidStop
+
+DRY = bf.systems.dry_friction_oscillator()
+JENKINS = bf.systems.jenkins_oscillator()
+SCENES = {
+    "sticks twice a period": (DRY, Kernel.LANES),
+    "load that vanishes": (bf.systems.dry_friction_oscillator(load_amplitude=1.3, load_phase=0.7), Kernel.LANES),
+    "friction and a stop": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(1.5), Coulomb(0.3), RigidStop(gap=0.6, restitution=0.7)), omega=0.9),
+                            Kernel.LANES),
+    "one slider": (JENKINS, Kernel.SCALAR),
+    "one slider, load that vanishes": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), bf.elements.Jenkins(1.0, 0.5, load_amplitude=1.4)),
+                                                 omega=0.8), Kernel.SCALAR),
+    "three sliders": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), Iwan((1.0, 0.5, 0.5), (0.3, 0.3, 0.6))), omega=0.8), Kernel.SCALAR),
+    "slider and stop": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), bf.elements.Jenkins(1.0, 0.5), RigidStop(gap=0.8, restitution=0.7)),
+                                  omega=0.8), Kernel.SCALAR),
+}
+
+
+@pytest.mark.parametrize("name", list(SCENES))
+def test_images_are_those_of_simulations(name, rng):
+    """Also of starts at rest, on a stop, and with sliders beyond their limits; memory at the section as it follows the motion."""
+    system, kernel = SCENES[name]
+    period_map = PeriodMap(system)
+    assert period_map.kernel == kernel
+    X = rng.uniform(-2.0, 2.0, (30, period_map.scene.ns))
+    X[:6, 1] = 0.0
+    gap = 0.6 if name.startswith("friction") else 0.8
+    if "stop" in name:
+        X[6:10, 0], X[6:8, 1] = gap, 0.0
+    images = period_map.apply(X, 2)
+    done = images.outcomes == 0
+    assert np.count_nonzero(done) >= 15
+    for start, end in zip(X[done], images.ends[done], strict=True):
+        np.testing.assert_allclose(end, bf.simulate(system, start, periods=2).final, rtol=0, atol=1e-11)
+    once = period_map.apply(X[done], 1).ends
+    np.testing.assert_allclose(period_map.apply(once, 1).ends, images.ends[done], rtol=0, atol=1e-11)
