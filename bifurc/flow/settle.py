@@ -175,7 +175,9 @@ def _kicks(scene, series, m, order, x, fired, arrive):
                 given = True
                 kicks += 1
             elif not T.kick[m, g] and turn == 0:
-                y[:scene.ns] = T.R[m, g] @ y
+                value, size = _value(T, m, g, y)
+                passed = value > PENETRATION * size  # at once, by another's kick: nothing is to be put right
+                y[:scene.ns] = T.R[m, g] @ y + (value if passed else 0.0) * T.D[m, g]
         if not given:
             break
     return y, kicks

@@ -119,7 +119,7 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
             T = scene.expand(m, g)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
-        elif code == LIMIT:
+        elif code == LIMIT or (code != LOST and ints[COUNT] >= max_events):  # also of events that are decided here
             status = Status.TOO_MANY_EVENTS
             message = (f"{status.sentence} Element {scene.element_name(m, g)!r} at "
                        f"t = {ints[WHOLE] * period + floats[TAU]:.12g} fired event number {ints[COUNT]} of its period.")

@@ -207,3 +207,16 @@ def test_memory_beside_a_law_is_refused_by_name():
     system = System(1.0, 0.1, 1.0, [el.HarmonicForce(1.0), el.CubicSpring(0.1), el.Jenkins(1.0, 0.5)], omega=1.0)
     with pytest.raises(ValueError, match="jenkins: elements with memory are not marched together .*cubic_spring"):
         bf.simulate(system, (0.0, 0.0), periods=1)
+
+
+def test_an_impact_turns_sliding_round():
+    """Friction and a stop on one coordinate: the rebound keeps its speed; arcs about the two shifted centres in closed form."""
+    f, gap, r = 0.1, 0.5, 0.8
+    system = bf.System(1.0, 0.0, 1.0, (bf.elements.Coulomb(f), bf.elements.RigidStop(gap=gap, restitution=r)))
+    hit = brentq(lambda t: -f + f * np.cos(t) + np.sin(t) - gap, 0.1, 1.0, xtol=1e-15)
+    speed = -f * np.sin(hit) + np.cos(hit)
+    motion = bf.simulate(system, [0.0, 1.0], duration=1.5)
+    rest = 1.5 - hit
+    expected = [f + (gap - f) * np.cos(rest) - r * speed * np.sin(rest), -(gap - f) * np.sin(rest) - r * speed * np.cos(rest)]
+    np.testing.assert_allclose(motion.final, expected, rtol=0, atol=1e-13)
+    assert [event.element for event in motion.events] == ["rigid_stop", "coulomb"]
