@@ -116,9 +116,9 @@ def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, own
           impacts, states, speeds):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``inverse`` to ``stay`` see `bifurc.basins.near`.
-    Writes label (-1: none), periods, impacts, state and least speed of arrival of each; starts whose mode cannot be told are left
-    to the caller.
+    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``inverse`` to ``stay`` see
+    `bifurc.basins.near`.  Writes label (-1: none), periods, impacts, state and least speed of arrival of each; starts
+    whose mode cannot be told are left to the caller.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     ints, floats = workspace(T)

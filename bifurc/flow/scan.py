@@ -259,7 +259,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
                             for j in range(nx):
                                 total += R[m, g, k, j] * x[j]
                             if not kicked and hit == 0.0 and value > PENETRATION * size:
-                                total += D[m, g, k] * value  # not reached but passed at once, by another's kick: nothing to put right
+                                total += D[m, g, k] * value  # passed at once by another's kick: nothing to put right
                             xp[k] = total
                     if kicked:
                         after = 0.0

@@ -4,21 +4,25 @@ import pytest
 
 import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
-from bifurc.elements import Coulomb, HarmonicForce, Iwan, RigidStop
+from bifurc.elements import Coulomb, HarmonicForce, Iwan, Jenkins, RigidStop
 
 DRY = bf.systems.dry_friction_oscillator()
 JENKINS = bf.systems.jenkins_oscillator()
+CHATTER_FREE = RigidStop(gap=0.6, restitution=0.7)
+
+
+def forced(omega, *elements):
+    return bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), *elements), omega=omega)
+
+
 SCENES = {
     "sticks twice a period": (DRY, Kernel.LANES),
     "load that vanishes": (bf.systems.dry_friction_oscillator(load_amplitude=1.3, load_phase=0.7), Kernel.LANES),
-    "friction and a stop": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), Coulomb(0.2), RigidStop(gap=0.6, restitution=0.7)), omega=2.6),
-                            Kernel.LANES),
+    "friction and a stop": (forced(2.6, Coulomb(0.2), CHATTER_FREE), Kernel.LANES),
     "one slider": (JENKINS, Kernel.SCALAR),
-    "one slider, load that vanishes": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), bf.elements.Jenkins(1.0, 0.5, load_amplitude=1.4)),
-                                                 omega=0.8), Kernel.SCALAR),
-    "three sliders": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), Iwan((1.0, 0.5, 0.5), (0.3, 0.3, 0.6))), omega=0.8), Kernel.SCALAR),
-    "slider and stop": (bf.System(1.0, 0.1, 1.0, (HarmonicForce(2.0), bf.elements.Jenkins(1.0, 0.5), RigidStop(gap=0.8, restitution=0.7)),
-                                  omega=0.8), Kernel.SCALAR),
+    "one slider, load that vanishes": (forced(0.8, Jenkins(1.0, 0.5, load_amplitude=1.4)), Kernel.SCALAR),
+    "three sliders": (forced(0.8, Iwan((1.0, 0.5, 0.5), (0.3, 0.3, 0.6))), Kernel.SCALAR),
+    "slider and stop": (forced(0.8, Jenkins(1.0, 0.5), CHATTER_FREE), Kernel.SCALAR),
 }
 
 
@@ -30,9 +34,8 @@ def test_images_are_those_of_simulations(name, rng):
     assert period_map.kernel == kernel
     X = rng.uniform(-2.0, 2.0, (30, period_map.scene.ns))
     X[:6, 1] = 0.0
-    gap = 0.6 if name.startswith("friction") else 0.8
     if "stop" in name:
-        X[6:10, 0], X[6:8, 1] = gap, 0.0
+        X[6:10, 0], X[6:8, 1] = CHATTER_FREE.gap, 0.0
     images = period_map.apply(X, 2)
     done = images.outcomes == 0
     assert np.count_nonzero(done) >= 15
