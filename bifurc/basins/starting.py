@@ -60,12 +60,15 @@ def unloaded(scene: Scene, X: np.ndarray) -> None:
             if not over.any():
                 continue
             owner = scene.guard(mode, g)
-            after = next((m for key in owner.guard.then if (m := scene.combine(mode, owner.element, key)) is not None), mode)
             own = scene.memory_of(owner.element)
-            slips = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
-            if after != mode and slips:
-                for place, row in slips:
-                    x[rows[over], place] = x[rows[over]] @ row
-                waiting.append((after, rows[over], turns - 1))
-                rows = rows[~over]
+            many = rows[over]
+            for group in many[:, None] if callable(owner.guard.then) else (many,):  # what follows may depend on the state
+                keys = scene.followers(mode, g, x[group[0]])
+                after = next((m for key in keys if (m := scene.combine(mode, owner.element, key)) is not None), mode)
+                slips = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
+                if after != mode and slips:
+                    for place, row in slips:
+                        x[group, place] = x[group] @ row
+                    waiting.append((after, group, turns - 1))
+                    rows = np.setdiff1d(rows, group)
     X[:] = x[:, :ns]

@@ -112,7 +112,8 @@ def unloaded(scene, x):
             if value <= NOISE * size or T.kick[mode, g]:
                 continue
             owner = scene.guard(mode, g)
-            after = next((m for key in owner.guard.then if (m := scene.combine(mode, owner.element, key)) is not None), mode)
+            keys = scene.followers(mode, g, x)
+            after = next((m for key in keys if (m := scene.combine(mode, owner.element, key)) is not None), mode)
             own = scene.memory_of(owner.element)
             rows = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
             if after != mode and rows:
