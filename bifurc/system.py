@@ -12,6 +12,7 @@ from .elements import BUILT_IN, Core, Element
 from .elements.checks import number
 
 _BUILDERS: dict[str, Callable] = {}  # ready systems by name, filled by `builder`
+ENTRY = re.compile(r"(mass|damping|stiffness)\[(\d+),(\d+)\]")
 
 
 class System:
@@ -120,10 +121,23 @@ class System:
                 values[f"{name}[{i},{j}]"] = float(value)
         if self.omega is not None:
             values["omega"] = self.omega
-        for label, element in zip(self.labels, self.elements, strict=True):
-            for field, value in element.parameters.items():
-                values[f"{label}.{field}"] = value
-        return values
+        return {**values, **self._fields}
+
+    @functools.cached_property
+    def _fields(self) -> dict:
+        """Parameters of the elements by name, ``label.field``."""
+        return {f"{label}.{field}": value for label, element in zip(self.labels, self.elements, strict=True)
+                for field, value in element.parameters.items()}
+
+    def _values(self, name: str) -> dict:
+        """Return parameters among which ``name`` is if there is one of that name; not all of them, matrices have many."""
+        if self._origin is not None:
+            return self._origin[1]
+        entry = ENTRY.fullmatch(name)
+        if entry:
+            i, j = int(entry[2]), int(entry[3])
+            return {f"{entry[1]}[{i},{j}]": float(getattr(self, entry[1])[i, j])} if max(i, j) < self.n else {}
+        return {"omega": self.omega} if name == "omega" and self.omega is not None else self._fields
 
     def parameter_name(self, name: str) -> str:
         """Return the full name of a parameter; a short name (``gap`` for ``rigid_stop.gap``) must be unique.
@@ -133,9 +147,9 @@ class System:
         ValueError
             Listing the names there are.
         """
-        names = self.parameters
-        if name in names:
+        if name in self._values(name):
             return name
+        names = self.parameters
         ends = [full for full in names if full.endswith("." + name) or (self.n == 1 and full == name + "[0,0]")]
         if len(ends) != 1:
             what = "is ambiguous" if ends else "is unknown"
@@ -150,7 +164,8 @@ class System:
         ValueError
             When the name is unknown, or the value is not a float (a count, a choice).
         """
-        value = self.parameters[self.parameter_name(name)]
+        full = self.parameter_name(name)
+        value = self._values(full)[full]
         if type(value) is not float:
             names = [key for key, item in self.parameters.items() if type(item) is float]
             raise ValueError(f"parameter {name!r} = {value!r} cannot vary continuously; "
@@ -176,7 +191,7 @@ class System:
         omega = self.omega
         fields: dict[str, dict] = {}
         for name, value in changes.items():
-            entry = re.fullmatch(r"(mass|damping|stiffness)\[(\d+),(\d+)\]", name)
+            entry = ENTRY.fullmatch(name)
             if entry:
                 matrix, i, j = core[entry[1]], int(entry[2]), int(entry[3])
                 symmetric = entry[1] == "mass" or matrix[i, j] == matrix[j, i]

@@ -1,43 +1,60 @@
-"""Time of one evaluation of harmonic balance against degrees of freedom: condensed to the touched row, and whole.
+"""Time of harmonic balance against degrees of freedom, condensed to the touched row and whole: an evaluation, and a branch.
 
 A chain between walls, n masses and springs of 1, one elastic slider on the first mass, which is pulled; 21 harmonics, exact
-events.  An evaluation is residual, derivatives (by the unknowns and by omega) and one linear solution.  Three are timed: at a
-new frequency with receptances from modes, the same with damping that modes do not diagonalise, and where the frequency stays
-(where nothing depends on the masses but the motion and what the caches still hold).  Linear algebra runs in one thread.
+events.  An evaluation is residual, derivatives (by the unknowns and by omega) and one linear solution, at a new frequency: with
+receptances from modes; with damping that modes do not diagonalise from poles, and from factorisations (what is left where poles
+coincide); and where the frequency stays.  A branch is `find_orbit` and `trace` in omega over a resonance, as a user calls them,
+without and with the motions of all masses at all its points, and the multipliers of one orbit.  Linear algebra runs in one
+thread.
 """
 import os
 import sys
+import time
 from dataclasses import dataclass
 
 import numpy as np
 
 import bifurc as bf
+from bifurc.continuation.balance_problem import path_over
+from bifurc.continuation.condensed_problem import Along
 from bifurc.elements import HarmonicForce, Jenkins
-from bifurc.hbm.balance import Balance
 from bifurc.hbm.condense import Condensed
-from bifurc.hbm.layout import Layout, listed
+from bifurc.orbits.balance import relative_residual
 
 from .common import Setting, interleaved, parser, publish, table
 
-MASSES = {Setting.SMALL: (3, 10), Setting.FULL: (3, 10, 30, 100)}
+MASSES = {Setting.SMALL: (3, 10), Setting.FULL: (3, 10, 30, 100, 300)}
 WHOLE = {Setting.SMALL: 3, Setting.FULL: 10}  # most masses for which the whole balance is timed
-ROUNDS = {Setting.SMALL: 3, Setting.FULL: 101}
+MULTIPLIERS = {Setting.SMALL: 3, Setting.FULL: 100}  # the same for multipliers
+ROUNDS = {Setting.SMALL: 3, Setting.FULL: 51}
+BRANCHES = {Setting.SMALL: 1, Setting.FULL: 3}  # times that branches are traced
 HARMONICS = 21
 OMEGA = 0.3
 ASKED = 2.0  # evaluation with 100 masses over that with 3
+WAYS = ("modes", "poles", "factors")
 
 
 @dataclass(frozen=True)
 class Row:
-    """CPU seconds of an evaluation: modal, direct, frequency kept, whole (or None); of the eigenproblem; relative agreement."""
+    """CPU seconds of an evaluation, by way, of the whole one (or None), and of the eigenproblems; relative agreement."""
 
     masses: int
-    modal: float
-    direct: float
-    kept: float
-    whole: float | None
-    made: float
-    agreement: float
+    seconds: dict[str, float]
+    agreement: float | None
+
+
+@dataclass(frozen=True)
+class Course:
+    """CPU seconds of a branch: finding its orbit, tracing, motions of all points, multipliers of one (or None); its points."""
+
+    masses: int
+    modal: bool
+    condensed: bool
+    found: float
+    traced: float
+    motions: float
+    multipliers: float | None
+    points: int
 
 
 def chain(n: int, modal: bool = True, omega: float = OMEGA):
@@ -49,72 +66,119 @@ def chain(n: int, modal: bool = True, omega: float = OMEGA):
     return bf.System(np.eye(n), C, K, [HarmonicForce(1.0), Jenkins(1.0, 0.3)], omega=omega)
 
 
+def along(n: int, modal: bool, sweep: bool):
+    """Return equations along omega at the solution: `Condensed`, its numbers by omega, and the unknowns."""
+    orbit = bf.find_orbit(chain(n, modal), method=bf.HarmonicBalance(HARMONICS, condense=True))
+    path = path_over(orbit.balance, "omega", (0.9 * OMEGA, 1.1 * OMEGA))
+    condensed = Condensed(orbit.balance, drives=True, sweep=sweep)
+    return condensed, Along(condensed, path), condensed.restricted(orbit.coefficients), orbit
+
+
 def measured(n: int, rounds: int, whole: bool) -> Row:
     """Return times for one number of masses, at the solution."""
-    balances = {name: Balance(chain(n, name == "modal"), Layout(listed(HARMONICS), n)) for name in ("modal", "direct")}
-    condensed = {name: Condensed(balance) for name, balance in balances.items()}
-    found = {name: each.solve() for name, each in condensed.items()}
-    assert all(each.success for each in found.values())
-    x = condensed["modal"].expand(found["modal"].u)
-    load = np.abs(balances["modal"].numbers.E).max()
+    made = {"modes": along(n, True, True), "poles": along(n, False, True), "factors": along(n, False, False)}
     turn = [0]
 
     def evaluation(name: str, new: bool):
+        condensed, numbers, u, _ = made[name]
+
         def call():
             turn[0] += new
-            _, f, wide = condensed[name].linearised(found[name].u, OMEGA * (1.0 + 1e-9 * turn[0]) if new else OMEGA)
+            _, f, wide = condensed.linearised(u, numbers.at(OMEGA * (1.0 + 1e-9 * turn[0]) if new else OMEGA))
             return np.linalg.solve(wide[:, :-1], f)
         return call
 
+    orbit = made["modes"][3]
+
     def full():
-        _, f, wide = balances["modal"].linearised(x)
+        _, f, wide = orbit.balance.linearised(orbit.coefficients)
         return np.linalg.solve(wide[:, :-1], f)
 
-    calls = {"modal": evaluation("modal", True), "direct": evaluation("direct", True), "kept": evaluation("modal", False),
-             "made": lambda: Condensed(balances["modal"])}
+    calls = {name: evaluation(name, True) for name in WAYS}
+    calls["kept"] = evaluation("modes", False)
     if whole:
         calls["whole"] = full
     seconds = interleaved(calls, rounds)
-    residual = float(np.abs(balances["modal"].residual(x)).max() / load) if whole else float("nan")
-    return Row(n, seconds["modal"], seconds["direct"], seconds["kept"], seconds.get("whole"), seconds["made"], residual)
+    for name in ("modes", "poles"):  # made once
+        balance = made[name][0].balance
+        seconds[f"made {name}"] = interleaved({"": lambda balance=balance: Condensed(balance, True, True)}, 3)[""]
+    return Row(n, seconds, relative_residual(orbit.balance, orbit.coefficients) if whole else None)
 
 
-def study(setting: Setting) -> list[Row]:
-    """Return the rows of the table."""
-    return [measured(n, ROUNDS[setting], n <= WHOLE[setting]) for n in MASSES[setting]]
+def course(n: int, modal: bool, condensed: bool, rounds: int, multipliers: bool) -> Course:
+    """Return times of one branch: medians."""
+    method, times = bf.HarmonicBalance(HARMONICS, condense=condensed), []
+    for _ in range(rounds + 1):
+        start = time.process_time()
+        orbit = bf.find_orbit(chain(n, modal), method=method)
+        found = time.process_time()
+        branch = bf.trace(orbit, "omega", bounds=(0.9 * OMEGA, 1.1 * OMEGA))
+        traced = time.process_time()
+        branch.column("max_0")
+        times.append((found - start, traced - found, time.process_time() - traced))
+    found, traced, motions = np.median(times[1:], axis=0)
+    start = time.process_time()
+    if multipliers:
+        assert orbit.multipliers is not None
+    seconds = time.process_time() - start if multipliers else None
+    return Course(n, modal, condensed, float(found), float(traced), float(motions), seconds, len(branch))
 
 
-def report(rows: list[Row]) -> str:
-    """Return the table, and the ratio that was asked for."""
-    lines = [(row.masses, 1e3 * row.modal, 1e3 * row.direct, 1e3 * row.kept, None if row.whole is None else 1e3 * row.whole,
-              1e3 * row.made, None if row.whole is None else row.agreement) for row in rows]
+def study(setting: Setting) -> tuple[list[Row], list[Course]]:
+    """Return the rows of both tables."""
+    rows = [measured(n, ROUNDS[setting], n <= WHOLE[setting]) for n in MASSES[setting]]
+    courses = [course(n, modal, condensed, BRANCHES[setting], condensed and n <= MULTIPLIERS[setting])
+               for n in MASSES[setting] for modal in (True, False) for condensed in (True, False)
+               if condensed or n <= WHOLE[setting]]
+    return rows, courses
+
+
+def report(found: tuple[list[Row], list[Course]]) -> str:
+    """Return the tables, and the ratios that were asked for."""
+    rows, courses = found
+    names = (*WAYS, "kept", "whole", "made modes", "made poles")
+    lines = [(row.masses, *(None if name not in row.seconds else 1e3 * row.seconds[name] for name in names), row.agreement)
+             for row in rows]
     text = table(f"One evaluation with its linear solution, {HARMONICS} harmonics, one slider, ms CPU",
-                 ("masses", "modal", "direct", "frequency kept", "whole balance", "made once", "residual of whole, rel."), lines)
-    first, last = rows[0], rows[-1]
-    return (f"{text}\n\n{last.masses} over {first.masses} masses: {last.modal / first.modal:.2f} modal (asked at 100: {ASKED:g}), "
-            f"{last.kept / first.kept:.2f} where the frequency stays, {last.direct / first.direct:.1f} direct")
+                 ("masses", *WAYS, "frequency kept", "whole balance", "modes once", "poles once", "residual of whole, rel."), lines)
+    lines = [(c.masses, "modal" if c.modal else "other", "condensed" if c.condensed else "whole", 1e3 * c.found, 1e3 * c.traced,
+              c.points, 1e3 * c.traced / c.points, 1e3 * c.motions, None if c.multipliers is None else 1e3 * c.multipliers)
+             for c in courses]
+    text += "\n\n" + table("A branch in omega, ms CPU", ("masses", "damping", "solved", "find_orbit", "trace", "points", "a point",
+                                                        "motions", "multipliers of one"), lines)
+    first, last = rows[0], {row.masses: row for row in rows}.get(100, rows[-1])
+    ratios = ", ".join(f"{last.seconds[name] / first.seconds[name]:.2f} {label}" for name, label in
+                       (("modes", "modes"), ("poles", "poles"), ("kept", "where the frequency stays"), ("factors", "factorised")))
+    return f"{text}\n\n{last.masses} over {first.masses} masses, an evaluation: {ratios} (asked at 100: {ASKED:g})"
 
 
-def picture(rows: list[Row]):
-    """Return a figure: time of an evaluation against masses."""
+def picture(found: tuple[list[Row], list[Course]]):
+    """Return a figure: time of an evaluation and of a point of a branch against masses."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(figsize=(6.0, 4.0))
-    n = [row.masses for row in rows]
-    for name, label, marker in (("modal", "new frequency, modes", "o"), ("direct", "new frequency, factorised", "s"),
-                                ("kept", "frequency kept", "^"), ("whole", "whole balance", "x")):
-        pairs = [(m, 1e3 * value) for m, row in zip(n, rows, strict=True) if (value := getattr(row, name)) is not None]
-        axes.loglog(*zip(*pairs, strict=True), marker=marker, label=label)
-    axes.set(xlabel="masses", ylabel="ms CPU an evaluation", title=f"One slider on a chain, {HARMONICS} harmonics")
-    axes.legend()
+    rows, courses = found
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.0), sharey=True)
+    for name, label, marker in (("modes", "modes", "o"), ("poles", "poles (damping not modal)", "s"),
+                                ("factors", "factorised", "d"), ("kept", "frequency kept", "^"), ("whole", "whole balance", "x")):
+        pairs = [(row.masses, 1e3 * row.seconds[name]) for row in rows if name in row.seconds]
+        left.loglog(*zip(*pairs, strict=True), marker=marker, label=label)
+    for modal, condensed, label, marker in ((True, True, "condensed", "o"), (False, True, "condensed, damping not modal", "s"),
+                                            (True, False, "whole balance", "x")):
+        pairs = [(c.masses, 1e3 * c.traced / c.points) for c in courses if (c.modal, c.condensed) == (modal, condensed)]
+        right.loglog(*zip(*pairs, strict=True), marker=marker, label=label)
+    left.set(xlabel="masses", ylabel="ms CPU", title="An evaluation")
+    right.set(xlabel="masses", title="A point of a branch")
+    for axes in (left, right):
+        axes.legend()
+    figure.suptitle(f"One slider on a chain, {HARMONICS} harmonics")
     return figure
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the study from the command line."""
     options = parser(__doc__).parse_args(arguments)
-    rows = study(options.setting)
-    publish(options, "condensation", report(rows), lambda: picture(rows))
+    found = study(options.setting)
+    publish(options, "condensation", report(found), lambda: picture(found))
     return 0
 
 

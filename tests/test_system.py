@@ -204,3 +204,14 @@ def test_builders_of_the_package_are_found_in_a_fresh_process():
     code = f"import json; from bifurc.system import System; print(System.from_record(json.loads('{record}')))"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert shown.startswith("impact_oscillator(") and "gap=0.3" in shown
+
+
+def test_entries_of_matrices_are_parameters_by_their_plain_name():
+    """A large system finds one without listing all."""
+    system = System(np.eye(12), np.eye(12), 2.0 * np.eye(12), [RigidStop(gap=1.0)])
+    assert system.parameter_name("stiffness[11,3]") == "stiffness[11,3]" and system.parameter("mass[11,11]") == 1.0
+    assert system.parameter_name("gap") == "rigid_stop.gap"
+    assert set(system.parameters) >= {"damping[0,11]", "rigid_stop.gap"} and "omega" not in system.parameters
+    for name in ("stiffness[12,0]", "stiffness[01,0]", "omega"):
+        with pytest.raises(ValueError, match="unknown"):
+            system.parameter(name)

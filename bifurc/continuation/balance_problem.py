@@ -8,6 +8,7 @@ import numpy as np
 
 from ..elements import EventKind
 from ..hbm.balance import Balance
+from ..hbm.condense import Condensed
 from ..hbm.layout import Layout
 from ..hbm.measures import measure_gradient
 from ..hbm.status import MarchStatus
@@ -56,6 +57,12 @@ def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, f
     balance = orbit.balance
     path = path_over(balance, name, bounds)
     size = NATURAL * float(np.abs(orbit.coefficients).max()) or 1.0
+    if orbit.condensed is not None:
+        from .condensed_problem import CondensedProblem, condensed_along
+
+        condensed = condensed_along(balance, path, orbit.condensed)
+        scale = np.append(np.full(condensed.size, size), 0.5 * abs(bounds[1] - bounds[0]))
+        return CondensedProblem(condensed, orbit.method, path, np.append(condensed.restricted(orbit.coefficients), value), scale)
     scale = np.append(np.full(balance.size, size), 0.5 * abs(bounds[1] - bounds[0]))
     return BalanceProblem(balance, orbit.method, path, np.append(orbit.coefficients, value), scale)
 
@@ -85,7 +92,14 @@ class BalanceProblem(Problem):
         Natural sizes.
     listed : ndarray (contacts,), optional
         Events of each contact; default those at ``x0``.
+
+    Attributes
+    ----------
+    whole : Balance
+        Of all coordinates; here the balance itself, see `condensed_problem`.
     """
+
+    whole: Balance
 
     exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
     smooth_boundaries = True  # the equations are the same on both sides
@@ -95,6 +109,7 @@ class BalanceProblem(Problem):
         from ..hbm.margins import FIELDS, KINDS
 
         self.balance, self.method, self.path = balance, method, path
+        self.whole = balance
         self.system, self.layout = balance.system, balance.layout
         self.parameter = path.name
         self.size = balance.size
@@ -176,12 +191,12 @@ class BalanceProblem(Problem):
         from ..hbm.corrector import watched
 
         flat, dflat = self.numbers(x[-1])
-        status, _, _ = self.balance.linearised(x[:-1], flat, dflat, slopes=False, listed=listed)
+        u = np.ascontiguousarray(x[:self.layout.size])
+        status, _, _ = self.balance.linearised(u, flat, dflat, slopes=False, listed=listed)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
         parts = self.balance.parts
-        watched(parts.structure, parts.shape.R, flat, dflat, np.ascontiguousarray(x[:-1]), self.balance.grid, self.balance.room,
-                self._events)
+        watched(parts.structure, parts.shape.R, flat, dflat, u, self.balance.grid, self.balance.room, self._events)
 
     def _counted(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x``, as they come."""
@@ -236,7 +251,7 @@ class BalanceProblem(Problem):
         if path.low <= low and high <= path.high:
             return self
         if path not in made:
-            made[path] = path_over(self.balance, path.name, (min(low, path.low), max(high, path.high)))
+            made[path] = path_over(self.whole, path.name, (min(low, path.low), max(high, path.high)))
         return self.on_path(made[path])
 
     def on_path(self, path) -> "BalanceProblem":
@@ -260,7 +275,7 @@ class BalanceProblem(Problem):
             self.system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
 
         def sample(a, b):
-            return self.balance.parts.flat_of(self.system.with_parameters(**{self.parameter: float(a), name: float(b)}))
+            return self.whole.parts.flat_of(self.system.with_parameters(**{self.parameter: float(a), name: float(b)}))
 
         base = self.path.base
 
@@ -270,10 +285,18 @@ class BalanceProblem(Problem):
 
     # what is shown and stored
 
+    def motions(self, xs) -> np.ndarray:
+        """Return the packed coefficients of all coordinates (m, whole.size) for rows ``xs`` (m, n + 1)."""
+        return np.asarray(xs)[:, :-1]
+
+    def whole_numbers(self, p: float) -> np.ndarray:
+        """Return the numbers of the whole balance at ``p``; overwritten by the next call."""
+        return self.numbers(p)[0]
+
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Columns on demand."""
-        n = self.layout.n
+        n = self.whole.layout.n
         memory = sum(len(element.memory) for element in self.system.elements)
         each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
         return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(2 * n + memory)))
@@ -287,8 +310,8 @@ class BalanceProblem(Problem):
         if name == "stable" or name.startswith("multiplier_"):
             return self._stability(name, xs)
         kind, dof = name.rsplit("_", 1)
-        layout, dof = self.layout, int(dof)
-        q = xs[:, :-1].reshape(len(xs), layout.slots, layout.n)[:, :, dof]
+        layout, dof = self.whole.layout, int(dof)
+        q = self.motions(xs).reshape(len(xs), layout.slots, layout.n)[:, :, dof]
         if kind == "h1":
             first = layout.slot(layout.periods) if layout.periods in layout.harmonics else None
             return np.zeros(len(xs)) if first is None else np.hypot(q[:, first], q[:, first + 1])
@@ -317,13 +340,21 @@ class BalanceProblem(Problem):
 
     def solution(self, x) -> HarmonicOrbit:
         """Return the orbit at ``x`` (n + 1,)."""
-        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
-        harmonics = [k / self.layout.periods for k in self.layout.harmonics]
+        system, layout = self.system.with_parameters(**{self.parameter: float(x[-1])}), self.whole.layout
+        harmonics = [k / layout.periods for k in layout.harmonics]
         how: dict[str, object] = {"method": "harmonic balance, newton", "harmonics": harmonics, "aft": self.method.aft,
-                                  "parameter": self.parameter}
+                                  "parameter": self.parameter, **self._how()}
         if self._law:
             how["law samples"] = self.balance.law_samples
-        return HarmonicOrbit(system, self.method, self.layout, x[:-1], how, None, self.balance.at(system))
+        return HarmonicOrbit(system, self.method, layout, self.motions(x[None])[0], how, None, self.whole.at(system), self._like())
+
+    def _how(self) -> dict[str, object]:
+        """Return what more an orbit says of how it was found."""
+        return {}
+
+    def _like(self) -> Condensed | None:
+        """Return what an orbit shares of its linear part."""
+        return None
 
     @functools.cached_property
     def memory(self) -> int:
@@ -335,6 +366,7 @@ class BalanceProblem(Problem):
         return {"kind": "balance", "system": self.system.to_record(), "parameter": self.parameter,
                 "path": [self.path.low, self.path.high], "method": self.method.to_record(),
                 "harmonics": list(self.layout.harmonics), "periods": self.layout.periods, "samples": self.balance.samples,
+                "condensed": self.whole is not self.balance,
                 "law_samples": self.balance.law_samples, "listed": self.listed.tolist(), "scale": self.scale.tolist(),
                 "x0": self.x0.tolist()}
 
@@ -345,5 +377,10 @@ class BalanceProblem(Problem):
         layout = Layout(tuple(record["harmonics"]), system.n, record["periods"])
         balance = Balance(system, layout, record["samples"], record["law_samples"])
         path = path_over(balance, record["parameter"], tuple(record["path"]), pad=0.0)
-        return cls(balance, HarmonicBalance.from_record(record["method"]), path, np.array(record["x0"]), np.array(record["scale"]),
-                   np.array(record["listed"], np.int64))
+        method, x0, scale = HarmonicBalance.from_record(record["method"]), np.array(record["x0"]), np.array(record["scale"])
+        listed = np.array(record["listed"], np.int64)
+        if record.get("condensed"):
+            from .condensed_problem import CondensedProblem, condensed_along
+
+            return CondensedProblem(condensed_along(balance, path), method, path, x0, scale, listed)
+        return cls(balance, method, path, x0, scale, listed)

@@ -213,7 +213,7 @@ class Balance:
         ValueError
             Where the contacts cannot be followed; the message is the sentence of the `MarchStatus`.
         """
-        status, _, _ = self.linearised(x, slopes=False)
+        status, _, _ = self.follow(x)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
         room, out = self.room, []

@@ -6,6 +6,7 @@ harmonics as well.  What lies beyond the doubled set is estimated from how the s
 import numpy as np
 
 from .balance import Balance
+from .condense import Condensed
 from .layout import Layout
 from .status import MarchStatus
 
@@ -20,7 +21,7 @@ def longer(layout: Layout, factor: int = NEXT) -> Layout:
     return Layout((*layout.harmonics, *range(layout.top + step, stop, step)), layout.n, layout.periods)
 
 
-def truncation(balance: Balance, x) -> np.ndarray | None:
+def truncation(balance: Balance, x, condensed: Condensed | None = None) -> np.ndarray | None:
     """Return an estimate (n,) of the largest distance of each coordinate from the motion; None where it cannot be made.
 
     Parameters
@@ -28,12 +29,38 @@ def truncation(balance: Balance, x) -> np.ndarray | None:
     balance : Balance
     x : ndarray (size,)
         Its solution.
+    condensed : Condensed, optional
+        The same balance in few coordinates, in which the step is then made.
     """
     layout = balance.layout
     more = longer(layout)
     samples = balance.samples if balance.samples == 0 or balance.samples > 4 * more.top else 8 * more.top
     wide = Balance(balance.system, more, samples)
     moved = layout.moved(x, more)
+    step = _step(wide, moved, layout) if condensed is None else _condensed_step(Condensed(wide, like=condensed), moved)
+    if step is None or not np.isfinite(step).all():
+        return None
+    size = np.zeros((len(more.harmonics), layout.n))
+    for i, k in enumerate(more.harmonics):
+        size[i] = [abs(more.phasor(step, k, dof)) for dof in range(layout.n)]
+    new = np.array([k not in layout.harmonics for k in more.harmonics])
+    upper = size[new]
+    # the sum beyond the end, as of a series that falls by the same factor from one doubling to the next
+    half = len(upper) // 2
+    first, last = upper[:half].sum(axis=0), upper[half:].sum(axis=0)
+    ratio = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
+    tail = last * np.clip(ratio, 0.0, 0.9) / (1.0 - np.clip(ratio, 0.0, 0.9))
+    return size.sum(axis=0) + tail
+
+
+def _condensed_step(wide: Condensed, moved) -> np.ndarray:
+    """Return Newton's step (size,) in the larger set, made in the touched coordinates."""
+    return moved - wide.stepped(moved, wide.size <= LARGE)
+
+
+def _step(wide: Balance, moved, layout: Layout) -> np.ndarray | None:
+    """Return Newton's step (size,) in the larger set, in new harmonics alone if it is large; None where there is none."""
+    more = wide.layout
     status, f, J = wide.linearised(moved, slopes=more.size <= LARGE)
     if status is not MarchStatus.FOLLOWED:
         return None
@@ -50,14 +77,4 @@ def truncation(balance: Balance, x) -> np.ndarray | None:
                 slot = more.slot(k) * layout.n
                 phasor = np.linalg.solve(wide.stiffness(k), f[slot:slot + layout.n] - 1j * f[slot + layout.n:slot + 2 * layout.n])
                 step[slot:slot + layout.n], step[slot + layout.n:slot + 2 * layout.n] = phasor.real, -phasor.imag
-    size = np.zeros((len(more.harmonics), layout.n))
-    for i, k in enumerate(more.harmonics):
-        size[i] = [abs(more.phasor(step, k, dof)) for dof in range(layout.n)]
-    new = np.array([k not in layout.harmonics for k in more.harmonics])
-    upper = size[new]
-    # the sum beyond the end, as of a series that falls by the same factor from one doubling to the next
-    half = len(upper) // 2
-    first, last = upper[:half].sum(axis=0), upper[half:].sum(axis=0)
-    ratio = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
-    tail = last * np.clip(ratio, 0.0, 0.9) / (1.0 - np.clip(ratio, 0.0, 0.9))
-    return size.sum(axis=0) + tail
+    return step

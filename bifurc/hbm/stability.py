@@ -69,9 +69,11 @@ def multipliers_along(problem, xs) -> np.ndarray | None:
     Rows with fewer states (memory that is not written) end in zeros; rows whose multipliers are not known are NaN.  None for
     set-valued friction.
     """
-    if problem.balance.parts.held:
+    balance = problem.whole
+    if balance.parts.held:
         return None
-    codes, matrices, kept = _matrices(problem.balance, np.ascontiguousarray(xs, float), problem.path, problem.numbers)
+    rows = np.concatenate([problem.motions(xs), np.asarray(xs)[:, -1:]], axis=1)
+    codes, matrices, kept = _matrices(balance, rows, problem.path, problem.whole_numbers)
     known, counts = codes > 0, kept.sum(axis=1)
     out = np.full((len(xs), int(counts[known].max(initial=0))), np.nan, complex)
     for pattern in np.unique(kept[known], axis=0):
@@ -91,7 +93,7 @@ def _matrices(balance: Balance, xs, path, numbers) -> tuple[np.ndarray, np.ndarr
     out, kept, codes = np.zeros((len(xs), size, size)), np.zeros((len(xs), size), np.int64), np.zeros(len(xs), np.int64)
     if parts.laws:
         for i, x in enumerate(xs):
-            codes[i] = _with_laws(balance, numbers(x[-1])[0], x[:-1], out[i], kept[i])
+            codes[i] = _with_laws(balance, numbers(x[-1]), x[:-1], out[i], kept[i])
     else:
         along(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high, xs, grid.cosines, grid.sines,
               room, out, kept, codes)
@@ -105,7 +107,7 @@ def monodromy_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.nd
     if balance.parts.held:
         return StabilityStatus.SET_VALUED, none
     flat = balance.parts.flat if flat is None else flat
-    codes, matrices, kept = _matrices(balance, np.append(x, 0.0)[None], _Still(flat), lambda _: (flat, None))
+    codes, matrices, kept = _matrices(balance, np.append(x, 0.0)[None], _Still(flat), lambda _: flat)
     if codes[0] <= 0:
         return (StabilityStatus.NOT_FOLLOWED if codes[0] < 0 else StabilityStatus.GRAZING), none
     place = np.flatnonzero(kept[0])

@@ -8,6 +8,7 @@ import numpy as np
 from ..elements.checks import choice, whole
 from ..flow.trajectory import Event
 from ..hbm.balance import Balance
+from ..hbm.condense import Condensed
 from ..hbm.layout import Layout, listed
 from ..hbm.status import BalanceStatus, MarchStatus
 from ..system import System
@@ -19,6 +20,8 @@ NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 SAMPLES = 1024  # of contacts by default with aft="sampled"; per highest harmonic at least SAMPLES_A_WAVE
 SAMPLES_A_WAVE = 16
 ALIASING = 1e-12  # relative change of the residual at twice the samples that is none
+CONDENSED = 200  # unknowns of the whole balance from which on those of the touched rows alone take less time (measured)
+FEWER = 0.5  # of the unknowns at most, for the same reason
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,11 @@ class HarmonicBalance:
         Newton with the exact Jacobian; Broyden from it; Li's published method for dry friction (for study).
     tolerance : float
         With "auto": wanted error over the amplitude, dimensionless.
+    condense : bool, optional
+        Whether orbits and branches are solved in the coordinates that contacts and laws touch, and the others recovered from
+        the linear part: the same solutions, in a time that hardly depends on the degrees of freedom.  Default: where it pays;
+        `HarmonicOrbit.how` says whether.  Set-valued friction has its own ways and "galerkin-broyden" is as published; for
+        them this has no meaning.
 
     Examples
     --------
@@ -55,9 +63,11 @@ class HarmonicBalance:
     samples: int | None = None
     solver: str = "newton"
     tolerance: float = 1e-4
+    condense: bool | None = None
 
     def __post_init__(self):
         name = type(self).__name__
+        choice(name, "condense", self.condense, (None, True, False))
         choice(name, "aft", self.aft, ("exact", "sampled"))
         choice(name, "solver", self.solver, SOLVERS)
         if self.samples is not None:
@@ -88,11 +98,22 @@ class HarmonicBalance:
             samples = self.samples or max(SAMPLES, SAMPLES_A_WAVE * layout.top)
         return Balance(system, layout, samples, self.samples, parts)
 
+    def condensed(self, balance: Balance, like: Condensed | None = None) -> Condensed | None:
+        """Return the equations of the touched coordinates alone, see `hbm.condense`; None: the whole balance is to be solved."""
+        rows = balance.parts.shape.R
+        if self.condense is False or self.solver == "galerkin-broyden" or balance.parts.held or not rows.any():
+            return None
+        touched = np.count_nonzero(rows.any(axis=1))
+        if self.condense is None and (balance.size < CONDENSED or touched > FEWER * balance.layout.n):
+            return None
+        made = Condensed(balance, like=like)
+        return made if made.here.linear.regular else None
+
     def to_record(self) -> dict:
         """Return the fields, ready for JSON."""
         harmonics = self.harmonics if isinstance(self.harmonics, (int, str)) else list(self.harmonics)
         return {"harmonics": harmonics, "aft": self.aft, "samples": self.samples, "solver": self.solver,
-                "tolerance": self.tolerance}
+                "tolerance": self.tolerance, "condense": self.condense}
 
     @classmethod
     def from_record(cls, record: dict) -> "HarmonicBalance":
@@ -132,11 +153,11 @@ class HarmonicOrbit:
     weights: np.ndarray
 
     def __init__(self, system: System, method: HarmonicBalance, layout: Layout, coefficients, how: dict | None = None,
-                 status: BalanceStatus | None = None, balance: Balance | None = None):
+                 status: BalanceStatus | None = None, balance: Balance | None = None, like: Condensed | None = None):
         self.system, self.method, self.layout = system, method, layout
         self._x = np.array(coefficients, float)
         self.how = dict(how or {})
-        self._failed = status
+        self._failed, self._like = status, like
         if balance is not None:
             self.__dict__["balance"] = balance
 
@@ -151,6 +172,14 @@ class HarmonicOrbit:
     def balance(self) -> Balance:
         """The equations it solves."""
         return self.method.balance(self.system, self.layout)
+
+    @functools.cached_property
+    def condensed(self) -> Condensed | None:
+        """The equations in the touched coordinates alone; None where the whole balance is solved."""
+        like = self._like
+        if like is not None and like.balance is self.balance:
+            return like
+        return self.method.condensed(self.balance, like=like)
 
     @functools.cached_property
     def exact(self) -> Balance:
@@ -231,7 +260,7 @@ class HarmonicOrbit:
         """Largest residual of the balance over the largest force in it, dimensionless."""
         if "residual" in self.how and self.balance.parts.held:
             return float(self.how["residual"])
-        return relative_residual(self.balance, self._x)
+        return relative_residual(self.condensed or self.balance, self._x)
 
     @property
     def status(self) -> BalanceStatus:
@@ -278,7 +307,7 @@ class HarmonicOrbit:
         """Return an estimate (n,) of the largest distance of each coordinate from the true motion; see `hbm.errors`."""
         from ..hbm.errors import truncation
 
-        return None if self.balance.parts.held else truncation(self.balance, self._x)
+        return None if self.balance.parts.held else truncation(self.balance, self._x, self.condensed)
 
     # measures
 
@@ -406,8 +435,10 @@ def largest(layout: Layout, a) -> float:
     return max(best, float((layout.basis(t) @ a).max()))
 
 
-def relative_residual(balance: Balance, x) -> float:
+def relative_residual(balance: Balance | Condensed, x) -> float:
     """Return the largest residual over the largest force in it; infinite where contacts cannot be followed."""
+    if isinstance(balance, Condensed):
+        return balance.relative_residual(x)
     status, f, wide = balance.linearised(x)
     if status is not MarchStatus.FOLLOWED:
         return math.inf
@@ -482,22 +513,37 @@ def _solved(system: System, method: HarmonicBalance, guess, layout: Layout) -> H
            "aft": method.aft, "tolerance": TOLERANCE}
     if balance.samples:
         how["samples"] = balance.samples
-    x, iterations, status = _iterated(balance, method, starts, guess is None)
+    condensed = method.condensed(balance)
+    x, iterations, status = _iterated(condensed or balance, method, starts, guess is None)
     while balance.parts.laws and method.samples is None and status is None:
         finer = Balance(system, layout, balance.samples, 2 * balance.law_samples, balance.parts)
-        change = float(np.abs(finer.residual(x) - balance.residual(x)).max())
+        closer = None if condensed is None else method.condensed(finer, like=condensed)
+        change = float(np.abs(_reaction(closer or finer, x) - _reaction(condensed or balance, x)).max())
         if change <= ALIASING * max(float(np.abs(balance.numbers.E).max()), 1e-300) or finer.law_samples > 1 << 14:
             break
-        balance = finer
-        x, more, status = _iterated(balance, method, [x], False)
+        balance, condensed = finer, closer
+        x, more, status = _iterated(condensed or balance, method, [x], False)
         iterations += more
+    if condensed is not None:
+        how["condensed"] = condensing(condensed)
     if balance.parts.laws:
         how["law samples"] = balance.law_samples
         differenced = [law.name for law in balance.parts.laws if law.law.jacobian is None]
         if differenced:
             how["differenced Jacobians"] = differenced
     how["iterations"] = iterations
-    return HarmonicOrbit(system, method, layout, x, how, status, balance)
+    return HarmonicOrbit(system, method, layout, x, how, status, balance, condensed)
+
+
+def condensing(condensed: Condensed) -> str:
+    """Return in words what was solved instead of the whole balance."""
+    return (f"{condensed.whole.size} unknowns to {condensed.layout.size}, those of the {condensed.layout.n} of {condensed.whole.n} "
+            f"coordinates that contacts and laws touch; receptance {condensed.linear.way}")
+
+
+def _reaction(equations: Balance | Condensed, x) -> np.ndarray:
+    """Return what changes with the samples of laws: the forces (size,), for a whole balance with what does not change."""
+    return equations.reaction(x) if isinstance(equations, Condensed) else equations.residual(x)
 
 
 def _starts(balance: Balance, guess) -> list[np.ndarray]:
@@ -527,57 +573,74 @@ def _starts(balance: Balance, guess) -> list[np.ndarray]:
                      f"({2 * n + memory},)")
 
 
-def _iterated(balance: Balance, method: HarmonicBalance, starts, anywhere: bool):
-    """Return coefficients, iterations and None, or the status of the failure."""
-    total, best, status = 0, starts[0], BalanceStatus.NOT_CONVERGED
+def _iterated(equations: Balance | Condensed, method: HarmonicBalance, starts, anywhere: bool):
+    """Return coefficients of all coordinates, iterations and None, or the status of the failure."""
+    if isinstance(equations, Condensed):
+        starts = [equations.restricted(start) for start in starts]
+    total, best = 0, starts[0]
+    status: BalanceStatus | None = BalanceStatus.NOT_CONVERGED
     for start in starts:
-        x, count, failed = _solve(balance, method, start)
+        best, count, failed = _solve(equations, method, start)
         total += count
         if failed is None:
-            return x, total, None
-        best, status = x, failed
-    if anywhere:
-        x, count, failed = _raised(balance, method)
+            status = None
+            break
+        status = failed
+    if anywhere and status is not None:
+        x, count, failed = _raised(equations, method)
         total += count
         if failed is None:
-            return x, total, None
-    return best, total, status
+            best, status = x, None
+    return equations.expand(best) if isinstance(equations, Condensed) else best, total, status
 
 
-def _solve(balance: Balance, method: HarmonicBalance, start):
-    """Return coefficients, iterations, and None or the status of the failure, of one run of the solver."""
+def _solve(equations: Balance | Condensed, method: HarmonicBalance, start):
+    """Return unknowns, iterations, and None or the status of the failure, of one run of the solver."""
     from ..solve.newton import NewtonStatus, newton
 
-    scale = max(float(np.abs(start).max()), float(np.abs(balance.linear_response()).max()), 1e-300)
+    scale = max(float(np.abs(start).max()), float(np.abs(equations.linear_response()).max()), 1e-300)
     if method.solver == "broyden":
         from ..solve.broyden import broyden
 
-        found = broyden(balance.residual, start, jacobian=balance.jacobian, scale=scale)
+        found = broyden(equations.residual, start, jacobian=equations.jacobian, scale=scale)
         return found.x, found.iterations, None if found.success else BalanceStatus.NOT_CONVERGED
-    result = newton(balance.residual, balance.jacobian, start, scale)
-    if result.success or relative_residual(balance, result.x) <= TOLERANCE:
+    result = newton(equations.residual, equations.jacobian, start, scale)
+    if result.success or relative_residual(equations, _whole(equations, result.x)) <= TOLERANCE:
         return result.x, result.iterations, None
     failed = {NewtonStatus.SINGULAR: BalanceStatus.SINGULAR, NewtonStatus.NOT_FINITE: BalanceStatus.MARCH_FAILED}
     return result.x, result.iterations, failed.get(result.status, BalanceStatus.NOT_CONVERGED)
 
 
-def _raised(balance: Balance, method: HarmonicBalance):
+def _whole(equations: Balance | Condensed, x) -> np.ndarray:
+    """Return the coefficients of all coordinates."""
+    return equations.expand(x) if isinstance(equations, Condensed) else x
+
+
+def _raised(equations: Balance | Condensed, method: HarmonicBalance):
     """Raise the load from a tenth to its value in steps that halve where Newton fails; returns as `_solve`."""
-    load, done, step, total = balance.numbers.E.copy(), 0.0, 0.1, 0
-    x = np.zeros(balance.size)
+    done, step, total = 0.0, 0.1, 0
+    x = np.zeros(equations.size)
     status = BalanceStatus.NOT_CONVERGED
+    full = np.zeros(0) if isinstance(equations, Condensed) else equations.numbers.E.copy()
+
+    def load(part: float):
+        if isinstance(equations, Condensed):
+            equations.load = part
+        else:
+            equations.numbers.E[:] = part * full
+
     try:
         while done < 1.0 and step > 1e-3:
             part = min(done + step, 1.0)
-            balance.numbers.E[:] = part * load
-            new, count, failed = _solve(balance, method, x if not done else x * part / done)
+            load(part)
+            new, count, failed = _solve(equations, method, x if not done else x * part / done)
             total += count
             if failed is None:
                 x, done, step = new, part, 1.5 * step
             else:
                 step, status = 0.5 * step, failed
     finally:
-        balance.numbers.E[:] = load
+        load(1.0)
     return x, total, None if done >= 1.0 else status
 
 

@@ -2,14 +2,16 @@
 import numpy as np
 import pytest
 
-from bifurc import System
+import bifurc as bf
+from bifurc import HarmonicBalance, System
 from bifurc.elements import BaseMotion, CubicSpring, ElasticStop, HarmonicForce, Jenkins, LinearSpring
 from bifurc.elements.driven import Driven
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.condense import Condensed
 from bifurc.hbm.layout import Layout, listed
+from bifurc.hbm.receptance import FACTORS, MODES, POLES
 from bifurc.hbm.status import BalanceStatus, MarchStatus
-from bifurc.solve.newton import newton
+from bifurc.orbits.balance import relative_residual
 
 
 def chain(elements, damping="modal", n=10, omega=0.3):
@@ -39,68 +41,131 @@ CONTACTS = {
 }
 
 
+METHOD = HarmonicBalance(5, condense=True)
+WHOLE = HarmonicBalance(5, condense=False)
+
+
+def condensed_of(system, H=5, periods=1, samples=0, **options):
+    return Condensed(Balance(system, Layout(listed(H, periods), system.n, periods), samples), **options)
+
+
 @pytest.mark.parametrize("contacts", CONTACTS)
 @pytest.mark.parametrize("damping", ["modal", "local", "gyroscopic"])
-def test_solution_is_that_of_the_whole_balance(damping, contacts):
+def test_orbit_is_that_of_the_whole_balance(damping, contacts):
     elements, count = CONTACTS[contacts]
     # gyroscopic: at 0.3 Newton finds nothing with two contacts, neither here nor for the whole balance
-    omega = 0.4 if damping == "gyroscopic" else 0.3
-    balance = Balance(chain(elements, damping, omega=omega), Layout(listed(5), 10))
-    condensed = Condensed(balance)
-    assert condensed.modal is (damping == "modal") and condensed.size == 11 * count
-    found = condensed.solve()
-    assert found.success
-    x = condensed.expand(found.u)
-    whole = newton(balance.residual, balance.jacobian, balance.linear_response())
-    if not whole.success or np.abs(whole.x - x).max() > 1e-3:  # another path of Newton's, or another motion: from near this one
-        whole = newton(balance.residual, balance.jacobian, x * (1.0 + 1e-6))
-    assert whole.success
-    assert np.abs(x - whole.x).max() <= 1e-12 * np.abs(whole.x).max()
-    np.testing.assert_allclose(condensed.restricted(x), found.u, atol=1e-13 * np.abs(x).max())
+    system = chain(elements, damping, omega=0.4 if damping == "gyroscopic" else 0.3)
+    orbit = bf.find_orbit(system, method=METHOD)
+    assert orbit.success and orbit.residual <= 1e-14
+    assert orbit.condensed.size == 11 * count and orbit.condensed.linear.way == (MODES if damping == "modal" else FACTORS)
+    assert orbit.how["condensed"].startswith(f"110 unknowns to {11 * count}, those of the {count} of 10 coordinates")
+    whole = bf.find_orbit(system, method=WHOLE)
+    if not whole.success or np.abs(whole.coefficients - orbit.coefficients).max() > 1e-3:  # another path, or another motion
+        whole = bf.find_orbit(system, method=WHOLE, guess=orbit.coefficients * (1.0 + 1e-6))
+    assert whole.success and whole.condensed is None and "condensed" not in whole.how
+    size = np.abs(whole.coefficients).max()
+    assert np.abs(orbit.coefficients - whole.coefficients).max() <= 1e-12 * size
+    assert orbit.signature == whole.signature and len(orbit.events) == len(whole.events)
+    np.testing.assert_allclose(orbit.multipliers, whole.multipliers, atol=1e-8)
+    np.testing.assert_allclose(orbit.error(), whole.error(), rtol=1e-6)  # one step in twice the harmonics, made in fewer unknowns
+    np.testing.assert_allclose(orbit.condensed.restricted(whole.coefficients), orbit.condensed.restricted(orbit.coefficients),
+                               atol=1e-12 * size)
+    assert relative_residual(orbit.balance, orbit.coefficients) <= 1e-14
 
 
-def test_sampled_contacts_and_orbits_of_two_periods():
-    balance = Balance(chain(CONTACTS["two"][0]), Layout(listed(3, 2), 10, 2), 256)
-    condensed = Condensed(balance)
-    found = condensed.solve()
-    assert found.success and np.abs(balance.residual(condensed.expand(found.u))).max() <= 1e-12
+def test_few_unknowns_are_not_condensed_and_many_are():
+    few, many = chain([Jenkins(1.0, 0.3, dof=1)], n=2), chain([Jenkins(1.0, 0.3, dof=6)], n=20)
+    assert bf.find_orbit(few, method=HarmonicBalance(7)).condensed is None
+    assert bf.find_orbit(many, method=HarmonicBalance(7)).condensed is not None
+    everywhere = chain([Jenkins(1.0, 0.3, dof=i) for i in range(6)], n=6)
+    assert HarmonicBalance(21).condensed(Balance(everywhere, Layout(listed(21), 6))) is None
+    with pytest.raises(ValueError, match="condense = 'yes'"):
+        HarmonicBalance(5, condense="yes")
+
+
+@pytest.mark.parametrize("solver", ["newton", "broyden"])
+def test_sampled_contacts_and_orbits_of_two_periods(solver):
+    method = HarmonicBalance(3, aft="sampled", samples=256, solver=solver, condense=True)
+    orbit = bf.find_orbit(chain(CONTACTS["slider" if solver == "broyden" else "two"][0]), method=method, periods=2)
+    assert orbit.success and orbit.condensed is not None and np.abs(orbit.balance.residual(orbit.coefficients)).max() <= 1e-12
+
+
+def test_load_is_raised_in_steps_where_newton_fails_at_once():
+    """From the start that `_raised` uses, the solution at the full load is that of the whole balance; the load is put back."""
+    from bifurc.orbits import balance as module
+
+    system = chain(CONTACTS["law"][0])
+    balance = METHOD.balance(system, METHOD.layout(10))
+    condensed = METHOD.condensed(balance)
+    u, _, failed = module._raised(condensed, METHOD)
+    x, _, whole = module._raised(balance, WHOLE)
+    assert failed is None and whole is None and condensed.load == 1.0
+    np.testing.assert_allclose(condensed.expand(u), x, atol=1e-12 * np.abs(x).max())
 
 
 @pytest.mark.parametrize("damping", ["modal", "local", "gyroscopic"])
-def test_receptance_is_the_inverse_of_the_dynamic_stiffness(damping):
-    balance = Balance(chain(CONTACTS["two"][0], damping), Layout(listed(5), 10))
-    condensed = Condensed(balance)
-    B = condensed.rows
-    for k, H in zip(balance.layout.harmonics, condensed.receptance().H, strict=True):
+@pytest.mark.parametrize("sweep", [False, True])
+def test_receptance_is_the_inverse_of_the_dynamic_stiffness(damping, sweep):
+    condensed = condensed_of(chain(CONTACTS["two"][0], damping), sweep=sweep)
+    balance, B = condensed.balance, condensed.rows
+    assert condensed.linear.way == (MODES if damping == "modal" else POLES if sweep else FACTORS)
+    for k, H in zip(balance.layout.harmonics, condensed.here.linear.H, strict=True):
         true = B @ np.linalg.inv(balance.stiffness(k)) @ B.T
         np.testing.assert_allclose(H, true, atol=1e-12 * np.abs(true).max())
     np.testing.assert_allclose(condensed.linear_response(), condensed.restricted(balance.linear_response()), atol=1e-12)
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-13, 1e-9, 1e-6, 1e-3])
+def test_critical_damping_has_no_poles_to_sum_and_is_factorised(gap):
+    """A mass with two equal poles behind a spring that couples nothing: their eigenvectors are one. Nearby they nearly are."""
+    K, C = np.diag([1.0, 4.0, 9.0]) + np.zeros((3, 3)), np.diag([0.1, 4.0 * (1.0 + gap), 0.3])
+    C[0, 2] = C[2, 0] = 0.05
+    system = System(np.eye(3), C, K, [HarmonicForce(1.0), Jenkins(1.0, 0.3, row=(1.0, 1.0, 1.0))], omega=0.7)
+    condensed = condensed_of(system, sweep=True)
+    assert condensed.linear.way == (POLES if gap > 1e-8 else FACTORS)
+    for omega in (0.7, 1.9, 2.0):
+        there = at(condensed, omega)
+        for k, H in zip(condensed.whole.harmonics, there.linear.H, strict=True):
+            true = condensed.rows @ np.linalg.inv(K - (k * omega)**2 * np.eye(3) + 1j * k * omega * C) @ condensed.rows.T
+            np.testing.assert_allclose(H, true, rtol=1e-11)
+
+
 # derivatives
+
+def at(condensed, omega):
+    """The point at another frequency, with derivatives by it: differences of numbers that are polynomials up to degree 4."""
+    balance, step = condensed.balance, 1e-3 * omega
+
+    def flat(value):
+        system = balance.system
+        return balance.parts.flat_of(System(system.mass, system.damping, system.stiffness, system.elements, omega=value))
+    near = [flat(omega + i * step) for i in (-2, -1, 1, 2)]
+    return condensed.point(flat(omega), (near[0] - near[3] + 8.0 * (near[2] - near[1])) / (12.0 * step), False)
+
 
 def differences(condensed, u, omega, step=1e-6):
     """Central differences by the unknowns, and by omega."""
-    def at(j, h):
+    def value(j, h):
         moved = u.copy()
         if j < condensed.size:
             moved[j] += h
-            return condensed.residual(moved, omega)
-        return condensed.residual(u, omega + h)
-    return np.array([(at(j, step) - at(j, -step)) / (2.0 * step) for j in range(condensed.size + 1)]).T
+            return condensed.residual(moved, at(condensed, omega))
+        return condensed.residual(u, at(condensed, omega + h))
+    return np.array([(value(j, step) - value(j, -step)) / (2.0 * step) for j in range(condensed.size + 1)]).T
 
 
-def rough(layout, rng, size=1.0):
+def rough(layout, rng, size=1.0, more=0):
     u = size * rng.standard_normal(layout.size).reshape(layout.slots, layout.n) / (1.0 + layout.waves[:, None])**2
-    return u.ravel()
+    return np.concatenate([u.ravel(), size * rng.standard_normal(more)])
 
 
 @pytest.mark.parametrize("contacts", CONTACTS)
-@pytest.mark.parametrize("damping", ["modal", "gyroscopic"])
-def test_derivatives_are_those_of_differences(damping, contacts, rng):
-    condensed = Condensed(Balance(chain(CONTACTS[contacts][0], damping), Layout(listed(5), 10)))
-    u = rough(condensed.layout, rng)
-    status, _, wide = condensed.linearised(u, 0.35)
+@pytest.mark.parametrize(("damping", "sweep"), [("modal", True), ("gyroscopic", True), ("gyroscopic", False)])
+def test_derivatives_are_those_of_differences(damping, sweep, contacts, rng):
+    condensed = condensed_of(chain(CONTACTS[contacts][0], damping), drives=True, sweep=sweep)
+    assert condensed.size == condensed.layout.size + 2
+    u = rough(condensed.layout, rng, more=2)
+    status, _, wide = condensed.linearised(u, at(condensed, 0.35))
     assert status is MarchStatus.FOLLOWED
     near = differences(condensed, u, 0.35)
     for own, other in ((wide[:, :-1], near[:, :-1]), (wide[:, -1], near[:, -1])):
@@ -108,15 +173,28 @@ def test_derivatives_are_those_of_differences(damping, contacts, rng):
 
 
 @pytest.mark.parametrize("element", [BaseMotion(0.7, damper="ground", row=(1.0,) * 9 + (0.5,)), Driven(Jenkins(1.0, 0.2), 0.7)])
-def test_derivatives_where_the_load_depends_on_the_frequency(element, rng):
-    system = chain([element, Jenkins(1.0, 0.3, dof=6)])
-    condensed = Condensed(Balance(system, Layout(listed(3), 10)))
+@pytest.mark.parametrize("damping", ["modal", "local"])
+def test_derivatives_where_the_load_depends_on_the_frequency(damping, element, rng):
+    system = chain([element, Jenkins(1.0, 0.3, dof=6)], damping)
+    condensed = condensed_of(system, 3, sweep=True)
     u = rough(condensed.layout, rng)
-    _, f, wide = condensed.linearised(u, 0.35)
+    _, f, wide = condensed.linearised(u, at(condensed, 0.35))
     near = differences(condensed, u, 0.35)
     np.testing.assert_allclose(wide, near, atol=1e-7 * np.abs(near).max())
-    there = Condensed(Balance(chain([element, Jenkins(1.0, 0.3, dof=6)], omega=0.35), Layout(listed(3), 10)))
+    there = condensed_of(chain([element, Jenkins(1.0, 0.3, dof=6)], damping, omega=0.35), 3)
     np.testing.assert_allclose(f, there.residual(u), atol=1e-13)
+
+
+@pytest.mark.parametrize("damping", ["modal", "local"])
+def test_gradient_of_what_is_recovered(damping, rng):
+    condensed = condensed_of(chain(CONTACTS["law"][0], damping), drives=True, sweep=True)
+    u, g = rough(condensed.layout, rng, more=2), rng.standard_normal(condensed.whole.size)
+    own = condensed.gradient(g, u, at(condensed, 0.35))
+    h = 1e-6
+    near = [g @ (condensed.expand(u + h * e, at(condensed, 0.35)) - condensed.expand(u - h * e, at(condensed, 0.35))) / (2.0 * h)
+            for e in np.eye(condensed.size)]
+    near.append(g @ (condensed.expand(u, at(condensed, 0.35 + h)) - condensed.expand(u, at(condensed, 0.35 - h))) / (2.0 * h))
+    np.testing.assert_allclose(own, near, atol=1e-7 * np.abs(near).max())
 
 
 # linear parts that are singular alone
@@ -135,24 +213,24 @@ def undamped(omega):
 
 @pytest.mark.parametrize("made", [free, undamped])
 def test_singular_linear_part(made, rng):
-    balance = Balance(made(0.5), Layout(listed(5), 2))
-    condensed = Condensed(balance)
-    assert condensed.receptance().shift.any() and condensed.receptance().regular
+    condensed = condensed_of(made(0.5))
+    assert condensed.here.linear.shift.any() and condensed.here.linear.regular
     u = rough(condensed.layout, rng, 0.4)
     near = differences(condensed, u, 0.5, 1e-7)  # nearer than where the spring is no longer added
-    np.testing.assert_allclose(condensed.linearised(u)[2], near, atol=1e-7 * np.abs(near).max())
-    found = condensed.solve()
-    assert found.success
-    x = condensed.expand(found.u)
-    whole = newton(balance.residual, balance.jacobian, x * (1.0 + 1e-6))
-    assert whole.success and np.abs(x - whole.x).max() <= 1e-12 * np.abs(x).max()
+    np.testing.assert_allclose(condensed.linearised(u, at(condensed, 0.5))[2], near, atol=1e-7 * np.abs(near).max())
+    orbit = bf.find_orbit(made(0.5), method=METHOD)
+    assert orbit.success and orbit.condensed is not None
+    x = orbit.coefficients
+    whole = bf.find_orbit(made(0.5), method=WHOLE, guess=x * (1.0 + 1e-6))
+    assert whole.success and np.abs(x - whole.coefficients).max() <= 1e-12 * np.abs(x).max()
 
 
 def test_resonance_that_no_contact_reaches_is_told():
     system = System(np.eye(2), np.zeros((2, 2)), np.diag([1.0, 0.25]),
                     [HarmonicForce(1.0, dof=0), Jenkins(1.0, 0.3, dof=0)], omega=0.5)
-    found = Condensed(Balance(system, Layout(listed(3), 2))).solve()
-    assert found.status is BalanceStatus.SINGULAR
+    assert not condensed_of(system, 3).here.linear.regular
+    orbit = bf.find_orbit(system, method=HarmonicBalance(3, condense=True))  # the whole balance says so
+    assert orbit.condensed is None and orbit.status is BalanceStatus.SINGULAR
 
 
 # refusals
@@ -164,6 +242,6 @@ def test_nothing_touched_is_refused():
 
 def test_repr_and_bad_motion():
     condensed = Condensed(Balance(chain(CONTACTS["slider"][0]), Layout(listed(3), 10)))
-    assert repr(condensed) == "Condensed(10 degrees of freedom to 1, 7 unknowns, modal receptance)"
+    assert repr(condensed) == "Condensed(10 degrees of freedom to 1, 7 unknowns, receptance by modes)"
     status, f, _ = condensed.linearised(np.full(7, np.nan))
     assert status is MarchStatus.NOT_FINITE and np.isnan(f).all()
