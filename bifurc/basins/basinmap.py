@@ -17,6 +17,7 @@ from .marcher import Marcher
 from .noise import LabelNoise
 from .states import CellState, coded
 from .trust import Trust, trust
+from .starting import states_at
 from .uncertainty import RANGE, Uncertainty, uncertainty_exponent
 
 
@@ -119,11 +120,9 @@ class BasinMap:
         scene = scene_of(self.system)
         marcher = Marcher(scene, self.options["max_events"])
         targets = targets_of(self.attractors, self.radii, self.scale)
-        places, base = list(self.grid.places(scene.n, scene.ns)), self.grid.base(scene.n, scene.ns)
 
         def label(points: np.ndarray) -> np.ndarray:
-            states = np.tile(base, (len(points), 1))
-            states[:, places] = points
+            states = states_at(scene, self.grid.names, self.grid.at, np.asarray(points, float))
             return followed(marcher, targets, states, self.options["max_periods"], workers or os.cpu_count() or 1)
 
         return label

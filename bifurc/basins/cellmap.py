@@ -238,14 +238,14 @@ class CellMap:
         from ..orbits.find import find_orbit
         from .attractors import section_points
         from .confirming import cells_around
-        n = self.system.n
-        places = list(self.grid.places(n, 2 * n))
+        n, ns = self.system.n, 2 * self.system.n + sum(len(element.memory) for element in self.system.elements)
+        places = list(self.grid.places(n, ns))
         groups = [content for _, content in self.morse.nodes(data=True) if content["kind"] == "transient"]
         found: list = []
         for content in sorted(groups, key=lambda content: -content["cells"])[:most]:
             cells = content["numbers"]
             inside = self.matrix[cells][:, cells].sum(axis=1)
-            guess = np.empty(2 * n)
+            guess = np.empty(ns)
             guess[places] = self.grid.points(cells[[int(np.argmax(inside))]])[0]
             orbit = find_orbit(self.system, guess=guess, periods=self.periods * max(content["period"], 1))
             if not orbit.success or orbit.stable is not False:

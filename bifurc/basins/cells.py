@@ -13,6 +13,7 @@ from .attractors import ChaoticAttractor
 from .cellmap import Audit, CellFate, CellMap, Group, GroupKind
 from .confirming import MapJudge, SystemJudge, cells_around
 from .grid import Grid
+from .mapping import scale_of
 from .simple import colour, cycles
 from .states import NO_START, OUTSIDE
 
@@ -47,7 +48,8 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
     system : System, or callable
         With an excitation; or a map ``f(x) -> y`` of states (k, d) to states (k, d), d the number of the grid's components.
     grid : Grid
-        Over all components of the state.  What leaves it counts as gone: one sink.
+        Over all components of the state, memory too (``w0`` is where the first slider is).  What leaves it counts as gone: one
+        sink.  Memory beyond a limit is put where the limit puts it: a cell stands for what its centre becomes at once.
     periods : int
         Forcing periods (iterates) a mapping.  Many make simple cell mapping accurate, one shows the order of an orbit.
     samples : int
@@ -166,12 +168,10 @@ def _source(system, grid: Grid, options: dict, workers: int):
     n, ns = carrier.scene.n, carrier.scene.ns
     places = list(grid.places(n, ns))
     if sorted(places) != list(range(ns)):
-        have = [f"q{k}" for k in range(n)] + [f"v{k}" for k in range(n)]
+        have = [f"q{k}" for k in range(n)] + [f"v{k}" for k in range(n)] + [f"w{k}" for k in range(ns - 2 * n)]
         missing = [name for place, name in enumerate(have) if place not in places]
-        memory = f" and the {ns - 2 * n} memories of its elements" if ns > 2 * n else ""
         raise ValueError(f"grid = {grid!r} does not cover the state of {system!r}: a map of cells runs over all of "
-                         f"{', '.join(have)}{memory}; missing: {', '.join(missing) or 'the memories, which have no cells'}. Over a "
-                         "slice write basins_of_attraction")
+                         f"{', '.join(have)}; missing: {', '.join(missing)}. Over a slice write basins_of_attraction")
 
     def embed(points: np.ndarray) -> np.ndarray:
         states = np.empty((len(points), ns))
@@ -182,9 +182,7 @@ def _source(system, grid: Grid, options: dict, workers: int):
         found = carrier.apply(X, periods)
         return found.ends[:, places], found.outcomes
 
-    corners = embed(np.array([grid.low, grid.high]))
-    length = max(np.abs(corners[:, :n]).max(), np.abs(corners[:, n:]).max() / carrier.scene.omega)
-    scale = np.repeat([length, length * carrier.scene.omega], n)
+    scale = scale_of(carrier.scene, embed(np.array([grid.low, grid.high])))
     return carry, embed, SystemJudge(system, grid, scale, options, workers)
 
 

@@ -16,6 +16,7 @@ from .attractors import distance, section_points, targets_of
 from .basinmap import BasinMap
 from .marcher import Marcher, Targets
 from .periodmap import MAPPED, PeriodMap
+from .starting import states_at
 
 PARTS = 16  # into which a segment is cut at a time
 TIGHT, LOOSE = 1e-11, 1e-6  # scaled distances: brought together to, followed up to
@@ -187,7 +188,8 @@ class _Search:
         """Return the centres (2, ns) of neighbouring cells of the two labels, or of the closest ones."""
         from scipy.spatial import cKDTree
         labels = self.basins.labels
-        starts = self.basins.grid.starts(self.map.scene.n, self.map.scene.ns)
+        grid = self.basins.grid
+        starts = states_at(self.map.scene, grid.names, grid.at, grid.points(np.arange(grid.size)))
         sides = [starts[np.flatnonzero(labels.ravel() == label)] for label in self.pair]
         if not all(len(side) for side in sides):
             return None

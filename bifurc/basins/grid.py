@@ -17,12 +17,12 @@ class Grid:
     Parameters
     ----------
     at : mapping of str to float, optional
-        Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0.
+        Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0, memory is relaxed.
     periodic : iterable of str, optional
         Components that count modulo their range, such as an angle: ``periodic=("q0",)``.
     **ranges : (low, high, cells)
-        Components by name (``q0`` is the first coordinate, ``v0`` its velocity): bounds and number of cells.  The first
-        named one is the first axis of ``labels``.
+        Components by name (``q0`` is the first coordinate, ``v0`` its velocity, ``w0`` the first memory: where a slider is):
+        bounds and number of cells.  The first named one is the first axis of ``labels``.
 
     Attributes
     ----------
@@ -124,24 +124,24 @@ class Grid:
         return np.where(inside, found, -1)
 
     def places(self, n: int, ns: int) -> tuple[int, ...]:
-        """Return the places of the components in the state (q, v, z) of ``n`` degrees of freedom.
+        """Return the places of the components in the state (q, v, w) of ``n`` degrees of freedom.
 
         Raises
         ------
         ValueError
             When the system has not this component.
         """
-        return tuple(_place(name, n) for name in self.names)
+        return tuple(place_of(name, n, ns) for name in self.names)
 
     def base(self, n: int, ns: int) -> np.ndarray:
-        """Return the state (ns,) with the fixed components, 0 on the grid's own."""
+        """Return the state (ns,) with the fixed components, 0 elsewhere."""
         state = np.zeros(ns)
         for name, value in self.at.items():
-            state[_place(name, n)] = value
+            state[place_of(name, n, ns)] = value
         return state
 
     def starts(self, n: int, ns: int) -> np.ndarray:
-        """Return the starts (cells, ns), the last axis fastest."""
+        """Return the starts (cells, ns), the last axis fastest; memory that is not named is 0."""
         states = np.tile(self.base(n, ns), (self.size, 1))
         after = self.size
         for axis, place in enumerate(self.places(n, ns)):
@@ -201,19 +201,27 @@ def _bytes(number: float) -> str:
 
 
 def _named(name: str) -> tuple[str, int]:
-    match = re.fullmatch(r"([qv])(0|[1-9]\d*)", name)
+    match = re.fullmatch(r"([qvw])(0|[1-9]\d*)", name)
     if match is None:
-        raise ValueError(f"Grid: component {name!r} is unknown; components are q0, q1, ... (coordinates) and "
-                         "v0, v1, ... (velocities)")
+        raise ValueError(f"Grid: component {name!r} is unknown; components are q0, q1, ... (coordinates), "
+                         "v0, v1, ... (velocities) and w0, w1, ... (memory)")
     return match[1], int(match[2])
 
 
-def _place(name: str, n: int) -> int:
+def place_of(name: str, n: int, ns: int) -> int:
+    """Return the place of a component in the state (q, v, w) of ``n`` degrees of freedom and ``ns`` states.
+
+    Raises
+    ------
+    ValueError
+        When the system has not this component.
+    """
     kind, index = _named(name)
-    if index >= n:
+    if index >= (ns - 2 * n if kind == "w" else n):
+        memory = f", memory w0 .. w{ns - 2 * n - 1}" if ns > 2 * n else ", no memory"
         raise ValueError(f"Grid: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
-                         f"freedom: q0 .. q{n - 1} and v0 .. v{n - 1}")
-    return index if kind == "q" else n + index
+                         f"freedom: q0 .. q{n - 1} and v0 .. v{n - 1}{memory}")
+    return index + {"q": 0, "v": n, "w": 2 * n}[kind]
 
 
 def _side(name: str, value) -> tuple[float, float, int]:

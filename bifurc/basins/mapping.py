@@ -20,6 +20,7 @@ from .executors import check_executor, run_chunks, user_parts
 from .grid import Grid
 from .labelling import Labeller, label_part
 from .marcher import Cells, Marcher
+from .starting import states_at
 from .states import DIVERGED, REACHED, UNSETTLED, coded
 
 RANDOM_STARTS = 64  # from which attractors are looked for first
@@ -88,8 +89,7 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
                          "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
     scene = scene_of(system)
     grid.require(8.0 * (2 * scene.ns + 12), "a basin map")
-    grid.places(scene.n, scene.ns)
-    grid.base(scene.n, scene.ns)
+    states_at(scene, grid.names, grid.at, np.empty((0, len(grid.names))))  # names the components it has not
     workers = os.cpu_count() or 1 if workers is None else _whole("workers", workers)
     options = {"seed": _whole("seed", seed, 0), "tolerance": _tolerance(tolerance),
                "max_periods": _whole("max_periods", max_periods), "max_events": _whole("max_events", max_events)}
@@ -119,8 +119,8 @@ class _Work:
         self.system, self.scene, self.grid, self.options = system, scene, grid, options
         self.store, self.bar = store, bar
         self.run, self.workers = run, run["workers"]
-        self.starts = grid.starts(scene.n, scene.ns)
-        self.scale = _scale(scene, self.starts)
+        self.starts = states_at(scene, grid.names, grid.at, grid.points(np.arange(grid.size)))
+        self.scale = scale_of(scene, self.starts)
         self.most = options["max_periods"]
         self.marcher = Marcher(scene, options["max_events"])
         self.labeller = Labeller(self.marcher, user_parts(system))
@@ -155,10 +155,9 @@ class _Work:
 
     def _random_starts(self) -> np.ndarray:
         rng = np.random.default_rng(self.options["seed"])
-        starts = np.tile(self.grid.base(self.scene.n, self.scene.ns), (RANDOM_STARTS, 1))
-        for axis, place in enumerate(self.grid.places(self.scene.n, self.scene.ns)):
-            starts[:, place] = rng.uniform(self.grid.low[axis], self.grid.high[axis], RANDOM_STARTS)
-        return starts
+        grid = self.grid
+        points = np.column_stack([rng.uniform(low, high, RANDOM_STARTS) for low, high in zip(grid.low, grid.high, strict=True)])
+        return states_at(self.scene, grid.names, grid.at, points)
 
     # labels
 
@@ -212,7 +211,7 @@ class _Work:
         return Cells(*(np.concatenate(values) for values in zip(*found, strict=True)))
 
 
-def _scale(scene: Scene, starts: np.ndarray) -> np.ndarray:
+def scale_of(scene: Scene, starts: np.ndarray) -> np.ndarray:
     """Return the sizes (ns,) of states: one length, its velocity at the excitation's frequency."""
     n, omega = scene.n, float(scene.omega or 1.0)
     length = max(float(np.abs(starts[:, :n]).max()), float(np.abs(starts[:, n:2 * n]).max()) / omega)

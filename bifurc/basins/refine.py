@@ -20,6 +20,7 @@ from .confirming import pieces
 from .grid import Grid
 from .mapping import basins_of_attraction
 from .marcher import Cells, Marcher
+from .starting import states_at
 from .states import REACHED, UNSETTLED, coded
 
 COARSE = 96  # cells a side of the first lattice, at least
@@ -173,7 +174,6 @@ class _Refining:
         self.scene = scene_of(coarse.system)
         self.marcher = Marcher(self.scene, coarse.options["max_events"])
         self.targets = targets_of(coarse.attractors, coarse.radii, coarse.scale)
-        self.places, self.base = list(grid.places(self.scene.n, self.scene.ns)), grid.base(self.scene.n, self.scene.ns)
         self.cells = Cells.blank(grid.size, -1, UNSETTLED)
         self.cells.periods[:], self.cells.impacts[:] = -1, -1
         self.known = np.zeros(grid.size, bool)
@@ -192,8 +192,7 @@ class _Refining:
     def follow(self, numbers: np.ndarray) -> None:
         """Follow the motions of cells by number."""
         from concurrent.futures import ThreadPoolExecutor
-        states = np.tile(self.base, (len(numbers), 1))
-        states[:, self.places] = self.grid.points(numbers)
+        states = states_at(self.scene, self.grid.names, self.grid.at, self.grid.points(numbers))
         parts, most = pieces(len(numbers), self.marcher, self.workers), self.coarse.options["max_periods"]
         with ThreadPoolExecutor(self.workers) as pool:
             found = pool.map(lambda part: self.marcher.label(states[part].copy(), self.targets, most), parts)

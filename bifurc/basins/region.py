@@ -4,7 +4,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..compose.scene import Scene
-from .grid import _named, _number, _place
+from .grid import _named, _number, place_of
+from .starting import states_at
 
 
 class Region:
@@ -15,7 +16,7 @@ class Region:
     ranges : mapping of str to (low, high)
         Such as ``{"q0": (-3, 1), "v0": (-4, 4)}``.
     at : mapping of str to float, optional
-        Values of other components; those not named are 0.
+        Values of other components; those not named are 0, memory is relaxed.
 
     Raises
     ------
@@ -54,19 +55,15 @@ class Region:
             phi = (1.0 + phi) ** (1.0 / (d + 1))
         steps = phi ** -np.arange(1.0, d + 1)
         unit = (np.random.default_rng(seed).random(d) + np.arange(1, count + 1)[:, None] * steps) % 1.0
-        found = np.zeros((count, scene.ns))
-        for name, value in self.at.items():
-            found[:, _place(name, scene.n)] = value
-        for axis, (name, (low, high)) in enumerate(self.ranges.items()):
-            found[:, _place(name, scene.n)] = low + (high - low) * unit[:, axis]
-        return found
+        low, high = np.array(list(self.ranges.values())).T
+        return states_at(scene, tuple(self.ranges), self.at, low + (high - low) * unit)
 
     def sizes(self, scene: Scene) -> np.ndarray:
         """Return the sizes (ns,) of states that distances are measured with: one length, its velocity at omega."""
         n, omega = scene.n, float(scene.omega or 1.0)
         length = 0.0
         for name, (low, high) in self.ranges.items():
-            place = _place(name, n)
+            place = place_of(name, n, scene.ns)
             length = max(length, max(abs(low), abs(high)) / (omega if n <= place < 2 * n else 1.0))
         scale = np.full(scene.ns, length)
         scale[n:2 * n] *= omega

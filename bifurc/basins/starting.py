@@ -1,12 +1,41 @@
-"""In which mode a start begins: the clear cases; the rest goes to `bifurc.flow.settle`."""
+"""Starts from named components, and in which mode each begins: the clear cases; the rest goes to `bifurc.flow.settle`."""
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from ..compose.scene import Scene
 from ..compose.tables import Tables
 from ..flow.scan import NOISE, PENETRATION
+from .grid import place_of
 
 BEYOND = -1  # the start lies beyond a rigid stop
 UNCLEAR = -2  # on a surface, or with no clear mode: all elements decide together
+
+
+def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], points: np.ndarray) -> np.ndarray:
+    """Return starts (k, ns) at phase 0 from their components ``names`` in ``points`` (k, d) and the fixed ones ``at``.
+
+    Components named in neither are 0, memory is relaxed: where an element without load has it.
+
+    Raises
+    ------
+    ValueError
+        When the system has not a component.
+    """
+    n, ns = scene.n, scene.ns
+    given = {name: place_of(name, n, ns) for name in (*names, *at)}
+    x = np.zeros((ns + scene.nw, len(points)))
+    for name, value in at.items():
+        x[given[name]] = value
+    for name, values in zip(names, points.T, strict=True):
+        x[given[name]] = values
+    if ns > 2 * n:
+        x[ns:] = scene.forcing(np.zeros(1)).T
+        relaxed = x.copy()
+        scene.relax(relaxed)
+        loose = [place for place in range(2 * n, ns) if place not in given.values()]
+        x[loose] = relaxed[loose]
+    return np.ascontiguousarray(x[:ns].T)
 
 
 def begin(T: Tables, candidates: np.ndarray, X: np.ndarray, modes: np.ndarray) -> None:

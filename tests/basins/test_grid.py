@@ -47,7 +47,7 @@ def test_impossible_grids_are_named(keywords, said):
     bf.Grid(q0=(-1, 1, 2), v1=(-1, 1, 2)), bf.Grid(q0=(-1, 1, 2), v0=(-1, 1, 2), at={"q3": 0.0}),
 ])
 def test_components_the_system_has_not(grid):
-    with pytest.raises(ValueError, match="unknown to this system; it has 1 degree of freedom: q0 .. q0 and v0 .. v0"):
+    with pytest.raises(ValueError, match="unknown to this system; it has 1 degree of freedom: q0 .. q0 and v0 .. v0, no memory"):
         bf.basins_of_attraction(bf.systems.impact_oscillator(), grid)
 
 
