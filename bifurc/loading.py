@@ -12,6 +12,7 @@ _READERS = {
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
     "harmonic_orbit": (".orbits.balance", "HarmonicOrbit"),
     "basins": (".basins.basinmap", "BasinMap"),
+    "refinement": (".basins.refine", "Refinement"),
     "cells": (".basins.cellmap", "CellMap"),
     "sweep": (".basins.sweeps", "Sweep"),
     "chart": (".basins.charts", "ParameterChart"),

@@ -15,9 +15,9 @@ from .entropy import BasinEntropy, basin_entropy
 from .grid import Grid
 from .marcher import Marcher
 from .noise import LabelNoise
+from .starting import states_at
 from .states import CellState, coded
 from .trust import Trust, trust
-from .starting import states_at
 from .uncertainty import RANGE, Uncertainty, uncertainty_exponent
 
 

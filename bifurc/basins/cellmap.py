@@ -147,6 +147,7 @@ class CellMap:
     audit: Audit | None
     lost: int
     options: dict
+    key: str = field(default="", repr=False)
 
     def __post_init__(self):
         for name in ("labels", "fates", "group", "steps"):
@@ -332,7 +333,8 @@ class CellMap:
             groups.append({"kind": str(item.kind), "period": item.period, "attractor": item.attractor})
             arrays[f"group_{number}"] = item.cells
         return {"kind": "cells", "system": self.system.to_record(), "grid": self.grid.to_record(), "periods": self.periods,
-                "samples": self.samples, "attractors": headers, "groups": groups, "lost": self.lost, "options": self.options,
+                "samples": self.samples, "attractors": headers, "groups": groups, "lost": self.lost,
+                "options": self.options, "key": self.key,
                 "audit": None if self.audit is None else list(self.audit)}, arrays
 
     @classmethod
@@ -354,7 +356,7 @@ class CellMap:
         audit = None if header["audit"] is None else Audit(*header["audit"])
         return cls(System.from_record(header["system"], elements), grid, header["periods"], header["samples"], tuple(attractors),
                    groups, matrix, arrays["labels"], arrays["fates"], arrays.get("group"), arrays.get("steps"), audit,
-                   header["lost"], header["options"])
+                   header["lost"], header["options"], header.get("key", ""))
 
     def save(self, path) -> None:
         """Write the map to an npz file."""

@@ -2,8 +2,8 @@
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,13 +11,15 @@ from ..progress import Progress
 from ..system import System
 from .attractors import ChaoticAttractor
 from .cellmap import Audit, CellFate, CellMap, Group, GroupKind
+from .chunks import ChunkStore, finished
 from .confirming import MapJudge, SystemJudge, cells_around
+from .executors import check_executor, user_parts
 from .grid import Grid
+from .images import Carrier, cell_images
 from .mapping import scale_of
 from .simple import colour, cycles
-from .states import NO_START, OUTSIDE
+from .states import NO_START
 
-CHUNK = 2048  # starts that are mapped at a time
 RANDOM_STARTS = 64  # whose motions are followed too: an attractor may lie in no group of cells that are too large
 MOST_GROUPS = 400  # closed groups whose motion is followed
 ASKED = 32  # cells of a group whose motion is followed
@@ -25,17 +27,9 @@ FARTHEST = 30.0  # cells: a group farther from its attractor is none of its neig
 AUDIT_BATCH = 1024
 
 
-class _Images(NamedTuple):
-    rows: np.ndarray  # (k,) cell of each sample that is a start, ascending
-    columns: np.ndarray  # (k,) image cell, -1: outside the grid
-    starts: np.ndarray  # (N,) bool: the cell holds a start
-    special: dict  # cells represented by a state of their own: number -> state
-    lost: int  # samples whose motion was lost (infinity, too many events)
-
-
 def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, samples: int = 1, audit: int = 2000, seed: int = 0,
                  workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000,
-                 progress: bool = False) -> CellMap:
+                 executor=None, progress: bool = False, file=None) -> CellMap:
     """Return the map of cells of a system: its groups, what leads to them, and the attractors they hold.
 
     With one sample a cell this is simple cell mapping (each cell goes where its centre goes), with more it is generalized
@@ -62,8 +56,13 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
         Threads; default: one a processor.  Results do not depend on it.
     tolerance, max_periods, max_events
         Of following motions, see `basins_of_attraction`.
+    executor : Executor, dask.distributed.Client, function, or None
+        Where cells are mapped; None: threads.  See `bifurc.sweep`.  No choice changes a bit of the result.
     progress : bool
         Show progress.
+    file : path-like, optional
+        Where the map is saved.  Finished chunks are kept in ``<file>.chunks`` until it is: after an interrupt or a kill
+        the same call computes only what is missing; when the map is there already, it is read.
 
     Returns
     -------
@@ -72,7 +71,9 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
     Raises
     ------
     ValueError
-        Autonomous system, a grid that does not cover the state, options out of range.
+        Autonomous system, a grid that does not cover the state, options out of range; a file for a map given as a function.
+    RuntimeError
+        When chunks fail; the others are kept where a file is given.
     MemoryError
         When the grid's cells would not fit in half of the machine's memory; the message says how much they need.
 
@@ -94,9 +95,23 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
                "max_events": _whole("max_events", max_events)}
     edges = samples ** len(grid.names)
     grid.require(8.0 * (4 * len(grid.names) + 12) + (60.0 if samples > 1 else 40.0) * edges, "a map of its cells")
-    carry, embed, judge = _source(system, grid, options, workers)
+    check_executor(executor)
+    carrier, judge = _source(system, grid, periods, options, workers)
+    elements, job = (), {"what": "cells", "grid": grid.to_record(), "periods": periods, "samples": samples, "options": options}
+    if isinstance(system, System):
+        elements = user_parts(system)
+        job |= {"system": system.to_record(), "elements": elements}
+    elif file is not None:
+        raise ValueError(f"file = {file!r} is not allowed for the map {system!r}: files hold no code; leave it out")
+    store = ChunkStore(None if file is None else f"{Path(file)}.chunks", job)
+    key = store.name({"audit": audit})
+    ready = finished(file, "cells", key)
+    if ready is not None:
+        store.clear()
+        return CellMap.from_record(*ready, elements=elements)
     with Progress("cells", grid.size, progress) as bar:
-        images = _images(carry, embed, grid, periods, samples, workers, bar)
+        images = cell_images(carrier, samples, options["max_events"], store, {"workers": workers, "executor": executor}, bar)
+    embed = carrier.states
 
     def centres(cells: np.ndarray) -> np.ndarray:
         states = embed(grid.points(cells))
@@ -135,101 +150,42 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
                          np.where(group_of >= 0, CellFate.UNRESOLVED.code, CellFate.LEFT.code))
         labels[~images.starts], fates[~images.starts] = -1, CellFate.OUTSIDE.code
         made = CellMap(system, grid, periods, samples, tuple(judge.attractors), tuple(groups), matrix, labels, fates, group_of,
-                       np.where(images.starts, steps, 0), None, images.lost, options)
+                       np.where(images.starts, steps, 0), None, images.lost, options, key)
     else:
         made = CellMap(system, grid, periods, samples, tuple(judge.attractors), tuple(groups), matrix, np.empty(0, np.int64),
                        np.where(images.starts, CellFate.UNRESOLVED.code, CellFate.OUTSIDE.code), None, None, None, images.lost,
-                       options).with_labels()
-    return made.with_audit(_audit(judge, made, embed, audit)) if audit else made
+                       options, key).with_labels()
+    if audit:
+        made = made.with_audit(_audit(judge, made, embed, audit))
+    if file is not None:
+        store.publish(made, file)
+    return made
 
 
-def _source(system, grid: Grid, options: dict, workers: int):
-    """Return what carries states over mappings, what makes states of points, and the judge of groups."""
+def _source(system, grid: Grid, periods: int, options: dict, workers: int) -> tuple[Carrier, Any]:
+    """Return what carries states over mappings, and the judge of groups."""
     if not isinstance(system, System):
         if not callable(system):
             raise ValueError(f"system = {system!r} is not allowed; it must be a System, or a map of states (k, d) to states (k, d)")
         if grid.at:
             raise ValueError(f"grid = {grid!r} fixes components; a map given as a function has those of the grid only")
-        judge: Any = MapJudge(system, grid, options)
-
-        def iterated(X: np.ndarray, periods: int):
-            with np.errstate(over="ignore", invalid="ignore"):
-                for _ in range(periods):
-                    X = np.asarray(system(X), float)
-            if X.ndim != 2 or X.shape[1] != len(grid.names):
-                raise ValueError(f"system returned an array of shape {X.shape}; it must return states (k, {len(grid.names)})")
-            return X, np.where(np.isfinite(X).all(axis=1), 0, 3)
-
-        return iterated, lambda points: np.array(points), judge
-    from .periodmap import PeriodMap
+        mapped = Carrier(system, grid, periods, options["max_events"])
+        mapped.images(grid.points(np.zeros(1, int)))  # says at once when it is no map of these states
+        return mapped, MapJudge(system, grid, options)
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; a map of cells needs the phase of an excitation (omega)")
-    carrier = PeriodMap(system, max_events=options["max_events"])
-    n, ns = carrier.scene.n, carrier.scene.ns
-    places = list(grid.places(n, ns))
+    carrier = Carrier(system, grid, periods, options["max_events"])
+    assert carrier.map is not None
+    scene = carrier.map.scene
+    n, ns = scene.n, scene.ns
+    places = grid.places(n, ns)
     if sorted(places) != list(range(ns)):
         have = [f"q{k}" for k in range(n)] + [f"v{k}" for k in range(n)] + [f"w{k}" for k in range(ns - 2 * n)]
         missing = [name for place, name in enumerate(have) if place not in places]
         raise ValueError(f"grid = {grid!r} does not cover the state of {system!r}: a map of cells runs over all of "
                          f"{', '.join(have)}; missing: {', '.join(missing)}. Over a slice write basins_of_attraction")
-
-    def embed(points: np.ndarray) -> np.ndarray:
-        states = np.empty((len(points), ns))
-        states[:, places] = points
-        return states
-
-    def carry(X: np.ndarray, periods: int):
-        found = carrier.apply(X, periods)
-        return found.ends[:, places], found.outcomes
-
-    scale = scale_of(carrier.scene, embed(np.array([grid.low, grid.high])))
-    return carry, embed, SystemJudge(system, grid, scale, options, workers)
-
-
-def _images(carry, embed, grid: Grid, periods: int, samples: int, workers: int, bar) -> _Images:
-    """Map the samples of all cells, then one state of each cell that is reached but holds no sample that is a start."""
-    ticks = (np.arange(samples) + 0.5) / samples
-    offsets = np.stack(np.meshgrid(*[ticks] * len(grid.names), indexing="ij"), axis=-1).reshape(-1, len(grid.names))
-    step = max(CHUNK // len(offsets), 1)
-
-    def images_of(states: np.ndarray):
-        ends, outcomes = carry(states, periods)
-        return ends, outcomes, np.where(outcomes == 0, grid.cells_of(np.where((outcomes == 0)[:, None], ends, np.nan)), -1)
-
-    def mapped(first: int):
-        cells = np.arange(first, min(first + step, grid.size))
-        points = (grid.points(cells)[:, None] + (offsets - 0.5) * grid.widths).reshape(-1, len(grid.names))
-        _, outcomes, columns = images_of(embed(points))
-        good = outcomes != OUTSIDE
-        return np.repeat(cells, len(offsets))[good], columns[good], int(np.count_nonzero(outcomes[good]))
-
-    with ThreadPoolExecutor(workers) as pool:
-        parts = []
-        for part in pool.map(mapped, range(0, grid.size, step)):
-            parts.append(part)
-            bar.advance(min(step, grid.size - step * (len(parts) - 1)))
-    rows, columns = np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
-    lost = sum(part[2] for part in parts)
-    starts = np.zeros(grid.size, bool)
-    starts[rows] = True
-    special: dict[int, np.ndarray] = {}
-    fresh_rows, fresh = rows, columns
-    while True:  # a cell whose samples all lie beyond a stop may be reached: the first state that arrives stands for it
-        landing = np.flatnonzero((fresh >= 0) & ~starts[fresh])
-        if not landing.size:
-            break
-        reached, first = np.unique(fresh[landing], return_index=True)
-        for cell, row in zip(reached.tolist(), fresh_rows[landing[first]].tolist(), strict=True):
-            sources = special[row][None] if row in special else embed(grid.points(np.array([row])) + (offsets - 0.5) * grid.widths)
-            ends, _, arrived = images_of(sources)
-            special[cell] = embed(ends[arrived == cell][:1])[0]
-        starts[reached] = True
-        _, outcomes, fresh = images_of(np.array([special[cell] for cell in reached.tolist()]))
-        fresh_rows = reached
-        lost += int(np.count_nonzero(outcomes))
-        rows, columns = np.concatenate((rows, fresh_rows)), np.concatenate((columns, fresh))
-    order = np.argsort(rows, kind="stable")
-    return _Images(rows[order], columns[order], starts, special, lost)
+    scale = scale_of(scene, carrier.states(np.array([grid.low, grid.high])))
+    return carrier, SystemJudge(system, grid, scale, options, workers)
 
 
 def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths: list, centres) -> list[Group]:

@@ -1,6 +1,6 @@
 """Basins of attraction: attractors discovered and confirmed, then every start of a grid labelled by closeness."""
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -82,33 +82,49 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     >>> len(basins.attractors)
     2
     """
-    if system.period is None:
-        raise ValueError(f"{system!r} is autonomous; a basin map needs the phase of an excitation (omega)")
-    if not isinstance(grid, Grid):
-        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
-                         "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
-    scene = scene_of(system)
-    grid.require(8.0 * (2 * scene.ns + 12), "a basin map")
-    states_at(scene, grid.names, grid.at, np.empty((0, len(grid.names))))  # names the components it has not
-    workers = os.cpu_count() or 1 if workers is None else _whole("workers", workers)
-    options = {"seed": _whole("seed", seed, 0), "tolerance": _tolerance(tolerance),
-               "max_periods": _whole("max_periods", max_periods), "max_events": _whole("max_events", max_events)}
-    known = _known(system, attractors)
-    job = {"version": __version__, "system": system.to_record(), "grid": grid.to_record(), "options": options,
-           "known": [section_points(item).tolist() for item in known]}
-    check_executor(executor)
-    elements = user_parts(system)
-    store = ChunkStore(None if file is None else f"{Path(file)}.chunks", {**job, "elements": elements})
+    options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
+    job = Job(system, grid, attractors, options, workers, executor)
+    store = job.store("basins", file)
     ready = finished(file, "basins", store.key)
     if ready is not None:
         store.clear()
-        return BasinMap.from_record(*ready, elements=elements)
+        return BasinMap.from_record(*ready, elements=job.elements)
     with Progress("basins", grid.size, progress) as bar:
-        work = _Work(system, scene, grid, options, known, {"workers": workers, "executor": executor}, store, bar)
-        found = work.map()
+        found = job.map(grid, job.known, store, bar)
     if file is not None:
         store.publish(found, file)
     return found
+
+
+class Job:
+    """A request for a basin map, checked."""
+
+    def __init__(self, system: System, grid: Grid, attractors, options: dict, workers: int | None, executor):
+        if system.period is None:
+            raise ValueError(f"{system!r} is autonomous; a basin map needs the phase of an excitation (omega)")
+        if not isinstance(grid, Grid):
+            raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
+                             "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+        self.system, self.grid, self.scene = system, grid, scene_of(system)
+        grid.require(8.0 * (2 * self.scene.ns + 12), "a basin map")
+        states_at(self.scene, grid.names, grid.at, np.empty((0, len(grid.names))))  # names the components it has not
+        self.run = {"workers": os.cpu_count() or 1 if workers is None else _whole("workers", workers), "executor": executor}
+        self.options = {"seed": _whole("seed", options["seed"], 0), "tolerance": _tolerance(options["tolerance"]),
+                        "max_periods": _whole("max_periods", options["max_periods"]),
+                        "max_events": _whole("max_events", options["max_events"])}
+        self.known = _known(system, attractors)
+        check_executor(executor)
+        self.elements = user_parts(system)
+
+    def store(self, what: str, file) -> ChunkStore:
+        """Return the chunk files of this job."""
+        return ChunkStore(None if file is None else f"{Path(file)}.chunks", {
+            "what": what, "version": __version__, "system": self.system.to_record(), "grid": self.grid.to_record(),
+            "options": self.options, "known": [section_points(item).tolist() for item in self.known], "elements": self.elements})
+
+    def map(self, grid: Grid, known: list, store: ChunkStore, bar: Progress) -> BasinMap:
+        """Return the map of a grid, that of the request or another one."""
+        return _Work(self.system, self.scene, grid, self.options, known, self.run, store, bar).map()
 
 
 class _Work:
@@ -165,19 +181,12 @@ class _Work:
         """Label the cells that are new, or unsettled since fewer attractors were known."""
         targets, count = self.found.targets(), len(self.found.attractors)
         waiting = np.flatnonzero((cells.labels == NEW) | ((cells.states == UNSETTLED) & (seen < count)))
-        parts = self.labeller.parts(waiting, self.store.folder is not None, self.workers)
-        fresh = [float(np.count_nonzero(cells.labels[part] == NEW)) for part in parts]
-        payloads = [self.labeller.payload(self.starts[part], targets, self.most) for part in parts]
-        outcome = run_chunks(self.store, label_part, payloads, bar=self.bar, weights=fresh, note=f"{count} attractors", **self.run)
-        if outcome.failures:
-            first, why = next(iter(outcome.failures.items()))
-            raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks of starts failed; the others are finished, and "
-                               f"kept where a file is given. Chunk {first}, from {self.starts[parts[first][0]].tolist()} on: {why}")
-        for part, result in zip(parts, outcome.results, strict=True):
-            assert result is not None
-            for name, mine in cells._asdict().items():
-                mine[part] = result[1][name]
-            seen[part] = count
+        fresh = (cells.labels[waiting] == NEW).astype(float)
+        found = label_starts(self.labeller, self.starts[waiting], targets, self.most, self.store, self.run, self.bar, fresh,
+                             f"{count} attractors")
+        for mine, values in zip(cells, found, strict=True):
+            mine[waiting] = values
+        seen[waiting] = count
 
     # noise
 
@@ -209,6 +218,30 @@ class _Work:
         with ThreadPoolExecutor(self.workers) as pool:
             found = list(pool.map(lambda part: self.marcher.label(part, targets, self.most), parts))
         return Cells(*(np.concatenate(values) for values in zip(*found, strict=True)))
+
+
+def label_starts(labeller: Labeller, starts: np.ndarray, targets, most: int, store: ChunkStore, run: Mapping, bar: Progress,
+                 fresh: np.ndarray, note: str = "") -> Cells:
+    """Label starts (k, ns) in chunks, wherever an executor runs them; ``fresh`` (k,) is the progress that each is worth.
+
+    Raises
+    ------
+    RuntimeError
+        When chunks fail; the others are kept where a file is given.
+    """
+    parts = labeller.parts(np.arange(len(starts)), store.folder is not None, run["workers"])
+    outcome = run_chunks(store, label_part, [labeller.payload(starts[part], targets, most) for part in parts], bar=bar,
+                         weights=[float(fresh[part].sum()) for part in parts], note=note, **run)
+    if outcome.failures:
+        first, why = next(iter(outcome.failures.items()))
+        raise RuntimeError(f"{len(outcome.failures)} of {len(parts)} chunks of starts failed; the others are finished, and "
+                           f"kept where a file is given. Chunk {first}, from {starts[parts[first][0]].tolist()} on: {why}")
+    cells = Cells.blank(len(starts))
+    for part, result in zip(parts, outcome.results, strict=True):
+        assert result is not None
+        for name, mine in cells._asdict().items():
+            mine[part] = result[1][name]
+    return cells
 
 
 def scale_of(scene: Scene, starts: np.ndarray) -> np.ndarray:

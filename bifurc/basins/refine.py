@@ -4,21 +4,22 @@ A coarse lattice of the fine grid's own cells is labelled; each halving of its s
 differ, then every cell beside a difference, until no inherited label touches another one.  Tongues thinner than the coarse
 step that end nowhere near a found boundary are missed: how many is measured on random cells.
 """
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
 
-from ..compose.scene import scene_of
+from .. import io
+from ..progress import Progress
 from ..system import System
 from .attractors import targets_of
 from .basinmap import BasinMap
 from .cellmap import Audit
-from .confirming import pieces
+from .chunks import ChunkStore, finished
 from .grid import Grid
-from .mapping import basins_of_attraction
+from .labelling import Labeller
+from .mapping import Job, label_starts
 from .marcher import Cells, Marcher
 from .starting import states_at
 from .states import REACHED, UNSETTLED, coded
@@ -93,12 +94,30 @@ class Refinement:
                     "(smooth boundaries: 1).")
         return self.status.sentence
 
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        header, arrays = self.basins.to_record()
+        header = {"kind": "refinement", "basins": header, "status": str(self.status), "predicted": self.predicted,
+                  "exponent": self.exponent, "missed": list(self.missed), "key": self.basins.key}
+        return header, arrays | {"evaluated": self.evaluated}
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "Refinement":
+        """Make the refinement that `to_record` described; ``elements`` are user classes and laws."""
+        basins, status = BasinMap.from_record(header["basins"], arrays, elements), RefinementStatus(header["status"])
+        return cls(basins, status, arrays["evaluated"], header["predicted"], header["exponent"], Audit(*header["missed"]))
+
+    def save(self, path) -> None:
+        """Write the refinement to an npz file."""
+        io.write(path, *self.to_record())
+
     def __repr__(self):
         return f"Refinement({self.status}, {100 * self.share:.3g} % of {self.evaluated.size} cells followed, {self.basins!r})"
 
 
-def refined_basins(system: System, grid: Grid, *, workers: int | None = None, attractors: Sequence | None = None,
-                   **options) -> Refinement:
+def refined_basins(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0, workers: int | None = None,
+                   tolerance: float = 1e-4, max_periods: int = 2000, max_events: int = 2000, executor=None, progress: bool = False,
+                   file=None) -> Refinement:
     """Return the basin map of a fine grid at the cost of its boundaries, where that pays; otherwise of all its cells.
 
     Parameters
@@ -106,37 +125,59 @@ def refined_basins(system: System, grid: Grid, *, workers: int | None = None, at
     system : System
     grid : Grid
         Numbers of cells that can be halved several times, such as 800.
-    workers, attractors, **options
-        Of `basins_of_attraction`.
+    attractors, seed, workers, tolerance, max_periods, max_events, executor, progress
+        As for `basins_of_attraction`.
+    file : path-like, optional
+        Where the refinement is saved.  Finished chunks are kept in ``<file>.chunks`` until it is: after an interrupt or a
+        kill the same call computes only what is missing; when it is there already, it is read.
 
     Returns
     -------
     Refinement
         Look at ``status`` and ``message``.
 
+    Raises
+    ------
+    ValueError, RuntimeError, OSError
+        As `basins_of_attraction`.
+
     Examples
     --------
     >>> found = refined_basins(system, bf.Grid(q0=(-2.5, 0, 800), v0=(-3, 3, 800)))     # doctest: +SKIP
     >>> print(found.message)                                                             # doctest: +SKIP
     """
-    if not isinstance(grid, Grid):
-        raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as Grid(q0=(-3, 1, 800), v0=(-4, 4, 800))")
-    step = 1
+    options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
+    job = Job(system, grid, attractors, options, workers, executor)
+    store = job.store("refinement", file)
+    ready = finished(file, "refinement", store.key)
+    if ready is not None:
+        store.clear()
+        return Refinement.from_record(*ready, elements=job.elements)
+    with Progress("refinement", grid.size, progress) as bar:
+        found = _refined(job, store, bar)
+    if file is not None:
+        store.publish(found, file)
+    return found
+
+
+def _refined(job: Job, store: ChunkStore, bar: Progress) -> Refinement:
+    """Label a coarse lattice, see whether refinement pays, and refine it or label all."""
+    grid, step = job.grid, 1
     while all(cells % (2 * step) == 0 and cells // (2 * step) >= COARSE for cells in grid.shape):
         step *= 2
     if step == 1:
-        whole = basins_of_attraction(system, grid, workers=workers, attractors=attractors, **options)
+        whole = job.map(grid, job.known, store, bar)
         return Refinement(whole, RefinementStatus.NOT_DIVISIBLE, np.ones(grid.shape, bool), 1.0, 1.0, Audit(0, 0))
     shift = 0.5 * (1 - step) * grid.widths  # centres of the coarse cells are centres of fine ones
     lattice = Grid(at=grid.at, periodic=grid.periodic, **{
         name: (grid.low[axis] + shift[axis], grid.high[axis] + shift[axis], grid.shape[axis] // step)
         for axis, name in enumerate(grid.names)})
-    coarse = basins_of_attraction(system, lattice, workers=workers, attractors=attractors, **options)
+    coarse = job.map(lattice, job.known, store, bar)
     predicted, exponent = prediction(coded(coarse.labels, coarse.states), grid, step)
     if predicted > PAYS:
-        whole = basins_of_attraction(system, grid, workers=workers, attractors=coarse.attractors, **options)
+        whole = job.map(grid, list(coarse.attractors), store, bar)
         return Refinement(whole, RefinementStatus.DECLINED, np.ones(grid.shape, bool), predicted, exponent, Audit(0, 0))
-    work = _Refining(coarse, grid, step, workers or os.cpu_count() or 1)
+    work = _Refining(coarse, grid, step, job, store, bar)
     missed = work.refine()
     return Refinement(work.map(), RefinementStatus.REFINED, work.known.reshape(grid.shape), predicted, exponent, missed)
 
@@ -169,10 +210,10 @@ def mixed(codes: np.ndarray, grid: Grid) -> np.ndarray:
 class _Refining:
     """A fine map in the making."""
 
-    def __init__(self, coarse: BasinMap, grid: Grid, step: int, workers: int):
-        self.coarse, self.grid, self.step, self.workers = coarse, grid, step, workers
-        self.scene = scene_of(coarse.system)
-        self.marcher = Marcher(self.scene, coarse.options["max_events"])
+    def __init__(self, coarse: BasinMap, grid: Grid, step: int, job: Job, store: ChunkStore, bar: Progress):
+        self.coarse, self.grid, self.step = coarse, grid, step
+        self.scene, self.run, self.store, self.bar = job.scene, job.run, store, bar
+        self.labeller = Labeller(Marcher(self.scene, coarse.options["max_events"]), job.elements)
         self.targets = targets_of(coarse.attractors, coarse.radii, coarse.scale)
         self.cells = Cells.blank(grid.size, -1, UNSETTLED)
         self.cells.periods[:], self.cells.impacts[:] = -1, -1
@@ -191,14 +232,11 @@ class _Refining:
 
     def follow(self, numbers: np.ndarray) -> None:
         """Follow the motions of cells by number."""
-        from concurrent.futures import ThreadPoolExecutor
         states = states_at(self.scene, self.grid.names, self.grid.at, self.grid.points(numbers))
-        parts, most = pieces(len(numbers), self.marcher, self.workers), self.coarse.options["max_periods"]
-        with ThreadPoolExecutor(self.workers) as pool:
-            found = pool.map(lambda part: self.marcher.label(states[part].copy(), self.targets, most), parts)
-            for part, cells in zip(parts, found, strict=True):
-                for mine, values in zip(self.cells, cells, strict=True):
-                    mine[numbers[part]] = values
+        most = self.coarse.options["max_periods"]
+        found = label_starts(self.labeller, states, self.targets, most, self.store, self.run, self.bar, np.ones(len(numbers)))
+        for mine, values in zip(self.cells, found, strict=True):
+            mine[numbers] = values
         self.known[numbers] = True
 
     def refine(self) -> Audit:
@@ -262,4 +300,4 @@ class _Refining:
         labels = np.where(cells.states == REACHED, cells.labels, -1).reshape(shape)
         return BasinMap(coarse.system, self.grid, labels, coarse.attractors, cells.states.astype(np.int8).reshape(shape),
                         cells.periods.astype(np.int32).reshape(shape), cells.impacts.reshape(shape), coarse.radii, coarse.scale,
-                        coarse.noise, coarse.options, "", cells.speeds.reshape(shape))
+                        coarse.noise, coarse.options, coarse.key, cells.speeds.reshape(shape))

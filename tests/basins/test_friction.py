@@ -43,3 +43,27 @@ def test_images_are_those_of_simulations(name, rng):
         np.testing.assert_allclose(end, bf.simulate(system, start, periods=2, max_events=60).final, rtol=0, atol=1e-11)
     once = period_map.apply(X[done], 1).ends
     np.testing.assert_allclose(period_map.apply(once, 1).ends, images.ends[done], rtol=0, atol=1e-11)
+
+
+def test_a_basin_map_starts_with_relaxed_memory():
+    """Over (q, v) sliders start where their springs carry nothing; over w0 they start where the cell says."""
+    starts = bf.basins_of_attraction(JENKINS, bf.Grid(q0=(-2, 2, 5), v0=(-2, 2, 4)))
+    assert starts.fractions == {0: 1.0, -1: 0.0} and len(starts.attractors) == 1
+    orbit = starts.attractors[0]
+    assert orbit.stable and [event.kind for event in orbit.events] == ["stick", "slip"] * 2
+    named = bf.basins_of_attraction(JENKINS, bf.Grid(q0=(-2, 2, 5), w0=(-2, 2, 4), at={"v0": 0.3}), attractors=starts.attractors)
+    assert named.fractions[0] == 1.0
+    direct = bf.simulate(JENKINS, [-1.6, 0.3, -1.5], periods=int(named.periods[0, 0])).final
+    away = np.linalg.norm((direct - orbit.state) / named.scale)
+    assert away <= named.radii[0]
+
+
+
+def test_memory_is_a_coordinate_of_a_cell_map():
+    """Cells over (q, v, w) are a map; over (q, v) alone they are none, and the message says what is missing."""
+    found = bf.cell_mapping(JENKINS, bf.Grid(q0=(-4, 4, 12), v0=(-5, 5, 12), w0=(-4, 4, 12)), periods=8, audit=100)
+    assert found.fractions[0] == 1.0 and found.audit.wrong == 0 and len(found.attractors) == 1
+    with pytest.raises(ValueError, match="runs over all of q0, v0, w0; missing: w0"):
+        bf.cell_mapping(JENKINS, bf.Grid(q0=(-4, 4, 12), v0=(-5, 5, 12)))
+    with pytest.raises(ValueError, match="memory w0 .. w0"):
+        bf.basins_of_attraction(JENKINS, bf.Grid(q0=(-4, 4, 12), w1=(-5, 5, 12)))
