@@ -110,7 +110,7 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
         store.clear()
         return CellMap.from_record(*ready, elements=elements)
     with Progress("cells", grid.size, progress) as bar:
-        images = cell_images(carrier, samples, options["max_events"], store, {"workers": workers, "executor": executor}, bar)
+        images = cell_images(carrier, samples, int(options["max_events"]), store, {"workers": workers, "executor": executor}, bar)
     embed = carrier.states
 
     def centres(cells: np.ndarray) -> np.ndarray:

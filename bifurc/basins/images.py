@@ -137,18 +137,20 @@ def cell_images(carrier: Carrier, samples: int, max_events: int, store: ChunkSto
     RuntimeError
         When chunks fail; the others are kept where a file is given.
     """
-    grid, known = carrier.grid, isinstance(carrier.system, System)
-    common: dict[str, Any] = {"system": carrier.system.to_record() if known else None, "grid": grid.to_record(),  # type: ignore[union-attr]
-                              "elements": user_parts(carrier.system) if known else (), "periods": carrier.periods,
+    grid, system = carrier.grid, carrier.system
+    common: dict[str, Any] = {"system": None, "elements": (), "grid": grid.to_record(), "periods": carrier.periods,
                               "samples": samples, "max_events": max_events}
-    common["key"] = fingerprint(common)
-    if known:
+    work: Callable = map_cells
+    if isinstance(system, System):
+        common |= {"system": system.to_record(), "elements": user_parts(system)}
+        common["key"] = fingerprint(common)
         keep(common["key"], carrier)
+    else:
+        work, common["key"] = functools.partial(map_cells, function=system), ""
     offsets = offsets_of(grid, samples)
     filed = (LEAN if carrier.lean else GENERAL) // carrier.periods
     step = max((filed if store.folder is not None or run["executor"] is not None else PIECE) // len(offsets), 1)
     parts = [(first, min(first + step, grid.size)) for first in range(0, grid.size, step)]
-    work = map_cells if known else functools.partial(map_cells, function=carrier.system)
     outcome = run_chunks(store, work, [{**common, "cells": part} for part in parts], bar=bar,
                          weights=[float(after - first) for first, after in parts], **run)
     if outcome.failures:
