@@ -30,8 +30,10 @@ ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of
 @njit
 def rate(A, m, LU, LS, LP, law, acts, x, f, local):
     """Write y' into ``f`` (ns,); ``local`` (3, rows, 1) is room for coordinates, speeds and forces of the laws."""
-    n = DOFS if DOFS > 0 else A.shape[1] // 2
+    n = DOFS if DOFS > 0 else LP.shape[2]
     rows = ROWS if DOFS > 0 else LU.shape[0]
+    for i in range(2 * n, A.shape[1]):
+        f[i] = 0.0
     for i in range(n):
         f[i] = x[n + i]
         total = 0.0
@@ -53,6 +55,15 @@ def rate(A, m, LU, LS, LP, law, acts, x, f, local):
 
 
 @njit
+def remembered(A, m, i, n, x):
+    """Acceleration of coordinate ``i`` by the memory in the state (or its variation) ``x``."""
+    total = 0.0
+    for c in range(2 * n, A.shape[1]):
+        total += A[m, n + i, c] * x[c]
+    return total
+
+
+@njit
 def prepare(harmonics, omega, h, turn):
     """Fill the turns of the forcing states at the nodes and the end of a step ``h``."""
     for k in range(harmonics.size):
@@ -66,13 +77,14 @@ def prepare(harmonics, omega, h, turn):
 
 @njit
 def excite(A, m, LU, LS, x, turn, base, local):
-    """Write what the forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
+    """Write what memory and forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
     n = DOFS if DOFS > 0 else base.shape[0]
     rows = ROWS if DOFS > 0 else LU.shape[0]
-    ns = 2 * n
+    ns = A.shape[1]
     for i in range(n):
+        still = A[m, n + i, ns] + remembered(A, m, i, n, x)
         for j in range(NODES):
-            base[i, j] = A[m, n + i, ns]
+            base[i, j] = still
     for r in range(rows):
         for j in range(NODES):
             local[3, r, j] = LU[r, ns]
@@ -228,19 +240,29 @@ def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
 
 
 @njit
-def vary(x, X, row, h, K, D, iterations, q, v, a):
+def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
     """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room."""
     n = DOFS if DOFS > 0 else K.shape[0]
-    for i in range(2 * n):
+    still = True
+    for i in range(X.shape[1]):
         x[i] = X[row, i]
+        still = still and (i >= 2 * n or x[i] == 0.0)
+    for i in range(n):
+        still = still and remembered(A, m, i, n, x) == 0.0
+    if still:  # memory that no force knows in this mode
+        for i in range(n):
+            for j in range(NODES):
+                a[i, j] = 0.0
+        return
     for i in range(n):
         for j in range(NODES):
             q[i, j] = x[i] + h * C[j] * x[n + i]
             v[i, j] = x[n + i]
     for iteration in range(iterations + 1):
         for i in range(n):
+            load = remembered(A, m, i, n, x)
             for j in range(NODES):
-                total = 0.0
+                total = load
                 for c in range(n):
                     total += K[i, c, j] * q[c, j] + D[i, c, j] * v[c, j]
                 a[i, j] = total
@@ -261,7 +283,7 @@ def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now,
     ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
     """
     n = DOFS if DOFS > 0 else a.shape[0]
-    ns = 2 * n
+    ns = A.shape[1]
     if not fresh:
         prepare(harmonics, omega, h, turn)
     iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base)
@@ -295,9 +317,9 @@ def longest(harmonics, omega):
 
 
 @njit
-def scratch_of(n, rows, nw, count):
-    """Return the scratch array of `step` for ``count`` variations."""
-    size = ARRAYS + nw * (NODES + 1) + rows * (5 * NODES + 3) + n * (4 * NODES + 4)
+def scratch_of(n, rows, rest, count):
+    """Return the scratch array of `step` for ``count`` variations; ``rest`` is the number of memory and forcing states."""
+    size = ARRAYS + rest * (NODES + 4) + rows * (5 * NODES + 3) + n * (4 * NODES + 4)
     if count > 0:
         size += 2 * (NODES + 1) * (n * n + rows * WIDTH) + 2 * n
     scratch = np.empty(size)
@@ -326,11 +348,11 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
     """See `step`."""
     n = DOFS if DOFS > 0 else n
     rows = ROWS if DOFS > 0 else rows
-    ns = 2 * n
+    nw = 1 + 2 * harmonic_count
+    ns = nx - nw
     A, LU, LS, LP = carray(A_, (m + 1, ns, nx)), carray(LU_, (rows, nx)), carray(LS_, (rows, nx)), carray(LP_, (m + 1, rows, n))
     law, acts, harmonics = carray(law_, (values,)), carray(acts_, (m + 1, laws)), carray(harmonics_, (harmonic_count,))
     x, x1, acc, force = carray(x_, (nx,)), carray(x1_, (nx,)), carray(acc_, (n, NODES + 2)), carray(force_, (rows, NODES + 2))
-    nw = nx - ns
     scratch, at = carray(scratch_, (ARRAYS,)), ARRAYS
     turn, at = carray(offset(scratch_, at), (nw, NODES + 1)), at + nw * (NODES + 1)
     local, at = carray(offset(scratch_, at), (5, rows, NODES)), at + 5 * rows * NODES
@@ -383,10 +405,12 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         for k in range(count):
             if end == 1:
-                vary(room, X, k, h, K, D, iterations, q, v, a)
+                vary(A, m, room, X, k, h, K, D, iterations, q, v, a)
             if edges:
+                for c in range(ns):
+                    room[c] = X[k, c]
                 for i in range(n):
-                    total = 0.0
+                    total = remembered(A, m, i, n, room)
                     for c in range(n):
                         total += Ke[i, c, 0] * X[k, c] + De[i, c, 0] * X[k, n + c]
                     accs[k, i, end * (NODES + 1)] = total
@@ -411,6 +435,6 @@ def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
     finite numbers ``x1`` is NaN, which the callers' statuses catch.
     """
     A, LU, harmonics, law, acts = T.A, T.LU, T.harmonics, T.law, T.acts
-    return BOUND(m, A.shape[1] // 2, LU.shape[0], A.shape[2], harmonics.size, acts.shape[1], law.size, X.shape[0], edges,
+    return BOUND(m, T.LP.shape[2], LU.shape[0], A.shape[2], harmonics.size, acts.shape[1], law.size, X.shape[0], edges,
                  T.flat[0], T.step[m], h, aim, A.ctypes, LU.ctypes, T.LS.ctypes, T.LP.ctypes, law.ctypes, acts.ctypes,
                  harmonics.ctypes, x.ctypes, x1.ctypes, acc.ctypes, force.ctypes, X.ctypes, accs.ctypes, scratch.ctypes)

@@ -9,17 +9,7 @@ from ..compose.writer import kernels
 
 def engine_of_laws(scene) -> SimpleNamespace:
     """Return the written kernels ``run``, ``sample``, ``workspace`` of a scene with laws, and ``series`` on its guards.
-
-    Raises
-    ------
-    ValueError
-        For elements with memory beside a law: the steps of `collocation` know no memory states.
     """
-    if scene.ns != 2 * scene.n:
-        with_memory = [label for label, element in zip(scene.system.labels, scene.system.elements, strict=True) if element.memory]
-        raise ValueError(f"{', '.join(with_memory)}: elements with memory are not marched together with a force law that is not "
-                         f"affine ({', '.join(law.name for law in scene.laws)}); use harmonic balance, or springs that are "
-                         "piecewise linear")
     scan = kernels(scene.laws, scene.n, "bifurc.flow.scan")
     dense = kernels(scene.laws, scene.n, "bifurc.flow.dense")
     engine = kernels(scene.laws, scene.n)

@@ -24,7 +24,7 @@ def field(T, m, x, f):
 @njit
 def travel(T, m, x, s, x1, X):
     """Joined state after the time ``s`` from ``x`` (nx,) into ``x1`` (nx,); rows of ``X`` (count, ns) are carried along."""
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], x.size
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
     acc, force, accs = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty((0, n, NODES + 2))
     scratch = scratch_of(n, rows, nx - 2 * n, X.shape[0])
     now = x.copy()

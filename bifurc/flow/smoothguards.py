@@ -52,13 +52,13 @@ def integrated(gamma, h, times, a):
 
 @njit
 def series(T, m, g, x, n, h, acc, force, forced, a):
-    """Write guard ``g`` along ``x`` (state in the first ``2 n``) with accelerations ``acc`` as a polynomial ``a``.
+    """Write guard ``g`` along ``x`` (ns or more,) with accelerations ``acc`` as a polynomial ``a``; memory stays as it is.
 
     ``forced`` = 0 leaves forcing and the laws' own weights out: a variation of the state.
     """
     G, LG = T.G, T.LG
     rows = ROWS if DOFS > 0 else LG.shape[2]
-    ns = 2 * n
+    ns = G.shape[2] - 1 - 2 * T.harmonics.size
     gamma = np.empty(NODES + 2)
     for j in range(ORDER + 1):
         a[j] = 0.0
@@ -103,7 +103,7 @@ def series(T, m, g, x, n, h, acc, force, forced, a):
 @njit
 def reach(T, m, x):
     """Duration from ``x`` on which the series of guards and states are good."""
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     return fitted(T, m, x, np.inf, np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(nx), np.empty((0, 2)),
                   np.empty((0, n, NODES + 2)))
 
@@ -111,7 +111,7 @@ def reach(T, m, x):
 @njit
 def guard_series(T, m, g, x, a):
     """Write the polynomial (ORDER+1,) of guard ``g`` along the flow from ``x``; good up to `reach`."""
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
     h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
     series(T, m, g, x, n, h, acc, force, 1, a)
@@ -120,7 +120,7 @@ def guard_series(T, m, g, x, a):
 @njit
 def state_series(T, m, i, x, a):
     """Write the polynomial (ORDER+1,) of state ``i`` along the flow from ``x``; good up to `reach`."""
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
     h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
     for j in range(ORDER + 1):
@@ -128,7 +128,7 @@ def state_series(T, m, i, x, a):
     if i < n:
         integrated(acc[i], h, 2, a)
         a[1] += x[n + i]
-    else:
+    elif i < 2 * n:
         integrated(acc[i - n], h, 1, a)
     a[0] += x[i]
 
@@ -178,8 +178,8 @@ def guard_divided(T, m, g, x, s, order, row):
     The first ``order`` terms of its series vanish at an orbit and are left out.  In the forcing states ``row`` is right
     along their own motion only, which is all that a start time can change.
     """
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
-    ns = 2 * n
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
+    ns = T.A.shape[1]
     acc, force, x1 = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(nx)
     X, accs = np.eye(ns), np.empty((ns, n, NODES + 2))
     f0, dw, a, unit = np.empty(ns), np.empty(nx - ns), np.empty(ORDER + 1), np.empty(ns)
@@ -240,7 +240,7 @@ def coast(T, m, x, count, orders, slopes_known):
     below zero by more than the defect allows them to be wrong.
     """
     G, LG, unit, guards = T.G, T.LG, T.step[m], T.n_guards[m]
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], x.size
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
     for g in range(guards):
         if orders[g] > 0:
             return 0
@@ -296,10 +296,10 @@ def guard_terms(T, m, g, x, a, size):
     their terms, which are added up in ``size`` (ORDER+1,); from the next on they come from the polynomial.
     """
     A, G, GT, LG, LP = T.A, T.G, T.GT, T.LG, T.LP
-    n, nx = A.shape[1] // 2, A.shape[2]
+    n, nx = LP.shape[2], A.shape[2]
     rows = ROWS if DOFS > 0 else LG.shape[2]
     one, acc, force = np.empty((3, rows, 1)), np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
-    rate(A, m, T.LU, T.LS, LP, T.law, T.acts, x, np.empty(2 * n), one)
+    rate(A, m, T.LU, T.LS, LP, T.law, T.acts, x, np.empty(A.shape[1]), one)
     h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
     series(T, m, g, x, n, h, acc, force, 1, a)
     exact = 2
@@ -341,8 +341,7 @@ def inside(T, m, g, x, a):
 def bend(T, m, g, x, f):
     """Second time derivative at ``x`` of a guard of positions; ``f`` (ns,) receives the field."""
     G = T.G
-    ns = f.size
-    n = ns // 2
+    ns, n = f.size, T.LP.shape[2]
     field(T, m, x, f)
     total = 0.0
     for i in range(n):
@@ -396,7 +395,7 @@ def segment_peak(T, m, g, x, s, closing_guard, low):
 
     The end value counts unless the guard is the one that ``closing_guard`` (1) says ends the segment.
     """
-    n, rows, nx = T.A.shape[1] // 2, T.LU.shape[0], T.A.shape[2]
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force, a = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
     now, x1, out, stack = x.copy(), np.empty(nx), np.empty(3), np.empty(64)
     best, where, t, rising = -np.inf, 0.0, 0.0, False
