@@ -136,11 +136,13 @@ def decide(scene, m, g, x, arrive, series=affine_series):
     """
     joined = {scene.guard(m, g).element: [g]}
     order = [g]
+    further: dict[int, dict] = {}  # keys of joined elements that follow candidates which another event ends at once
     while True:
         y, kicks = _kicks(scene, series, m, order, x, g, arrive)
         scale = np.maximum(sizes(x, scene.ns), sizes(y, scene.ns))
         reasons, missing = [], {}
-        for mode in _combinations(scene, m, joined, x):
+        known = sum(map(len, further.values()))
+        for mode in _combinations(scene, m, joined, further, x):
             T = scene.tables
             z = y.copy()
             why = broken(scene, series, mode, z, scale)
@@ -151,7 +153,9 @@ def decide(scene, m, g, x, arrive, series=affine_series):
                 element = w[1] if w[0] == "hold" else scene.guard(mode, w[1]).element
                 if element not in joined:
                     missing[element] = None
-        if not missing:
+                elif w[0] == "guard" and w[2] > 0:
+                    further.setdefault(element, {}).update(dict.fromkeys(scene.followers(mode, w[1], z)))
+        if not missing and sum(map(len, further.values())) == known:
             raise Inconsistent("no combination of modes may follow this event: " + "; ".join(reasons))
         for element in missing:
             joined[element] = list(scene.guards_of(m, element))
@@ -184,12 +188,12 @@ def _kicks(scene, series, m, order, x, fired, arrive):
     return y, kicks
 
 
-def _combinations(scene, m, joined, x):
-    """Yield the modes in which the joined elements take the keys of their guards' `then`, or keep theirs."""
+def _combinations(scene, m, joined, further, x):
+    """Yield the modes in which the joined elements take the keys of their guards' `then`, keep theirs, or take `further` keys."""
     choices = []
     for element, guards in joined.items():
         keys = [key for g in guards for key in scene.followers(m, g, x)]
-        keys = list(dict.fromkeys([*keys, scene.keys[m][element]]))
+        keys = list(dict.fromkeys([*keys, scene.keys[m][element], *further.get(element, ())]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):
         mode = m

@@ -11,6 +11,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .path import constant_path
+from .resting import resting_intervals
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from .signature import Signature, divided, repeated, sections
 
@@ -126,7 +127,7 @@ def resting(system: System, tried: PeriodicOrbit, periods: int) -> PeriodicOrbit
         orbit = solve(system, sections(mode, periods), np.append(0.0, y), tried.weights, how)
         if orbit.success or not orbit.residual < 1e-9:
             return orbit if orbit.success else None
-        moved = {c: min(max(orbit.state[c], low), high) for c, (low, high) in orbit.resting_intervals().items() if low <= high}
+        moved = {c: min(max(orbit.state[c], low), high) for c, (low, high) in resting_intervals(orbit).items() if low <= high}
         y = orbit.state.copy()
         if not moved or all(y[c] == value for c, value in moved.items()):
             return None

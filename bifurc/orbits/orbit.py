@@ -13,8 +13,9 @@ from . import sequence
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .path import constant_path
+from .resting import resting_intervals
 from .sequence import AFTER, BEFORE, CLOSES, GUARD
-from .signature import Signature, repeated, sections
+from .signature import Signature, repeated
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 INSTANT = 1e-12  # periods: kicks this close are simultaneous
@@ -261,37 +262,7 @@ class PeriodicOrbit:
         A mass that sticks all the time may rest anywhere in an interval, a slider that never slips stand anywhere.  Empty
         for orbits with events.
         """
-        return {} if self.sequence.events or not self.family or not self.success else self.resting_intervals()
-
-    def resting_intervals(self) -> dict[int, tuple[float, float]]:
-        """Return `intervals` of an orbit without events, whether or not it lies inside."""
-        whole = self._whole[0]
-        scene, T = self.scene, self.equations.path.tables
-        mode = int(whole.nodes[0, AFTER])
-        whole, U = sections(mode, whole.span), np.append(0.0, self.state)
-        equations = Equations(scene, self.equations.path, whole, self.weights)
-        J = equations.jacobian(np.append(U, 0.0))
-        x, P = np.empty(T.A.shape[2]), np.empty((scene.ns, T.A.shape[2]))
-        equations.motion.start_of(T, whole.nodes, U, 0, P, x)
-        found = {}
-        for c in self.family:
-            unit = np.zeros(len(U))
-            unit[1 + c] = 1.0 / self.weights[c]  # the row that keeps this state
-            along = np.zeros(x.size)
-            along[:scene.ns] = np.linalg.solve(J, unit)[1:]  # a shift at rest: the same at all times
-            low, high = -math.inf, math.inf
-            for g in range(int(T.n_guards[mode])):
-                row = np.empty(x.size)
-                equations.kernel.guard_gradient(T, mode, g, x, row)
-                top, _ = equations.kernel.segment_peak(T, mode, g, x, whole.span * self.forcing_period, 0, 0)
-                top = max(top, float(equations.kernel.guard_value(T, mode, g, x)))
-                slope = float(row @ along)
-                if slope > 0.0:
-                    high = min(high, -top / slope)
-                elif slope < 0.0:
-                    low = max(low, -top / slope)
-            found[c] = (float(self.state[c] + low), float(self.state[c] + high))
-        return found
+        return {} if self.sequence.events or not self.family or not self.success else resting_intervals(self)
 
     @functools.cached_property
     def multipliers(self) -> np.ndarray:
