@@ -140,8 +140,7 @@ def decide(scene, m, g, x, arrive, series=affine_series):
     while True:
         y, kicks = _kicks(scene, series, m, order, x, g, arrive)
         scale = np.maximum(sizes(x, scene.ns), sizes(y, scene.ns))
-        reasons, missing = [], {}
-        known = sum(map(len, further.values()))
+        reasons, missing, later = [], {}, []
         for mode in _combinations(scene, m, joined, further, x):
             T = scene.tables
             z = y.copy()
@@ -154,9 +153,13 @@ def decide(scene, m, g, x, arrive, series=affine_series):
                 if element not in joined:
                     missing[element] = None
                 elif w[0] == "guard" and w[2] > 0:
-                    further.setdefault(element, {}).update(dict.fromkeys(scene.followers(mode, w[1], z)))
-        if not missing and sum(map(len, further.values())) == known:
-            raise Inconsistent("no combination of modes may follow this event: " + "; ".join(reasons))
+                    later += [(element, key) for key in scene.followers(mode, w[1], z)]
+        if not missing:
+            later = [(element, key) for element, key in later if key not in further.get(element, {})]
+            if not later:
+                raise Inconsistent("no combination of modes may follow this event: " + "; ".join(reasons))
+            for element, key in later:
+                further.setdefault(element, {})[key] = None
         for element in missing:
             joined[element] = list(scene.guards_of(m, element))
             order += [i for i in joined[element] if abs(_value(T, m, i, x)[0]) <= NOISE * _value(T, m, i, x)[1]]

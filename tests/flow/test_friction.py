@@ -203,12 +203,6 @@ def test_bad_numbers_are_named(call, words):
         call()
 
 
-def test_memory_beside_a_law_is_refused_by_name():
-    system = System(1.0, 0.1, 1.0, [el.HarmonicForce(1.0), el.CubicSpring(0.1), el.Jenkins(1.0, 0.5)], omega=1.0)
-    with pytest.raises(ValueError, match="jenkins: elements with memory are not marched together .*cubic_spring"):
-        bf.simulate(system, (0.0, 0.0), periods=1)
-
-
 def test_an_impact_turns_sliding_round():
     """Friction and a stop on one coordinate: the rebound keeps its speed; arcs about the two shifted centres in closed form."""
     f, gap, r = 0.1, 0.5, 0.8
