@@ -19,7 +19,8 @@ from .kinds import CorrectorStatus, SpecialPointKind
 from .problem import NO_MONITORS, Corrected, Monitor, Problem
 
 BIRTH, DEATH = "birth", "death"
-BESIDE = 1e-4  # arclength behind a boundary at which the new order of events is read
+AHEAD = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # arclengths behind a boundary at which the new order of events is read
+BESIDE = 1e-5  # arclength behind a boundary at which the new order must hold
 POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
 FAR = -0.05  # monitors are cut off below
@@ -199,11 +200,13 @@ class BalanceProblem(Problem):
         watched(parts.structure, parts.shape.R, flat, dflat, u, self.balance.grid, self.balance.room, self._events)
 
     def _counted(self, x) -> np.ndarray:
-        """Return the number of events of each contact at ``x``, as they come."""
+        """Return the order of events at ``x``, as they come, see `hbm.residual.order_of`."""
         if not len(self.balance.contacts):
             return np.zeros(0, np.int64)
+        from ..hbm.residual import order_of
+
         self._margins(np.asarray(x, float), None)
-        return self.balance.room.counts[:, 0] - 1
+        return order_of(self.balance.room)
 
     def _values(self) -> np.ndarray:
         """Return the monitors: for each kind the largest near miss, and minus the least overshoot; both negative inside."""
@@ -214,18 +217,35 @@ class BalanceProblem(Problem):
 
     def _words(self) -> str:
         """Return how many events a period has."""
-        return f"{int(self.listed.sum())} events" if len(self.listed) else ""
+        return f"{int(np.maximum(self.listed, 0).sum())} events" if len(self.listed) else ""
 
     def switch(self, point, monitor):
         """Return the problem for the number of events behind a boundary."""
         listed = self.listed
-        for ahead in (1.0, 10.0, 100.0):
-            listed = self._counted(point.x + ahead * BESIDE * self.scale * point.tangent)
+        for ahead in AHEAD:
+            listed = self._counted(point.x + ahead * self.scale * point.tangent)
             if not np.array_equal(listed, self.listed):
                 break
         other = self.with_order(listed)
         other.x0 = point.x.copy()
-        return other, point.x, point.tangent
+        return other, point.x, other._inward(point)
+
+    def _inward(self, point) -> np.ndarray:
+        """Return the tangent at a point of the boundary of this order of events that leads to where it holds.
+
+        The branch may turn back in its corner: it goes on where the new order holds, not where the old one came from.  The
+        Jacobians of two orders differ by one rank, so that the sign of the bordered determinant says which way that is; with
+        several changes at one point the margins do.
+        """
+        c = self.correct(point.x, point.tangent)
+        if not c.converged or not c.det_sign:
+            return point.tangent
+        way = 1.0 if c.det_sign * point.det_sign > 0.0 else -1.0
+        for sign in (way, -way):
+            beside = self.correct(point.x + sign * BESIDE * self.scale * c.tangent, sign * c.tangent)
+            if beside.converged and beside.monitors.max(initial=-1.0) < 0.0:
+                return sign * c.tangent
+        return way * c.tangent
 
     def order_at(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x`` (n + 1,), as they come."""
@@ -304,7 +324,7 @@ class BalanceProblem(Problem):
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
         if name == "n_events":
-            return np.full(len(xs), int(self.listed.sum()))
+            return np.full(len(xs), int(np.maximum(self.listed, 0).sum()))
         if name == "period":
             return np.array([2.0 * np.pi / self.numbers(x[-1])[0][0] for x in xs])
         if name == "stable" or name.startswith("multiplier_"):

@@ -10,8 +10,11 @@ from .._jit import njit
 from .march import (
     FOLLOWED,
     INCONSISTENT,
+    NEXT,
     NOT_SETTLED,
+    PASSED,
     PERIODS,
+    RESTING,
     ROUNDING,
     TOO_MANY,
     WROTE,
@@ -23,14 +26,17 @@ from .march import (
     expression,
     filled,
     guard_of,
+    missed,
     own_of,
     repeats,
+    resting,
     slaves,
     writer,
 )
-from .tables import GUARDS, MEMORY, PAIRS, THEN, WRITES
+from .tables import GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
 from .waves import jet, powers, size, value
 
+TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 SAME = 1e-14  # difference of phases that is none
 SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
 
@@ -92,15 +98,20 @@ def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
         return root(waves, a, t0, high, 0.5 * (t0 + high))
     low, guess = t0, t0 + h * v0 / (v0 - v1)
     if fresh:
-        step = h
+        step, small, rising = h, ROUNDING * waves[-1] * size(a), np.inf
         for _ in range(48):
             step *= 0.5
-            if value(waves, a, t0 + step)[0] < 0.0:
+            g, d = value(waves, a, t0 + step)
+            if g < 0.0:
                 low = t0 + step
                 break
             high = t0 + step
-        if low == t0:
-            return np.inf
+            if d > small:
+                rising = high
+            else:
+                small = np.inf
+        if low == t0:  # it dips by less than rounding, if at all: where it clearly rises
+            return rising
         guess = 0.5 * (low + high)
     return root(waves, a, low, high, guess)
 
@@ -133,6 +144,32 @@ def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
 
 
 @njit
+def successor(A, m, g):
+    """Return the first successor of a guard that writes memory; -1: none."""
+    for i in range(THEN, A.shape[2]):
+        b = A[m, 1 + g, i]
+        if b >= 0 and b != m and A[b, 0, WRITES] > 0:
+            return b
+    return -1
+
+
+@njit
+def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
+    """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none."""
+    for g in range(A[m, 0, GUARDS]):
+        if g == which or A[m, 1 + g, SILENT] > 0:
+            continue
+        b = successor(A, m, g)
+        if b < 0:
+            continue
+        guard_of(excited, A, X, m, g, c, v, z, a)
+        here = jet(waves, a, p)
+        if here[0] < 0.0 and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, b >= 0, source):
+            return g
+    return -1
+
+
+@njit
 def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip, touch, path, ends, zs, source, count):
     """Follow a contact along the motion event by event over one period that repeats.
 
@@ -150,13 +187,13 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
         Events whose guard rises no higher than this part of its size are ignored; 0: none.  This and `touch` extend an order
         of events beyond where it holds, see `residual.followed`.
     touch : float
-        A guard that comes to within this part of its size below zero counts as two events at its maximum, if the mode
-        behind it writes memory; 0: no.
+        A guard that comes to within this part of its size below zero counts as events at its maximum (there and back): they
+        are followed if the mode behind it writes memory, and only counted if not; 0: no.
     path : int (most, FIELDS), ends : (most, 2), zs : (most, Z)
         Segments, overwritten: mode, guard, successor and the mode that wrote memory at the end (-1: none); phases of the end
         and of the writing; memory.
-    source : (2,)
-        Overwritten: mode (-1: a relaxed start) and phase that wrote the memory at phase 0.
+    source : (SOURCE,)
+        Overwritten, see `march`.
     count : int (2,)
         Overwritten by the number of segments, and of periods that were followed.
 
@@ -181,7 +218,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
     for period in range(PERIODS):
         m0, events, t, begun = m, 0, 0.0, True
         z0[:] = z
-        source[0], source[1] = wrote, at
+        source[0], source[1], source[NEXT], source[PASSED] = wrote, at, -np.inf, 0.0
         for j in range(1, grid + 1):
             t1 = turn * j / grid
             while True:  # events within the cell
@@ -210,15 +247,17 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                         continue
                     guard_of(excited, A, X, m, g, c, v, z, a)
                     found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g])
-                    if found < np.inf and skip > 0.0 and overshoot(waves, a, found, turn / grid) < skip:
-                        ignored[g] = g1[g] >= 0.0
-                        continue
                     nearly = False
-                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and not fresh[g] and writer(A, m, g) >= 0:
-                        found = summit(waves, a, t, t1)
-                        nearly = value(waves, a, found)[0] > -touch * size(a)
+                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and not fresh[g] and A[m, 1 + g, SILENT] == 0:
+                        top = summit(waves, a, t, t1)
+                        nearly = missed(value(waves, a, top)[0] / size(a), touch, writer(A, m, g) >= 0, source)
                         if not nearly:
                             continue
+                        found = top
+                    if found < np.inf and ((skip > 0.0 and not nearly and overshoot(waves, a, found, turn / grid) < skip) or (
+                            period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
+                        ignored[g] = g1[g] >= 0.0
+                        continue
                     if found < soonest:
                         soonest, which, beside = found, g, nearly
                 if which < 0:
@@ -240,6 +279,17 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                     events += 1
                     continue
                 slaves(waves, excited, A, X, m, c, v, p, z)
+                if touch > 0.0 and A[m, 0, WRITES] > 0:
+                    g = beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a)
+                    if g >= 0 and events < most - 2:
+                        b = successor(A, m, g)
+                        ended(path, ends, zs, events, m, g, b, soonest, soonest, z[:0])
+                        path[events, WROTE] = m
+                        events += 1
+                        m, which = b, back(A, b)
+                        for i in range(Z):
+                            zs[events, i] = z[i]
+                        slaves(waves, excited, A, X, m, c, v, p, z)
                 after = -1
                 for i in range(THEN, A.shape[2]):
                     b = A[m, 1 + which, i]
@@ -248,7 +298,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                         break
                 if after < 0:
                     return INCONSISTENT
-                closed = period > 0 and again(A, m, which, after, path, ends, events, count[0], soonest, SAME)
+                closed = period > 0 and touch == 0.0 and again(A, m, which, after, path, ends, events, count[0], soonest, SAME)
                 ended(path, ends, zs, events, m, which, after, soonest, soonest, z[:0])
                 if A[m, 0, WRITES] > 0:
                     wrote, at, path[events, WROTE] = m, soonest, m

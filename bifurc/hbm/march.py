@@ -19,6 +19,11 @@ REPEATS = 1e-11  # relative difference of memory after a period
 # columns of a path: segments of one mode, in order, from 0 to 2 pi
 MODE, GUARD, AFTER, WROTE = 0, 1, 2, 3  # mode, guard that ended it (-1: end of the period), successor, mode that wrote memory
 FIELDS = 4
+# columns of a source: mode that wrote the memory at phase 0 (-1: a relaxed start) and phase of it; with touches: how near, as
+# part of its size, the guard came that is next to touch (-inf: none), and the number of events that were only counted
+WRITER, WRITTEN, NEXT, PASSED = 0, 1, 2, 3
+SOURCE = 4
+RESTING = 1e-4  # radians
 
 
 @njit
@@ -125,6 +130,29 @@ def writer(A, m, g):
         if b >= 0 and A[b, 0, WRITES] > 0:
             return b
     return -1
+
+
+@njit
+def missed(height, touch, followed, source):
+    """Return whether a guard that stays below zero, by ``height`` of its size, is a touch to be followed; note it if not."""
+    if height <= -touch:
+        source[NEXT] = max(source[NEXT], height)
+        return False
+    if not followed:
+        source[PASSED] += 2.0
+    return followed
+
+
+@njit
+def resting(A, m, g, t, source, near):
+    """Return whether guard ``g`` of mode ``m`` is zero at phase ``t`` because it wrote the memory there, a period ago.
+
+    A slider that always sticks but slipped to one side before it came to rest touches that limit once a period.
+    """
+    if not (source[WRITER] >= 0.0 and writer(A, m, g) == int(source[WRITER])):
+        return False
+    away = abs(t - source[WRITTEN])
+    return min(away, 2.0 * np.pi - away) < near
 
 
 @njit

@@ -7,20 +7,19 @@ parameter and continue each other.
 import numpy as np
 
 from .._jit import njit
-from .exactly import summit
-from .march import GUARD, MODE, guard_of, own_of
+from .exactly import TURNED, summit
+from .march import GUARD, MODE, RESTING, guard_of, own_of, resting
 from .residual import arose
 from .tables import GUARDS, KIND, MEMORY, SILENT
 from .waves import size, value
 
 KINDS = 8  # of events, see `elements.EventKind`
 COUNT, OVERSHOOT, MISS, FIELDS = 0, 1, 2, 3
-TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are relative to the size of the guard
 
 
 @njit
-def margins(waves, excited, A, X, path, ends, zs, count, c, v, samples, cosines, sines, out):
+def margins(waves, excited, A, X, path, ends, zs, source, count, c, v, samples, cosines, sines, out):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
     ``out`` starts as (0, FAR, -FAR) in each row; arguments as `exactly.exact` leaves them, and the tables of the grid.
@@ -52,8 +51,13 @@ def margins(waves, excited, A, X, path, ends, zs, count, c, v, samples, cosines,
                 after = min(node * h, stop)
                 turn = slopes[node] if node < last else value(waves, a, stop)[1]
                 if slope > 0.0 and (turn <= 0.0 or (node == last and turn < TURNED * bound)) and t > start:
-                    top = max(value(waves, a, t)[0], value(waves, a, after)[0]) if samples \
-                        else value(waves, a, summit(waves, a, t, after))[0]
+                    high = t if samples and value(waves, a, t)[0] > value(waves, a, after)[0] else after
+                    if samples == 0:
+                        high = summit(waves, a, t, after)
+                    if count == 1 and resting(A, m, g, high, source, 1.5 * h if samples else RESTING):
+                        t, slope = after, turn
+                        continue
+                    top = value(waves, a, high)[0]
                     if top > out[kind, MISS] * bound:
                         out[kind, MISS] = top / bound
                 t, slope = after, turn

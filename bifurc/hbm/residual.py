@@ -10,13 +10,16 @@ import numpy as np
 
 from .._jit import both, njit
 from .exactly import exact, overshoot
-from .march import FOLLOWED, GUARD, MODE, NOT_FINITE, guard_of, own_of
+from .march import FOLLOWED, GUARD, MODE, NEXT, NOT_FINITE, PASSED, ROUNDING, WRITER, guard_of, own_of
 from .sampling import sampled
 from .spectra import divisors, gather, joined, signals
 from .tables import MEMORY, core, expressions, structure
 from .waves import size, value
 
-TOUCH = 0.5  # part of a guard's size below zero up to which it counts as a touch where events are missing
+TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
+TOGETHER = 1e-6  # relative difference of near misses that are taken at once
+ATTEMPTS = 6  # marches of a contact until it has the events that are asked for
+ALL = 2.0  # above the height of any event
 
 
 @njit
@@ -89,13 +92,25 @@ def arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a):
     return top / bound
 
 
+@njit
+def threshold(waves, excited, A, X, c, v, samples, path, ends, zs, events, wanted):
+    """Return the height up to which events are ignored so that of ``events`` about ``wanted`` are left."""
+    a, heights = np.empty(waves.size), np.empty(events)
+    for n in range(events):
+        heights[n] = arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a)
+    heights.sort()
+    drop = (events - wanted + 1) // 2
+    top = 2.0 * heights[drop - 1] + ROUNDING  # not much more: on the way from a relaxed start all of them are smaller
+    return min(top, 0.5 * (heights[drop - 1] + heights[drop])) if drop < events else top
+
+
 @both
 def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, sources, counts):
     """Follow all contacts along rows with coefficients ``c``, ``v``; return the code of a `MarchStatus`.
 
-    ``listed`` (nc,): events of each contact, -1: as they come.  Where a contact has more, the least of them are ignored; where
-    it has fewer, guards that nearly fire count as touches: so the equations of an order of events go on smoothly beyond the
-    point where the order changes, as far as a corrector looks.
+    ``listed`` (nc,): events of each contact, -1: as they come, see `order_of`.  Where a contact has more, the least of them are
+    ignored; where it has fewer, the guards that come nearest to firing count as touches: so the equations of an order of
+    events go on smoothly beyond the point where the order changes, as far as a corrector looks.
     """
     nr, nodes = len(c), cosines.shape[1]
     for row in range(nr):
@@ -115,10 +130,10 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
                 ddU[row, n] *= rate
     excite, dexcite = np.zeros((2, excited.size, nodes))
     excitation(waves, excited, cosines, sines, excite, dexcite)
-    a = np.empty(waves.size)
     for k in range(len(contacts)):
         skip, touch, A = 0.0, 0.0, contacts[k]
-        for attempt in range(2):
+        wanted, by = max(listed[k], 0), -2 - listed[k] if listed[k] < -1 else -1
+        for _ in range(ATTEMPTS):
             if samples:
                 status = sampled(waves, excited, A, X[k], loose[k], c, v, U, V, excite, skip, touch, paths[k], ends[k], zs[k],
                                  sources[k], counts[k])
@@ -128,21 +143,25 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
             if status != FOLLOWED:
                 return status
             events = counts[k, 0] - 1
-            if attempt == 1 or listed[k] < 0 or events == listed[k]:
+            if touch > 0.0:
+                events += int(sources[k, PASSED])
+            wrote = int(sources[k, WRITER])
+            if listed[k] == -1 or (events == wanted and (events > 0 or wrote == by)):
                 break
-            if events < listed[k]:
-                touch = TOUCH
-                continue
-            heights = np.empty(events)
-            for n in range(events):
-                heights[n] = arose(waves, excited, A, X[k], c, v, samples, paths[k], ends[k], zs[k], n, a)
-            drop = (events - listed[k] + 1) // 2
-            for i in range(1, events):  # sorted by insertion
-                n = i
-                while n > 0 and heights[n - 1] > heights[n]:
-                    heights[n - 1], heights[n] = heights[n], heights[n - 1]
-                    n -= 1
-            skip = 0.5 * (heights[drop - 1] + heights[drop]) if drop < events else 2.0
+            if events > wanted or (events == wanted and by < 0):
+                if touch > 0.0:
+                    break
+                if wanted == 0 and by < 0:
+                    new = ALL
+                else:
+                    new = threshold(waves, excited, A, X[k], c, v, samples, paths[k], ends[k], zs[k], counts[k, 0] - 1, wanted)
+                if new <= skip:
+                    break
+                skip = new
+            elif skip > 0.0 or (touch > 0.0 and sources[k, NEXT] < -TOUCH):
+                break
+            else:
+                touch = ROUNDING if touch == 0.0 else -(1.0 + TOGETHER) * sources[k, NEXT]
     return FOLLOWED
 
 
@@ -232,6 +251,15 @@ class Room(NamedTuple):
     zs: np.ndarray
     sources: np.ndarray
     counts: np.ndarray
+
+
+def order_of(room: Room) -> np.ndarray:
+    """Return the order of events of the contacts that were followed (nc,): the number of events of each.
+
+    Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with relaxed memory 0.
+    """
+    events, wrote = room.counts[:, 0] - 1, room.sources[:, WRITER].astype(np.int64)
+    return np.where((events == 0) & (wrote >= 0), -2 - wrote, events)
 
 
 @both

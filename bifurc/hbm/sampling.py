@@ -5,7 +5,9 @@ from .._jit import njit
 from .march import (
     FOLLOWED,
     INCONSISTENT,
+    NEXT,
     NOT_SETTLED,
+    PASSED,
     PERIODS,
     TOO_MANY,
     WROTE,
@@ -13,11 +15,13 @@ from .march import (
     begin,
     ended,
     filled,
+    missed,
     own_of,
     repeats,
+    resting,
     writer,
 )
-from .tables import GUARDS, MEMORY, PAIRS, SLAVED, THEN, TRIAL, WRITES
+from .tables import GUARDS, MEMORY, PAIRS, SILENT, SLAVED, THEN, TRIAL, WRITES
 
 
 @njit
@@ -88,7 +92,7 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
     for period in range(PERIODS):
         m0, events = m, 0
         z0[:] = z
-        source[0], source[1] = wrote, at
+        source[0], source[1], source[NEXT], source[PASSED] = wrote, at, -np.inf, 0.0
         for j in range(N):
             for i in range(Z):
                 if A[m, 0, SLAVED + i] > 0:
@@ -96,19 +100,20 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
             which, after = next_of(values, X, A, nx, m, z, j)
             if which < 0:
                 ignored = False
-                if touch == 0.0 or A[m, 0, WRITES] > 0:
+                if touch == 0.0:
                     continue
-                which = near(values, X, A, nx, m, z, j, touch)
-                if which < 0:
+                which = near(values, X, A, nx, m, z, j, touch, source)
+                if which < 0 or (period > 0 and events == 0 and resting(A, m, which, turn * j / N, source, 1.5 * turn / N)):
                     continue
                 after = writer(A, m, which)
-            elif ignored or (skip > 0.0 and A[m, 0, WRITES] <= 0 and rise(values, X, A, nx, m, which, z, j) < skip):
+            elif ignored or (period > 0 and events == 0 and resting(A, m, which, turn * j / N, source, 1.5 * turn / N)) or (
+                    skip > 0.0 and A[m, 0, WRITES] <= 0 and rise(values, X, A, nx, m, which, z, j) < skip):
                 ignored = True
                 continue
             if events >= most - 1:
                 return TOO_MANY
             stop = turn * j / N
-            closed = period > 0 and again(A, m, which, after, path, ends, events, count[0], stop, 0.0)
+            closed = period > 0 and touch == 0.0 and again(A, m, which, after, path, ends, events, count[0], stop, 0.0)
             ended(path, ends, zs, events, m, which, after, stop, turn * (j - 1) / N, z)
             if A[m, 0, WRITES] > 0:
                 wrote, at, path[events, WROTE] = m, ends[events, 1], m
@@ -154,11 +159,13 @@ def rise(values, X, A, nx, m, g, z, j):
 
 
 @njit
-def near(values, X, A, nx, m, z, j, touch):
-    """Return a guard of mode ``m`` with a maximum among the samples at ``j``, nearly zero; -1: none."""
+def near(values, X, A, nx, m, z, j, touch, source):
+    """Return a guard of mode ``m`` with a maximum among the samples at ``j`` that is a touch to be followed; -1: none."""
     for g in range(A[m, 0, GUARDS]):
+        if A[m, 1 + g, SILENT] > 0:
+            continue
         here = round_at(values, X, A, nx, m, g, z, j)
         if round_at(values, X, A, nx, m, g, z, j - 1) < here and round_at(values, X, A, nx, m, g, z, j + 1) <= here:
-            if here > -touch * spread(values, X, A, nx, m, g, z) and writer(A, m, g) >= 0:
+            if missed(here / spread(values, X, A, nx, m, g, z), touch, writer(A, m, g) >= 0, source):
                 return g
     return -1

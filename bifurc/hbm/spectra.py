@@ -230,9 +230,9 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
         if slopes and n < count - 1:
             g, after = path[n, GUARD], path[n, AFTER]
             if samples == 0 and A[m, 1 + g, SILENT] == 0:
-                if path[n + 1, AFTER] == m and ends[n + 1, 0] == stop:  # there and back: the instant is that of the way back
-                    jumps(waves, place, excited, A, X, dX, rate, m, m, after, path[n + 1, GUARD], stop, zs[n, :Z], zs[n + 2, :Z],
-                          c, v, cp, vp, dz, J)
+                if path[n + 1, WROTE] >= 0 and ends[n + 1, 0] == stop:  # a touch: the instant is that of the way on
+                    jumps(waves, place, excited, A, X, dX, rate, m, path[n + 1, AFTER], after, path[n + 1, GUARD], stop, zs[n, :Z],
+                          zs[n + 2, :Z], c, v, cp, vp, dz, J)
                 else:
                     jumps(waves, place, excited, A, X, dX, rate, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], c, v, cp, vp, dz,
                           J)
