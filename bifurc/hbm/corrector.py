@@ -149,5 +149,5 @@ def watched(S, R, flat, dflat, x, grid: Grid, room: Room, events):
     c, v, cp, vp = np.empty((4, len(R), waves.size))
     motion(S, R, flat, dflat, x, c, v, cp, vp)
     for k in range(len(contacts)):
-        margins(waves, excited, contacts[k], X[k], room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k, 0], c, v,
-                grid.samples, grid.cosines, grid.sines, events)
+        margins(waves, excited, contacts[k], X[k], room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k, 0], c,
+                v, grid.samples, grid.cosines, grid.sines, events)

@@ -17,6 +17,7 @@ from .march import (
     RESTING,
     ROUNDING,
     TOO_MANY,
+    WRITER,
     WROTE,
     admissible,
     again,
@@ -313,6 +314,6 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
             t = t1
         ended(path, ends, zs, events, m, -1, m, turn, turn, z)
         count[0], count[1] = events + 1, period + 1
-        if m == m0 and repeats(A, m, z, z0, c):
+        if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
             return FOLLOWED
     return NOT_SETTLED

@@ -10,6 +10,7 @@ from .march import (
     PASSED,
     PERIODS,
     TOO_MANY,
+    WRITER,
     WROTE,
     again,
     begin,
@@ -124,7 +125,7 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
             m = after
         ended(path, ends, zs, events, m, -1, m, turn, turn, z)
         count[0], count[1] = events + 1, period + 1
-        if m == m0 and repeats(A, m, z, z0, c):
+        if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
             return FOLLOWED
     return NOT_SETTLED
 
