@@ -145,9 +145,9 @@ def watched(S, R, flat, dflat, x, grid: Grid, room: Room, events):
     """Write the margins of events along the motion ``x`` whose contacts were followed."""
     events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR
     waves, _, excited, contacts = structure(S)
-    X, _ = expressions(S, flat)
+    X, loose = expressions(S, flat)
     c, v, cp, vp = np.empty((4, len(R), waves.size))
     motion(S, R, flat, dflat, x, c, v, cp, vp)
     for k in range(len(contacts)):
-        margins(waves, excited, contacts[k], X[k], room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k, 0], c,
-                v, grid.samples, grid.cosines, grid.sines, events)
+        margins(waves, excited, contacts[k], X[k], loose[k], room.paths[k], room.ends[k], room.zs[k], room.sources[k],
+                room.counts[k, 0], c, v, grid.samples, grid.cosines, grid.sines, events)

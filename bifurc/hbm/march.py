@@ -96,6 +96,15 @@ def admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
 
 
 @njit
+def relaxed(own, loose, c, v, z):
+    """Write the memory of a relaxed start, from the means of coordinates and speeds."""
+    for i in range(own[MEMORY]):
+        z[i] = 0.0
+        for q in range(own[WIDTH]):
+            z[i] += loose[i, 2 * q] * c[own[ROWS + q], 0] + loose[i, 2 * q + 1] * v[own[ROWS + q], 0]
+
+
+@njit
 def begin(waves, excited, A, X, loose, c, v, slack, z):
     """Return (mode, mode that wrote the memory) at phase 0: of a start with relaxed memory (-1), or as a mode writes it.
 
@@ -107,10 +116,7 @@ def begin(waves, excited, A, X, loose, c, v, slack, z):
     powers(0.0, p.shape[0], p)
     own = own_of(A)
     for attempt in range(-1, own[COUNT]):
-        for i in range(own[MEMORY]):
-            z[i] = 0.0
-            for q in range(own[WIDTH]):
-                z[i] += loose[i, 2 * q] * c[own[ROWS + q], 0] + loose[i, 2 * q + 1] * v[own[ROWS + q], 0]
+        relaxed(own, loose, c, v, z)
         if attempt >= 0:
             slaves(waves, excited, A, X, attempt, c, v, p, z)
         for s in range(own[COUNT]):

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._jit import njit
 from .exactly import TURNED, summit
-from .march import GUARD, MODE, RESTING, guard_of, own_of, resting
+from .march import GUARD, MODE, RESTING, WRITER, WRITTEN, guard_of, own_of, relaxed, resting, writer
 from .residual import arose
 from .tables import GUARDS, KIND, MEMORY, SILENT
 from .waves import size, value
@@ -19,17 +19,27 @@ FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are r
 
 
 @njit
-def margins(waves, excited, A, X, path, ends, zs, source, count, c, v, samples, cosines, sines, out):
+def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, samples, cosines, sines, out):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
     ``out`` starts as (0, FAR, -FAR) in each row; arguments as `exactly.exact` leaves them, and the tables of the grid.
-    Beyond where the listed order of events holds, overshoots are negative and misses positive.
+    Beyond where the listed order of events holds, overshoots are negative and misses positive.  The slip that brought a
+    contact to where it always sticks counts with its overshoot from a relaxed start.
     """
-    Z = own_of(A)[MEMORY]
+    own = own_of(A)
+    Z = own[MEMORY]
     a = np.empty(waves.size)
     nodes = cosines.shape[1] - 1
     h = 2.0 * np.pi / nodes
     slopes = np.empty(nodes + 1)
+    if count == 1 and source[WRITER] >= 0.0:  # at rest where it slipped last: it would not have, from a relaxed start
+        m, z = path[0, MODE], np.empty(Z)
+        relaxed(own, loose, c, v, z)
+        for g in range(A[m, 0, GUARDS]):
+            if A[m, 1 + g, SILENT] == 0 and writer(A, m, g) == int(source[WRITER]):
+                guard_of(excited, A, X, m, g, c, v, z, a)
+                kind = A[m, 1 + g, KIND]
+                out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], value(waves, a, source[WRITTEN])[0] / size(a))
     start = 0.0
     for n in range(count):
         m, stop = path[n, MODE], ends[n, 0]
