@@ -9,18 +9,20 @@ Forcing enters as further linear states, so that undamped resonance, free masses
 cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by at most ``TURN``, the Taylor rows of the
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
 """
+import dataclasses
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from .._jit import both, njit
+from .pointer import Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
 
 
-class Tables(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Tables:
     """Numbers of a scene as the kernels see them; ``ns`` states, ``nw`` forcing states, ``nx = ns + nw``.
 
     The first group are views on ``flat`` (a parameter change writes there and calls `rebuild`), the second are integers
@@ -60,6 +62,20 @@ class Tables(NamedTuple):
     turn: np.ndarray  # (modes, nw) cos and sin of k omega h in the places of w; 1 first
     G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
 
+    directory: np.ndarray = dataclasses.field(init=False)  # addresses and lengths of all these arrays
+    address: int = dataclasses.field(init=False)  # of the directory: what compiled code takes
+
+    def __post_init__(self):
+        object.__setattr__(self, "directory", directory(getattr(self, name) for name in PARTS))
+        object.__setattr__(self, "address", self.directory.ctypes.data)
+
+    def __reduce__(self):
+        """A copy has addresses of its own."""
+        return Tables, tuple(getattr(self, name) for name in PARTS)
+
+
+PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
+
 
 def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: int, harmonics,
              laws: int = 0, law_rows: int = 0, law_values: int = 0) -> Tables:
@@ -82,7 +98,11 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
               np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole)]
     derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
                np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx))]
-    return Tables(*[flat, *views, *counts, *derived])
+    return Tables(flat, *views, *counts, *derived)
+
+
+_small = allocate(1, 1, 1, 1, 1, 2, [1])
+seen_as(Tables, Pointer("Tables", tuple((name, getattr(_small, name).dtype.name, getattr(_small, name).ndim) for name in PARTS)))
 
 
 @njit
