@@ -11,7 +11,6 @@ from bifurc.compose.tables import PARTS
 from bifurc.systems import bilinear_oscillator, impact_chain
 
 
-
 @pytest.fixture(scope="module")
 def probe():
     """One kernel with a line a part: its lengths, and its sum weighted by the place."""
