@@ -9,6 +9,7 @@ Forcing enters as further linear states, so that undamped resonance, free masses
 cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by at most ``TURN``, the Taylor rows of the
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
 """
+import array
 import dataclasses
 import math
 
@@ -22,7 +23,7 @@ TURN = 0.8  # largest scaled angle of a step
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Tables:
+class Tables(array.array):
     """Numbers of a scene as the kernels see them; ``ns`` states, ``nw`` forcing states, ``nx = ns + nw``.
 
     The first group are views on ``flat`` (a parameter change writes there and calls `rebuild`), the second are integers
@@ -62,16 +63,20 @@ class Tables:
     turn: np.ndarray  # (modes, nw) cos and sin of k omega h in the places of w; 1 first
     G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
 
-    directory: np.ndarray = dataclasses.field(init=False)  # addresses and lengths of all these arrays
     address: int = dataclasses.field(init=False)  # of the directory: what compiled code takes
 
+    def __new__(cls, *parts):
+        return directory(cls, parts)
+
     def __post_init__(self):
-        object.__setattr__(self, "directory", directory(getattr(self, name) for name in PARTS))
-        object.__setattr__(self, "address", self.directory.ctypes.data)
+        object.__setattr__(self, "address", self.buffer_info()[0])
 
     def __reduce__(self):
         """A copy has addresses of its own."""
         return Tables, tuple(getattr(self, name) for name in PARTS)
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__  # type: ignore[assignment]
 
 
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
