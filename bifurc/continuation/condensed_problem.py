@@ -11,6 +11,7 @@ import numpy as np
 from ..hbm.balance import Balance
 from ..hbm.condense import Condensed, Point
 from ..hbm.measures import measure_gradient
+from ..hbm.parts import views
 from ..orbits.balance import HarmonicBalance, condensing
 from .balance_problem import BalancePath, BalanceProblem
 from .problem import EPS, Corrected, Problem
@@ -36,6 +37,8 @@ class Along:
     def __init__(self, condensed: Condensed, path: BalancePath):
         self.condensed, self.path, self.moved = condensed, path, _moves(condensed.balance, path)
         self.flat, self._dflat = path.base.copy(), np.zeros_like(path.base)
+        shape = condensed.balance.parts.shape
+        self._named = views(self.flat, shape), views(self._dflat, shape)
         self._order, self._start = np.arange(len(path.index)), path.base[path.index]
         self._values, self._slopes = np.empty(len(path.index)), np.empty(len(path.index))
         self._last: tuple[float, Point] | None = None
@@ -49,7 +52,7 @@ class Along:
         if self._last is None or self._last[0] != p:
             numbers_at(self._start, self._order, path.series, path.low, path.high, p, self._values, self._slopes)
             self.flat[path.index], self._dflat[path.index] = self._values, self._slopes
-            self._last = p, self.condensed.point(self.flat, self._dflat, self.moved)
+            self._last = p, self.condensed.point(self.flat, self._dflat, self.moved, self._named)
         return self._last[1]
 
 

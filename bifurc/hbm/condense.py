@@ -111,13 +111,13 @@ class Condensed:
         """The numbers of the balance itself; nothing changes."""
         return self.point(self.balance.parts.flat, np.zeros_like(self.balance.parts.flat), False)
 
-    def point(self, flat, dflat, moved: bool | None = None) -> Point:
+    def point(self, flat, dflat, moved: bool | None = None, named: tuple[Numbers, Numbers] | None = None) -> Point:
         """Return the point for numbers of the system (see `hbm.parts`) and their derivatives by a parameter.
 
         ``moved``: whether mass, damping or stiffness differ from those of the balance or change; default: found out.
+        ``named``: both by name, if that was done before.
         """
-        shape = self.balance.parts.shape
-        T, dT = views(flat, shape), views(dflat, shape)
+        T, dT = named or (views(flat, self.balance.parts.shape), views(dflat, self.balance.parts.shape))
         if moved is None:
             moved = not self.linear.same_core(T) or bool(dT.M.any() or dT.C.any() or dT.K.any())
         small, slope = np.zeros_like(self.forces.parts.flat), np.zeros_like(self.forces.parts.flat)

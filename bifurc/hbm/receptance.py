@@ -76,10 +76,11 @@ class Terms:
     def divisors(self, w) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return d (K, N) at frequencies ``w`` (K,), where one is nearly zero (K,), and the derivative by w."""
         w = w[:, None]
-        d = self.a + 1j * w * self.b - w * w * self.c
-        size = np.abs(self.a) + np.abs(w * self.b) + w * w * self.c
-        near = (np.abs(d) <= NEAR * size + self.floor).any(axis=1)
-        d[near] = 1.0
+        square, turn = w * w * self.c, w * self.b
+        d = (self.a - square) + 1j * turn
+        near = (np.abs(d) <= NEAR * (np.abs(self.a) + np.abs(turn) + square) + self.floor).any(axis=1)
+        if near.any():
+            d[near] = 1.0
         return d, near, 1j * self.b - 2.0 * w * self.c
 
 
@@ -103,12 +104,14 @@ def poles(M, C, K) -> Terms | None:
 
     n = len(M)
     try:
-        size, shapes = eigh(0.5 * (K + K.T), M)  # coordinates in which light damping is nearly normal
-        size = np.sqrt(np.maximum(np.abs(size), 1e-6 * np.abs(size).max() or 1.0))
+        even, shapes = eigh(0.5 * (K + K.T), M)  # coordinates in which light damping is nearly normal
+        top = float(np.abs(even).max()) or 1.0
+        free = np.abs(even) <= RIGID * top
+        size = np.sqrt(np.where(free, top, np.abs(even)))
         A = np.zeros((2 * n, 2 * n))  # of (size y, y')
         A[:n, n:] = np.diag(size)
-        A[n:, :n] = -(shapes.T @ K @ shapes) / size
-        A[n:, n:] = -(shapes.T @ C @ shapes)
+        A[n:, :n] = -(np.diag(np.where(free, 0.0, even)) + _clean(shapes.T @ (0.5 * (K - K.T)) @ shapes)) / size
+        A[n:, n:] = -_clean(shapes.T @ C @ shapes)
         s, V = np.linalg.eig(A)
         W = np.linalg.inv(V)
     except np.linalg.LinAlgError:
@@ -117,6 +120,11 @@ def poles(M, C, K) -> Terms | None:
         return None
     return Terms(shapes @ (V[:n] / size[:, None]), W[:, n:] @ shapes.T, -s, np.ones(2 * n), np.zeros(2 * n),
                  RIGID * float(np.abs(s).max()), POLES)
+
+
+def _clean(matrix) -> np.ndarray:
+    """Return a matrix without entries that are rounding, to which the eigenvalue solver's scaling would give weight."""
+    return np.where(np.abs(matrix) > 4e-16 * np.abs(matrix).max(), matrix, 0.0)
 
 
 class LinearPart:
@@ -193,14 +201,17 @@ class LinearPart:
         d, near, slope = terms.divisors(self.harmonics * T.omega[0])
         inverse = 1.0 / d
         o, m = len(self.outputs), len(self.rows)
-        load = phasors(self.layout, T.E) @ terms.into.T
-        H, free = (inverse @ pairs).reshape(-1, o, m), (inverse * load) @ left.T
+        H, free = (inverse @ pairs).reshape(-1, o, m), np.zeros((len(d), o), complex)
         dH, dfree = np.zeros_like(H), np.zeros_like(free)
+        load, turn = phasors(self.layout, T.E), phasors(self.layout, dT.E)
+        excited, turned = load.any(axis=1), turn.any(axis=1)  # few of the harmonics
+        load = load[excited] @ terms.into.T
+        free[excited] = (inverse[excited] * load) @ left.T
         if dT.omega[0]:
             change = (-dT.omega[0] * self.harmonics)[:, None] * slope * inverse * inverse
-            dH, dfree = (change @ pairs).reshape(-1, o, m), (change * load) @ left.T
-        if dT.E.any():
-            dfree += (inverse * (phasors(self.layout, dT.E) @ terms.into.T)) @ left.T
+            dH, dfree[excited] = (change @ pairs).reshape(-1, o, m), (change[excited] * load) @ left.T
+        if turned.any():
+            dfree[turned] += (inverse[turned] * (turn[turned] @ terms.into.T)) @ left.T
         found = Receptance(H, free, dH, dfree, np.zeros(len(d), complex), True, 1.0)
         if near.any():
             other = self._direct(T, dT, np.flatnonzero(near), False, True)

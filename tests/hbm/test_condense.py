@@ -19,6 +19,10 @@ def chain(elements, damping="modal", n=10, omega=0.3):
     C = 0.01 * np.eye(n) + 0.02 * K
     if damping == "local":
         C[n // 2, n // 2] += 0.3
+    if damping == "circulatory":
+        C[n // 2, n // 2] += 0.3
+        K[0, 2] += 0.1
+        K[2, 0] -= 0.1
     if damping == "gyroscopic":
         C[0, 1] += 0.1
         C[1, 0] -= 0.1
@@ -103,7 +107,7 @@ def test_load_is_raised_in_steps_where_newton_fails_at_once():
     np.testing.assert_allclose(condensed.expand(u), x, atol=1e-12 * np.abs(x).max())
 
 
-@pytest.mark.parametrize("damping", ["modal", "local", "gyroscopic"])
+@pytest.mark.parametrize("damping", ["modal", "local", "gyroscopic", "circulatory"])
 @pytest.mark.parametrize("sweep", [False, True])
 def test_receptance_is_the_inverse_of_the_dynamic_stiffness(damping, sweep):
     condensed = condensed_of(chain(CONTACTS["two"][0], damping), sweep=sweep)
@@ -128,6 +132,29 @@ def test_critical_damping_has_no_poles_to_sum_and_is_factorised(gap):
         for k, H in zip(condensed.whole.harmonics, there.linear.H, strict=True):
             true = condensed.rows @ np.linalg.inv(K - (k * omega)**2 * np.eye(3) + 1j * k * omega * C) @ condensed.rows.T
             np.testing.assert_allclose(H, true, rtol=1e-11)
+
+
+def test_a_free_body_has_a_pole_at_zero_and_a_harmonic_on_it_is_held():
+    """Two masses joined by a spring, one of them with a dashpot to the ground: its mean is held by the stop alone."""
+    system = System(np.diag([1.0, 2.0]), np.diag([0.3, 0.0]), [[1.0, -1.0], [-1.0, 1.0]],
+                    [HarmonicForce(1.0, dof=0), CubicSpring(0.5, dof=1), ElasticStop(gap=0.1, stiffness=2.0, dof=1)], omega=0.7)
+    condensed = condensed_of(system, sweep=True)
+    assert condensed.linear.way == POLES and np.flatnonzero(condensed.here.linear.shift).tolist() == [0]
+    factors = condensed_of(system)
+    for own, other in zip(condensed.here.linear[:2], factors.here.linear[:2], strict=True):
+        np.testing.assert_allclose(own, other, rtol=1e-12, atol=1e-14)
+    orbit = bf.find_orbit(system, method=METHOD)
+    whole = bf.find_orbit(system, method=WHOLE, guess=orbit.coefficients * (1.0 + 1e-6))
+    assert orbit.success and whole.success
+    np.testing.assert_allclose(orbit.coefficients, whole.coefficients, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_nothing_is_lost_where_every_coordinate_is_touched(n):
+    system = chain([Jenkins(1.0, 0.3, dof=i) for i in range(n)], n=n)
+    orbit, whole = (bf.find_orbit(system, method=method) for method in (METHOD, WHOLE))
+    assert orbit.condensed.layout.n == n
+    np.testing.assert_allclose(orbit.coefficients, whole.coefficients, atol=1e-12)
 
 
 # derivatives
