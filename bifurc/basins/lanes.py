@@ -6,8 +6,7 @@ import numpy as np
 from ..compose.scene import Scene
 from ..compose.tables import ORDER as TERMS_ORDER
 from ..compose.tables import Tables
-from ..elements import EventKind
-from . import lanestext
+from . import lanesmodes, lanesplan, lanestext
 from .laneswritten import LANES, written
 
 MOST_GUARDS = 3  # of a mode that the scalar march takes
@@ -20,7 +19,7 @@ class Kind(NamedTuple):
 
     guards: int  # largest number of guards of a mode
     forcings: int  # forcing states: 1, cos and sin of every harmonic
-    lapped: int  # guards of the mode that laps; -1: no mode does
+    lapped: int  # guards of the mode that laps; -1: the lap goes through all modes
     moving: bool  # whether a stop moves
 
 
@@ -32,7 +31,7 @@ class Numbers(NamedTuple):
     harmonics: np.ndarray  # int64
     phases: np.ndarray  # (forcings (substeps + 1),) forcing states on the grid, one after the other
     forced: np.ndarray  # (modes (substeps + 1) (2 + 2 guards),) what they add: to the state after, to values, slopes
-    home: int  # the mode that laps; -1: none
+    home: int  # the mode that laps; ANY: the lap knows all
     numbers: np.ndarray  # of the lap
     grid: np.ndarray  # (substeps, ...) of the lap
 
@@ -119,12 +118,15 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
             start = at["SERIES"] + g * nx * (TERMS_ORDER + 1)
             p[start:start + rows.size] = rows.ravel()
             start = 3 + g * (4 + candidates)
-            hit = T.kick[m, g] == 1 or T.kind[m, g] == EventKind.CONTACT.code
-            I[m, start:start + 4] = T.kick[m, g], T.D[m, g, 0] != 0.0, T.ends_in[m, g], hit
+            I[m, start:start + 4] = T.kick[m, g], T.D[m, g, 0] != 0.0, T.ends_in[m, g], lanesplan.is_hit(T, m, g)
             I[m, start + 4:start + 4 + candidates] = T.then[m, g]
-    home = home_of(T) if kind.lapped >= 0 else -1
-    return Numbers(P, I, harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases), home,
-                   *_lap_numbers(T, kind, home, h, flow, phases))
+    common = harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases)
+    if kind.lapped >= 0:
+        home = home_of(T)
+        return Numbers(P, I, *common, home, *_lap_numbers(T, kind, home, h, flow, phases))
+    bounds = np.array([[_bound(T.GT[m, g], h) for g in range(most)] for m in range(modes)])
+    I = np.hstack((I, lanesplan.plan_of(T, most)))
+    return Numbers(P, I, *common, lanesmodes.ANY, *lanesplan.lap_numbers(T, most, h, flow, phases, bounds))
 
 
 def _forced(T: Tables, kind: Kind, flow: np.ndarray, phases: np.ndarray) -> np.ndarray:
@@ -148,8 +150,6 @@ def _bound(rows: np.ndarray, h: float) -> np.ndarray:
 def _lap_numbers(T: Tables, kind: Kind, home: int, h: float, flow: np.ndarray, phases: np.ndarray):
     """Return ``numbers`` and ``grid`` of `bifurc.basins.lanestext.lap_text`."""
     steps, many = len(phases) - 1, lanestext.ORDER + 1
-    if home < 0:
-        return np.zeros(1), np.zeros((0, 1))
     guards = kind.lapped
     place = T.YT[home, 0, :, :many]  # (nx, many) Taylor rows of the position
     bounds = [_bound(T.GT[home, g], h) for g in range(guards)] or [np.zeros(2 + kind.forcings)]
@@ -180,13 +180,7 @@ def _places(kind: Kind) -> dict[str, int]:
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    lap = lanestext.lap_text(kind.lapped, LANES, kind.moving) if kind.lapped >= 0 else _NO_LAP
-    return written(lap, kind.guards, kind.forcings, True)
-
-
-_NO_LAP = '''@njit
-def lap(W, index, count, numbers, grid):
-    """Leave all lanes to the certified march: see `home`."""
-    for l in range(count):
-        W[6 * LANES + l] = 1.0
-'''
+    if kind.lapped >= 0:
+        return written(lanestext.lap_text(kind.lapped, LANES, kind.moving), kind.guards, kind.forcings, True)
+    text, spaces = lanesmodes.modes_text(kind.guards, LANES), lanesmodes.spaces(kind.guards, LANES)
+    return written(text, kind.guards, kind.forcings, True, spaces)

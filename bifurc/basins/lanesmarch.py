@@ -9,12 +9,12 @@ import numpy as np
 
 from .._jit import njit
 from ..flow.scan import DONE, LIMIT, LOST
-from .lanesblank import LANES, lap
+from .lanesblank import FLOATS, FLOATS_A_MODE, LANES, WHOLES_A_MODE, WHOLES_USED, lap
+from .lanesmodes import ANY, FAR, NONE
 from .lanesperiod import EVENTS, HITS, LEAST, period, scratch
 from .near import boxed
 from .states import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 
-FAR = 1e150  # of a state; beyond it the motion is lost
 # rows of lanes that the lap does not know; it knows those before: see `bifurc.basins.lanestext.ROWS`
 Q, V, Q0, V0, LAP_HITS, LAP_LEAST, SET_ASIDE = (i * LANES for i in range(7))
 ALL_HITS, ALL_LEAST, FOUND, ROWS = 14 * LANES, 15 * LANES, 16 * LANES, 17 * LANES
@@ -35,12 +35,19 @@ def move(W, to, source):
 
 
 @njit
-def around(W, index, active, numbers, grid, home, strangers, modes, limit):
-    """Carry all lanes over a period by the lap; return how many are set aside: also other modes, too many events, the lost."""
+def around(W, index, active, numbers, grid, I, home, strangers, modes, limit):
+    """Carry all lanes over a period by the lap; return how many are set aside: also other modes, too many events, the lost.
+
+    ``home`` is the mode of the lap, ANY, or NONE.
+    """
+    if home == NONE:
+        for l in range(active):
+            W[Q0 + l], W[V0 + l], W[SET_ASIDE + l], W[FOUND + l] = W[Q + l], W[V + l], 1.0, 0.0
+        return active
     for l in range(active):
         W[Q0 + l], W[V0 + l] = W[Q + l], W[V + l]
-    lap(W, index, active, numbers, grid)
-    if strangers:
+    lap(W, index, active, numbers, grid, I, modes, limit)
+    if strangers and home != ANY:
         for l in range(active):
             if modes[l] != home:
                 W[SET_ASIDE + l] = 1.0
@@ -101,7 +108,8 @@ def carry(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
     ``P`` to ``grid`` are `bifurc.basins.lanes.Numbers`.  Starts with a negative mode are left to the caller; where a motion
     ends early, ``X`` is its last section point.
     """
-    W, index = np.zeros(ROWS), np.zeros(LANES + 8, np.int64)
+    W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * I.shape[0])
+    index = np.zeros(LANES + 8 + WHOLES_USED + WHOLES_A_MODE * I.shape[0], np.int64)
     y, a, out, stack, force, due, tally = scratch()
     at, ids = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     following = 0
@@ -115,7 +123,7 @@ def carry(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
                 active += 1
             following += 1
         for _ in range(periods):
-            count, failed = around(W, index, active, numbers, grid, home, strangers, at, limit), 0
+            count, failed = around(W, index, active, numbers, grid, I, home, strangers, at, limit), 0
             if count > 0:
                 strangers, failed = mend(P, I, harmonics, phases, forced, home, at, W, active, y, a, out, stack, force, due,
                                          tally, limit)
@@ -145,7 +153,8 @@ def label(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
     (-1: none), periods, impacts, state and least speed of arrival of each; starts with a negative mode are left to the
     caller.  A lane that is done takes the next start.
     """
-    W, index = np.zeros(ROWS), np.zeros(LANES + 8, np.int64)
+    W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * I.shape[0])
+    index = np.zeros(LANES + 8 + WHOLES_USED + WHOLES_A_MODE * I.shape[0], np.int64)
     y, a, out, stack, force, due, tally = scratch()
     at, ids, ages = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     visits, guests = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
@@ -161,7 +170,7 @@ def label(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
             following += 1
         if active == 0:
             return
-        if around(W, index, active, numbers, grid, home, strangers, at, limit) > 0:
+        if around(W, index, active, numbers, grid, I, home, strangers, at, limit) > 0:
             strangers, _ = mend(P, I, harmonics, phases, forced, home, at, W, active, y, a, out, stack, force, due, tally, limit)
         counted(W, active)
         for t in range(points.shape[0]):

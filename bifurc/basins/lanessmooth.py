@@ -179,7 +179,7 @@ def lap_text(kind: Kind) -> str:
 
 {kind.laws}
 
-def lap(W, index, count, numbers, grid):
+def lap(W, index, count, numbers, grid, I, modes, limit):
     """Carry lanes over a forcing period by Runge-Kutta steps."""
     Q, V, HITS, LEAST, ASIDE = 0, {LANES}, {4 * LANES}, {5 * LANES}, {6 * LANES}
 {chr(10).join(f"    {line}" for line in dict.fromkeys(head))}

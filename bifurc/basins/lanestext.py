@@ -47,7 +47,7 @@ def lap_text(guards: int, lanes: int, moving: bool) -> str:
     """
     write = _Lines()
     write.line(0, "@njit")
-    write.line(0, "def lap(W, index, count, numbers, grid):")
+    write.line(0, "def lap(W, index, count, numbers, grid, I, modes, limit):")
     write.line(1, '"""Carry the first ``count`` lanes over a forcing period in their free mode."""')
     for i, name in enumerate(ROWS):
         write.line(1, f"{name} = {i * lanes}")

@@ -12,7 +12,7 @@ MARCH, PERIOD = "bifurc.basins.lanesmarch", "bifurc.basins.lanesperiod"
 
 
 @cache
-def written(lap: str, guards: int, forcings: int, certified: bool):
+def written(lap: str, guards: int, forcings: int, certified: bool, spaces: tuple[int, ...] = (0, 0, 0, 0)):
     """Return the module around a lap, imported; its kernels are cached on disk like those of the package.
 
     Parameters
@@ -23,12 +23,15 @@ def written(lap: str, guards: int, forcings: int, certified: bool):
         Literal numbers of `bifurc.basins.lanesperiod`.
     certified : bool
         Whether lanes that are set aside are taken again by `bifurc.basins.lanesperiod`; if not, they are lost.
+    spaces : tuple of int
+        Scratch of the lap, see `bifurc.basins.lanesblank`.
     """
     import numba
 
     from .._cache import cache_folder, closure_hash
 
-    parts = [f"LANES = {LANES}\nGUARDS = {guards}\nFORCINGS = {forcings}\n", _body(PERIOD) if certified else _NO_PERIOD, lap,
+    parts = [f"LANES = {LANES}\nGUARDS = {guards}\nFORCINGS = {forcings}\n"
+             f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n", _body(PERIOD) if certified else _NO_PERIOD, lap,
              _body(MARCH)]
     text = "\n\n".join(["\n".join((f'"""Lanes of one kind of scene, written by {__name__}."""', *_imports(PERIOD, MARCH))),
                         *parts])
