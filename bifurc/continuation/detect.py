@@ -82,7 +82,7 @@ def remember(half, row, before, fresh=False):
         if j == 0:
             if size <= (BOUNDARY_BAND if fresh or not before else SLOPE_BAND):
                 continue
-        elif size <= MONITOR_BAND * sizes[j] or (fresh and j == born) or value != value:
+        elif size <= MONITOR_BAND * (1.0 if fresh else sizes[j]) or (fresh and j == born) or value != value:
             continue
         signs[j] = 1 if value > 0.0 else -1
 

@@ -87,6 +87,7 @@ class Balance:
     @functools.cached_property
     def room(self):
         """Arrays that kernels overwrite."""
+        from .march import SOURCE
         from .residual import Room
 
         _, m, nr, mi, _, nc, _, _, _, Z = (int(v) for v in self.parts.shape.dims[:10])
@@ -94,7 +95,7 @@ class Balance:
         L, most = 2 * top + 1, 32 + 8 * top
         return Room(np.zeros((4, nr, nr, L, 2)), np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(self.size),
                     np.zeros((self.size, self.size + 1)), np.zeros((nc, most, 4), np.int64), np.zeros((nc, most, 2)),
-                    np.zeros((nc, most, Z)), np.zeros((nc, 4)), np.zeros((nc, 2), np.int64))
+                    np.zeros((nc, most, Z)), np.zeros((nc, SOURCE)), np.zeros((nc, 2), np.int64))
 
     @functools.cached_property
     def _tables(self):

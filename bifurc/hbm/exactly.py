@@ -17,6 +17,7 @@ from .march import (
     RESTING,
     ROUNDING,
     TOO_MANY,
+    TOUCHED,
     WRITER,
     WROTE,
     admissible,
@@ -219,7 +220,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
     for period in range(PERIODS):
         m0, events, t, begun = m, 0, 0.0, True
         z0[:] = z
-        source[0], source[1], source[NEXT], source[PASSED] = wrote, at, -np.inf, 0.0
+        source[0], source[1], source[NEXT], source[PASSED], source[TOUCHED] = wrote, at, -np.inf, 0.0, touch
         for j in range(1, grid + 1):
             t1 = turn * j / grid
             while True:  # events within the cell

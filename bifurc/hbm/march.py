@@ -20,9 +20,10 @@ REPEATS = 1e-11  # relative difference of memory after a period
 MODE, GUARD, AFTER, WROTE = 0, 1, 2, 3  # mode, guard that ended it (-1: end of the period), successor, mode that wrote memory
 FIELDS = 4
 # columns of a source: mode that wrote the memory at phase 0 (-1: a relaxed start) and phase of it; with touches: how near, as
-# part of its size, the guard came that is next to touch (-inf: none), and the number of events that were only counted
-WRITER, WRITTEN, NEXT, PASSED = 0, 1, 2, 3
-SOURCE = 4
+# part of its size, the guard came that is next to touch (-inf: none), the number of events that were only counted, and how
+# near a touch has to come (0: none is looked for)
+WRITER, WRITTEN, NEXT, PASSED, TOUCHED = 0, 1, 2, 3, 4
+SOURCE = 5
 RESTING = 1e-4  # radians
 
 

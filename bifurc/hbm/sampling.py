@@ -10,6 +10,7 @@ from .march import (
     PASSED,
     PERIODS,
     TOO_MANY,
+    TOUCHED,
     WRITER,
     WROTE,
     again,
@@ -93,7 +94,7 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
     for period in range(PERIODS):
         m0, events = m, 0
         z0[:] = z
-        source[0], source[1], source[NEXT], source[PASSED] = wrote, at, -np.inf, 0.0
+        source[0], source[1], source[NEXT], source[PASSED], source[TOUCHED] = wrote, at, -np.inf, 0.0, touch
         for j in range(N):
             for i in range(Z):
                 if A[m, 0, SLAVED + i] > 0:
