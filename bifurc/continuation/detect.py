@@ -478,6 +478,8 @@ def between(half, row, new, j, t, sign):
             return None
         if min(abs(t - t0), abs(t - t1), abs(t - t2)) < 1e-4 * (t2 - t0):  # a golden step keeps the three points apart
             t = t1 + 0.1 * ((t2 - t1) if t2 - t1 > t1 - t0 else (t0 - t1))
+        if not 0.0 < t < 1.0:  # least at an end, as of a test that is zero where its equations begin
+            return None
         if t2 - t0 < 1e-7:
             break
     if least <= 1e-9 * max(ends):

@@ -98,6 +98,21 @@ def test_three_masses_with_sliders_cubic_springs_and_stop(omega, rms):
     assert orbit.success and np.sqrt(0.5 * q @ q) == pytest.approx(rms, rel=1e-9)
 
 
+@pytest.mark.parametrize("start", [0.5, 2.0])
+def test_three_masses_run_through(start):
+    """Example 07 with exact events from .5 to 2 and back: 27 changes of the order of events, corners that turn back among them.
+
+    Its peaks as the spec lists them: .20625043 at 1.2691674 is of the sampled balance and only one local maximum of it.
+    """
+    branch = bf.trace(bf.find_orbit(three(start), method=bf.HarmonicBalance(7)), "omega", bounds=(0.5, 2.0), peaks="rms_1")
+    assert [str(reason) for reason in branch.stop_reason] == ["bound", "bound"]
+    assert branch.column("iterations").sum() <= 1000 and branch.column("residual").max() < 1e-9
+    peaks = branch.special_points.of("peak")
+    assert sorted(p.parameter for p in peaks) == pytest.approx([0.81563263, 1.27271099, 1.62489471, 1.91046360], abs=1e-7)
+    backs = [point for point in branch.special_points if point.reverses]
+    assert sorted(p.parameter for p in backs) == pytest.approx([1.55874531, 1.63914189, 1.64167182, 1.66554890], abs=1e-7)
+
+
 @pytest.mark.parametrize("harmonics, amplitude", [(7, 3.5365983), (21, 3.5361209), (51, 3.5361319)])
 def test_peaks_of_an_elastic_slider(harmonics, amplitude):
     """Job J1 with exact events: refined peaks of the first harmonic."""
