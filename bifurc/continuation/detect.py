@@ -372,6 +372,8 @@ def dip(half, row, new):
     """
     length = new.s - row.s
     part = row.part
+    if length <= 0.0:  # the row lies on the boundary that ends the step
+        return None
     a, b = row.tests[0], new.tests[0]
     if a * b > 0.0 and min(abs(a), abs(b)) > BOUNDARY_BAND:
         sign = 1.0 if a > 0.0 else -1.0
