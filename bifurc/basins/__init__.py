@@ -11,10 +11,11 @@ from .grid import Grid
 from .mapping import basins_of_attraction
 from .periodmap import Kernel, PeriodMap
 from .refine import Refinement, refined_basins
+from .stable import StableSet, stable_set
 from .sweeps import Sweep, Track, sweep
 from .unstable import UnstableSet, unstable_set
 
 __all__ = ["BasinMap", "BifurcationDiagram", "CellFate", "CellMap", "CellState", "ChaoticAttractor", "EdgeState",
            "EdgeStatus", "Grid", "GroupKind", "Kernel", "MapCycle", "ParameterChart", "PeriodMap", "Refinement",
-           "Sweep", "Track", "UnstableSet", "basins_of_attraction", "bifurcation_diagram", "cell_mapping",
-           "edge_state", "parameter_chart", "refined_basins", "sweep", "unstable_set"]
+           "StableSet", "Sweep", "Track", "UnstableSet", "basins_of_attraction", "bifurcation_diagram", "cell_mapping",
+           "edge_state", "parameter_chart", "refined_basins", "stable_set", "sweep", "unstable_set"]

@@ -16,6 +16,7 @@ CLOSED = 1e-6  # scaled distance after which a return counts as one for certain
 NEAR = 0.03  # scaled distance of the settled motion from the orbit that is accepted for it
 SAME = 1e-6  # scaled distance of section points of one orbit found twice
 EXPONENT_PERIODS = 4000
+FOLDS = 10.0  # by how many factors e neighbours must part in all: turns of undamped motion give a small exponent, and a small error
 SAMPLE = 20000  # section points of a chaotic attractor
 PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
 COVERED = 0.999
@@ -124,12 +125,13 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttracto
             measured = lyapunov_exponents(system, y, periods=EXPONENT_PERIODS, transient=0)
         except ArithmeticError:
             return None
-        exponent, error = float(measured.values[0]), float(measured.errors[0])
+        exponent, error, span = float(measured.values[0]), float(measured.errors[0]), EXPONENT_PERIODS
     elif carrier.lean:
         exponent, error = parting(carrier, y, scale)
+        span = PARTING
     else:
         return None  # under laws without lanes exponents are not known
-    if not exponent > 4.0 * error:
+    if not exponent > 4.0 * error or exponent * float(carrier.scene.period or 0.0) * span < FOLDS:
         return None
     points = settled(carrier, y, scale) if carrier.lean else followed(system, y)
     if points is None:

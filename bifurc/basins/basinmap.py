@@ -182,15 +182,15 @@ class BasinMap:
         lines.append(self.trust.statement)
         return "\n".join(lines)
 
-    def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels"):
+    def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels", stable=None):
         """Draw the map with its attractors; return the axes.
 
-        ``saddle`` (an orbit, or the result of `edge_state`) and ``unstable`` are drawn over it; ``field`` "periods", "impacts" or
-        "speeds" draws that of each cell instead.
+        ``saddle`` (an orbit, or the result of `edge_state`), its ``unstable`` and ``stable`` sets are drawn over it; ``field``
+        "periods", "impacts" or "speeds" draws that of each cell instead.
         """
         from ..plotting.basins import plot_basins, plot_field
 
-        return plot_basins(self, ax, saddle, unstable) if field == "labels" else plot_field(self, field, ax)
+        return plot_basins(self, ax, saddle, unstable, stable) if field == "labels" else plot_field(self, field, ax)
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""

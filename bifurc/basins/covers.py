@@ -14,6 +14,7 @@ SIDE = 5  # starts along each side of a box
 MARGIN = 0.05  # of a box: an image so close to a face counts for both sides
 GROWTH = 4.0  # times the boxes of the sample: a union that grows beyond has left the attractor's neighbourhood
 MOST_BOXES = 60000
+SETTLING, LOOKED = 200, 4  # forcing periods after which, and for which, starts of a union must lie on the sample
 FINER = 2  # times smaller than those that the sample fills are the boxes tried first; then they are doubled
 
 
@@ -60,7 +61,25 @@ def _closed(carrier, points: np.ndarray, scale: np.ndarray, width: float) -> np.
         every, first = np.unique(np.concatenate((known, reached)), axis=0, return_index=True)
         new = every[first >= len(known)]
         known = every
-    return known
+    return known if _one(carrier, known, points, scale, width) else None
+
+
+def _one(carrier, boxes: np.ndarray, points: np.ndarray, scale: np.ndarray, width: float) -> bool:
+    """Return whether starts from all boxes (K, 2) settle on the sample: a union that reaches over a boundary of basins grows
+    around the other attractor too, and is closed all the same."""
+    side = np.arange(-1, 2)
+    around = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
+    home = np.unique((np.floor(points / scale / width)[:, None] + around).reshape(-1, 2), axis=0)
+    stride = 2.0**26
+    home = np.sort(home @ [stride, 1.0])
+    images = carrier.carry((boxes + 0.5) * width * scale, SETTLING)
+    for _ in range(LOOKED):
+        if np.any(images.outcomes != REACHED):
+            return False
+        if not np.isin(np.floor(images.ends / scale / width) @ [stride, 1.0], home).all():
+            return False
+        images = carrier.carry(images.ends, 1)
+    return True
 
 
 def touches(centres: np.ndarray, width: float, scale: np.ndarray, points: np.ndarray) -> bool:

@@ -105,11 +105,17 @@ class EdgeState:
 
         return unstable_set(self, **options)
 
-    def plot(self, ax=None, unstable=None):
-        """Draw the saddle, and an unstable set, on the basin map; return the axes."""
+    def stable_set(self, **options):
+        """Return the stable set of the saddle: the boundary through it, see `bifurc.basins.stable.stable_set`."""
+        from .stable import stable_set
+
+        return stable_set(self, **options)
+
+    def plot(self, ax=None, unstable=None, stable=None):
+        """Draw the saddle, and its unstable and stable sets, on the basin map; return the axes."""
         from ..plotting.sweeps import plot_edge
 
-        return plot_edge(self, ax, unstable)
+        return plot_edge(self, ax, unstable, stable)
 
     def __repr__(self):
         met = f", {sum(self.third.values())} starts in other basins" if self.third else ""

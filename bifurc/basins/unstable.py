@@ -4,6 +4,8 @@ The local unstable manifold is a curve where the orbit itself is not grazing.  I
 with impacts are continuous but need not be a manifold: they have corners where motions graze, and where motions come to
 rest on a stop different histories merge and the map has no inverse.  What was met is counted and said.
 """
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +16,7 @@ from .periodmap import MAPPED
 
 STEP = 1e-6  # scaled, of the differences that give the unstable direction
 FIRST, LAST, LEAST = 1e-5, 1e-4, 1e-10  # scaled: where the curve begins, where its first piece ends if it can, least begin
+ENDING = 0.1  # of the gap, to which the end of a curve is found
 BISECTIONS = 48  # of a gap that does not close
 TOUCHING = 1e-9  # scaled distance of neighbours whose images a period later are apart only if the map jumps
 
@@ -97,7 +100,7 @@ def unstable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most:
     search = _Search(edge.basins, edge.pair)
     scale, k = search.scale, edge.saddle.periods
     x = section_points(edge.saddle)[0]
-    direction, multiplier = _direction(search, x, k)
+    direction, multiplier = direction_of(search.map.apply, scale, x, k)
     turns = k if multiplier > 0.0 else 2 * k
     growth = abs(multiplier) ** (turns // k)
     first = max(min(FIRST, LAST / growth), LEAST)
@@ -108,7 +111,7 @@ def unstable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most:
     corners = merging = breaks = 0
     complete = True
     for side, sign in enumerate((1.0, -1.0)):
-        grown = _Side(search, x, sign * first * direction * scale, growth)
+        grown = Side(search.map.apply, scale, x, sign * first * direction * scale, growth)
         complete &= grown.carry(periods, gap, most)
         corners, merging, breaks = corners + grown.corners, merging + grown.merging, breaks + grown.breaks
         for piece in grown.pieces:
@@ -121,26 +124,39 @@ def unstable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most:
                        corners, merging, breaks, complete)
 
 
-def _direction(search: _Search, x: np.ndarray, k: int) -> tuple[np.ndarray, float]:
-    """Return the scaled unstable direction (ns,) of the map over k periods, and its multiplier."""
+def direction_of(apply: Callable, scale: np.ndarray, x: np.ndarray, k: int) -> tuple[np.ndarray, float]:
+    """Return the scaled direction (ns,) in which the map over k periods grows most at ``x``, and its multiplier."""
     ns = x.size
-    steps = STEP * search.scale
+    steps = STEP * scale
     X = np.concatenate([x + np.diag(steps), x - np.diag(steps)])
-    images = search.map.apply(X, k).ends
-    D = ((images[:ns] - images[ns:]) / (2.0 * steps[:, None])).T * (search.scale / search.scale[:, None])
+    images = apply(X, k).ends
+    D = ((images[:ns] - images[ns:]) / (2.0 * steps[:, None])).T * (scale / scale[:, None])
     values, vectors = np.linalg.eig(D)
     top = int(np.argmax(np.abs(values)))
     vector = np.real(vectors[:, top])
     return vector / np.linalg.norm(vector), float(np.real(values[top]))
 
 
-class _Side:
-    """The unstable set on one side, as images of its beginning x + d growth**s, 0 <= s <= 1."""
+class Side:
+    """One side of a set that grows, as images of its beginning x + d growth**s, 0 <= s <= 1, by the map ``apply``.
 
-    def __init__(self, search: _Search, x: np.ndarray, d: np.ndarray, growth: float):
-        self.search, self.x, self.d, self.growth = search, x, d, growth
+    Attributes
+    ----------
+    pieces : list of ndarray
+        Unbroken, (k, ns) each.
+    corners, merging, breaks : int
+        See `UnstableSet`.
+    ended : Counter
+        Points that ended by their outcome.
+    strict : bool
+        Whether it ends where starts cannot be told apart any more; otherwise gaps stay there: further points still lie on it.
+    """
+
+    def __init__(self, apply: Callable, scale: np.ndarray, x: np.ndarray, d: np.ndarray, growth: float, strict: bool = True):
+        self.apply, self.scale, self.x, self.d, self.growth, self.strict = apply, scale, x, d, growth, strict
         self.pieces: list[np.ndarray] = []
         self.corners = self.merging = self.breaks = 0
+        self.ended: Counter[int] = Counter()
 
     def start(self, s: np.ndarray) -> np.ndarray:
         """Return points (len(s), ns) of the beginning."""
@@ -149,36 +165,59 @@ class _Side:
     def carry(self, periods: int, gap: float, most: int) -> bool:
         """Grow the pieces period by period; where neighbours part, starts are put between them."""
         s = np.linspace(0.0, 1.0, 9)
-        images = self.start(s)
-        self.pieces.append(images)
-        scale, total = self.search.scale, len(s)
+        ends, alive, whole = self.start(s), np.ones(9, bool), True
+        self.pieces.append(ends)
+        scale, total = self.scale, len(s)
         for number in range(1, periods + 1):
-            step = self.search.map.apply(images)
-            ends, hits, speeds, good = step.ends, step.impacts, step.speeds, step.outcomes == MAPPED
+            before = ends
+            ends, hits, speeds, good = self.step(before, alive)
             for _ in range(BISECTIONS):
                 far = np.linalg.norm(np.diff(ends, axis=0) / scale, axis=1) > gap
-                far &= good[1:] & good[:-1] & (np.diff(s) > 1e-15)
-                wide = np.flatnonzero(far)
+                far &= good[1:] & good[:-1]
+                ending = (good[1:] != good[:-1]) & alive[1:] & alive[:-1]  # one of two neighbours ended here: looked at closely
+                far |= ending & (np.linalg.norm(np.diff(before, axis=0) / scale, axis=1) > ENDING * gap)
+                wide = np.flatnonzero(far & (np.diff(s) > 1e-15))
                 if not wide.size:
                     break
                 if total + len(s) + wide.size > most:
                     return False
                 new = 0.5 * (s[wide] + s[wide + 1])
-                before = self.start(new) if number == 1 else self.search.map.apply(self.start(new), number - 1).ends
-                more = self.search.map.apply(before)
-                s, ends, hits, speeds, good = (np.insert(old, wide + 1, fresh, axis=0) for old, fresh in (
-                    (s, new), (ends, more.ends), (hits, more.impacts), (speeds, more.speeds), (good, more.outcomes == MAPPED)))
+                start, came = self.start(new), np.ones(new.size, bool)
+                if number > 1:
+                    start, _, _, came = self.step(start, came, number - 1)
+                more = self.step(start, came)
+                s, before, alive, ends, hits, speeds, good = (np.insert(old, wide + 1, fresh, axis=0) for old, fresh in zip(
+                    (s, before, alive, ends, hits, speeds, good), (new, start, came, *more), strict=True))
             gaps = np.linalg.norm(np.diff(ends, axis=0) / scale, axis=1)
             torn = (gaps > gap) | ~good[1:] | ~good[:-1]
-            if total + len(s) > most or not self.jumps(s, np.flatnonzero(gaps > gap), number):
+            if total + len(s) > most:
                 return False
-            self.corners += int(np.count_nonzero(hits[1:] != hits[:-1]))
-            self.merging += int(np.count_nonzero(speeds == 0.0))
-            self.breaks += int(np.count_nonzero(torn))
-            self.pieces += [piece for piece in np.split(ends, np.flatnonzero(torn) + 1) if len(piece)]
+            if whole and not self.jumps(s, np.flatnonzero((gaps > gap) & good[1:] & good[:-1]), number):
+                whole = False
+                if self.strict:
+                    return False
+            self.corners += int(np.count_nonzero((hits[1:] != hits[:-1]) & ~torn))
+            self.merging += int(np.count_nonzero((speeds == 0.0) & good))
+            self.breaks += int(np.count_nonzero(torn & alive[1:] & alive[:-1] & (good[1:] | good[:-1])))
+            places = np.split(np.arange(len(s)), np.flatnonzero(torn) + 1)
+            self.pieces += [ends[place] for place in places if good[place[0]]]
             total += len(s)
-            images = ends
-        return True
+            alive = good
+            if not alive.any():
+                break
+        return whole
+
+    def step(self, X: np.ndarray, alive: np.ndarray, periods: int = 1):
+        """Return images (N, ns) of the points that are alive, their impacts and least speeds, and which go on."""
+        ends, hits, speeds, good = X.copy(), np.zeros(len(X), np.int64), np.full(len(X), np.inf), np.zeros(len(X), bool)
+        here = np.flatnonzero(alive)
+        if here.size:
+            found = self.apply(X[here], periods)
+            good[here] = found.outcomes == MAPPED
+            hits[here], speeds[here] = found.impacts, found.speeds
+            ends[good] = found.ends[found.outcomes == MAPPED]
+            self.ended.update(found.outcomes[found.outcomes != MAPPED].tolist())
+        return ends, hits, speeds, good
 
     def jumps(self, s: np.ndarray, wide: np.ndarray, number: int) -> bool:
         """Return whether all gaps left after ``number`` periods are jumps of the last one, not lost digits of the start."""
@@ -186,5 +225,5 @@ class _Side:
             return True
         left, right = self.start(s[wide]), self.start(s[wide + 1])
         if number > 1:
-            left, right = (self.search.map.apply(side, number - 1).ends for side in (left, right))
-        return bool((np.linalg.norm((right - left) / self.search.scale, axis=1) <= TOUCHING).all())
+            left, right = (self.apply(side, number - 1).ends for side in (left, right))
+        return bool((np.linalg.norm((right - left) / self.scale, axis=1) <= TOUCHING).all())

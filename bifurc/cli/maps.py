@@ -56,9 +56,10 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     figure, (ax,) = bf.plotting.figure(6.3, 4.4)
     found = [edge for edge in edges if edge.success]
     single = [edge for edge in found if edge.unstable_directions == 1]
-    bf.plotting.plot_basins(basins, ax, found, single[0].unstable_set() if single else None)
+    sets = (single[0].unstable_set(), boundary(single[0])) if single else (None, None)
+    bf.plotting.plot_basins(basins, ax, found, *sets)
     for edge in single[1:]:
-        edge.plot(ax, unstable=edge.unstable_set())
+        edge.plot(ax, unstable=edge.unstable_set(), stable=boundary(edge))
     say_saved(bf.plotting.save_figure(figure, folder / f"{name}_basins.{options.format}"))
     motions = [attractor for attractor in basins.attractors if hasattr(attractor, "sample")][:4]
     if motions:
@@ -67,6 +68,17 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
             bf.plotting.plot_orbit(attractor, axes[2 * k:2 * k + 2])
         say_saved(bf.plotting.save_figure(figure, folder / f"{name}_motions.{options.format}"))
     return 0
+
+
+def boundary(edge: Any) -> Any:
+    """Return the stable set of a saddle and say what it is; None where motions have no single past (dry friction)."""
+    try:
+        found = edge.stable_set()
+    except ValueError as error:
+        print(f"  no stable set: {error}")
+        return None
+    print(f"  {found!r}: {found.message}")
+    return found
 
 
 def forget(file: Path) -> None:

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from . import style
 from .motions import describe
@@ -23,7 +24,7 @@ _SPECIAL = [(None, "#ffffff", None, "unresolved"), (_BEYOND, "#f2f2f2", "////", 
 
 
 @style.styled
-def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstable: Any = None) -> Axes:
+def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstable: Any = None, stable: Any = None) -> Axes:
     """Draw a basin map with its attractors, the share of each basin, boundary entropy and what the map promises.
 
     Cells beyond a stop are hatched, motions to infinity black, unresolved ones white.
@@ -37,8 +38,8 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     ax : matplotlib.axes.Axes, optional
     saddle : PeriodicOrbit, EdgeState or a sequence of them, optional
         Drawn as white crosses.
-    unstable : UnstableSet, optional
-        Anything with ``points`` (k, ns) and ``curves`` (k,).
+    unstable, stable : UnstableSet, StableSet, optional
+        Anything with ``points`` (k, ns) and ``curves`` (k,): black, and white.
 
     Returns
     -------
@@ -75,7 +76,7 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
                 across, up = (low + (np.arange(cells) + 0.5) * (high - low) / cells for low, high, cells in
                               zip(grid.low, grid.high, labels.shape, strict=True))
                 ax.contourf(across, up, mine.T, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=1.5)
-    handles += _saddles(ax, grid, saddle, unstable)
+    handles += _saddles(ax, grid, _degrees(basins.attractors[0]) if count else 1, saddle, unstable, stable)
     if handles:
         ax.legend([group for group, _ in handles], [words for _, words in handles],
                   handler_map={tuple: HandlerTuple(ndivide=None, pad=0.4)}, loc="upper left",
@@ -83,8 +84,8 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     _said(ax, basins, labels, fresh)
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
-    half = _states(basins.attractors[0]) // 2 if count else 1
-    across, up = (style.component_label(_component(name, 2 * half), half) for name in grid.names)
+    half = _degrees(basins.attractors[0]) if count else 1
+    across, up = (style.component_label(_component(name, half), half) for name in grid.names)
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
     return ax
@@ -97,7 +98,7 @@ def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
         tint, color = _COLORS[label % len(_COLORS)]
         marker = _MARKERS[label % len(_MARKERS)]
         words = f"{describe(attractor)}: {_percent(basins.fractions.get(label, 0.0))}"
-        points = section_points(attractor)[:, [_component(name, _states(attractor)) for name in basins.grid.names]]
+        points = section_points(attractor)[:, [_component(name, _degrees(attractor)) for name in basins.grid.names]]
         size, edge = (1.5, 0.0) if len(points) > 200 else (6.0, 0.9)
         (drawn,) = ax.plot(points[:, 0], points[:, 1], linestyle="none", marker=marker, markerfacecolor=color,
                            markeredgecolor="white", markersize=size, markeredgewidth=edge, zorder=5)
@@ -105,23 +106,32 @@ def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
     return handles
 
 
-def _saddles(ax: Axes, grid: Any, saddle: Any, unstable: Any) -> list[tuple[tuple, str]]:
-    """Draw saddles and an unstable set; return their entries for the legend."""
+def draw_sets(ax: Axes, grid: Any, n: int, unstable: Any, stable: Any) -> list[tuple[tuple, str]]:
+    """Draw an unstable set in black and a stable set in white with grey rims; return their entries for the legend."""
     handles: list[tuple[tuple, str]] = []
-    if unstable is not None:
-        i, j = (_component(name, unstable.points.shape[1]) for name in grid.names)
-        line = None
-        for number in np.unique(unstable.curves):
-            piece = unstable.points[unstable.curves == number]
-            (line,) = ax.plot(piece[:, i], piece[:, j], color=style.BLACK, linewidth=0.7, zorder=4)
-        if line is not None:
-            handles.append(((line,), "unstable set of the saddle"))
+    rim: dict[str, Any] = {"color": "white", "linewidth": 1.0, "zorder": 3,
+                           "path_effects": [withStroke(linewidth=1.7, foreground=style.GREY)]}
+    thin: dict[str, Any] = {"color": style.BLACK, "linewidth": 0.7, "zorder": 4}
+    for item, look, words in ((unstable, thin, "unstable set of the saddle"), (stable, rim, "stable set of the saddle")):
+        if item is None or not len(item.points):
+            continue
+        i, j = (_component(name, n) for name in grid.names)
+        ends = np.flatnonzero(np.diff(item.curves)) + 1  # a line of NaN between pieces: one line for all
+        points = np.insert(item.points, ends, np.nan, axis=0)
+        (line,) = ax.plot(points[:, i], points[:, j], **look)
+        handles.append(((line,), words))
+    return handles
+
+
+def _saddles(ax: Axes, grid: Any, n: int, saddle: Any, unstable: Any, stable: Any) -> list[tuple[tuple, str]]:
+    """Draw saddles, an unstable and a stable set; return their entries for the legend."""
+    handles = draw_sets(ax, grid, n, unstable, stable)
     items = saddle if isinstance(saddle, (list, tuple)) else [] if saddle is None else [saddle]
     for number, item in enumerate(items):
         orbit = getattr(item, "saddle", item)
         if orbit is None:
             continue
-        i, j = (_component(name, len(orbit.state)) for name in grid.names)
+        i, j = (_component(name, _degrees(orbit)) for name in grid.names)
         points = section_points(orbit)
         (drawn,) = ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",
                            markeredgecolor="black", markeredgewidth=1.0, zorder=6)
@@ -174,8 +184,8 @@ def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
     image = ax.imshow(np.ma.maximum(values, least).T, origin="lower", extent=(left, right, bottom, top), norm=norm, cmap=colors,
                       interpolation="nearest", aspect="auto")
     ax.figure.colorbar(image, ax=ax, label=words)
-    half = _states(basins.attractors[0]) // 2 if basins.attractors else 1
-    across, up = (style.component_label(_component(name, 2 * half), half) for name in basins.grid.names)
+    half = _degrees(basins.attractors[0]) if basins.attractors else 1
+    across, up = (style.component_label(_component(name, half), half) for name in basins.grid.names)
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
     return ax
@@ -192,12 +202,17 @@ def _states(attractor: Any) -> int:
     return attractor.points.shape[1] if hasattr(attractor, "points") else len(attractor.state)
 
 
-def _component(name: str, states: int) -> int:
-    """Return the place of ``q0`` or ``v0`` in the state (q, v)."""
-    match = re.fullmatch(r"([qv])(\d+)", name)
+def _degrees(item: Any) -> int:
+    """Return the degrees of freedom of an attractor or saddle; without a system half its states."""
+    return getattr(getattr(item, "system", None), "n", None) or _states(item) // 2
+
+
+def _component(name: str, n: int) -> int:
+    """Return the place of ``q0``, ``v0`` or ``w0`` in the state (q, v, w) of ``n`` degrees of freedom."""
+    match = re.fullmatch(r"([qvw])(\d+)", name)
     if match is None:
         raise ValueError(f"a grid runs over state components such as 'q0' and 'v0', got {name!r}")
-    return int(match[2]) + (states // 2 if match[1] == "v" else 0)
+    return int(match[2]) + {"q": 0, "v": n, "w": 2 * n}[match[1]]
 
 
 def _percent(fraction: float) -> str:

@@ -7,7 +7,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Patch
 
 from . import style
-from .basins import _COLORS, _component, _percent, _states, section_points
+from .basins import _COLORS, _component, _degrees, _percent, section_points
 from .motions import describe
 
 _WHITE, _LEFT, _BEYOND = "#ffffff", "#bdbdbd", "#f2f2f2"
@@ -52,7 +52,7 @@ def plot_cells(cells: Any, ax: Axes | None = None, field: str = "labels", group:
     else:
         _field(cells, ax, field, group, drawn)
     half = max(sum(name[0] == "q" for name in grid.names), 1)
-    across, up = (style.component_label(_component(name, 2 * half), half) for name in grid.names)
+    across, up = (style.component_label(_component(name, half), half) for name in grid.names)
     ax.set(xlabel=f"{across} at phase 0", ylabel=f"{up} at phase 0", xlim=(left, right), ylim=(bottom, top))
     return ax
 
@@ -67,7 +67,7 @@ def _labels(cells: Any, ax: Axes, drawn: dict) -> None:
         tint, color = _COLORS[label % len(_COLORS)]
         words = f"{_named(item)}: {_percent(cells.fractions[label])}"
         if hasattr(item, "sample") or hasattr(item, "exponent"):
-            points = section_points(item)[:, [_component(name, _states(item)) for name in cells.grid.names]]
+            points = section_points(item)[:, [_component(name, _degrees(item)) for name in cells.grid.names]]
         else:
             points = item.points
         ax.plot(points[:, 0], points[:, 1], linestyle="none", marker="o", markerfacecolor=color, markeredgecolor="white",

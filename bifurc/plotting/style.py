@@ -163,7 +163,9 @@ def measure_label(name: str, single: bool = False) -> str:
 
 
 def component_label(index: int, n: int) -> str:
-    """Return the symbol of state component ``index`` of ``n`` displacements followed by ``n`` velocities."""
+    """Return the symbol of state component ``index`` of ``n`` displacements, then ``n`` velocities, then memory."""
+    if index >= 2 * n:
+        return f"$w_{{{index - 2 * n + 1}}}$"
     letter = "x" if index < n else r"\dot{x}"
     return f"${letter}$" if n == 1 else f"${letter}_{{{index % n + 1}}}$"
 

@@ -200,8 +200,8 @@ def _edges(centres: np.ndarray) -> np.ndarray:
 
 
 @style.styled
-def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None) -> Axes:
-    """Draw a basin map with the saddle on the boundary of two basins, and its unstable set.
+def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: Any = None) -> Axes:
+    """Draw a basin map with the saddle on the boundary of two basins, and its unstable and stable sets.
 
     Parameters
     ----------
@@ -209,24 +209,21 @@ def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None) -> Axes:
         Anything with ``basins`` (`plot_basins`, when ``ax`` is not given) and ``saddle`` (an orbit, or None).
     ax : matplotlib.axes.Axes, optional
         With the map drawn.
-    unstable : UnstableSet, optional
-        Anything with ``points`` (k, ns) and ``curves`` (k,).
+    unstable, stable : UnstableSet, StableSet, optional
+        Anything with ``points`` (k, ns) and ``curves`` (k,): black, and white.
 
     Returns
     -------
     matplotlib.axes.Axes
     """
-    from .basins import _component, plot_basins, section_points
+    from .basins import _component, _degrees, draw_sets, plot_basins, section_points
 
     if ax is None:
         ax = plot_basins(edge.basins)
-    states = edge.points.shape[1]
-    i, j = (_component(name, states) for name in edge.basins.grid.names)
+    n = edge.points.shape[1] // 2 if edge.saddle is None else _degrees(edge.saddle)
+    i, j = (_component(name, n) for name in edge.basins.grid.names)
     bounds = ax.get_xlim(), ax.get_ylim()
-    if unstable is not None:
-        for number in np.unique(unstable.curves):
-            piece = unstable.points[unstable.curves == number]
-            ax.plot(piece[:, i], piece[:, j], color=style.BLACK, linewidth=0.7, zorder=4)
+    draw_sets(ax, edge.basins.grid, n, unstable, stable)
     if edge.saddle is not None:
         points = section_points(edge.saddle)
         ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",
