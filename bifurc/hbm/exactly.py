@@ -27,6 +27,7 @@ from .march import (
     ended,
     expression,
     filled,
+    further,
     guard_of,
     missed,
     own_of,
@@ -146,27 +147,16 @@ def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
 
 
 @njit
-def successor(A, m, g):
-    """Return the first successor of a guard that writes memory; -1: none."""
-    for i in range(THEN, A.shape[2]):
-        b = A[m, 1 + g, i]
-        if b >= 0 and b != m and A[b, 0, WRITES] > 0:
-            return b
-    return -1
-
-
-@njit
 def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
     """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none."""
     for g in range(A[m, 0, GUARDS]):
         if g == which or A[m, 1 + g, SILENT] > 0:
             continue
-        b = successor(A, m, g)
-        if b < 0:
+        if further(A, m, g) < 0:
             continue
         guard_of(excited, A, X, m, g, c, v, z, a)
         here = jet(waves, a, p)
-        if here[0] < 0.0 and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, b >= 0, source):
+        if here[0] < 0.0 and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, True, source):
             return g
     return -1
 
@@ -250,7 +240,8 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                     guard_of(excited, A, X, m, g, c, v, z, a)
                     found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g])
                     nearly = False
-                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and not fresh[g] and A[m, 1 + g, SILENT] == 0:
+                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and not fresh[g] and A[m, 1 + g, SILENT] == 0 \
+                            and further(A, m, g) < 0:
                         top = summit(waves, a, t, t1)
                         nearly = missed(value(waves, a, top)[0] / size(a), touch, writer(A, m, g) >= 0, source)
                         if not nearly:
@@ -284,7 +275,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                 if touch > 0.0 and A[m, 0, WRITES] > 0:
                     g = beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a)
                     if g >= 0 and events < most - 2:
-                        b = successor(A, m, g)
+                        b = further(A, m, g)
                         ended(path, ends, zs, events, m, g, b, soonest, soonest, z[:0])
                         path[events, WROTE] = m
                         events += 1

@@ -140,6 +140,13 @@ def writer(A, m, g):
 
 
 @njit
+def further(A, m, g):
+    """Return the mode that follows a guard of a mode that writes memory, if it writes too (more sliders slip); -1: it does not."""
+    b = A[m, 1 + g, THEN]
+    return b if b >= 0 and b != m and A[m, 0, WRITES] > 0 and A[b, 0, WRITES] > 0 else -1
+
+
+@njit
 def missed(height, touch, followed, source):
     """Return whether a guard that stays below zero, by ``height`` of its size, is a touch to be followed; note it if not."""
     if height <= -touch:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._jit import njit
 from .exactly import TURNED, summit
-from .march import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, guard_of, own_of, relaxed, resting, writer
+from .march import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, own_of, relaxed, resting, writer
 from .residual import arose
 from .tables import GUARDS, KIND, MEMORY, SILENT
 from .waves import size, value
@@ -68,7 +68,7 @@ def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, sa
                         t, slope = after, turn
                         continue
                     top = value(waves, a, high)[0] / bound
-                    if source[TOUCHED] > 0.0 and top > -source[TOUCHED] and writer(A, m, g) < 0:  # a touch that was only counted
+                    if source[TOUCHED] > 0.0 and top > -source[TOUCHED] and writer(A, m, g) < 0 and further(A, m, g) < 0:  # a touch that was only counted
                         out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], top)
                     elif top > out[kind, MISS]:
                         out[kind, MISS] = top
