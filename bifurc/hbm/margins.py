@@ -68,7 +68,8 @@ def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, sa
                         t, slope = after, turn
                         continue
                     top = value(waves, a, high)[0] / bound
-                    if source[TOUCHED] > 0.0 and top > -source[TOUCHED] and writer(A, m, g) < 0 and further(A, m, g) < 0:  # a touch that was only counted
+                    if source[TOUCHED] > 0.0 and top > -source[TOUCHED] and writer(A, m, g) < 0 and further(A, m, g) < 0:
+                        # a touch that was only counted
                         out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], top)
                     elif top > out[kind, MISS]:
                         out[kind, MISS] = top

@@ -45,3 +45,38 @@ def test_a_curve_of_peaks_goes_on_where_the_contact_sticks_for_good():
     beyond = curve.column("normal_load") > 368.9
     assert beyond.any() and np.ptp(curve.column("max_0")[beyond]) < 1e-9  # the load does not matter any more
     assert abs(curve.column("max_0")[beyond][0] - 1.831392) < 1e-6
+
+
+@pytest.fixture(scope="module")
+def micro():
+    """Return the response with the micro-slip damper of the ready system at 100 N, up its peak and down again."""
+    system = bf.systems.friction_damped_oscillator(omega=94.0, normal_load=100.0, damper="micro")
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance((1, 3, 5, 7)))
+    return bf.trace(orbit, "omega", bounds=(94.0, 100.0), peaks="max_0")
+
+
+def test_every_slider_sticks_again_at_the_amplitude_at_which_it_began_to_slip(micro):
+    assert [str(reason) for reason in micro.stop_reason] == ["bound", "bound"]
+    onsets = micro.special_points.of("slip_onset")
+    (peak,) = micro.special_points.of("peak")
+    thresholds = micro.orbits[0].system.elements[-1].thresholds
+    for name, there in (("birth", [p for p in onsets if p.parameter < peak.parameter]),
+                        ("death", [p for p in onsets if p.parameter > peak.parameter])):
+        assert {point.name for point in there} == {name} and len(there) == 15
+        assert np.allclose(np.sort([point.measures["max_0"] for point in there]), thresholds, rtol=1e-8)
+
+
+def test_peaks_of_the_micro_slip_damper_from_10_to_1100_newton(micro):
+    """Zhao & Lin 2015, figure 12: optimum, the load of full stick, and heights by a half-period map that marches no slider."""
+    (peak,) = micro.special_points.of("peak")
+    curve = bf.trace_curve(peak, ("normal_load", "omega"), bounds={"normal_load": (10.0, 1100.0), "omega": (90.0, 104.0)})
+    assert [str(end.reason) for end in curve.ends] == ["bound", "bound"]
+    best, *onsets = curve.special_points
+    assert best.kind == "extremum" and best.measures["max_0"] == pytest.approx(1.281491, abs=1e-6)
+    assert best.parameters["normal_load"] == pytest.approx(95.3, abs=0.05)
+    assert len(onsets) == 15 and onsets[-1].parameters["normal_load"] == pytest.approx(1007.0, abs=1e-3)
+    load, height = curve.column("normal_load"), curve.column("max_0")
+    order = np.argsort(load, kind="stable")
+    for wanted, known, error in ((10.0, 1.727928, 1e-6), (100.0, 1.282417, 1e-6), (150.0, 1.362148, 1e-4), (600.0, 1.611970, 1e-4),
+                                 (1000.0, 1.827594, 1e-4), (1100.0, 1.831392, 1e-6)):
+        assert np.interp(wanted, load[order], height[order]) == pytest.approx(known, abs=error)
