@@ -11,13 +11,24 @@ OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapp
 
 
 def _compiled(function, **options):
-    """Decorate a function; its cache is placed in the folder of its module, a choice that numba makes here and now."""
+    """Decorate a function; its cache is placed in the folder of its module, a choice that numba makes here and now.
+
+    A literal argument of a compiled caller is a number like any other: numba would compile once more for each literal.
+    """
     whole = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(kernel_folder(function.__module__))
     try:
-        return numba.njit(**OPTIONS, **options)(function)
+        made = numba.njit(**OPTIONS, **options)(function)
     finally:
         numba.config.CACHE_DIR = whole
+    template = made.get_call_template
+
+    def get_call_template(args, keywords):
+        return template([numba.types.unliteral(arg) for arg in args],
+                        {name: numba.types.unliteral(arg) for name, arg in keywords.items()})
+
+    made.get_call_template = get_call_template
+    return made
 
 
 def both(function):
