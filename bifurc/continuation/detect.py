@@ -389,7 +389,8 @@ def dip(half, row, new):
         return None
     before = rows[-2]
     back = row.s - before.s
-    for j in range(1, part.count + 1):
+    falls = row.det_log < before.det_log or row.det_log < new.det_log
+    for j in range(1, part.count + 1 if falls else part.count):
         if j < part.count:
             f0, a, b = before.tests[j], row.tests[j], new.tests[j]
         else:  # the determinant

@@ -69,7 +69,8 @@ class OrbitProblem(Problem):
         self._halves = orbit_switching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
         monitors = [Monitor(flip)]
-        if sequence.events:
+        self._hits = sequence.events > 0
+        if self._hits:
             monitors.append(Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True))
         monitors.append(Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True))
         self._leaves = bool(np.any(self.sequence.nodes[:, STARTS:] < 0))
@@ -108,7 +109,7 @@ class OrbitProblem(Problem):
     def _values(self, x, info) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found."""
         values = [info[sequence.FLIP]]
-        if self.sequence.events:
+        if self._hits:
             least = info[sequence.LISTED]
             values.append(-least if least < np.inf else NO_PEAK)
         peak = info[sequence.PEAK]

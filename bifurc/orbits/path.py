@@ -74,14 +74,14 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
     def sample(value):
         return flat_of(system.with_parameters(**{name: float(value)}))
 
-    for end in (low, high):
-        system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
     a, b = low - pad * wide, high + pad * wide
     try:
         for end in (a, b):
             system.with_parameters(**{name: end})
     except ValueError:
         a, b = low, high
+        for end in (a, b):
+            system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
     if not b > a:
         raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
     middle, half = 0.5 * (a + b), 0.5 * (b - a)
