@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import detect
+from . import detect, hidden
 from .kinds import CorrectorStatus, StopReason
 from .rows import Curve, Part, Point, Row, arc_length, tests_of
 
@@ -224,7 +224,7 @@ class Half:
             new = self.closed_by(row, new)
             if new is None:
                 return StopReason.DS_MIN, 0.5, "the branch comes near its start but does not close"
-        inner = detect.dip(self, row, new)
+        inner = hidden.dip(self, row, new)
         if inner is not None:
             return self.accept(row if inner.s > row.s else self.take_back(), inner)
         found, cause = detect.crossed(self, row, new, cut is not None)

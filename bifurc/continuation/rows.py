@@ -6,6 +6,9 @@ import numpy as np
 from .kinds import CorrectorStatus, SpecialPointKind
 from .problem import Corrected
 
+SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
+BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
+MONITOR_BAND = 1e-12  # of the largest value seen
 
 class Part:
     """A problem on the way, with what the tracer reads of it in every step.
