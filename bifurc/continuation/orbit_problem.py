@@ -12,7 +12,7 @@ from ..orbits.path import ParameterPath, parameter_path
 from ..orbits.sequence import CLOSES, STARTS
 from ..orbits.signature import Signature, repeated
 from ..system import System
-from . import orbit_switching
+from . import branching, orbit_switching
 from .kinds import CorrectorStatus, SpecialPointKind
 from .orbit_switching import LEAVING, LISTED, MERGES, UNLISTED
 from .problem import NO_MONITORS, Corrected, Monitor, Problem
@@ -66,7 +66,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._kept = sequence.kept(self.scene)
-        self._halves = orbit_switching.halves(self.sequence, self.x0, self.scale)
+        self._halves = branching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
         monitors = [Monitor(flip)]
         self._hits = sequence.events > 0
@@ -160,7 +160,7 @@ class OrbitProblem(Problem):
         if kind is not SpecialPointKind.PERIOD_DOUBLING or self._halves is None:
             return None
         f0, f1 = (float(np.dot(self._halves[0], row.x)) + self._halves[1] for row in (a, b))
-        return orbit_switching.merging(self, a, b, f0 / (f0 - f1)) if f0 * f1 <= 0.0 else None
+        return branching.merging(self, a, b, f0 / (f0 - f1)) if f0 * f1 <= 0.0 else None
 
     def monitor_values(self, u, p, tangent) -> np.ndarray:
         """Return the values of ``monitors`` at a solution; that of the flip is NaN, `wrapped_jacobian` decides it."""
@@ -227,7 +227,7 @@ class OrbitProblem(Problem):
 
     def branches(self, point, n_max):
         """Return the orbits that meet this branch in a special point."""
-        return orbit_switching.branches(self, point, n_max)
+        return branching.branches(self, point, n_max)
 
     def same(self, other) -> bool:
         """Whether two problems have the same equations."""
