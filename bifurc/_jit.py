@@ -39,9 +39,8 @@ def both(function):
 def njit(function):
     """Compile a function for compiled callers, and once more for Python if Python calls it.
 
-    What unpacks the arguments from Python costs .3 s to compile where the tables of a scene are among them (they are 36
-    arrays), more than most functions themselves.  Compiled callers therefore get a twin without it.  Large functions with
-    callers of both kinds are better off as `both`.
+    What unpacks the arguments from Python costs as much to compile as a small function.  Compiled callers therefore get a
+    twin without it.  Large functions with callers of both kinds are better off as `both`.
     """
     twin = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__,
                               function.__closure__)
