@@ -10,6 +10,7 @@ cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by 
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
 """
 import array
+import copy
 import dataclasses
 import math
 
@@ -71,8 +72,14 @@ class Tables(array.array):
     def __post_init__(self):
         object.__setattr__(self, "address", self.buffer_info()[0])
 
-    def __reduce__(self):
-        """A copy has addresses of its own."""
+    def __copy__(self):
+        """Copies are lists of their own arrays' addresses; those of an array of integers would be plain ones."""
+        return Tables(*(getattr(self, name) for name in PARTS))
+
+    def __deepcopy__(self, memo):
+        return Tables(*(copy.deepcopy(getattr(self, name), memo) for name in PARTS))
+
+    def __reduce_ex__(self, protocol):
         return Tables, tuple(getattr(self, name) for name in PARTS)
 
     __eq__ = object.__eq__

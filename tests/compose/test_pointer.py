@@ -1,5 +1,6 @@
 """Tables behind one pointer: compiled code reads and writes the arrays that Python sees, those of any scene."""
 import copy
+import pickle
 
 import numpy as np
 import pytest
@@ -55,13 +56,14 @@ def test_what_a_kernel_writes_is_in_the_arrays():
     assert strides == T.A.strides and size == T.flat.size
 
 
-def test_a_copy_has_arrays_and_addresses_of_its_own():
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda T: pickle.loads(pickle.dumps(T))], ids=["copy", "pickle"])
+def test_a_copy_has_arrays_and_addresses_of_its_own(copied):
     T = scene_of(impact_chain(n=2)).tables
-    other = copy.deepcopy(T)
+    other = copied(T)
     before = T.A.copy()
     scaled(other, 3.0)
     assert np.array_equal(T.A, before) and np.array_equal(other.A[0], 3.0 * before[0])
-    assert other.address != T.address
+    assert other.address != T.address and copy.copy(T).A is T.A
 
 
 def test_an_unknown_part_does_not_compile():
