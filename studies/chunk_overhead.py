@@ -48,6 +48,29 @@ def bare(count: int, wait: float) -> float:
     return (time.perf_counter() - begin) / count
 
 
+def parts(count: int) -> dict[str, tuple[float, float]]:
+    """Return median wall and CPU seconds of what the layer does with one chunk: name, write, read, hand to a thread."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from bifurc.basins.chunks import ChunkStore
+    payload = {"number": 0, "wait": 0.0, "starts": np.random.default_rng(0).random((CELLS, 2))}
+    meta, arrays = labels(payload)
+    with tempfile.TemporaryDirectory() as base, ThreadPoolExecutor(1) as pool:
+        store = ChunkStore(Path(base) / "chunks", {"what": "overhead"})
+        name = store.name(payload)
+        steps = {"name": lambda: store.name(payload), "write": lambda: store.save(name, meta, arrays),
+                 "read": lambda: store.load(name), "queue": lambda: pool.submit(int).result()}
+        found = {}
+        for what, step in steps.items():
+            seen = []
+            for _ in range(count):
+                wall, cpu = time.perf_counter(), time.process_time()
+                step()
+                seen.append((time.perf_counter() - wall, time.process_time() - cpu))
+            found[what] = tuple(np.median(seen, axis=0).tolist())
+    return found
+
+
 def main(arguments=None) -> dict:
     """Print the table."""
     chosen = parser(__doc__).parse_args(arguments)
@@ -66,6 +89,11 @@ def main(arguments=None) -> dict:
     seen["wall"] = long_ / without - 1.0
     text = table(f"a chunk of {CELLS} starts; asked: at most 1 % of {CHUNK} s",
                  ["where", "wall ms more", "CPU ms of the driver", f"% of {CHUNK} s"], rows)
+    seen["parts"] = parts(8 * count)
+    total = [sum(values[i] for values in seen["parts"].values()) for i in (0, 1)]
+    text += "\n\n" + table("one by one, medians", ["step", "wall ms", "CPU ms", f"CPU % of {CHUNK} s"], [
+        [what, 1e3 * wall, 1e3 * cpu, 100 * cpu / CHUNK] for what, (wall, cpu) in
+        [*seen["parts"].items(), ("together", tuple(total))]])
     text += f"\n\n{CHUNK} s chunks, this thread, filed: {100 * seen['wall']:.2f} % more wall time than bare\n\n{machine()}\n"
     sys.stdout.write(text)
     chosen.output.mkdir(parents=True, exist_ok=True)
