@@ -26,6 +26,7 @@ PARTING = 60  # forcing periods until they are told apart, and over which expone
 SETTLING = 10  # forcing periods until neighbours lie along the direction that grows
 APART = 1e-7  # scaled distance of neighbours
 MOST_EVENTS = 2000
+MOST_MEMBERS = 40000  # of a family that are told to the kernels, one a radius
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,21 @@ def same(a, b, scale: np.ndarray) -> bool:
         return len(boxes[0] & boxes[1]) > 0.5 * min(len(boxes[0]), len(boxes[1]))
     if a.periods != b.periods:
         return False
-    return distance(section_points(b) / scale, a.state / scale) <= SAME
+    return distance(section_points(b) / scale, a.state / scale) <= SAME or one_family(a, b, scale)
+
+
+def one_family(a, b, scale: np.ndarray) -> bool:
+    """Return whether two orbits are members of one family without events: a mass at rest anywhere in an interval, a slider that
+    stands anywhere.  A continuum of motions is one attractor, not many."""
+    if not a.intervals:
+        a, b = b, a  # the edge of a family has events of no duration, and no family of its own
+    if not a.intervals or (b.family and a.family != b.family):
+        return False
+    points = section_points(b)
+    if not b.family and np.abs(np.delete((points - a.state) / scale, list(a.intervals), axis=1)).max(initial=0.0) > SAME:
+        return False
+    return all(np.all((points[:, c] >= low - SAME * scale[c]) & (points[:, c] <= high + SAME * scale[c]))
+               for c, (low, high) in a.intervals.items())
 
 
 def partners(system: System, attractors, scale: np.ndarray) -> dict[int, int]:
@@ -267,12 +282,27 @@ def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
             keys.append(mine)
             keepers.append(np.full(len(mine), number))
         else:
+            found = resting(attractor, found, radius, scale)
             points.append(found / scale)
             squares.append(np.full(len(found), radius**2))
             owner.append(np.full(len(found), number))
     order = np.argsort(np.concatenate(keys), kind="stable")
     return Targets(1.0 / scale, np.concatenate(points), np.concatenate(squares), np.concatenate(owner), width,
                    np.concatenate(keys)[order], np.concatenate(keepers)[order], 1 if proven else STAY)
+
+
+def resting(orbit, points: np.ndarray, radius: float, scale: np.ndarray) -> np.ndarray:
+    """Return the section points (k, ns) of an orbit, or of all members of its family when a mass may rest in an interval."""
+    n = orbit.system.n
+    if len(orbit.family) != 1 or orbit.family[0] >= n or not orbit.intervals or len(points) != 1 or scale.size != 2 * n \
+            or np.any(points[:, n:]):
+        return points
+    (place, (low, high)), = orbit.intervals.items()
+    if not 0.0 < high - low < MOST_MEMBERS * radius * scale[place]:
+        return points
+    members = np.repeat(points, int(np.ceil((high - low) / (radius * scale[place]))) + 1, axis=0)
+    members[:, place] = np.linspace(low, high, len(members))
+    return members
 
 
 def _proven(attractors, width: float, scale: np.ndarray) -> bool:

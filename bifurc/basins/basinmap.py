@@ -169,6 +169,10 @@ class BasinMap:
             error = self.trust.fractions[label][1]
             lines.append(f"{label:>4} {self.fractions[label]:>10.6f} +- {error:.1g}  {attractor!r}{words}")
         lines.append(f"{-1:>4} {self.fractions[-1]:>10.6f}  unresolved")
+        for label, attractor in enumerate(self.attractors):
+            if getattr(attractor, "family", None):
+                lines.append(f"     attractor {label} stands for a continuum of motions that attracts as a whole. "
+                             f"{attractor.message}")
         lines += [f"     {counts[state]:>10d}  cells: {state.sentence}" for state in CellState if state in counts]
         noise = self.noise
         measured = ", ".join(f"{f:.2g} at {e:.0e}" for e, f in zip(noise.perturbations, noise.changed, strict=True))

@@ -1,5 +1,6 @@
 """Hard cases of discovery and labelling: each ends in a clear label or a clear sentence."""
 import numpy as np
+import pytest
 
 import bifurc as bf
 from bifurc.basins import CellState, ChaoticAttractor
@@ -31,3 +32,12 @@ def test_a_motion_without_damping_is_no_attractor():
     system = bf.systems.impact_oscillator(zeta=0.0, omega=0.5 * np.sqrt(2.0), amplitude=0.1, gap=10.0)
     found = bf.basins_of_attraction(system, bf.Grid(q0=(-1, 1, 3), v0=(-1, 1, 3)), max_periods=300)
     assert found.attractors == () and found.counts[CellState.UNSETTLED] == 9
+
+
+def test_an_interval_of_rest_is_one_attractor_not_many():
+    """Load below the friction limit: the mass stays wherever it stops, |q| <= friction - amplitude; every start ends there."""
+    system = bf.systems.dry_friction_oscillator(amplitude=0.5)
+    found = bf.basins_of_attraction(system, bf.Grid(q0=(-2, 2, 8), v0=(-2, 2, 8)))
+    assert len(found.attractors) == 1 and found.attractors[0].intervals[0] == pytest.approx((-0.5, 0.5), abs=1e-12)
+    assert found.fractions == {0: 1.0, -1: 0.0}
+    assert "stands for a continuum of motions" in found.report() and "coordinate 0 in [-0.5, 0.5]" in found.report()
