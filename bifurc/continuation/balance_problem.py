@@ -118,6 +118,7 @@ class BalanceProblem(Problem):
         self.x0 = np.array(x0, float)
         self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
         self._law, self._size_log = bool(balance.parts.laws), 0.0
+        self._multipliers: tuple[bytes, BalancePath, np.ndarray | None] | None = None
         self._flat, self._dflat = np.empty_like(path.base), np.empty_like(path.base)
         shape = balance.parts.shape
         kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
@@ -346,17 +347,18 @@ class BalanceProblem(Problem):
         return None if made is None else np.append(made, 0.0)
 
     def _stability(self, name, xs):
-        try:
-            from ..hbm import stability
-        except ImportError:
-            stability = None
-        mu = None if stability is None else stability.multipliers_along(self, xs)
+        from ..hbm.stability import multipliers_along
+
+        key = xs.tobytes()
+        if self._multipliers is None or self._multipliers[:2] != (key, self.path):  # all columns of a table ask for the same
+            self._multipliers = key, self.path, multipliers_along(self, xs)
+        mu = self._multipliers[2]
         if mu is None:
             return np.full(len(xs), np.nan)
         if name == "stable":
             return np.where(np.isfinite(mu).all(axis=1), np.abs(mu).max(axis=1, initial=0.0) < 1.0, False)
         k = int(name[11:])
-        return mu[:, k] if k < mu.shape[1] else np.zeros(len(xs), complex)
+        return mu[:, k].copy() if k < mu.shape[1] else np.zeros(len(xs), complex)
 
     def solution(self, x) -> HarmonicOrbit:
         """Return the orbit at ``x`` (n + 1,)."""

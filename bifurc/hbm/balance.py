@@ -86,16 +86,21 @@ class Balance:
 
     @functools.cached_property
     def room(self):
-        """Arrays that kernels overwrite."""
+        """Arrays that kernels overwrite: those of `walk`, and residual and derivatives."""
+        return self.walk._replace(f=np.zeros(self.size), wide=np.zeros((self.size, self.size + 1)))
+
+    @functools.cached_property
+    def walk(self):
+        """Arrays that kernels overwrite as they follow contacts; without derivatives, which large systems need not hold."""
         from .march import SOURCE
         from .residual import Room
 
         _, m, nr, mi, _, nc, _, _, _, Z = (int(v) for v in self.parts.shape.dims[:10])
         top = int(self.parts.shape.waves[-1])
         L, most = 2 * top + 1, 32 + 8 * top
-        return Room(np.zeros((4, nr, nr, L, 2)), np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(self.size),
-                    np.zeros((self.size, self.size + 1)), np.zeros((nc, most, 4), np.int64), np.zeros((nc, most, 2)),
-                    np.zeros((nc, most, Z)), np.zeros((nc, SOURCE)), np.zeros((nc, 2), np.int64))
+        return Room(np.zeros((4, nr, nr, L, 2)), np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(0), np.zeros((0, 1)),
+                    np.zeros((nc, most, 4), np.int64), np.zeros((nc, most, 2)), np.zeros((nc, most, Z)), np.zeros((nc, SOURCE)),
+                    np.zeros((nc, 2), np.int64))
 
     @functools.cached_property
     def _tables(self):
@@ -187,11 +192,11 @@ class Balance:
     # contacts along a motion
 
     def follow(self, x, flat=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
-        """Follow the contacts along ``x`` into `room`; return status and coefficients (nr, mi) of coordinates and speeds."""
+        """Follow the contacts along ``x`` into `walk`; return status and coefficients (nr, mi) of coordinates and speeds."""
         from .residual import followed
 
         c, v, _, _ = self.rows(x, flat)
-        room, flat = self.room, self.parts.flat if flat is None else flat
+        room, flat = self.walk, self.parts.flat if flat is None else flat
         code = followed(self.parts.structure, flat, *self.grid, c, v, self._free, room.paths, room.ends, room.zs, room.sources,
                         room.counts)
         return tuple(MarchStatus)[code], c, v
@@ -217,7 +222,7 @@ class Balance:
         status, _, _ = self.follow(x)
         if status is not MarchStatus.FOLLOWED:
             raise ValueError(status.sentence)
-        room, out = self.room, []
+        room, out = self.walk, []
         for k in range(len(self.parts.contacts)):
             own, start = [], 0.0
             Z = int(self.parts.shape.memory[k])

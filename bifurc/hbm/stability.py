@@ -13,6 +13,7 @@ from .status import MarchStatus
 
 LAW_STEPS = 12  # Magnus steps a shortest wave
 LEAST_LAW_STEPS = 96
+MOST = 1 << 23  # numbers of the matrices of a branch that are held at once
 
 
 class StabilityStatus(StrEnum):
@@ -73,22 +74,25 @@ def multipliers_along(problem, xs) -> np.ndarray | None:
     if balance.parts.held:
         return None
     rows = np.concatenate([problem.motions(xs), np.asarray(xs)[:, -1:]], axis=1)
-    codes, matrices, kept = _matrices(balance, rows, problem.path, problem.whole_numbers)
-    known, counts = codes > 0, kept.sum(axis=1)
-    out = np.full((len(xs), int(counts[known].max(initial=0))), np.nan, complex)
-    for pattern in np.unique(kept[known], axis=0):
-        rows = np.flatnonzero(known & (kept == pattern).all(axis=1))
-        place = np.flatnonzero(pattern)
-        found = ordered(np.linalg.eigvals(matrices[np.ix_(rows, place, place)]))
-        out[rows] = 0.0
-        out[rows, :len(place)] = found
+    found: list[np.ndarray | None] = [None] * len(rows)
+    step = max(1, MOST // (2 * balance.layout.n + int(balance.parts.shape.memory.sum()))**2)
+    for first in range(0, len(rows), step):
+        codes, matrices, kept = _matrices(balance, rows[first:first + step], problem.path, problem.whole_numbers)
+        for pattern in np.unique(kept[codes > 0], axis=0):
+            where = np.flatnonzero((codes > 0) & (kept == pattern).all(axis=1))
+            place = np.flatnonzero(pattern)
+            for j, mu in zip(where.tolist(), ordered(np.linalg.eigvals(matrices[np.ix_(where, place, place)])), strict=True):
+                found[first + j] = mu
+    out = np.zeros((len(rows), max((len(mu) for mu in found if mu is not None), default=0)), complex)
+    for i, mu in enumerate(found):
+        out[i, :None if mu is None else len(mu)] = np.nan if mu is None else mu
     return out
 
 
 def _matrices(balance: Balance, xs, path, numbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return codes as of `monodromy.along` for the rows of ``xs``, matrices (m, size, size), and which of (q, v, z) are states."""
     balance = exact_twin(balance) if balance.samples else balance
-    parts, grid, room = balance.parts, balance.grid, balance.room
+    parts, grid, room = balance.parts, balance.grid, balance.walk
     size = 2 * int(parts.shape.dims[0]) + int(parts.shape.memory.sum())
     out, kept, codes = np.zeros((len(xs), size, size)), np.zeros((len(xs), size), np.int64), np.zeros(len(xs), np.int64)
     if parts.laws:
@@ -125,7 +129,7 @@ class _Still:
 
 def _with_laws(balance: Balance, flat, x, out, kept) -> int:
     """Write the monodromy matrix of a scene with laws; returns as the codes of `monodromy.along`."""
-    parts, room = balance.parts, balance.room
+    parts, room = balance.parts, balance.walk
     status, c, v = balance.follow(x, flat)
     if status is not MarchStatus.FOLLOWED:
         return -1
