@@ -91,7 +91,9 @@ class CondensedProblem(BalanceProblem):
         found = Problem.correct(self, x, tangent, fixed)
         found.det_log -= self._size_log  # of rows of unit size, as in `hbm.corrector`
         if found.converged:
-            found.det_sign *= self._along.at(found.p).linear.sign
+            point = self._along.at(found.p)
+            found.det_sign *= point.linear.sign
+            found.det_log += self.condensed.linear.log_determinant(point.T, point.moved)
         return found
 
     def _linearised(self, x):

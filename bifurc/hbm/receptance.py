@@ -23,6 +23,7 @@ MODES, POLES, FACTORS = "by modes", "by poles", "by factorisation"
 MODAL = 1e-13  # largest coupling of modes by damping, over the largest damping, that is rounding
 NEAR = 1e-6  # distance of a harmonic from an undamped resonance, relative, below which contacts are held by a spring
 RIGID = 1e-12  # stiffness of a mode, or speed of a pole, over the largest, below which it is free
+LIGHT = 1e-4  # damping ratio below which a resonance that a step passes may be one between branches that hardly touch
 SINGULAR = 1e13  # growth of a solution above which a harmonic has none
 DEPENDENT = 1e5  # condition of an eigenvalue from which on poles are left aside
 RESIDUE = 1e-12  # relative residual of the sum over poles from which on it is left aside
@@ -71,6 +72,7 @@ class Terms:
     b: np.ndarray
     c: np.ndarray
     floor: float  # of |d|, below which it counts as zero
+    light: np.ndarray  # which are nearly undamped
     name: str
 
     def divisors(self, w) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,7 +97,8 @@ def modes(M, C, K) -> Terms | None:
     own = np.diag(damping).copy()
     if np.abs(damping - np.diag(own)).max() > MODAL * np.abs(damping).max(initial=0.0):
         return None
-    return Terms(shapes, shapes.T.copy(), stiffness, own, np.ones(len(own)), RIGID * float(np.abs(stiffness).max()), MODES)
+    return Terms(shapes, shapes.T.copy(), stiffness, own, np.ones(len(own)), RIGID * float(np.abs(stiffness).max()),
+                 np.abs(own) < 2.0 * LIGHT * np.sqrt(np.abs(stiffness)), MODES)
 
 
 def poles(M, C, K) -> Terms | None:
@@ -119,7 +122,7 @@ def poles(M, C, K) -> Terms | None:
     if not np.isfinite(W).all() or np.linalg.norm(W, axis=1).max() > DEPENDENT:
         return None
     return Terms(shapes @ (V[:n] / size[:, None]), W[:, n:] @ shapes.T, -s, np.ones(2 * n), np.zeros(2 * n),
-                 RIGID * float(np.abs(s).max()), POLES)
+                 RIGID * float(np.abs(s).max()), np.abs(s.real) < LIGHT * s.imag, POLES)
 
 
 def _clean(matrix) -> np.ndarray:
@@ -284,6 +287,20 @@ class LinearPart:
             change = left.T @ (dZ @ found)
             dH[i], dfree[i] = -change[:, :-1], left.T @ turn[i] - change[:, -1]
         return Receptance(H, free, dH, dfree, shift, regular, sign)
+
+    def log_determinant(self, T: Numbers, moved: bool) -> float:
+        """Return the logarithm of the factors d, over their sizes, by which nearly undamped modes enter the determinant.
+
+        That of the whole balance is the condensed one times that of the linear part.  It falls where a harmonic comes near a
+        resonance, which is how a branch is kept from stepping over an undamped one onto another branch; damped ones are many
+        in a large system, and harmless.
+        """
+        if moved or self.terms is None or not self.terms.light.any():
+            return 0.0
+        terms, w = self.terms, (self.harmonics * T.omega[0])[:, None]
+        a, b, c = terms.a[terms.light], w * terms.b[terms.light], w * w * terms.c[terms.light]
+        part = np.abs(a - c + 1j * b) / (np.abs(a) + np.abs(b) + c)
+        return 2.0 * float(np.log(np.maximum(part[w[:, 0] > 0.0], NEAR)).sum())
 
     # motions of all coordinates
 

@@ -157,6 +157,26 @@ def test_nothing_is_lost_where_every_coordinate_is_touched(n):
     np.testing.assert_allclose(orbit.coefficients, whole.coefficients, atol=1e-12)
 
 
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.1])
+def test_determinant_of_an_undamped_linear_part(gyroscopic):
+    """Its logarithm changes with the frequency like that of the matrices, over the sizes of the modes' factors."""
+    K, C = 2.0 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1), np.zeros((4, 4))
+    C[0, 1], C[1, 0] = gyroscopic, -gyroscopic
+    condensed = condensed_of(System(np.eye(4), C, K, [HarmonicForce(1.0), Jenkins(1.0, 0.3, dof=2)], omega=0.3), 3, sweep=True)
+    poles = np.sort(np.linalg.eigvals(np.block([[np.zeros((4, 4)), np.eye(4)], [-K, -C]])).imag)[4:]
+    found = []
+    for omega in (0.3, 0.37):
+        own, true = condensed.linear.log_determinant(at(condensed, omega).T, False), 0.0
+        for k in (1, 2, 3):
+            w = k * omega
+            size = np.log(poles**2 + w * w) if not gyroscopic else 2.0 * np.log(poles + w)  # a pole each, or a pair of them
+            true += 2.0 * (np.linalg.slogdet(K - w * w * np.eye(4) + 1j * w * C)[1] - size.sum())
+        found.append((own, true))
+    assert found[0] == pytest.approx(found[0][::-1], abs=1e-9) and found[1] == pytest.approx(found[1][::-1], abs=1e-9)
+    damped = condensed_of(chain(CONTACTS["slider"][0]), 3, sweep=True)
+    assert damped.linear.log_determinant(damped.here.T, False) == 0.0
+
+
 # derivatives
 
 def at(condensed, omega):
