@@ -11,7 +11,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .path import constant_path
-from .resting import resting_intervals
+from .resting import middle, resting_intervals
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from .signature import Signature, divided, repeated, sections
 
@@ -21,6 +21,8 @@ MAP_STEPS = 20
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
+CENTRED = 1e-12  # of the motion's size: a slider so near the middle stays
+CENTRINGS = 12
 SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
 
 
@@ -92,6 +94,8 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         # where sliders came to stand is chance: of the family that they label, the symmetric member is given
         middle = from_map(system, found.state, found.periods, True)
         found = found if middle is None else finished(middle, closure)
+    elif guess is None and system.symmetry != -1:
+        found = centred(found)
     if hasattr(guess, "harmonic") and not isinstance(guess, PeriodicOrbit):
         found.how["polished"] = "the harmonic orbit given as guess"
         found.how["error of its first harmonic"] = max(
@@ -108,6 +112,26 @@ def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
             return half
     if closure == -1 and orbit.closure == 1:
         return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
+    return orbit
+
+
+def centred(orbit: PeriodicOrbit) -> PeriodicOrbit:
+    """Return the member of a family without events whose sliders are equally near to slipping on both sides: where a motion let
+    them stop is chance, and a branch of this member goes on until they slip in every period."""
+    if orbit.sequence.events or not orbit.success:
+        return orbit
+    for _ in range(CENTRINGS):
+        away = middle(orbit)
+        if max(map(abs, away.values()), default=0.0) <= CENTRED * orbit.weights[0]:
+            break
+        y = orbit.state.copy()
+        for c, step in away.items():
+            y[c] += step
+        moved = solve(orbit.system, sections(int(orbit.sequence.nodes[0, AFTER]), orbit.sequence.span), np.append(0.0, y),
+                      orbit.weights, {**orbit.how, "note": "sliders that never slip stand equally near to both limits"})
+        if not moved.success:
+            break
+        orbit = moved
     return orbit
 
 

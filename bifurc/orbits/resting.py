@@ -43,6 +43,26 @@ def resting_intervals(orbit) -> dict[int, tuple[float, float]]:
     return found
 
 
+def middle(orbit) -> dict[int, float]:
+    """Return how far every memory of the family (index) has to move for the guards on its two sides to be equally near, by the
+    tangents at the orbit: in affine scenes the middle of its interval.  Empty where there is no memory, or one has no end on a
+    side."""
+    family = Family(orbit)
+    kept = [c for c in orbit.family if c >= 2 * orbit.scene.n]
+    if not kept:
+        return {}
+    slopes = np.array([family.slopes(c) for c in kept]).T
+    rows, away = [], []
+    for rates in slopes.T:
+        up, down = np.flatnonzero(rates > 0.0), np.flatnonzero(rates < 0.0)
+        if not up.size or not down.size:
+            return {}
+        ends = (up[np.argmin(-family.tops[up] / rates[up])], down[np.argmin(family.tops[down] / rates[down])])
+        rows.append(sum(slopes[g] / rates[g] for g in ends))
+        away.append(-sum(family.tops[g] / rates[g] for g in ends))
+    return dict(zip(kept, np.linalg.lstsq(np.array(rows), np.array(away))[0].tolist(), strict=True))
+
+
 class Family:
     """The motions without events near one of them.
 

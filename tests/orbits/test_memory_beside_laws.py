@@ -127,6 +127,22 @@ def test_a_slider_that_always_sticks_labels_a_family():
     assert stuck.intervals[0][1] == pytest.approx(rest[np.abs(rest.imag) < 1e-9].real[0], rel=1e-11)
 
 
+@pytest.mark.parametrize("cubic", [None, 0.3])
+def test_sliders_that_came_to_stand_by_chance_are_put_in_the_middle(cubic):
+    """Without symmetry; in an affine scene a branch of this orbit begins to slip on both sides at once."""
+    system = slider(cubic, limit=0.3, amplitude=0.15)
+    system = bf.System(1.0, 0.02, 1.0, [*system.elements, el.ConstantForce(0.3)], omega=0.9)
+    orbit = bf.find_orbit(system)
+    assert orbit.success and orbit.family == [2] and "equally near" in orbit.how["note"]
+    assert orbit.maximum() - orbit.state[2] == pytest.approx(orbit.state[2] - orbit.minimum(), rel=1e-11)
+    if cubic is None:
+        assert orbit.state[2] == pytest.approx(np.mean(orbit.intervals[2]), abs=1e-12)
+        branch = bf.trace(orbit, "omega", bounds=(0.9, 1.4))
+        onset = branch.special_points.of("slip_onset")[0].solution
+        assert onset.maximum() - onset.minimum() == pytest.approx(0.6, abs=1e-10)  # twice limit over stiffness
+        assert all(str(reason) == "bound" for reason in branch.stop_reason) and branch.column("n_events").max() == 4
+
+
 @pytest.mark.parametrize("cubic", [0.05, -0.02])
 def test_branches_pass_the_onsets_of_slip(cubic):
     """Onsets are where the stuck motion, that of a stiffer spring, reaches the limit."""
