@@ -4,9 +4,10 @@ x'' + .04 x' + x = cos(2.6 t), x <= 0, restitution .8 (a motion of period one an
 at the cell centres of a grid over (-2.5, 0) x (-3, 3), sticking and infinite sequences of impacts included. Accuracy:
 states after one and ten periods of random cells against 34-digit arithmetic. Smooth field: x'' + .15 x' - x + x^3 =
 .3 cos t by 100 classical Runge-Kutta steps a period, and by the method of order 8 that basin maps take, each with its
-error. A measure of what the machine can do may be run beside: ``--limit SCRIPT`` names a program that prints one JSON
-object with ``impact_f64`` and ``duffing_f64`` in 1e6 starts x periods a CPU-second of hand-written vectorised C; it runs in
-turn with the kernels, and ratios are those of medians.
+error. Scenes of several modes (elastic stops, dry friction) run in lanes through all modes, and once more by the certified
+march alone, from starts over (-2, 2) x (-2, 2). A measure of what the machine can do may be run beside: ``--limit
+SCRIPT`` names a program that prints one JSON object with ``impact_f64`` and ``duffing_f64`` in 1e6 starts x periods a
+CPU-second of hand-written vectorised C; it runs in turn with the kernels, and ratios are those of medians.
 """
 import json
 import statistics
@@ -19,7 +20,7 @@ import numpy as np
 
 import bifurc as bf
 from bifurc._jit import njit
-from bifurc.basins import lanes, lanessmooth
+from bifurc.basins import PeriodMap, lanes, lanesmodes, lanessmooth
 from bifurc.basins.lanesmethods import Method
 from bifurc.basins.starting import begin
 from bifurc.compose.scene import scene_of
@@ -40,7 +41,18 @@ LEAST_SMOOTH = 0.7
 DUFFING = {"zeta": 0.075, "omega": 1.0, "amplitude": 0.3, "alpha": -1.0, "beta": 1.0}
 DUFFING_BOX = ((-2.2, 2.2), (-2.2, 2.2))
 IMPACTS, SMOOTH = "impact_f64", "duffing_f64"  # entries of the peer program
+MODES_BOX = ((-2.0, 2.0), (-2.0, 2.0))
 TURNS = {Setting.SMALL: 1, Setting.FULL: 3}  # of the peer program
+
+
+def scenes_of_modes() -> dict[str, bf.System]:
+    """Return the scenes of several modes by name."""
+    force, e = bf.elements.HarmonicForce(1.0), bf.elements
+    return {"elastic stop": bf.systems.bilinear_oscillator(omega=1.29),
+            "two elastic stops": bf.System(1.0, 0.1, 1.0, [force, e.ElasticStop(0.5, 4.0, damping=0.05),
+                                                           e.ElasticStop(0.6, 9.0, side=-1)], omega=1.1),
+            "dry friction": bf.System(1.0, 0.04, 1.0, [force, e.Coulomb(0.3)], omega=0.8),
+            "friction and elastic stop": bf.System(1.0, 0.04, 1.0, [force, e.Coulomb(0.2), e.ElasticStop(0.5, 6.0)], omega=1.3)}
 
 
 @njit
@@ -87,10 +99,10 @@ def general(T, modes, X, periods, limit):
     return aside
 
 
-def side_by_side(module, numbers, X: np.ndarray, periods: int) -> int:
+def side_by_side(module, numbers, X: np.ndarray, periods: int, modes: np.ndarray | None = None) -> int:
     """Carry the starts ``X`` (N, 2) in place in lanes; return those left to the caller."""
     codes = np.full(len(X), 6)
-    modes = np.zeros(len(X), np.int64)
+    modes = np.zeros(len(X), np.int64) if modes is None else modes
     module.carry(*numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
     return int(np.count_nonzero(codes))
 
@@ -138,6 +150,8 @@ class Result:
 
     def share(self, kernel: str) -> float | None:
         """Return the rate of a kernel over that of vectorised C."""
+        if kernel.endswith((", lanes", ", march")):  # the peer program has no such scene
+            return None
         found = self.limits.get(SMOOTH if "Runge" in kernel or "order 8" in kernel else IMPACTS)
         return self.rate(kernel) / statistics.median(found) if found else None
 
@@ -164,6 +178,20 @@ def smooth_kernels(scene):
     return calls, error
 
 
+def mode_kernels(X: np.ndarray) -> dict:
+    """Return the calls of the lanes through several modes, and of the certified march alone."""
+    calls = {}
+    for name, system in scenes_of_modes().items():
+        scene = scene_of(system)
+        kind = lanes.kind_of(scene)
+        module, numbers = lanes.module_of(kind), lanes.numbers_of(scene.tables, kind)
+        modes = PeriodMap(system)._marcher.begin(X)[1]
+        for what, home in (("lanes", lanesmodes.ANY), ("march", lanesmodes.NONE)):
+            given = module, numbers._replace(home=home), modes
+            calls[f"{name}, {what}"] = lambda Y, n, given=given: side_by_side(*given[:2], Y, n, given[2])
+    return calls
+
+
 def study(setting: Setting = Setting.FULL, limit=None) -> Result:
     """Return rates and errors; ``limit`` returns the rates of vectorised C by name."""
     cells = CELLS if setting is Setting.FULL else 40
@@ -176,8 +204,10 @@ def study(setting: Setting = Setting.FULL, limit=None) -> Result:
              "period kernel": lambda Y, n: lean(*packed, modes, Y, n, 2000),
              "general march": lambda Y, n: general(T, modes, Y, n, 2000)}
     smooth, _ = smooth_kernels(scene_of(bf.systems.duffing_oscillator(**DUFFING)))
-    starts = dict.fromkeys(calls, X) | dict.fromkeys(smooth, D)
-    calls |= smooth
+    M = grid(cells, MODES_BOX)
+    modal = mode_kernels(M)
+    starts = dict.fromkeys(calls, X) | dict.fromkeys(smooth, D) | dict.fromkeys(modal, M)
+    calls |= smooth | modal
     aside = {name: call(starts[name].copy(), PERIODS) for name, call in calls.items()}
     rates: dict[str, list[float]] = {name: [] for name in calls}
     limits: dict[str, list[float]] = {}

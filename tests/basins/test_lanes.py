@@ -1,12 +1,14 @@
 """Starts side by side: against extended precision, against the certified march alone, against simulations; bit by bit."""
 import numpy as np
 import pytest
+from mpmath import mp
 
 import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap, lanes, lanesmodes, lanessmooth
 from bifurc.basins.lanesmethods import Method
 from bifurc.basins.states import CellState
 from bifurc.compose.scene import scene_of
+from tests.reference.oscillator import Oscillator, first_arrival
 
 from .second import SectionMap
 
@@ -59,6 +61,67 @@ def test_one_period_of_problem_a_errs_by_less_than_1e_13():
     error = np.abs(images.ends - right).max(axis=1)
     assert (images.outcomes == 0).all()
     assert error.max() <= 1e-13 and np.median(error) <= 1e-14
+
+
+def digits_of_friction(x, v, friction, omega):
+    """State after a period of x'' + .04 x' + x = cos(omega t) - friction sign(x') in 40 digits: slip and stick in turn."""
+    def zero(motion, low, x, v, high):
+        return mp.findroot(lambda s: motion.flow(low, x, v, s)[1], (low, high), solver="anderson")
+
+    motions = {side: Oscillator(0.02, omega, 1, constant=-side * friction) for side in (1, -1)}
+    period, t, x, v = motions[1].period, mp.mpf(0), mp.mpf(x), mp.mpf(v)
+    side = 1 if v > 0 else -1
+    while True:
+        motion, low = motions[side], t
+        piece = period / 200  # the speed changes its sign at most once in it
+        while t < period:
+            t = min(low + piece, period)
+            if side * motion.flow(low, x, v, t)[1] < 0:
+                break
+            x, v = motion.flow(low, x, v, t)
+            low = t
+        else:
+            return float(x), float(v)
+        stop = zero(motion, low, x, v, t)
+        x, v, t = motion.flow(low, x, v, stop)[0], mp.mpf(0), stop
+        load = mp.cos(motion.omega * t) - x
+        if abs(load) < friction:  # stick until the load leaves the limits
+            level = x + friction, x - friction  # of cos(omega t)
+            candidates = [(2 * mp.pi * n + sign * mp.acos(c)) / motion.omega for c in level if abs(c) < 1
+                          for n in range(3) for sign in (1, -1)]
+            t = min([time for time in candidates if time > stop], default=period)
+            if t >= period:
+                return float(x), 0.0
+            load = mp.cos(motion.omega * (t + mp.mpf(10) ** -12)) - x
+        side = 1 if load > 0 else -1
+        v = side * mp.mpf(10) ** -30
+
+
+def digits_of_contact(x, v, omega, gap, stiffness):
+    """State after a period of x'' + .1 x' + x = .3 cos(omega t) with a spring beyond the gap in 40 digits."""
+    apart = Oscillator(0.05, omega, mp.mpf("0.3"))
+    contact = apart.with_(stiffness=1 + stiffness, constant=stiffness * mp.mpf(gap))
+    t, x, v, gap, surface = mp.mpf(0), mp.mpf(x), mp.mpf(v), mp.mpf(gap), False
+    touching = x > gap
+    while True:
+        motion = contact if touching else apart
+        hit = first_arrival(motion, t, x, v, apart.period, gap, side=-1 if touching else 1, from_surface=surface)
+        if hit is None:
+            return tuple(map(float, motion.flow(t, x, v, apart.period)))
+        t, x, v, touching, surface = hit, gap, motion.flow(t, x, v, hit)[1], not touching, True
+
+
+@pytest.mark.parametrize("name", ["elastic stop", "dry friction"])
+def test_one_period_through_modes_errs_by_less_than_1e_13(name, rng):
+    """Against 40 digits."""
+    if name == "elastic stop":
+        system, X = bf.systems.bilinear_oscillator(omega=1.25), rng.uniform((-2.5, -3.0), (2.5, 3.0), (8, 2))
+        right = [digits_of_contact(x, v, mp.mpf("1.25"), 0.5, 4) for x, v in X]
+    else:
+        system, X = SCENES[name][0], rng.uniform(-2.0, 2.0, (8, 2))
+        right = [digits_of_friction(x, v, mp.mpf(0.3), mp.mpf(0.4)) for x, v in X]
+    images = PeriodMap(system).apply(X)
+    assert np.abs(images.ends - right).max() <= 1e-13
 
 
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "smooth"])
