@@ -335,7 +335,8 @@ def views(flat: np.ndarray, shape: Shape) -> Numbers:
         own = blocks[7][:, :, rows]
         memory.append((own[..., nx:pairs:2], own[..., nx + 1:pairs:2], own[..., pairs:], own[..., :nx]))
     F, G_, Z_ = memory
-    return Numbers(*blocks[:7], *F, *G_, Z_[0], Z_[1], Z_[3], blocks[8][..., ::2], blocks[8][..., 1::2], blocks[9])
+    named = [*blocks[:7], *F, *G_, Z_[0], Z_[1], Z_[3], blocks[8][..., ::2], blocks[8][..., 1::2], blocks[9]]
+    return Numbers(*named)
 
 
 class _Row(NamedTuple):
