@@ -24,6 +24,7 @@ BESIDE = 1e-5  # arclength behind a boundary at which the new order must hold
 POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
 FAR = -0.05  # monitors are cut off below
+CORNER = 4.0  # most of these parts, seen
 NATURAL = 3.0  # natural size of the coefficients over the largest amplitude at the start
 
 
@@ -116,6 +117,8 @@ class BalanceProblem(Problem):
         self.size = balance.size
         self.scale = np.array(scale, float)
         self.x0 = np.array(x0, float)
+        # a sampled event that passes a sample turns the branch by a part of the distance of samples
+        self.corner = CORNER * 2.0 * math.pi / balance.samples if balance.samples and len(balance.contacts) else 0.0
         self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
         self._law, self._size_log = bool(balance.parts.laws), 0.0
         self._multipliers: tuple[bytes, BalancePath, np.ndarray | None] | None = None

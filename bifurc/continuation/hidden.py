@@ -81,7 +81,7 @@ def jumped(half, row, new):
     a = math.exp(min(row.det_log - before.det_log, 50.0))
     b = math.exp(min(new.det_log - before.det_log, 50.0))
     heading = a - (1.0 - a) * length / back
-    if abs(new.misfit) < DOUBT and heading > DECAY * a and b > DECAY * a:
+    if abs(new.misfit) < DOUBT + 0.5 * row.part.corner and heading > DECAY * a and b > DECAY * a:
         return False
     if heading < 0.0 < row.det_sign * new.det_sign and b > REFLECTION * -heading:
         return True  # it was heading for zero and came back
@@ -89,7 +89,7 @@ def jumped(half, row, new):
     c = curve.at(0.5)
     if c is None:
         return row.det_sign * new.det_sign > 0.0  # a middle on a branch point has no tangent
-    return c.distance > ASIDE * length
+    return c.distance > (ASIDE + 0.25 * row.part.corner) * length
 
 
 def between(half, row, new, j, t, sign):

@@ -14,7 +14,8 @@ class Part:
     """A problem on the way, with what the tracer reads of it in every step.
 
     ``boundary`` and ``events`` are positions in ``Row.tests``: 0 is dp/ds, 1 + k monitor k.  ``born`` is the boundary
-    monitor that is zero at the first row of the part, -1 if none.
+    monitor that is zero at the first row of the part, -1 if none.  ``corner`` is the angle in radians by which the branch may
+    turn in a point, of problems that are only piecewise smooth.
     """
 
     def __init__(self, problem, index, born=-1):
@@ -22,6 +23,7 @@ class Part:
         self.index = index
         self.born = born
         self.scale = problem.scale
+        self.corner = float(getattr(problem, "corner", 0.0))
         self.monitors = tuple(problem.monitors)
         self.kinds = [SpecialPointKind.FOLD] + [SpecialPointKind(monitor.kind) for monitor in self.monitors]
         self.boundary = [1 + k for k, monitor in enumerate(self.monitors) if monitor.boundary]

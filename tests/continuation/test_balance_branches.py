@@ -41,6 +41,17 @@ def test_sampled_contacts_give_the_same_branch(samples):
     assert [str(reason) for reason in branch.stop_reason] == ["bound", "bound"]
     points = branch.special_points
     assert len(points) == 2 and all(abs(p.parameter - onset) < 40.0 / samples**2 for p, onset in zip(points, ONSETS, strict=True))
+    assert len(branch) <= 60 and sum(end.rejected for end in branch.ends) <= 2  # corners that sampling makes are no jumps
+
+
+@pytest.mark.parametrize("method", [HarmonicBalance(7), HarmonicBalance(7, aft="sampled", samples=256)])
+def test_multipliers_of_a_branch_are_those_of_its_orbits(method):
+    branch = traced(method, ds_max=0.1)
+    columns = np.array([branch.column(f"multiplier_{k}") for k in range(3)]).T
+    for i in range(0, len(branch), 7):
+        own = branch.orbits[i].multipliers  # memory is a state only where it is written
+        np.testing.assert_allclose(columns[i, :len(own)], own, atol=1e-9)
+        assert not columns[i, len(own):].any()
 
 
 def test_points_of_the_branch_are_orbits_with_their_measures():
