@@ -44,7 +44,7 @@ class FakeBranch:
     parameter: str = "omega"
     kind: str = "impact"  # of the events
 
-    @property
+    @cached_property
     def orbits(self):
         return [SimpleNamespace(events=[SimpleNamespace(kind=self.kind)] * n) for n in self.columns["n_events"]]
 
