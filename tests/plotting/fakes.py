@@ -5,6 +5,7 @@ A^2 = (1 - L v)^2 + (G v / omega)^2 with A the amplitude of the free response (T
 """
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
