@@ -56,6 +56,7 @@ def begin(T: Tables, candidates: np.ndarray, X: np.ndarray, modes: np.ndarray) -
         good, clear = open_.copy(), np.ones(len(X), bool)
         for rows in (T.H[m, :T.n_holds[m]], T.S[m, :T.n_holds[m]]):
             good &= (np.abs(x @ rows.T) <= NOISE * (scale @ np.abs(rows).T)).all(axis=1)
+        ruled_out = ~good  # by what must be at rest: whatever the guards say, a load on the limit of stick included
         for g in range(T.n_guards[m]):
             value, size = x @ T.G[m, g], scale @ np.abs(T.G[m, g])
             past = value > PENETRATION * size
@@ -64,6 +65,7 @@ def begin(T: Tables, candidates: np.ndarray, X: np.ndarray, modes: np.ndarray) -
             clear &= past | (value < -NOISE * size)
             if T.LG[m, g].any():  # the guard also feels a law
                 clear[:] = False
+        clear |= ruled_out
         modes[good & clear] = m
         beyond &= clear | ~open_
         open_ &= clear & ~good
