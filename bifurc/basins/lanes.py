@@ -81,7 +81,8 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
     powers = h ** np.arange(TERMS_ORDER + 1)
     modes, most = len(T.n_guards), kind.guards
     nx = 2 + kind.forcings
-    candidates = T.then.shape[2]
+    followers = {(m, g): lanesplan.followers(T, m, g) for m in range(modes) for g in range(T.n_guards[m])}
+    candidates = max([1, *(len(found) for found in followers.values())])
     P = np.zeros((modes, _places(kind)["NUMBERS"]))
     I = np.zeros((modes, 3 + most * (4 + candidates)), np.int64)
     at = _places(kind)
@@ -118,8 +119,10 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
             start = at["SERIES"] + g * nx * (TERMS_ORDER + 1)
             p[start:start + rows.size] = rows.ravel()
             start = 3 + g * (4 + candidates)
-            I[m, start:start + 4] = T.kick[m, g], T.D[m, g, 0] != 0.0, T.ends_in[m, g], lanesplan.is_hit(T, m, g)
-            I[m, start + 4:start + 4 + candidates] = T.then[m, g]
+            kick = T.kick[m, g] * (2 if lanesplan.keeps_guard(T, m, g) else 1)
+            I[m, start:start + 4] = kick, T.D[m, g, 0] != 0.0, T.ends_in[m, g], lanesplan.is_hit(T, m, g)
+            found = followers[m, g]
+            I[m, start + 4:start + 4 + candidates] = found + [-1] * (candidates - len(found))
     common = harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases)
     if kind.lapped >= 0:
         home = home_of(T)

@@ -223,7 +223,7 @@ def follow(W, index, c, count, m, at, k, steps, numbers, grid, I, first):
         for e in range(count):
             l, place = index[AT_TODO + e], index[AT_PLACE + e]
             if W[AT_FATE + e] > 0.0:
-                W[AT_EVENTS + l] += 1.0
+                W[AT_EVENTS + l] += 2.0 if i > 0 and I[m, at] == AT_KICKS else 1.0  # friction turns round at the same instant
                 if I[m, at + 1] == 1:
                     W[AT_HITS + l] += 1.0
                     W[AT_LEAST + l] = min(W[AT_LEAST + l], W[AT_LSPEED + e])

@@ -32,7 +32,7 @@ SERIES = STATES + NX * TERMS
 NUMBERS = SERIES + GUARDS * NX * TERMS
 # integers of a mode, then those of its guards; candidates from THEN
 GUARDED, HELD, CANDIDATES = 0, 1, 2
-KICK, SURFACE, ENDS, HIT, THEN = range(5)
+KICK, SURFACE, ENDS, HIT, THEN = range(5)  # KICK 2: one whose guard is the same in all modes that may follow and do not rest
 WHOLES = 3
 ORDERS, KNOWN, NEW_ORDERS, ENDS_OF, OPEN = (i * GUARDS for i in (0, 1, 2, 3, 5))  # places in `due`
 DUE = OPEN + 1
@@ -155,7 +155,7 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
             if out[0] < hit or (out[0] == hit and g < 0):
                 g, hit, arrive = i, out[0], out[1]
         at = WHOLES + g * (THEN + I[m, CANDIDATES])
-        kicked = g >= 0 and I[m, at + KICK] == 1
+        kicked = g >= 0 and I[m, at + KICK] > 0
         if not kicked:
             expand(P, m, STATES, q, v, force, a)
             q, v = horner(a, 0, hit)
@@ -192,12 +192,13 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
             q, v = row(P, m, jumped, q, v, force), row(P, m, jumped + NX, q, v, force)
             if kicked:
                 after = row(P, m, SLOPE + g * NX, q, v, force)
-        target, i = -1, first
+        target, i, back = -1, first, False
         while i < THEN + I[m, CANDIDATES]:
             c = I[m, at + i]
             if c == -2:
                 return ASIDE, m, q, v
-            back = c == m and after < 0.0  # into the same mode with a known speed: the common case
+            # a rebound with a known speed: into the same mode, or where friction turns round
+            back = c >= 0 and after < 0.0 and (c == m or (I[m, at + KICK] == 2 and I[c, HELD] == 0))
             if back or (c >= 0 and (i == ENDS or I[c, HELD] == 0 or not after < 0.0)):
                 if may_start(P, I, c, q, rested if i == ENDS else v, force, a, due, g if back else np.int64(-1)):
                     target = c
@@ -212,8 +213,10 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
             tally[LEAST] = min(tally[LEAST], 0.0 if i == ENDS else arrive)
         for c in range(GUARDS):
             due[ORDERS + c], due[KNOWN + c] = due[NEW_ORDERS + c], np.nan
-        if target == m and after < 0.0:
+        if back:
             due[ORDERS + g], due[KNOWN + g] = 1.0, after
+            if target != m:  # two events at one instant
+                tally[EVENTS] += 1.0
         m = target
         if I[m, HELD] > 0:
             q, v = hold(P, m, q, v, force)

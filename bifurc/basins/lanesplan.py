@@ -102,9 +102,7 @@ def _jump(T: Tables, m: int, g: int) -> tuple[float, float]:
 def _known(T: Tables, m: int, g: int) -> list[int]:
     """Return the candidates that the lap may try in turn; none where one of them is out of its reach."""
     kicks, found = T.kick[m, g] == 1, []
-    for c in T.then[m, g]:
-        if c == -1:
-            continue
+    for c in followers(T, m, g):
         if c < 0:
             return []
         if T.n_holds[c]:
@@ -112,8 +110,40 @@ def _known(T: Tables, m: int, g: int) -> list[int]:
                 continue
             if T.n_holds[m] == 0 and not (T.D[m, g, 1] != 0.0 and _same_row(T.G[m, g], T.H[c, 0]) and not T.S[c, 0].any()):
                 return []
-        found.append(int(c))
+        found.append(c)
     return found
+
+
+def followers(T: Tables, m: int, g: int) -> list[int]:
+    """Return the modes that may follow an event, in the order they are tried; -2: one is not built yet.
+
+    A rebound also turns the friction on its row round, whose guard the general march finds outside and lets fire at once:
+    the modes of the other direction follow the stop's own.
+    """
+    found = [int(c) for c in T.then[m, g] if c != -1]
+    if T.kick[m, g] != 1:
+        return found
+    for c in found:  # grows while it is walked
+        if c < 0 or T.n_holds[c] or not _same_guard(T, m, c, g):
+            continue
+        for k in range(T.n_guards[c]):
+            turns = T.element[c, k] != T.element[m, g] and T.kick[c, k] == 0 and T.D[c, k, 1] != 0.0
+            whole = T.R[c, k] + np.outer(T.D[c, k], T.G[c, k])  # nothing jumps but what is put on the surface
+            if turns and np.allclose(whole, np.eye(*whole.shape), rtol=0.0, atol=PARALLEL):
+                found += [int(d) for d in T.then[c, k]
+                          if d >= 0 and d not in found and T.n_holds[d] == 0 and _same_guard(T, m, d, g)]
+    return found
+
+
+def keeps_guard(T: Tables, m: int, g: int) -> bool:
+    """Return whether guard ``g`` is the same in all modes without held rows that may follow it."""
+    return all(_same_guard(T, m, c, g) for c in followers(T, m, g) if c >= 0 and T.n_holds[c] == 0)
+
+
+def _same_guard(T: Tables, m: int, c: int, g: int) -> bool:
+    """Return whether guard number ``g`` of two modes is one: its element, value, and slope."""
+    return bool(g < T.n_guards[c] and T.element[m, g] == T.element[c, g] and T.kick[m, g] == T.kick[c, g]
+                and np.array_equal(T.GT[m, g, :, :2], T.GT[c, g, :, :2]))
 
 
 def _same_row(a: np.ndarray, b: np.ndarray) -> bool:
