@@ -4,7 +4,7 @@ The same iteration as `continuation.problem.Problem.correct`, whose stopping rul
 """
 import numpy as np
 
-from .._jit import both, njit
+from .._jit import both, leaf
 from ..solve.dense import lu, lu_solve
 from .march import FOLLOWED
 from .margins import FAR, margins
@@ -132,7 +132,7 @@ def correct(S, R, base, index, series, low, high, grid: Grid, listed, room: Room
     return CONVERGED
 
 
-@njit
+@leaf
 def bordered(matrix, tangent, fixed):
     """Write the last row: the tangent, or the parameter alone."""
     size = tangent.size - 1
@@ -146,8 +146,10 @@ def watched(S, R, flat, dflat, x, grid: Grid, room: Room, events):
     events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
-    c, v, cp, vp = np.empty((4, len(R), waves.size))
+    signals, a, slopes = np.empty((4, len(R), waves.size)), np.empty(waves.size), np.empty(grid.cosines.shape[1])
+    z = np.empty(room.zs.shape[2])
+    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     motion(S, R, flat, dflat, x, c, v, cp, vp)
     for k in range(len(contacts)):
         margins(waves, excited, contacts[k], X[k], loose[k], room.paths[k], room.ends[k], room.zs[k], room.sources[k],
-                room.counts[k, 0], c, v, grid.samples, grid.cosines, grid.sines, events)
+                room.counts[k, 0], c, v, grid.samples, grid.cosines, grid.sines, events, a, slopes, z)

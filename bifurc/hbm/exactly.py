@@ -6,7 +6,7 @@ candidate whose guards are all negative, or zero with a negative first non-zero 
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf
 from .march import (
     FOLLOWED,
     INCONSISTENT,
@@ -30,21 +30,20 @@ from .march import (
     further,
     guard_of,
     missed,
-    own_of,
     repeats,
     resting,
     slaves,
     writer,
 )
 from .tables import GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
-from .waves import jet, powers, size, value
+from .waves import jet, powers, size, turn, value
 
 TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 SAME = 1e-14  # difference of phases that is none
 SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
 
 
-@njit
+@leaf
 def root(waves, a, low, high, guess):
     """Return the zero of a polynomial that is negative at ``low`` and not at ``high``: Newton kept inside by halving."""
     t = guess if low < guess < high else 0.5 * (low + high)
@@ -65,22 +64,26 @@ def root(waves, a, low, high, guess):
     return t
 
 
-@njit
+@leaf
 def summit(waves, a, low, high):
     """Return the phase of a maximum between a rise at ``low`` and a fall at ``high``."""
+    t = 0.5 * (low + high)
     for _ in range(60):
-        t = 0.5 * (low + high)
-        g0, g1 = value(waves, a, t)
+        g1, g2 = turn(waves, a, t)
         if g1 > 0.0:
             low = t
         else:
             high = t
-        if high - low < 1e-9:
-            break
-    return 0.5 * (low + high)
+        new = t - g1 / g2 if g2 < 0.0 else low
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - t) < 1e-9 or high - low < 1e-9:
+            return new
+        t = new
+    return t
 
 
-@njit
+@leaf
 def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
     """Return the first phase in (t0, t1] where a guard that is negative behind t0 is not, or inf.
 
@@ -119,34 +122,41 @@ def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
     return root(waves, a, low, high, guess)
 
 
-@njit
-def overshoot(waves, a, t, h):
-    """Return how high a guard would rise behind its zero at ``t``, as part of its size."""
+@leaf
+def crest(waves, a, t):
+    """Return the phase of the first maximum of a guard behind its zero at ``t``."""
+    h = 2.0 * np.pi / max(64, 8 * waves[-1])
     end = t
     for _ in range(int(2.0 * np.pi / h) + 2):
         end += h
         if value(waves, a, end)[1] <= 0.0:
             break
-    return value(waves, a, summit(waves, a, max(end - h, t), end))[0] / size(a)
+    return summit(waves, a, max(end - h, t), end)
 
 
-@njit
+@leaf
+def overshoot(waves, a, t):
+    """Return how high a guard would rise behind its zero at ``t``, as part of its size."""
+    return value(waves, a, crest(waves, a, t))[0] / size(a)
+
+
+@leaf
 def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
     """Write guards of mode ``m``, their rates, and whether they are zero, behind an event; and what memory adds to them."""
-    own = own_of(A)
+    own = A[A.shape[0] - 1, 0]
     first = excited.size + 2 * own[PAIRS]
     for g in range(A[m, 0, GUARDS]):
         row = X[m, own[PAIRS] + g]
         expression(row, own, excited, c, v, z, a)
         here = jet(waves, a, p)
         g0[g], d0[g] = here[0], here[1]
-        fresh[g] = here[0] >= -ROUNDING * size(a)
+        fresh[g] = 1 if here[0] >= -ROUNDING * size(a) else 0
         offset[g] = 0.0
         for i in range(z.size):
             offset[g] += row[first + i] * z[i]
 
 
-@njit
+@leaf
 def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
     """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none."""
     for g in range(A[m, 0, GUARDS]):
@@ -161,8 +171,9 @@ def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
     return -1
 
 
-@njit
-def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip, touch, path, ends, zs, source, count):
+@leaf
+def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip, touch, path, ends, zs, source,
+          count, scratch, flags, p, tables):
     """Follow a contact along the motion event by event over one period that repeats.
 
     Parameters
@@ -188,68 +199,70 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
         Overwritten, see `march`.
     count : int (2,)
         Overwritten by the number of segments, and of periods that were followed.
+    scratch (8, .), flags : int (3, .), p (top + 1, 2), tables (2, M, G, grid + 1)
+        Overwritten; as long as internal slots, guards, modes and memories.
 
     Returns
     -------
     int
         Code of a `MarchStatus`.
     """
-    grid, most, own = U.shape[1] - 1, len(ends), own_of(A)
-    Z, turn, Q = own[MEMORY], 2.0 * np.pi, own[PAIRS]
-    z, z0 = np.zeros(Z), np.zeros(Z)
-    p = np.empty((waves[-1] + 1, 2))
-    a = np.empty(waves.size)
-    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z)
+    grid, most, own = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0]
+    whole, Q = 2.0 * np.pi, own[PAIRS]
+    a, g0, d0, g1, d1, offset = scratch[0, :waves.size], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
+    z, z0 = scratch[6, :own[MEMORY]], scratch[7, :own[MEMORY]]
+    fresh, ignored, ready = flags[0], flags[1], flags[2]
+    values, slopes = tables[0], tables[1]
+    z[:] = 0.0
+    flags[:] = 0
+    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z, p, a)
     if m < 0:
         return INCONSISTENT
     at = 0.0
-    G, modes = A.shape[1] - 1, A.shape[0] - 1
-    g0, d0, g1, d1, offset = np.empty(G), np.empty(G), np.empty(G), np.empty(G), np.empty(G)
-    fresh, ignored, ready = np.zeros(G, np.bool_), np.zeros(G, np.bool_), np.zeros(modes, np.bool_)
-    values, slopes = np.empty((modes, G, grid + 1)), np.empty((modes, G, grid + 1))
     for period in range(PERIODS):
         m0, events, t, begun = m, 0, 0.0, True
-        z0[:] = z
+        for i in range(z.size):
+            z0[i] = z[i]
         source[0], source[1], source[NEXT], source[PASSED], source[TOUCHED] = wrote, at, -np.inf, 0.0, touch
         for j in range(1, grid + 1):
-            t1 = turn * j / grid
+            t1 = whole * j / grid
             while True:  # events within the cell
                 if begun:  # a mode that was entered
-                    if not ready[m]:
+                    if ready[m] == 0:
                         for g in range(A[m, 0, GUARDS]):
                             filled(X[m, Q + g], own, U, V, excite, 1.0, values[m, g])
                             filled(X[m, Q + g], own, dU, dV, dexcite, 0.0, slopes[m, g])
-                        ready[m] = True
+                        ready[m] = 1
                     powers(t, p.shape[0], p)
                     entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset)
                     if t == 0.0:
                         for g in range(A[m, 0, GUARDS]):
                             g0[g] = values[m, g, 0] + offset[g]
-                            fresh[g] = g0[g] >= 0.0
+                            fresh[g] = 1 if g0[g] >= 0.0 else 0
                     begun = False
                     if t >= t1:
                         break
                 soonest, which, beside = np.inf, -1, False
                 for g in range(A[m, 0, GUARDS]):
                     g1[g], d1[g] = values[m, g, j] + offset[g], slopes[m, g, j]
-                    if g1[g] < 0.0 and (ignored[g] or not (d0[g] > 0.0 and d1[g] < 0.0)):
-                        ignored[g] = False
+                    if g1[g] < 0.0 and (ignored[g] > 0 or not (d0[g] > 0.0 and d1[g] < 0.0)):
+                        ignored[g] = 0
                         continue
-                    if ignored[g]:
+                    if ignored[g] > 0:
                         continue
                     guard_of(excited, A, X, m, g, c, v, z, a)
-                    found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g])
+                    found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g] > 0)
                     nearly = False
-                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and not fresh[g] and A[m, 1 + g, SILENT] == 0 \
+                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and fresh[g] == 0 and A[m, 1 + g, SILENT] == 0 \
                             and further(A, m, g) < 0:
                         top = summit(waves, a, t, t1)
                         nearly = missed(value(waves, a, top)[0] / size(a), touch, writer(A, m, g) >= 0, source)
                         if not nearly:
                             continue
                         found = top
-                    if found < np.inf and ((skip > 0.0 and not nearly and overshoot(waves, a, found, turn / grid) < skip) or (
+                    if found < np.inf and ((skip > 0.0 and not nearly and overshoot(waves, a, found) < skip) or (
                             period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
-                        ignored[g] = g1[g] >= 0.0
+                        ignored[g] = 1 if g1[g] >= 0.0 else 0
                         continue
                     if found < soonest:
                         soonest, which, beside = found, g, nearly
@@ -259,11 +272,11 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                     return TOO_MANY
                 powers(soonest, p.shape[0], p)
                 t, begun = soonest, True
-                for i in range(Z):
+                for i in range(z.size):
                     zs[events, i] = z[i]
                 if beside:  # there and back at one instant
                     b = writer(A, m, which)
-                    slaves(waves, excited, A, X, b, c, v, p, z)
+                    slaves(waves, excited, A, X, b, c, v, p, z, a)
                     ended(path, ends, zs, events, m, which, b, soonest, soonest, z[:0])
                     events += 1
                     ended(path, ends, zs, events, b, back(A, b), m, soonest, soonest, z)
@@ -271,7 +284,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                     wrote, at = b, soonest
                     events += 1
                     continue
-                slaves(waves, excited, A, X, m, c, v, p, z)
+                slaves(waves, excited, A, X, m, c, v, p, z, a)
                 if touch > 0.0 and A[m, 0, WRITES] > 0:
                     g = beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a)
                     if g >= 0 and events < most - 2:
@@ -280,9 +293,9 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                         path[events, WROTE] = m
                         events += 1
                         m, which = b, back(A, b)
-                        for i in range(Z):
+                        for i in range(z.size):
                             zs[events, i] = z[i]
-                        slaves(waves, excited, A, X, m, c, v, p, z)
+                        slaves(waves, excited, A, X, m, c, v, p, z, a)
                 after = -1
                 for i in range(THEN, A.shape[2]):
                     b = A[m, 1 + which, i]
@@ -302,9 +315,9 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                 m = after
             if t < t1:
                 for g in range(A[m, 0, GUARDS]):
-                    g0[g], d0[g], fresh[g] = g1[g], d1[g], False
+                    g0[g], d0[g], fresh[g] = g1[g], d1[g], 0
             t = t1
-        ended(path, ends, zs, events, m, -1, m, turn, turn, z)
+        ended(path, ends, zs, events, m, -1, m, whole, whole, z)
         count[0], count[1] = events + 1, period + 1
         if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
             return FOLLOWED

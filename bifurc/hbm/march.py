@@ -7,7 +7,7 @@ entry of each array that `tables.structure` and `tables.expressions` return.
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf
 from .tables import COUNT, FORGETS, GUARDS, MEMORY, PAIRS, ROWS, SLAVED, THEN, TRIAL, WIDTH, WRITES
 from .waves import jet, powers, size
 
@@ -27,7 +27,7 @@ SOURCE = 5
 RESTING = 1e-4  # radians
 
 
-@njit
+@leaf
 def expression(row, own, excited, c, v, z, out):
     """Write an affine expression along the motion as a polynomial: ``out`` (mi,); ``own`` is the row of the contact."""
     for j in range(out.size):
@@ -48,19 +48,12 @@ def expression(row, own, excited, c, v, z, out):
         out[0] += row[first + i] * z[i]
 
 
-@njit
-def own_of(A):
-    """Return the row of a contact: number of modes, memories, rows, and the rows."""
-    return A[A.shape[0] - 1, 0]
-
-
-@njit
-def slaves(waves, excited, A, X, m, c, v, p, z):
-    """Write the memory that mode ``m`` slaves, at the phase of the powers ``p``, into ``z``."""
-    own = own_of(A)
+@leaf
+def slaves(waves, excited, A, X, m, c, v, p, z, a):
+    """Write the memory that mode ``m`` slaves, at the phase of the powers ``p``, into ``z``; ``a`` (mi,) is overwritten."""
+    own = A[A.shape[0] - 1, 0]
     if A[m, 0, WRITES] <= 0:
         return
-    a = np.empty(waves.size)
     first = own[PAIRS] + A.shape[1] - 1
     for i in range(own[MEMORY]):
         if A[m, 0, SLAVED + i] > 0:
@@ -68,14 +61,14 @@ def slaves(waves, excited, A, X, m, c, v, p, z):
             z[i] = jet(waves, a, p)[0]
 
 
-@njit
+@leaf
 def guard_of(excited, A, X, m, g, c, v, z, a):
     """Write guard ``g`` of mode ``m`` as a polynomial into ``a`` (mi,)."""
-    own = own_of(A)
+    own = A[A.shape[0] - 1, 0]
     expression(X[m, own[PAIRS] + g], own, excited, c, v, z, a)
 
 
-@njit
+@leaf
 def admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
     """Return whether mode ``m`` may hold from the phase of the powers ``p`` on; ``slack``: part of a guard that is forgiven."""
     top = waves[-1]
@@ -96,7 +89,7 @@ def admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
     return True
 
 
-@njit
+@leaf
 def relaxed(own, loose, c, v, z):
     """Write the memory of a relaxed start, from the means of coordinates and speeds."""
     for i in range(own[MEMORY]):
@@ -105,21 +98,19 @@ def relaxed(own, loose, c, v, z):
             z[i] += loose[i, 2 * q] * c[own[ROWS + q], 0] + loose[i, 2 * q + 1] * v[own[ROWS + q], 0]
 
 
-@njit
-def begin(waves, excited, A, X, loose, c, v, slack, z):
+@leaf
+def begin(waves, excited, A, X, loose, c, v, slack, z, p, a):
     """Return (mode, mode that wrote the memory) at phase 0: of a start with relaxed memory (-1), or as a mode writes it.
 
     Mode -1: none may hold; ``slack`` as in `admissible`; ``loose`` (Z, 2 Q): memory of a relaxed start, from the means of
-    coordinates and speeds.
+    coordinates and speeds; ``p`` and ``a`` are overwritten.
     """
-    p = np.empty((waves[-1] + 1, 2))
-    a = np.empty(waves.size)
     powers(0.0, p.shape[0], p)
-    own = own_of(A)
+    own = A[A.shape[0] - 1, 0]
     for attempt in range(-1, own[COUNT]):
         relaxed(own, loose, c, v, z)
         if attempt >= 0:
-            slaves(waves, excited, A, X, attempt, c, v, p, z)
+            slaves(waves, excited, A, X, attempt, c, v, p, z, a)
         for s in range(own[COUNT]):
             m = A[A.shape[0] - 1, 1, s]
             if m >= 0 and admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
@@ -127,7 +118,7 @@ def begin(waves, excited, A, X, loose, c, v, slack, z):
     return -1, -1
 
 
-@njit
+@leaf
 def writer(A, m, g):
     """Return the first successor of a guard that writes memory, of a mode that does not; -1: none."""
     if A[m, 0, WRITES] > 0:
@@ -139,14 +130,14 @@ def writer(A, m, g):
     return -1
 
 
-@njit
+@leaf
 def further(A, m, g):
     """Return the mode that follows a guard of a mode that writes memory, if it writes too (more sliders slip); -1: it does not."""
     b = A[m, 1 + g, THEN]
     return b if b >= 0 and b != m and A[m, 0, WRITES] > 0 and A[b, 0, WRITES] > 0 else -1
 
 
-@njit
+@leaf
 def missed(height, touch, followed, source):
     """Return whether a guard that stays below zero, by ``height`` of its size, is a touch to be followed; note it if not."""
     if height <= -touch:
@@ -157,7 +148,7 @@ def missed(height, touch, followed, source):
     return followed
 
 
-@njit
+@leaf
 def resting(A, m, g, t, source, near):
     """Return whether guard ``g`` of mode ``m`` is zero at phase ``t`` because it wrote the memory there, a period ago.
 
@@ -169,7 +160,7 @@ def resting(A, m, g, t, source, near):
     return min(away, 2.0 * np.pi - away) < near
 
 
-@njit
+@leaf
 def back(A, b):
     """Return the guard by which a mode that writes memory goes back to one that keeps it."""
     for g in range(A[b, 0, GUARDS]):
@@ -178,7 +169,7 @@ def back(A, b):
     return 0
 
 
-@njit
+@leaf
 def filled(row, own, U, V, excite, constant, out):
     """Write an expression on a grid, without the part of memory; ``constant`` is 1, or 0 with tables of derivatives."""
     first, nx = constant * row[0], excite.shape[0]
@@ -199,17 +190,17 @@ def filled(row, own, U, V, excite, constant, out):
                 out[n] += a * excite[x, n]
 
 
-@njit
+@leaf
 def repeats(A, m, z, z0, c):
     """Return whether the memory that mode ``m`` keeps came back."""
-    bound = size(c[own_of(A)[ROWS]])
+    bound = size(c[A[A.shape[0] - 1, 0, ROWS]])
     for i in range(z.size):
         if A[m, 0, SLAVED + i] <= 0 and not abs(z[i] - z0[i]) <= REPEATS * (abs(z[i]) + abs(z0[i]) + bound):
             return False
     return True
 
 
-@njit
+@leaf
 def ended(path, ends, zs, n, m, g, after, stop, wrote_at, z):
     """Write segment ``n``."""
     path[n, MODE], path[n, GUARD], path[n, AFTER], path[n, WROTE] = m, g, after, -1
@@ -218,7 +209,7 @@ def ended(path, ends, zs, n, m, g, after, stop, wrote_at, z):
         zs[n, i] = z[i]
 
 
-@njit
+@leaf
 def again(A, m, g, after, path, ends, n, count, stop, tolerance):
     """Return whether event ``n`` is that of the period before, and all memory was written by it: then so is what follows."""
     return A[m, 0, FORGETS] > 0 and n < count - 1 and path[n, MODE] == m and path[n, GUARD] == g and path[n, AFTER] == after \

@@ -6,9 +6,9 @@ parameter and continue each other.
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf
 from .exactly import TURNED, summit
-from .march import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, own_of, relaxed, resting, writer
+from .march import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, relaxed, resting, writer
 from .residual import arose
 from .tables import GUARDS, KIND, MEMORY, SILENT
 from .waves import size, value
@@ -18,22 +18,21 @@ COUNT, OVERSHOOT, MISS, FIELDS = 0, 1, 2, 3
 FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are relative to the size of the guard
 
 
-@njit
-def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, samples, cosines, sines, out):
+@leaf
+def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, samples, cosines, sines, out, a, slopes, relaxation):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
     ``out`` starts as (0, FAR, -FAR) in each row; arguments as `exactly.exact` leaves them, and the tables of the grid.
     Beyond where the listed order of events holds, overshoots are negative and misses positive.  The slip that brought a
-    contact to where it always sticks counts with its overshoot from a relaxed start.
+    contact to where it always sticks counts with its overshoot from a relaxed start.  ``a`` (mi,), ``slopes`` (grid + 1,) and
+    ``relaxation`` (Z,) are overwritten.
     """
-    own = own_of(A)
+    own = A[A.shape[0] - 1, 0]
     Z = own[MEMORY]
-    a = np.empty(waves.size)
     nodes = cosines.shape[1] - 1
     h = 2.0 * np.pi / nodes
-    slopes = np.empty(nodes + 1)
     if count == 1 and source[WRITER] >= 0.0:  # at rest where it slipped last: it would not have, from a relaxed start
-        m, z = path[0, MODE], np.empty(Z)
+        m, z = path[0, MODE], relaxation[:Z]
         relaxed(own, loose, c, v, z)
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] == 0 and writer(A, m, g) == int(source[WRITER]):
@@ -77,7 +76,7 @@ def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, sa
         start = stop
 
 
-@njit
+@leaf
 def slopes_on(waves, a, cosines, sines, first, last, out):
     """Write the derivative of a polynomial by phase at grid points ``first`` to ``last - 1``."""
     for n in range(first, last):

@@ -10,9 +10,9 @@ Casas and Ros, BIT 40 (2000) 434, eq. 3.14).
 """
 import numpy as np
 
-from .._jit import both, njit
+from .._jit import both, leaf, njit
 from ..solve.dense import lu, lu_solve
-from .march import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of, own_of
+from .march import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of
 from .residual import Room, followed, motion
 from .tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, core, expressions, numbers_at, structure
 from .waves import jet, powers, size
@@ -23,7 +23,7 @@ JUMP = 1e-9  # relative: a force or memory that is continuous across an event bu
 GRAZE = 1e-9  # rate of a guard, relative to its size, below which the shift of its event has no derivative
 
 
-@njit
+@leaf
 def product(a, b, out):
     """Write a b (square matrices) into ``out``."""
     n = a.shape[0]
@@ -37,7 +37,7 @@ def product(a, b, out):
                     out[i, j] += x * b[k, j]
 
 
-@njit
+@leaf
 def identity(out):
     """Write the identity."""
     out[:] = 0.0
@@ -129,7 +129,7 @@ def states(S, paths, counts, kept):
     contacts, start = structure(S)[3], 2 * S[DOFS]
     kept[:start] = 1
     for k in range(len(contacts)):
-        for z in range(own_of(contacts[k])[MEMORY]):
+        for z in range(contacts[k, contacts.shape[1] - 1, 0, MEMORY]):
             kept[start] = 0
             for i in range(counts[k, 0]):
                 wrote = paths[k, i, WROTE]
@@ -156,7 +156,8 @@ def along(S, R, base, index, series, low, high, xs, cosines, sines, room: Room, 
         Overwritten: 1, 0 where an event grazes and there is no matrix, -1 where the contacts cannot be followed.
     """
     flat, dflat = np.empty_like(base), np.empty_like(base)
-    c, v, cp, vp = np.empty((4, len(R), S[INTERNAL]))
+    signals = np.empty((4, len(R), S[INTERNAL]))
+    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     listed = np.full(len(room.counts), -1)
     size = xs.shape[1] - 1
     for i in range(len(xs)):
@@ -235,7 +236,7 @@ def passed(S, R, flat, cut, paths, ends, zs, counts, c, v, mass, pivot, at, P):
                      c, v, mass, pivot, P) == 0:
                 return -1
             at[k] += 1
-        offset += own_of(contacts[k])[MEMORY]
+        offset += contacts[k, contacts.shape[1] - 1, 0, MEMORY]
     return 0
 
 
@@ -257,7 +258,7 @@ def generator(S, R, flat, paths, at, KL, CL, node, mass, pivot, A):
                 force[a, n + b] += CL[node, a, b]
     offset = 2 * n
     for k in range(at.size):
-        m, own = paths[k, at[k], MODE], own_of(contacts[k])
+        m, own = paths[k, at[k], MODE], contacts[k, contacts.shape[1] - 1, 0]
         for q in range(own[WIDTH]):
             left, row = R[own[ROWS + q]], X[k, m, q]
             for p in range(own[WIDTH]):
@@ -281,7 +282,7 @@ def generator(S, R, flat, paths, at, KL, CL, node, mass, pivot, A):
             force[a, j] = column[a]
 
 
-@njit
+@leaf
 def gradient(row, own, nx, memory, R, offset, P, out):
     """Write the perturbation (columns of ``P``) of an affine expression, with its first ``memory`` memories."""
     n = R.shape[1]
@@ -303,7 +304,7 @@ def gradient(row, own, nx, memory, R, offset, P, out):
 @njit
 def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, v, mass, pivot, P):
     """Apply an event of a contact to the perturbations ``P``; return 0 where its shift has no derivative."""
-    own, n, nx = own_of(A), R.shape[1], excited.size
+    own, n, nx = A[A.shape[0] - 1, 0], R.shape[1], excited.size
     Z, slave = own[MEMORY], own[PAIRS] + A.shape[1] - 1
     m, g, b = path[MODE], path[GUARD], path[AFTER]
     a = np.empty(waves.size)

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import both, njit
-from .exactly import exact, overshoot
-from .march import FOLLOWED, GUARD, MODE, NEXT, NOT_FINITE, PASSED, ROUNDING, WRITER, guard_of, own_of
+from .._jit import both, leaf, njit
+from .exactly import crest, exact, overshoot
+from .march import FOLLOWED, GUARD, MODE, NEXT, NOT_FINITE, PASSED, ROUNDING, WRITER, guard_of
 from .sampling import sampled
 from .spectra import divisors, gather, joined, signals
-from .tables import MEMORY, core, expressions, structure
+from .tables import MEMORIES, MEMORY, MODES, PAIRED, core, expressions, structure
 from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
@@ -22,15 +22,16 @@ ATTEMPTS = 6  # marches of a contact until it has the events that are asked for
 ALL = 2.0  # above the height of any event
 
 
-@njit
-def synthesised(waves, cosines, sines, c, U, dU, ddU, twice):
+@leaf
+def synthesised(waves, cosines, sines, c, U, dU, ddU, twice, half):
     """Write values and derivatives by phase of the rows ``c`` (nr, mi) on a grid, from its tables (nk, grid + 1).
 
     The grid is its own mirror image about half the period: there cosines repeat, and sines change their sign.
+    ``half`` (6, grid // 2 + 1) is overwritten.
     """
     last = cosines.shape[1] - 1
     count = last // 2 + 1
-    even, odd, deven, dodd, ddeven, ddodd = np.empty((6, count))
+    even, odd, deven, dodd, ddeven, ddodd = half[0], half[1], half[2], half[3], half[4], half[5]
     for row in range(len(c)):
         for n in range(count):
             even[n], odd[n], deven[n], dodd[n], ddeven[n], ddodd[n] = c[row, 0], 0.0, 0.0, 0.0, 0.0, 0.0
@@ -60,7 +61,7 @@ def synthesised(waves, cosines, sines, c, U, dU, ddU, twice):
                 ddU[row, last - n], ddU[row, n] = ddodd[n] - ddeven[n], -ddeven[n] - ddodd[n]
 
 
-@njit
+@leaf
 def excitation(waves, excited, cosines, sines, excite, dexcite):
     """Write the columns of excitation on a grid, and their derivatives by phase."""
     for x in range(1, excited.size):
@@ -72,24 +73,22 @@ def excitation(waves, excited, cosines, sines, excite, dexcite):
             dexcite[x, n] = k * co if slot % 2 == 0 else -k * si
 
 
-@njit
+@leaf
 def arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a):
     """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch."""
     m, g, stop = path[n, MODE], path[n, GUARD], ends[n, 0]
-    guard_of(excited, A, X, m, g, c, v, zs[n, :own_of(A)[MEMORY]], a)
+    guard_of(excited, A, X, m, g, c, v, zs[n, :A[A.shape[0] - 1, 0, MEMORY]], a)
     bound = size(a)
     if bound == 0.0:
         return 0.0
     if samples == 0:
-        return overshoot(waves, a, stop, 2.0 * np.pi / max(64, 8 * waves[-1]))
+        return overshoot(waves, a, stop)
     h = 2.0 * np.pi / samples
-    top = value(waves, a, stop)[0]
-    for i in range(1, samples):
-        new = value(waves, a, stop + i * h)[0]
-        if new < top:
-            break
-        top = new
-    return top / bound
+    top = value(waves, a, stop)
+    if top[1] <= 0.0:
+        return top[0] / bound
+    i = np.floor((crest(waves, a, stop) - stop) / h)  # the samples on both sides of the maximum
+    return max(value(waves, a, stop + i * h)[0], value(waves, a, stop + (i + 1.0) * h)[0]) / bound
 
 
 @njit
@@ -98,7 +97,11 @@ def threshold(waves, excited, A, X, c, v, samples, path, ends, zs, events, wante
     a, heights = np.empty(waves.size), np.empty(events)
     for n in range(events):
         heights[n] = arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a)
-    heights.sort()
+    for i in range(1, events):  # by insertion
+        n = i
+        while n > 0 and heights[n - 1] > heights[n]:
+            heights[n - 1], heights[n] = heights[n], heights[n - 1]
+            n -= 1
     drop = (events - wanted + 1) // 2
     top = 2.0 * heights[drop - 1] + ROUNDING  # not much more: on the way from a relaxed start all of them are smaller
     return min(top, 0.5 * (heights[drop - 1] + heights[drop])) if drop < events else top
@@ -119,8 +122,9 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
                 return NOT_FINITE
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
-    U, dU, ddU, V = np.empty((4, nr, nodes))
-    synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0)
+    grids = np.empty((4, nr, nodes))
+    U, dU, ddU, V = grids[0], grids[1], grids[2], grids[3]
+    synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0, np.empty((6, nodes // 2 + 1)))
     rate = flat[0]
     for row in range(nr):
         for n in range(nodes):
@@ -128,18 +132,22 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
         if samples == 0:
             for n in range(nodes):
                 ddU[row, n] *= rate
-    excite, dexcite = np.zeros((2, excited.size, nodes))
+    excites = np.zeros((2, excited.size, nodes))
+    excite, dexcite = excites[0], excites[1]
     excitation(waves, excited, cosines, sines, excite, dexcite)
+    M, G = contacts.shape[1] - 1, contacts.shape[2] - 1
+    scratch, flags = np.empty((8, max(waves.size, M, G, zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
+    p, tables = np.empty((waves[-1] + 1, 2)), np.empty((2, M, max(G, zs.shape[2]), nodes))
     for k in range(len(contacts)):
         skip, touch, A = 0.0, 0.0, contacts[k]
         wanted, by = max(listed[k], 0), -2 - listed[k] if listed[k] < -1 else -1
         for _ in range(ATTEMPTS):
             if samples:
                 status = sampled(waves, excited, A, X[k], loose[k], c, v, U, V, excite, skip, touch, paths[k], ends[k], zs[k],
-                                 sources[k], counts[k])
+                                 sources[k], counts[k], scratch, flags, p, tables)
             else:
                 status = exact(waves, excited, A, X[k], loose[k], c, v, U, V, dU, ddU, excite, dexcite, skip, touch, paths[k],
-                               ends[k], zs[k], sources[k], counts[k])
+                               ends[k], zs[k], sources[k], counts[k], scratch, flags, p, tables)
             if status != FOLLOWED:
                 return status
             events = counts[k, 0] - 1
@@ -287,17 +295,23 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     waves, place, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     dX, dloose = expressions(S, dflat)
-    c, v, cp, vp = np.empty((4, len(R), waves.size))
+    signals = np.empty((4, len(R), waves.size))
+    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     motion(S, R, flat, dflat, x, c, v, cp, vp)
     status = followed(S, flat, grid.samples, grid.cosines, grid.sines, c, v, listed, room.paths, room.ends, room.zs, room.sources,
                       room.counts)
     if status != FOLLOWED:
         return status
-    D = np.empty((room.spectra.shape[3], 2))
-    divisors(len(D), grid.samples, D)
+    mi, L = waves.size, room.spectra.shape[3]
+    D, p, B = np.empty((L, 2)), np.empty((waves[-1] + 1, 2)), np.empty((place.size, mi))
+    Q = S[PAIRED]
+    scratch, dz = np.empty((4, Q * mi + 1)), np.empty((S[MEMORIES], Q * mi + 1))
+    total, E = np.empty((S[MODES], L, 2)), np.empty((3, L, 2))
+    divisors(L, grid.samples, D)
     for k in range(len(contacts)):
         gather(waves, place, excited, contacts[k], X[k], dX[k], loose[k], dloose[k], flat[0], room.paths[k], room.ends[k],
-               room.zs[k], room.sources[k], room.counts[k, 0], c, v, cp, vp, grid.samples, D, slopes, room.spectra, room.F, room.J)
-    joined(waves, place, flat[0], room.spectra, c, v, cp, vp, slopes, room.F, room.J)
+               room.zs[k], room.sources[k], room.counts[k, 0], c, v, cp, vp, grid.samples, D, slopes, room.spectra, room.F, room.J,
+               scratch, p, total, E, dz)
+    joined(waves, place, flat[0], room.spectra, c, v, cp, vp, slopes, room.F, room.J, B)
     assembled(S, R, flat, dflat, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

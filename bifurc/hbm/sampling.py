@@ -1,7 +1,7 @@
 """Contacts followed at samples of the motion: guards are checked at every sample, modes change between two of them."""
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf
 from .march import (
     FOLLOWED,
     INCONSISTENT,
@@ -18,7 +18,6 @@ from .march import (
     ended,
     filled,
     missed,
-    own_of,
     repeats,
     resting,
     writer,
@@ -26,17 +25,17 @@ from .march import (
 from .tables import GUARDS, MEMORY, PAIRS, SILENT, SLAVED, THEN, TRIAL, WRITES
 
 
-@njit
+@leaf
 def guard_at(values, X, A, nx, m, g, z, j):
     """Return a guard at sample ``j``, from its table without memory."""
-    own = own_of(A)
+    own = A[A.shape[0] - 1, 0]
     total, row, first = values[m, g, j], own[PAIRS] + g, nx + 2 * own[PAIRS]
     for i in range(z.size):
         total += X[m, row, first + i] * z[i]
     return total
 
 
-@njit
+@leaf
 def broken(values, X, A, nx, m, z, j, tried):
     """Return the first guard of mode ``m`` that is positive at sample ``j``, or -1; ``tried``: but those with a trial."""
     for g in range(A[m, 0, GUARDS]):
@@ -47,7 +46,7 @@ def broken(values, X, A, nx, m, z, j, tried):
     return -1
 
 
-@njit
+@leaf
 def next_of(values, X, A, nx, m, z, j):
     """Return (guard, mode) that follow mode ``m`` at sample ``j``; guard -1: it stays.  ``z`` is the memory before the sample."""
     every = m < 0  # False, but no literal
@@ -69,21 +68,62 @@ def next_of(values, X, A, nx, m, z, j):
     return -1, m
 
 
-@njit
-def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, ends, zs, source, count):
+@leaf
+def quiet(values, slaved, X, A, nx, m, z, start):
+    """Return the first sample from ``start`` on at which mode ``m`` may be left, or the number of samples.
+
+    What `next_of` decides, without calls: a mode that writes memory stays while every mode that is tried instead is broken.
+    """
+    own = A[A.shape[0] - 1, 0]
+    Q, N, first, guards = own[PAIRS], values.shape[2] - 1, nx + 2 * own[PAIRS], A[m, 0, GUARDS]
+    if A[m, 0, WRITES] <= 0:
+        for g in range(guards):
+            offset = 0.0
+            for i in range(z.size):
+                offset += X[m, Q + g, first + i] * z[i]
+            for j in range(start, N):
+                if values[m, g, j] + offset > 0.0:
+                    N = j  # the other guards are looked at up to here
+                    break
+        return N
+    for j in range(start, N):
+        before = j - 1 if j else N - 1
+        for g in range(guards):
+            b = A[m, 1 + g, TRIAL]
+            stays = b < 0
+            if b >= 0:
+                for h in range(A[b, 0, GUARDS]):
+                    total = values[b, h, j]
+                    for i in range(z.size):
+                        total += X[b, Q + h, first + i] * (slaved[m, i, before] if A[m, 0, SLAVED + i] > 0 else z[i])
+                    if total > 0.0:
+                        stays = True
+                        break
+            total = values[m, g, j]
+            for i in range(z.size):
+                total += X[m, Q + g, first + i] * (slaved[m, i, before] if A[m, 0, SLAVED + i] > 0 else z[i])
+            if not stays or total > 0.0:
+                return j
+    return N
+
+
+@leaf
+def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, ends, zs, source, count,
+            scratch, flags, p, tables):
     """Follow a contact at the samples of one period that repeats; arguments and result as of `exactly.exact`.
 
     Predictor and corrector, so that forces are continuous in the samples: a mode that writes memory is left for one that
     keeps it as soon as that one is admissible with the memory of the sample before; where it is not, its own broken guard
     says which mode goes on.
     """
-    N, most, own, nx = U.shape[1] - 1, len(ends), own_of(A), excited.size
+    N, most, own, nx = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0], excited.size
     Z, turn, modes, Q, G = own[MEMORY], 2.0 * np.pi, A.shape[0] - 1, own[PAIRS], A.shape[1] - 1
-    z, z0 = np.zeros(Z), np.zeros(Z)
-    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z)
+    a, z, z0 = scratch[0, :waves.size], scratch[6, :Z], scratch[7, :Z]
+    values, slaved = tables[0], tables[1]
+    z[:] = 0.0
+    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z, p, a)
     if m < 0:
         return INCONSISTENT
-    values, slaved = np.empty((modes, G, N + 1)), np.empty((modes, Z, N + 1))
     for n in range(modes):
         for g in range(A[n, 0, GUARDS]):
             filled(X[n, Q + g], own, U, V, excite, 1.0, values[n, g])
@@ -93,9 +133,18 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
     at, ignored = 0.0, False
     for period in range(PERIODS):
         m0, events = m, 0
-        z0[:] = z
+        for i in range(Z):
+            z0[i] = z[i]
         source[0], source[1], source[NEXT], source[PASSED], source[TOUCHED] = wrote, at, -np.inf, 0.0, touch
-        for j in range(N):
+        j = -1
+        while True:
+            j += 1
+            if touch == 0.0 and j < N:
+                new = quiet(values, slaved, X, A, nx, m, z, j)
+                ignored = ignored and new == j
+                j = new
+            if j >= N:
+                break
             for i in range(Z):
                 if A[m, 0, SLAVED + i] > 0:
                     z[i] = slaved[m, i, j - 1 if j else N - 1]
@@ -131,16 +180,16 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
     return NOT_SETTLED
 
 
-@njit
+@leaf
 def round_at(values, X, A, nx, m, g, z, j):
     """Return a guard at sample ``j`` modulo the period."""
     return guard_at(values, X, A, nx, m, g, z, j % (values.shape[2] - 1))
 
 
-@njit
+@leaf
 def spread(values, X, A, nx, m, g, z):
     """Return a size of a guard: its largest value at a sample, and that of what memory adds."""
-    own, top = own_of(A), 1e-300
+    own, top = A[A.shape[0] - 1, 0], 1e-300
     for j in range(values.shape[2]):
         top = max(top, abs(values[m, g, j]))
     for i in range(z.size):
@@ -148,7 +197,7 @@ def spread(values, X, A, nx, m, g, z):
     return top
 
 
-@njit
+@leaf
 def rise(values, X, A, nx, m, g, z, j):
     """Return how high a guard would rise from sample ``j`` on, as part of its size."""
     top = round_at(values, X, A, nx, m, g, z, j)
@@ -160,7 +209,7 @@ def rise(values, X, A, nx, m, g, z, j):
     return top / spread(values, X, A, nx, m, g, z)
 
 
-@njit
+@leaf
 def near(values, X, A, nx, m, z, j, touch, source):
     """Return a guard of mode ``m`` with a maximum among the samples at ``j`` that is a touch to be followed; -1: none."""
     for g in range(A[m, 0, GUARDS]):

@@ -9,15 +9,15 @@ frozen memory, and one an event at which the force jumps.  Exact and sampled seg
 """
 import numpy as np
 
-from .._jit import njit
-from .march import AFTER, GUARD, MODE, WROTE, expression, own_of
+from .._jit import leaf, njit
+from .march import AFTER, GUARD, MODE, WROTE, expression
 from .tables import FORGETS, MEMORY, PAIRS, ROWS, SILENT, SLAVED, WIDTH, moved, structure
 from .waves import jet, powers, size, spectrum, turned
 
 NEGLIGIBLE = 1e-11  # relative: a force without jump, a memory without slope
 
 
-@njit
+@leaf
 def divisors(count, samples, out):
     """Write d_l, l = 0 .. count - 1, into ``out`` (count, 2) as real and imaginary part; samples = 0: exact."""
     out[0] = 0.0
@@ -29,7 +29,7 @@ def divisors(count, samples, out):
             out[l, 0], out[l, 1] = 0.0, -0.5 / (np.pi * l)
 
 
-@njit
+@leaf
 def add(out, factor, spectrum):
     """Add a multiple of a spectrum (count, 2)."""
     for l in range(len(out)):
@@ -37,7 +37,7 @@ def add(out, factor, spectrum):
         out[l, 1] += factor * spectrum[l, 1]
 
 
-@njit
+@leaf
 def nonzero(spectrum):
     """Return whether a spectrum (count, 2) has an entry that is not zero."""
     for l in range(len(spectrum)):
@@ -46,7 +46,7 @@ def nonzero(spectrum):
     return False
 
 
-@njit
+@leaf
 def indicator(a, b, Ea, Eb, D, out):
     """Write the spectrum of the indicator of [a, b] into ``out`` (count, 2), from powers at both ends and divisors."""
     out[0, 0], out[0, 1] = (b - a) / (2.0 * np.pi), 0.0
@@ -55,7 +55,7 @@ def indicator(a, b, Ea, Eb, D, out):
         out[l, 0], out[l, 1] = D[l, 0] * c - D[l, 1] * s, D[l, 0] * s + D[l, 1] * c
 
 
-@njit
+@leaf
 def coefficients(T, waves, place, out):
     """Write the coefficients (slots,) of a signal with spectrum ``T`` into ``out``."""
     for i in range(place.size):
@@ -66,7 +66,7 @@ def coefficients(T, waves, place, out):
             out[i] = 2.0 * T[waves[a], 1 - a % 2]
 
 
-@njit
+@leaf
 def local_slopes(waves, excited, own, row, drow, rate, p, c, v, cp, vp, z, dz, out):
     """Write the derivative of an expression at one phase by the coefficients of the contact's rows, and by the parameter.
 
@@ -104,16 +104,14 @@ def local_slopes(waves, excited, own, row, drow, rate, p, c, v, cp, vp, z, dz, o
                 out[j] += w * dz[i, j]
 
 
-@njit
-def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, moves):
+@leaf
+def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, moves, scratch, p):
     """Change ``dz`` to the derivatives of the memory that mode ``m`` wrote when its guard ``g`` (-1: none) was reached."""
-    own, mi = own_of(A), waves.size
+    own, mi = A[A.shape[0] - 1, 0], waves.size
     Q, first = own[WIDTH], own[PAIRS] + A.shape[1] - 1
-    p, a = np.empty((waves[-1] + 1, 2)), np.empty(mi)
+    a, new, shift = scratch[0, :mi], scratch[1, :Q * mi + 1], scratch[2, :Q * mi + 1]
     powers(theta, p.shape[0], p)
-    new = np.empty(Q * mi + 1)
     none = z[:0]
-    shift = np.zeros(Q * mi + 1)
     known = False
     for i in range(own[MEMORY]):
         if A[m, 0, SLAVED + i] <= 0:
@@ -124,7 +122,7 @@ def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, mo
             slope = jet(waves, a, p)[1]
             if abs(slope) > NEGLIGIBLE * waves[-1] * size(a):
                 if not known:
-                    delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, shift)
+                    delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, shift, a)
                     known = True
                 for j in range(new.size):
                     new[j] += slope * shift[j]
@@ -132,11 +130,10 @@ def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, mo
             dz[i, j] = new[j]
 
 
-@njit
-def delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, out):
-    """Write the derivative of the phase of an event by the coefficients of the rows and by the parameter."""
-    a = np.empty(waves.size)
-    own = own_of(A)
+@leaf
+def delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, out, a):
+    """Write the derivative of the phase of an event by the coefficients of the rows and by the parameter; ``a`` is overwritten."""
+    own = A[A.shape[0] - 1, 0]
     r = own[PAIRS] + g
     expression(X[m, r], own, excited, c, v, z, a)
     speed = jet(waves, a, p)[1]
@@ -145,9 +142,9 @@ def delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, out):
         out[j] = -out[j] / speed if speed != 0.0 else 0.0
 
 
-@njit
+@leaf
 def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs, source, count, c, v, cp, vp, samples, D, slopes,
-           spectra, F, J):
+           spectra, F, J, scratch, p, total, E, dz):
     """Add what a contact gives along its segments.
 
     Parameters
@@ -172,15 +169,15 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
         Forces that are not proportional to the rows' motion.
     J : (nr, slots, nr, mi + 1)
         Rank-one terms of the derivatives; the last column of row 0 is that by the parameter.
+    scratch (4, Q mi + 1), p (L, 2), total (M, L, 2), E (3, L, 2), dz (Z, Q mi + 1)
+        Overwritten.
     """
-    own, mi, m_slots = own_of(A), waves.size, place.size
+    own, mi, m_slots = A[A.shape[0] - 1, 0], waves.size, place.size
     Q, Z, L, nx = own[WIDTH], own[MEMORY], len(D), excited.size
     modes, frozen = A.shape[0] - 1, nx + 2 * own[PAIRS]
-    total = np.zeros((modes, L, 2))
-    Ea, Eb, I = np.empty((L, 2)), np.empty((L, 2)), np.empty((L, 2))
-    seen = np.zeros(modes, np.bool_)
-    e = np.empty(m_slots)
-    dz = np.zeros((Z, Q * mi + 1))
+    Ea, Eb, I, e = E[0], E[1], E[2], scratch[3, :m_slots]
+    total[:] = 0.0
+    dz[:] = 0.0
     none = zs[0, :0]
     if slopes and Z:
         if source[0] < 0.0:
@@ -191,7 +188,8 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
                     dz[i, Q * mi] += loose[i, 2 * q] * cp[row, 0] + loose[i, 2 * q + 1] * vp[row, 0] \
                         + dloose[i, 2 * q] * c[row, 0] + dloose[i, 2 * q + 1] * v[row, 0]
         else:
-            written(waves, excited, A, X, dX, rate, int(source[0]), -1, source[1], c, v, cp, vp, none, dz, samples < 0)
+            written(waves, excited, A, X, dX, rate, int(source[0]), -1, source[1], c, v, cp, vp, none, dz, samples < 0,
+                    scratch, p)
         first = 0
         for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
             if path[n, WROTE] >= 0 and A[path[n, WROTE], 0, FORGETS] > 0:
@@ -199,7 +197,7 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
         for n in range(first, count - 1):
             if path[n, WROTE] >= 0:
                 written(waves, excited, A, X, dX, rate, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1,
-                        ends[n, 1], c, v, cp, vp, zs[n, :Z], dz, samples == 0)
+                        ends[n, 1], c, v, cp, vp, zs[n, :Z], dz, samples == 0, scratch, p)
     start = 0.0
     powers(0.0, L, Ea)
     for n in range(count):
@@ -210,7 +208,6 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
             powers(0.0, L, Eb)
         indicator(start, stop, Ea, Eb, D, I)
         add(total[m], 1.0, I)
-        seen[m] = True
         for q in range(Q):
             for i in range(Z):
                 weight, turn = X[m, q, frozen + i], dX[m, q, frozen + i]
@@ -232,17 +229,17 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
             if samples == 0 and A[m, 1 + g, SILENT] == 0:
                 if path[n + 1, WROTE] >= 0 and ends[n + 1, 0] == stop:  # a touch: the instant is that of the way on
                     jumps(waves, place, excited, A, X, dX, rate, m, path[n + 1, AFTER], after, path[n + 1, GUARD], stop, zs[n, :Z],
-                          zs[n + 2, :Z], c, v, cp, vp, dz, J)
+                          zs[n + 2, :Z], c, v, cp, vp, dz, J, scratch, p)
                 else:
                     jumps(waves, place, excited, A, X, dX, rate, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], c, v, cp, vp, dz,
-                          J)
+                          J, scratch, p)
             if path[n, WROTE] >= 0:
                 written(waves, excited, A, X, dX, rate, path[n, WROTE], g if path[n, WROTE] == m else -1, ends[n, 1], c, v, cp, vp,
-                        zs[n, :Z], dz, samples == 0)
+                        zs[n, :Z], dz, samples == 0, scratch, p)
         start = stop
         Ea, Eb = Eb, Ea
     for m in range(modes):
-        if not seen[m]:
+        if not nonzero(total[m]):
             continue
         for q in range(Q):
             row = own[ROWS + q]
@@ -268,7 +265,7 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
                     J[row, j, 0, mi] += turn * e[j]
 
 
-@njit
+@leaf
 def modulated(T, waves, place, slot, out):
     """Write the coefficients (slots,) of a signal with spectrum ``T`` times the wave of an internal slot."""
     k, sine = waves[slot], slot % 2 == 0
@@ -286,14 +283,13 @@ def modulated(T, waves, place, slot, out):
             out[i] = T[j + k, 1] + odd if sine else T[abs(d), 0] + T[j + k, 0]
 
 
-@njit
-def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, znew, c, v, cp, vp, dz, J):
+@leaf
+def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, znew, c, v, cp, vp, dz, J, scratch, p):
     """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase."""
-    own, mi = own_of(A), waves.size
+    own, mi = A[A.shape[0] - 1, 0], waves.size
     Q = own[WIDTH]
-    p, a, b = np.empty((waves[-1] + 1, 2)), np.empty(mi), np.empty(mi)
+    a, b, shift = scratch[0, :mi], scratch[1, :mi], scratch[2, :Q * mi + 1]
     powers(theta, p.shape[0], p)
-    shift = np.empty(Q * mi + 1)
     known = False
     for q in range(Q):
         expression(X[m, q], own, excited, c, v, z, a)
@@ -302,7 +298,7 @@ def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, zn
         if abs(gap) <= NEGLIGIBLE * (size(a) + size(b)):
             continue
         if not known:
-            delay(waves, excited, A, X, dX, rate, mode, g, p, c, v, cp, vp, z, dz, shift)
+            delay(waves, excited, A, X, dX, rate, mode, g, p, c, v, cp, vp, z, dz, shift, a)
             known = True
         row = own[ROWS + q]
         for i in range(place.size):
@@ -315,11 +311,10 @@ def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, zn
             J[row, i, 0, mi] += w * shift[Q * mi]
 
 
-@njit
-def joined(waves, place, rate, spectra, c, v, cp, vp, slopes, F, J):
-    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``, see `gather`."""
+@leaf
+def joined(waves, place, rate, spectra, c, v, cp, vp, slopes, F, J, B):
+    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``B`` (slots, mi)."""
     mi, m_slots = waves.size, place.size
-    B = np.empty((m_slots, mi))
     for row in range(spectra.shape[1]):
         for target in range(spectra.shape[1]):
             for part in range(4):

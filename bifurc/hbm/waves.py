@@ -1,10 +1,10 @@
 """Trigonometric polynomials in compiled kernels: internal slots are mean, then cosine and sine of each listed harmonic."""
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf
 
 
-@njit
+@leaf
 def powers(theta, count, out):
     """Write e^{i l theta}, l = 0 .. count - 1, into ``out`` (count, 2) as cosine and sine.
 
@@ -19,7 +19,7 @@ def powers(theta, count, out):
         c, s = c * c1 - s * s1, s * c1 + c * s1
 
 
-@njit
+@leaf
 def turned(waves, a, out):
     """Write the coefficients of the derivative by phase of the polynomial ``a`` (mi,) into ``out`` (mi,)."""
     out[0] = 0.0
@@ -28,7 +28,7 @@ def turned(waves, a, out):
         out[j], out[j + 1] = k * a[j + 1], -k * a[j]
 
 
-@njit
+@leaf
 def jet(waves, a, p):
     """Return value and the first three derivatives by phase of the polynomial ``a`` (mi,); ``p`` from `powers`."""
     g0, g1, g2, g3 = a[0], 0.0, 0.0, 0.0
@@ -43,7 +43,7 @@ def jet(waves, a, p):
     return g0, g1, g2, g3
 
 
-@njit
+@leaf
 def value(waves, a, theta):
     """Return value and first derivative by phase of the polynomial ``a`` (mi,) at one phase."""
     g0, g1 = a[0], 0.0
@@ -61,7 +61,25 @@ def value(waves, a, theta):
     return g0, g1
 
 
-@njit
+@leaf
+def turn(waves, a, theta):
+    """Return the first two derivatives by phase of the polynomial ``a`` (mi,) at one phase."""
+    g1, g2 = 0.0, 0.0
+    c1, s1 = np.cos(theta), np.sin(theta)
+    c, s, last = 1.0, 0.0, 0
+    for j in range(1, a.size, 2):
+        k = waves[j]
+        if k - last == 1:
+            c, s = c * c1 - s * s1, s * c1 + c * s1
+        else:
+            c, s = np.cos(k * theta), np.sin(k * theta)
+        last = k
+        g1 += k * (a[j + 1] * c - a[j] * s)
+        g2 -= k * k * (a[j] * c + a[j + 1] * s)
+    return g1, g2
+
+
+@leaf
 def size(a):
     """Return a bound on the polynomial ``a`` (mi,)."""
     total = abs(a[0])
@@ -70,7 +88,7 @@ def size(a):
     return total
 
 
-@njit
+@leaf
 def spectrum(T, waves, place, m, out):
     """Add to ``out`` (slots, mi) how multiplication by a signal with spectrum ``T`` acts: Toeplitz and Hankel parts.
 

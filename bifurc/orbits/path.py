@@ -13,7 +13,7 @@ from ..compose.scene import Scene
 from ..compose.tables import Tables
 from ..system import System
 
-DEGREES = (4, 8, 16, 32, 64)
+DEGREES = (2, 4, 8, 16, 32, 64)
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
