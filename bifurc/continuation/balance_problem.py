@@ -13,7 +13,7 @@ from ..hbm.layout import Layout
 from ..hbm.measures import measure_gradient
 from ..hbm.status import MarchStatus
 from ..orbits.balance import HarmonicBalance, HarmonicOrbit, largest
-from ..orbits.path import series_over
+from ..orbits.path import DEGREES, PAD, series_over
 from ..system import System
 from .kinds import CorrectorStatus, SpecialPointKind
 from .problem import NO_MONITORS, Corrected, Monitor, Problem
@@ -71,9 +71,17 @@ def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, f
 
 def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> BalancePath:
     """Return the numbers of a balance along a parameter."""
-    how = {} if pad is None else {"pad": pad}
-    index, series, low, high = series_over(balance.system, name, bounds, balance.parts.flat_of, **how)
+    flat_of, degrees = balance.parts.flat_of, (2, *DEGREES)  # forces and frequencies: two more samples are half of its time
+    index, series, low, high = series_over(balance.system, name, bounds, flat_of, PAD if pad is None else pad, degrees)
     return BalancePath(balance.parts.flat.copy(), name, index, series, low, high)
+
+
+@functools.cache
+def _corrector():
+    """Return the kernels, imported when first needed."""
+    from ..hbm import corrector
+
+    return corrector
 
 
 class BalanceProblem(Problem):
@@ -148,9 +156,7 @@ class BalanceProblem(Problem):
             found = super().correct(x, tangent, fixed)
             found.det_log -= self._size_log  # of rows of unit size, as in `hbm.corrector`
             return found
-        from ..hbm import corrector
-
-        path, balance, info = self.path, self.balance, self._info
+        path, balance, info, corrector = self.path, self.balance, self._info, _corrector()
         point, new = np.empty(self.size + 1), np.empty(self.size + 1)
         parts = balance.parts
         status = corrector.correct(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high,

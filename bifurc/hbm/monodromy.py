@@ -159,11 +159,11 @@ def along(S, R, base, index, series, low, high, xs, cosines, sines, room: Room, 
     signals = np.empty((4, len(R), S[INTERNAL]))
     c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     listed = np.full(len(room.counts), -1)
-    size = xs.shape[1] - 1
+    size, exact = xs.shape[1] - 1, 0 * len(xs)  # no literal, which would compile all of it once more
     for i in range(len(xs)):
         numbers_at(base, index, series, low, high, xs[i, size], flat, dflat)
         motion(S, R, flat, dflat, xs[i, :size], c, v, cp, vp)
-        status = followed(S, flat, 0, cosines, sines, c, v, listed, room.paths, room.ends, room.zs, room.sources, room.counts)
+        status = followed(S, flat, exact, cosines, sines, c, v, listed, room.paths, room.ends, room.zs, room.sources, room.counts)
         codes[i] = -1
         if status == FOLLOWED:
             states(S, room.paths, room.counts, kept[i])

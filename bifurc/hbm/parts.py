@@ -158,9 +158,16 @@ class Parts:
         """
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
+        flat, named = self._own
+        flat[:] = 0.0
+        _fill(system, self, named)
+        return flat.copy()
+
+    @cached_property
+    def _own(self) -> tuple[np.ndarray, Numbers]:
+        """A vector that is overwritten, and its parts by name."""
         flat = np.zeros_like(self.flat)
-        _fill(system, self, views(flat, self.shape))
-        return flat
+        return flat, views(flat, self.shape)
 
     def at(self, system: System) -> "Parts":
         """Return the parts of another system of the same structure."""
@@ -464,10 +471,10 @@ def _fold(system: System, number: int, element: Element, layout: Layout, T: Numb
                 raise ValueError(f"{system.labels[number]}: the expression {entry!r} uses {name}({index}), which is not there")
             if site.base:
                 add(site.base[index], weight, name == "s")
-        _excite(system.labels[number], layout, T, site.R[i], float(constant[0]), waves)
+        _excite(system, number, layout, T, site.R[i], float(constant[0]), waves)
 
 
-def _excite(name: str, layout: Layout, T: Numbers, R, constant: float, waves: dict) -> None:
+def _excite(system: System, number: int, layout: Layout, T: Numbers, R, constant: float, waves: dict) -> None:
     """Add a load along a row; harmonics that the layout does not list are an error unless they vanish."""
     for k, pair in {0: (constant,), **waves}.items():
         own = k * layout.periods
@@ -476,7 +483,7 @@ def _excite(name: str, layout: Layout, T: Numbers, R, constant: float, waves: di
             for i, value in enumerate(pair):
                 T.E[first + i] += value * R
         elif any(pair):
-            raise ValueError(f"{name} excites harmonic {k}, which is not among the harmonics of the balance "
+            raise ValueError(f"{system.labels[number]} excites harmonic {k}, which is not among the harmonics of the balance "
                              f"({', '.join(f'{h / layout.periods:g}' for h in layout.harmonics)}); add {k} to harmonics")
 
 

@@ -188,8 +188,8 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
                     dz[i, Q * mi] += loose[i, 2 * q] * cp[row, 0] + loose[i, 2 * q + 1] * vp[row, 0] \
                         + dloose[i, 2 * q] * c[row, 0] + dloose[i, 2 * q + 1] * v[row, 0]
         else:
-            written(waves, excited, A, X, dX, rate, int(source[0]), -1, source[1], c, v, cp, vp, none, dz, samples < 0,
-                    scratch, p)
+            written(waves, excited, A, X, dX, rate, int(source[0]), path[count - 1, GUARD], source[1], c, v, cp, vp, none, dz,
+                    samples < 0, scratch, p)
         first = 0
         for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
             if path[n, WROTE] >= 0 and A[path[n, WROTE], 0, FORGETS] > 0:

@@ -13,7 +13,7 @@ from ..compose.scene import Scene
 from ..compose.tables import Tables
 from ..system import System
 
-DEGREES = (2, 4, 8, 16, 32, 64)
+DEGREES = (4, 8, 16, 32, 64)
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
@@ -63,10 +63,10 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     return ParameterPath(scene.refill(system), name, index, series, a, b)
 
 
-def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD):
+def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD, degrees=DEGREES):
     """Return places (k,), Chebyshev series (k, degree + 1) and interval of the packed numbers that change with ``name``.
 
-    ``flat_of(system)`` packs the numbers; see `parameter_path` for the rest.
+    ``flat_of(system)`` packs the numbers, ``degrees`` are tried in turn; see `parameter_path` for the rest.
     """
     low, high = min(bounds), max(bounds)
     wide = max(high - low, 1e-3 * max(abs(low), abs(high), 1e-3))
@@ -86,7 +86,7 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
     middle, half = 0.5 * (a + b), 0.5 * (b - a)
     checks = np.array([sample(middle + half * z) for z in CHECKS])
-    for degree in DEGREES:
+    for degree in degrees:
         angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
         values = np.array([sample(middle + half * z) for z in np.cos(angle)])
         index = np.flatnonzero(np.any(values != checks[0], axis=0) | np.any(checks != checks[0], axis=0))
@@ -101,4 +101,4 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
             used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
             return index, np.ascontiguousarray(series[:used].T), a, b
     raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
-                     f"(no polynomial of degree {DEGREES[-1]} fits to rounding); choose narrower bounds")
+                     f"(no polynomial of degree {degrees[-1]} fits to rounding); choose narrower bounds")
