@@ -66,7 +66,10 @@ def root(waves, a, low, high, guess):
 
 @leaf
 def summit(waves, a, low, high):
-    """Return the phase of a maximum between a rise at ``low`` and a fall at ``high``."""
+    """Return the phase of a maximum between a rise at ``low`` and a fall at ``high``, from the side on which it falls.
+
+    Up to 1e-9 behind it, where a rate has a sign: on the top itself it would be that of rounding.
+    """
     t = 0.5 * (low + high)
     for _ in range(60):
         g1, g2 = turn(waves, a, t)
@@ -78,9 +81,9 @@ def summit(waves, a, low, high):
         if not low < new < high:
             new = 0.5 * (low + high)
         if abs(new - t) < 1e-9 or high - low < 1e-9:
-            return new
+            return min(new + 1e-9, high)
         t = new
-    return t
+    return high
 
 
 @leaf
@@ -158,7 +161,10 @@ def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
 
 @leaf
 def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
-    """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none."""
+    """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none.
+
+    One that is above zero there by rounding was not found before the end of the mode: it counts too.
+    """
     for g in range(A[m, 0, GUARDS]):
         if g == which or A[m, 1 + g, SILENT] > 0:
             continue
@@ -166,7 +172,7 @@ def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
             continue
         guard_of(excited, A, X, m, g, c, v, z, a)
         here = jet(waves, a, p)
-        if here[0] < 0.0 and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, True, source):
+        if here[0] < ROUNDING * size(a) and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, True, source):
             return g
     return -1
 

@@ -75,8 +75,12 @@ def test_peaks_of_the_micro_slip_damper_from_10_to_1100_newton(micro):
     assert best.kind == "extremum" and best.measures["max_0"] == pytest.approx(1.281491, abs=1e-6)
     assert best.parameters["normal_load"] == pytest.approx(95.3, abs=0.05)
     assert len(onsets) == 15 and onsets[-1].parameters["normal_load"] == pytest.approx(1007.0, abs=1e-3)
-    load, height = curve.column("normal_load"), curve.column("max_0")
-    order = np.argsort(load, kind="stable")
-    for wanted, known, error in ((10.0, 1.727928, 1e-6), (100.0, 1.282417, 1e-6), (150.0, 1.362148, 1e-4), (600.0, 1.611970, 1e-4),
-                                 (1000.0, 1.827594, 1e-4), (1100.0, 1.831392, 1e-6)):
-        assert np.interp(wanted, load[order], height[order]) == pytest.approx(known, abs=error)
+    ends = {100.0: peak.measures["max_0"]}
+    for low, high in ((10.0, 150.0), (90.0, 600.0), (90.0, 1000.0), (90.0, 1100.0)):
+        part = bf.trace_curve(peak, ("normal_load", "omega"), bounds={"normal_load": (low, high), "omega": (90.0, 104.0)})
+        load, height = part.column("normal_load"), part.column("max_0")
+        for bound in (low, high):
+            ends[bound] = float(height[np.argmin(np.abs(load - bound))])
+    for load, known in ((10.0, 1.727928), (100.0, 1.282417), (150.0, 1.362148), (600.0, 1.611970), (1000.0, 1.827594),
+                        (1100.0, 1.831392)):
+        assert ends[load] == pytest.approx(known, abs=1e-6)
