@@ -179,6 +179,8 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         if passed == 0:  # the guards as polynomials: the first zero, or a touch before it
             hit = min(reach(T, m, x), left)
             for i in range(n_guards[m]):
+                if orders[i] == ORDER:  # zero for as long as the mode lasts
+                    continue
                 guard_series(T, m, i, x, a)
                 if slopes[i] == slopes[i]:
                     a[1] = slopes[i]
@@ -210,7 +212,8 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         if crossed or g >= 0:
             forcing(T, tau, x)
         for i in range(n_guards[m]):
-            orders[i] = 0
+            if orders[i] != ORDER:
+                orders[i] = 0
             slopes[i] = np.nan
         if what == GRAZE:
             orders[g] = 2

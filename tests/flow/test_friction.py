@@ -214,3 +214,22 @@ def test_an_impact_turns_sliding_round():
     expected = [f + (gap - f) * np.cos(rest) - r * speed * np.sin(rest), -(gap - f) * np.sin(rest) - r * speed * np.cos(rest)]
     np.testing.assert_allclose(motion.final, expected, rtol=0, atol=1e-13)
     assert [event.element for event in motion.events] == ["rigid_stop", "coulomb"]
+
+
+def test_rest_on_a_stop_with_friction_ends_where_the_load_exceeds_it():
+    """Rebounds die out at a stop 0.2 away; the load cos 2t - 0.2 pulls the mass off where it is -0.1: cos 2t = 0.1."""
+    system = bf.System(1.0, 0.1, 1.0, (el.HarmonicForce(1.0), el.Coulomb(0.1), el.RigidStop(gap=0.2, restitution=0.7)),
+                       omega=2.0)
+    for start in ([-1.31897916, -0.31222741], [-1.26933654, -0.27262667], [-1.21655753, -0.22877002]):
+        motion = bf.simulate(system, start, periods=3)
+        kinds = [event.kind for event in motion.events]
+        assert motion.success and len(kinds) < 100
+        rest = kinds.index("chatter")
+        assert kinds[rest + 1:rest + 4] == ["release", "stick", "slip"]  # first off the stop, still stuck
+        times = [event.time for event in motion.events[rest + 1:rest + 4]]
+        leaves = np.arccos(0.1) / 2.0 + np.pi
+        assert times[0] == times[1] < times[2] and abs(times[2] - leaves) <= 1e-14 * leaves
+        np.testing.assert_allclose(motion.events[rest + 3].after, [0.2, 0.0], rtol=0, atol=1e-15)
+        after = bf.simulate(system, [0.2, 0.0], t0=leaves, duration=3.0 * np.pi - leaves).final
+        np.testing.assert_allclose(motion.final, after, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(motion.final, [-1.162259, 0.661421], rtol=0, atol=2e-5)  # time stepping of Moreau, h = 2e-5
