@@ -136,6 +136,7 @@ def _with_pools(run: "_Run", open_: list[int], make: Callable[[], Executor], own
     while open_:
         suspects = [i for i in open_ if deaths.get(i)]
         batch, window = (suspects[:1], 1) if suspects else (open_, None)  # a suspect runs alone
+        run.alone = bool(suspects)
         pool, broken = make(), None
         try:
             broken = run.through(pool, batch, window)
@@ -146,6 +147,9 @@ def _with_pools(run: "_Run", open_: list[int], make: Callable[[], Executor], own
                 for process in left:  # one that was just starting waits for ever on a lock of the one that died
                     process.kill()
         open_ = [i for i in open_ if not run.done(i)]
+        for i in run.blamed:
+            deaths[i] = deaths.get(i, 0) + 1
+        run.blamed.clear()
         if not broken:
             continue
         if not again:
@@ -166,6 +170,8 @@ class _Run:
     def __init__(self, store: ChunkStore, work: Work, payloads, names, outcome: Outcome, bar: Progress | None, share, note: str):
         self.store, self.work, self.payloads, self.names = store, work, payloads, names
         self.outcome, self.bar, self.share, self.note = outcome, bar, share, note
+        self.alone = False  # whether one chunk runs that is suspected of killing workers
+        self.blamed: list[int] = []  # chunks that a cluster blames for the deaths of workers on which they stood beside others
 
     def done(self, i: int) -> bool:
         """Whether a chunk is finished or given up."""
@@ -213,6 +219,9 @@ class _Run:
         except (BrokenExecutor, CancelledError) as error:
             return error
         except Exception as error:
+            if type(error).__name__ == "KilledWorker" and not self.alone:  # of dask, whatever waited on that worker
+                self.blamed.append(i)
+                return None
             self.outcome.failures[i] = f"{type(error).__name__}: {error}"
         else:
             self.store.save(self.names[i], meta, arrays)

@@ -3,7 +3,7 @@ import json
 import os
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -105,6 +105,28 @@ def test_a_chunk_that_kills_its_worker_is_found_and_the_others_finish(tmp_path):
     found = run_chunks(store, squares, payloads(6, at3={"dies": True}), executor=spawned)
     assert list(found.failures) == [3] and "its worker died" in found.failures[3]
     assert [item is None for item in found.results] == [i == 3 for i in range(6)]
+
+
+def test_chunks_that_a_cluster_blames_wrongly_run_again_alone(tmp_path):
+    """A dying worker of a cluster takes the blame to all that waited on it: alone, the innocent ones finish."""
+    class KilledWorker(Exception):
+        pass
+
+    class Cluster(SerialExecutor):
+        seen = []
+
+        def submit(self, work, payload):
+            self.seen.append(payload["number"])
+            future = Future()
+            if payload["number"] == 2 or payload["number"] == 3 and self.seen.count(3) == 1:
+                future.set_exception(KilledWorker("died"))
+            else:
+                future.set_result(work(payload))
+            return future
+
+    found = run_chunks(ChunkStore(tmp_path / "chunks", JOB), squares, payloads(5), executor=Cluster())
+    assert found.failures == {2: "KilledWorker: died"} and found.computed == 4
+    assert sorted(Cluster.seen) == [0, 1, 2, 2, 3, 3, 4]
 
 
 def test_a_given_pool_that_breaks_says_what_is_kept(tmp_path):

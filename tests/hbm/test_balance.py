@@ -41,7 +41,7 @@ def solved(balance, start=None):
     return found.x
 
 
-# closed forms and anchors (specs: harmonic balance, acceptance list)
+# closed forms and anchors
 
 @pytest.mark.parametrize(("omega", "amplitude"), [(1.1, 3.5944724390310), (1.3, 2.2991439552377), (0.8, 0.7352432375226)])
 def test_one_harmonic_against_the_closed_form(omega, amplitude):
