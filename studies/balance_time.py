@@ -48,13 +48,10 @@ def response(harmonics: int, samples: int | None, rounds: int) -> Response:
     orbit = bf.find_orbit(oscillator(BOUNDS[0]), method=method)
     branch = bf.trace(orbit, "omega", bounds=BOUNDS)
 
-    def multipliers():
-        branch._columns.clear()  # measured again each time
-        return branch.column("multiplier_0")
-
-    seconds = interleaved({"trace": lambda: bf.trace(orbit, "omega", bounds=BOUNDS), "multipliers": multipliers}, rounds)
+    seconds = interleaved({"trace": lambda: bf.trace(orbit, "omega", bounds=BOUNDS),
+                           "whole": lambda: bf.trace(orbit, "omega", bounds=BOUNDS).column("multiplier_0")}, rounds)
     iterations = int(branch.column("iterations").sum())
-    return Response(harmonics, samples, seconds["trace"], seconds["multipliers"], len(branch), iterations,
+    return Response(harmonics, samples, seconds["trace"], seconds["whole"] - seconds["trace"], len(branch), iterations,
                     tuple(point.parameter for point in branch.special_points), float(branch.column("h1_0").max()))
 
 
