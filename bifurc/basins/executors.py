@@ -4,6 +4,8 @@ Anything of the shape of `concurrent.futures.Executor` serves; results are colle
 chunk files, so that workers need no disk and a killed driver loses only what was not handed in.
 """
 import os
+import threading
+from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -242,6 +244,33 @@ class _Run:
                     self._take(future, running)
                 except OSError:  # the disk: said already
                     return
+
+
+class Kept:
+    """What a process keeps between chunks, by the key of their job: a scene is built once, not once a chunk.
+
+    Parameters
+    ----------
+    most : int
+        What was put in first goes when there are more.
+    """
+
+    def __init__(self, most: int = 4):
+        self._most, self._lock = most, threading.Lock()
+        self._items: OrderedDict[str, Any] = OrderedDict()
+
+    def get(self, key: str) -> Any:
+        """Return what is kept under a key, or None."""
+        with self._lock:
+            return self._items.get(key)
+
+    def put(self, key: str, value: Any) -> None:
+        """Keep a value."""
+        with self._lock:
+            self._items[key] = value
+            self._items.move_to_end(key)
+            while len(self._items) > self._most:
+                self._items.popitem(last=False)
 
 
 def user_parts(system: Any) -> tuple:

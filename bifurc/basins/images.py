@@ -1,7 +1,5 @@
 """Where the cells of a grid go: their samples mapped in chunks, wherever an executor runs them."""
 import functools
-import threading
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -10,7 +8,7 @@ import numpy as np
 from ..progress import Progress
 from ..system import System
 from .chunks import ChunkStore, fingerprint
-from .executors import run_chunks, user_parts
+from .executors import Kept, run_chunks, user_parts
 from .grid import Grid
 from .periodmap import PeriodMap
 from .starting import states_at
@@ -18,9 +16,7 @@ from .states import OUTSIDE
 
 PIECE = 2048  # samples that a thread maps at a time where nothing is filed
 LEAN, GENERAL = 250_000, 60_000  # samples x periods of a chunk that is filed: about half a second, with lanes and without
-_KEPT = 4
-_carriers: OrderedDict[str, "Carrier"] = OrderedDict()  # of this process: a scene is built once, not once a chunk
-_lock = threading.Lock()
+_carriers = Kept()
 
 
 class CellImages(NamedTuple):
@@ -102,13 +98,12 @@ def map_cells(payload: Mapping, function: Callable | None = None) -> tuple[dict,
     meta, arrays
         ``lost``; ``rows`` and ``columns`` of `CellImages`.
     """
-    with _lock:
-        carrier = _carriers.get(payload["key"]) if function is None else None
+    carrier = _carriers.get(payload["key"]) if function is None else None
     if carrier is None:
         system = System.from_record(payload["system"], payload["elements"]) if function is None else function
         carrier = Carrier(system, Grid.from_record(payload["grid"]), payload["periods"], payload["max_events"])
         if function is None:
-            keep(payload["key"], carrier)
+            _carriers.put(payload["key"], carrier)
     cells, offsets, grid = np.arange(*payload["cells"]), offsets_of(carrier.grid, payload["samples"]), carrier.grid
     _, outcomes, columns = carrier.images(carrier.states(spread(grid, cells, offsets)))
     good = outcomes != OUTSIDE
@@ -118,15 +113,6 @@ def map_cells(payload: Mapping, function: Callable | None = None) -> tuple[dict,
 def spread(grid: Grid, cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Return the samples (k s, d) of cells (k,)."""
     return (grid.points(cells)[:, None] + (offsets - 0.5) * grid.widths).reshape(-1, len(grid.names))
-
-
-def keep(key: str, carrier: Carrier) -> None:
-    """Have a carrier ready for the chunks of its job."""
-    with _lock:
-        _carriers[key] = carrier
-        _carriers.move_to_end(key)
-        while len(_carriers) > _KEPT:
-            _carriers.popitem(last=False)
 
 
 def cell_images(carrier: Carrier, samples: int, max_events: int, store: ChunkStore, run: Mapping, bar: Progress) -> CellImages:
@@ -144,7 +130,7 @@ def cell_images(carrier: Carrier, samples: int, max_events: int, store: ChunkSto
     if isinstance(system, System):
         common |= {"system": system.to_record(), "elements": user_parts(system)}
         common["key"] = fingerprint(common)
-        keep(common["key"], carrier)
+        _carriers.put(common["key"], carrier)
     else:
         work, common["key"] = functools.partial(map_cells, function=system), ""
     offsets = offsets_of(grid, samples)

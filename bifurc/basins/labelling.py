@@ -1,6 +1,4 @@
 """Labels of many starts through any executor: the parts of a basin map as chunks."""
-import threading
-from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,13 +7,12 @@ import numpy as np
 from ..compose.scene import scene_of
 from ..system import System
 from .chunks import fingerprint
+from .executors import Kept
 from .marcher import Marcher, Targets
 
 LEAN, CLOSED, LAW = 8192, 2048, 256  # starts a chunk: about half a second of work, by the kind of the scene
 FEWEST = 256  # a part that is not filed may be smaller, to keep all threads busy
-_KEPT = 4
-_marchers: OrderedDict[str, Marcher] = OrderedDict()  # of this process: a scene is built once, not once a chunk
-_lock = threading.Lock()
+_marchers = Kept()
 
 
 class Labeller:
@@ -32,7 +29,7 @@ class Labeller:
         self.common: dict[str, Any] = {"system": marcher.scene.system.to_record(), "limit": marcher.limit, "elements": elements}
         self.common["key"] = fingerprint(self.common)
         self.size = LEAN if marcher.lean else CLOSED if marcher.scene.closed_form else LAW
-        _keep(self.common["key"], marcher)
+        _marchers.put(self.common["key"], marcher)
 
     def parts(self, waiting: np.ndarray, filed: bool, workers: int) -> list[np.ndarray]:
         """Return the places of starts in parts: of a fixed size where they are filed, else enough for all workers."""
@@ -50,14 +47,6 @@ def label_part(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     if marcher is None:
         system = System.from_record(payload["system"], payload["elements"])
         marcher = Marcher(scene_of(system), payload["limit"])
-        _keep(payload["key"], marcher)
+        _marchers.put(payload["key"], marcher)
     cells = marcher.label(payload["starts"].copy(), Targets(**payload["targets"]), payload["most"])
     return {}, cells._asdict()
-
-
-def _keep(key: str, marcher: Marcher) -> None:
-    with _lock:
-        _marchers[key] = marcher
-        _marchers.move_to_end(key)
-        while len(_marchers) > _KEPT:
-            _marchers.popitem(last=False)
