@@ -13,7 +13,7 @@ from .attractors import section_points
 from .edges import EdgeState, _Search
 from .reversal import Backwards
 from .states import NO_START, CellState
-from .unstable import FIRST, LAST, LEAST, Side, direction_of
+from .unstable import both_sides, direction_of, joined
 
 BESIDE = 1e-6  # scaled distance from the set at which starts are labelled
 
@@ -134,20 +134,10 @@ def stable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most: i
     x, k = section_points(edge.saddle)[0], edge.saddle.periods
     direction, inverse = direction_of(back.apply, search.scale, x, k)
     growth = abs(inverse) ** (1 if inverse > 0.0 else 2)
-    first = max(min(FIRST, LAST / growth), LEAST)
-    pieces: list[np.ndarray] = []
-    sides: list[int] = []
-    corners = merging = breaks = 0
-    complete = True
-    for side, sign in enumerate((1.0, -1.0)):
-        grown = Side(back.apply, search.scale, x, sign * first * direction * search.scale, growth, strict=False)
-        complete &= grown.carry(periods, gap, most)
-        corners, breaks = corners + grown.corners, breaks + grown.breaks
-        merging += grown.ended[CellState.INCONSISTENT.code]
-        pieces += grown.pieces
-        sides += [side] * len(grown.pieces)
-    lengths = [len(piece) for piece in pieces]
-    return StableSet(np.concatenate(pieces), np.repeat(sides, lengths), np.repeat(np.arange(len(pieces)), lengths), 1.0 / inverse,
-                     direction, corners, merging, breaks, complete, edge)
+    sides = both_sides(back.apply, search.scale, x, direction, growth, strict=False)
+    complete = all([side.carry(periods, gap, most) for side in sides])
+    merging = sum(side.ended[CellState.INCONSISTENT.code] for side in sides)
+    return StableSet(*joined(sides), 1.0 / inverse, direction, sum(side.corners for side in sides), merging,
+                     sum(side.breaks for side in sides), complete, edge)
 
 

@@ -103,25 +103,12 @@ def unstable_set(edge: EdgeState, *, periods: int = 60, gap: float = 0.01, most:
     direction, multiplier = direction_of(search.map.apply, scale, x, k)
     turns = k if multiplier > 0.0 else 2 * k
     growth = abs(multiplier) ** (turns // k)
-    first = max(min(FIRST, LAST / growth), LEAST)
-    points: list[np.ndarray] = []
-    sides: list[np.ndarray] = []
-    curves: list[np.ndarray] = []
-    labels = []
-    corners = merging = breaks = 0
-    complete = True
-    for side, sign in enumerate((1.0, -1.0)):
-        grown = Side(search.map.apply, scale, x, sign * first * direction * scale, growth)
-        complete &= grown.carry(periods, gap, most)
-        corners, merging, breaks = corners + grown.corners, merging + grown.merging, breaks + grown.breaks
-        for piece in grown.pieces:
-            curves.append(np.full(len(piece), 1 + (curves[-1][0] if curves else -1)))
-            points.append(piece)
-            sides.append(np.full(len(piece), side))
-        labels.append(tuple(reaches(search.targets, search.marcher, grown.start(np.linspace(0.0, 1.0, 64)),
-                                    edge.basins.options["max_periods"])))
-    return UnstableSet(np.concatenate(points), np.concatenate(sides), np.concatenate(curves), tuple(labels), multiplier,
-                       corners, merging, breaks, complete)
+    sides = both_sides(search.map.apply, scale, x, direction, growth)
+    complete = all([side.carry(periods, gap, most) for side in sides])
+    labels = tuple(tuple(reaches(search.targets, search.marcher, side.start(np.linspace(0.0, 1.0, 64)),
+                                 edge.basins.options["max_periods"])) for side in sides)
+    return UnstableSet(*joined(sides), labels, multiplier, sum(side.corners for side in sides), sum(side.merging for side in sides),
+                       sum(side.breaks for side in sides), complete)
 
 
 def direction_of(apply: Callable, scale: np.ndarray, x: np.ndarray, k: int) -> tuple[np.ndarray, float]:
@@ -135,6 +122,20 @@ def direction_of(apply: Callable, scale: np.ndarray, x: np.ndarray, k: int) -> t
     top = int(np.argmax(np.abs(values)))
     vector = np.real(vectors[:, top])
     return vector / np.linalg.norm(vector), float(np.real(values[top]))
+
+
+def both_sides(apply: Callable, scale, x, direction, growth: float, strict: bool = True) -> tuple["Side", "Side"]:
+    """Return the beginnings of a set along its scaled direction (ns,) and against it, see `Side`."""
+    d = max(min(FIRST, LAST / growth), LEAST) * direction * scale
+    return Side(apply, scale, x, d, growth, strict), Side(apply, scale, x, -d, growth, strict)
+
+
+def joined(sides) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points (k, ns) of all pieces, and the numbers (k,) of the side and of the piece that each belongs to."""
+    pieces = [piece for side in sides for piece in side.pieces]
+    owners = [number for number, side in enumerate(sides) for _ in side.pieces]
+    lengths = [len(piece) for piece in pieces]
+    return np.concatenate(pieces), np.repeat(owners, lengths), np.repeat(np.arange(len(pieces)), lengths)
 
 
 class Side:
