@@ -15,7 +15,7 @@ import importlib
 
 __version__ = "0.2.0"
 
-_MODULES = ("elements", "systems", "continuation", "plotting")
+_MODULES = ("elements", "systems", "continuation", "control", "plotting", "explore")
 _NAMES = {
     "System": ".system",
     "simulate": ".flow.simulate",
@@ -25,6 +25,10 @@ _NAMES = {
     "PeriodicOrbit": ".orbits.orbit",
     "HarmonicBalance": ".orbits.balance",
     "HarmonicOrbit": ".orbits.balance",
+    "energy": ".orbits.energy",
+    "nonlinear_mode": ".continuation.free_vibration",
+    "find_equilibrium": ".orbits.equilibrium",
+    "Equilibrium": ".orbits.equilibrium",
     "lyapunov_exponents": ".orbits.lyapunov",
     "trace": ".continuation",
     "trace_curve": ".continuation",
@@ -38,10 +42,21 @@ _NAMES = {
     "CellMap": ".basins",
     "refined_basins": ".basins",
     "sweep": ".basins",
-    "edge_state": ".basins.edges",
-    "bifurcation_diagram": ".basins.diagrams",
-    "parameter_chart": ".basins.charts",
+    "atlas": ".atlases",
+    "Atlas": ".atlases",
+    "extended_mode": ".backbones",
+    "backbone": ".backbones",
+    "edge_state": ".basins.boundaries.edges",
+    "bifurcation_diagram": ".basins.sweeps.diagram",
+    "parameter_chart": ".basins.sweeps.chart",
+    "Certificate": ".certify",
     "load": ".loading",
+    "read": ".models.reading",
+    "from_ross": ".models.reading",
+    "Model": ".models.reading",
+    "StiffModelWarning": ".models.cost",
+    "modal_damping": ".structure.damping",
+    "rayleigh_damping": ".structure.damping",
 }
 
 __all__ = [*_MODULES, *_NAMES]

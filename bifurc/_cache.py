@@ -13,7 +13,8 @@ import pathlib
 import tempfile
 
 _PACKAGE = pathlib.Path(__file__).resolve().parent
-KERNELS = ("solve", "compose", "flow", "hbm", "orbits", "basins")  # folders with compiled functions and constants they freeze
+# folders with compiled functions and constants they freeze
+KERNELS = ("solve", "compose", "flow", "hbm", "orbits", "ensemble", "basins")
 LONE = {"bifurc._jit": "bifurc._jit", "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
 
 

@@ -3,9 +3,12 @@
 A record is a header (what it is, from which system, with which options) and named arrays.  This module knows no class:
 classes turn themselves into records (``to_record``) and back (``from_record``).
 """
+import errno
 import json
 import os
 import secrets
+import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -16,6 +19,9 @@ import numpy as np
 
 FORMAT = "bifurc"
 VERSION = 1  # of the file layout; raised when an older reader would misread a newer file
+# what zip, npy and JSON readers say to bytes that somebody changed
+_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError, EOFError, OSError, LookupError, ValueError, TypeError,
+           SyntaxError, AttributeError, NotImplementedError, RuntimeError, MemoryError, ArithmeticError)
 _HEADER = "__header__"  # name of the array that holds the UTF-8 bytes of the JSON header
 
 
@@ -23,19 +29,22 @@ class FileFormatError(ValueError):
     """A file is not a bifurc result, is damaged, or was written by a newer version; the message says which."""
 
 
-def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[str, Any], compressed: bool = True) -> Path:
+def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[str, Any], compressed: bool = True,
+          careful: bool = True) -> Path:
     """Write a record to one file; the file appears complete or not at all.
 
     Parameters
     ----------
     path : path-like
-        The file, used as given (no suffix is added). Its folder must exist; an existing file is replaced.
+        The file, used as given (no suffix is added). Its folder must exist; an existing result is replaced.
     header : mapping
         JSON-able; ``kind`` (str) is required. ``format`` and ``version`` are filled in.
     arrays : mapping of str to array_like
         Any shapes; real, complex, boolean, integer or string, not objects.
     compressed : bool
         False: larger, and several times faster.
+    careful : bool
+        False: whatever is there is replaced; for folders of our own.
 
     Returns
     -------
@@ -46,8 +55,12 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
     ------
     TypeError, ValueError
         If the header cannot be written as JSON (NaN and infinity included), or an array holds objects.
+    FileExistsError
+        If something else than a bifurc result is there: it is left alone.
     """
     path = Path(path)
+    if careful:
+        replaceable(path)
     if not isinstance(header.get("kind"), str):
         raise ValueError(f"header['kind'] must name what the record is, got {header.get('kind')!r}")
     text = json.dumps({**header, "format": FORMAT, "version": VERSION}, default=_plain, allow_nan=False)
@@ -71,6 +84,27 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
     return path
 
 
+def replaceable(path: str | os.PathLike, kind: str | None = None) -> None:
+    """Raise FileExistsError unless nothing is at ``path``, or a bifurc result (of the kind, where one is given)."""
+    path = Path(path)
+    if not path.exists():
+        return
+    if path.is_file():
+        try:
+            header(path, kind)
+            return
+        except FileFormatError as error:
+            why = str(error)
+    else:
+        why = f"{path} is a folder" if path.is_dir() else f"{path} is no ordinary file"
+    raise FileExistsError(errno.EEXIST, f"{why}. It is left alone; give another name, or remove it")
+
+
+def header(path: str | os.PathLike, kind: str | None = None) -> dict[str, Any]:
+    """Return the header of a record, without its arrays; raises as `read`."""
+    return _open(path, kind, False)[0]
+
+
 def read(path: str | os.PathLike, kind: str | None = None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Read a record.
 
@@ -92,7 +126,14 @@ def read(path: str | os.PathLike, kind: str | None = None) -> tuple[dict[str, An
     FileFormatError
         If the file is foreign, damaged, newer than this version, or of another kind.
     """
+    return _open(path, kind, True)
+
+
+def _open(path: str | os.PathLike, kind: str | None, whole: bool) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the header, and the arrays where the whole file is asked for."""
     path = Path(path)
+    if path.is_dir():
+        raise FileFormatError(f"{path} is a folder, not a bifurc result")
     foreign = f"{path} is not a bifurc result"
     with open(path, "rb") as file:
         if file.read(4) != b"PK\x03\x04":
@@ -104,11 +145,10 @@ def read(path: str | os.PathLike, kind: str | None = None) -> tuple[dict[str, An
                     raise FileFormatError(f"{foreign}: it is an npz file without a bifurc header")
                 header = json.loads(archive[_HEADER].tobytes().decode())
                 _check(path, header, kind)
-                arrays = {name: archive[name] for name in archive.files if name != _HEADER}
+                arrays = {name: archive[name] for name in archive.files if whole and name != _HEADER}
         except FileFormatError:
             raise
-        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, ValueError, NotImplementedError,
-                RuntimeError) as error:
+        except _DAMAGE as error:
             raise FileFormatError(f"{path} is damaged ({error}); results are renamed into place when complete, so it "
                                   "was changed or cut after it was written") from error
     return header, arrays

@@ -11,12 +11,17 @@ _READERS = {
     "curve": (".continuation.curves", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
     "harmonic_orbit": (".orbits.balance", "HarmonicOrbit"),
-    "basins": (".basins.basinmap", "BasinMap"),
-    "refinement": (".basins.refine", "Refinement"),
-    "cells": (".basins.cellmap", "CellMap"),
-    "sweep": (".basins.sweeps", "Sweep"),
-    "chart": (".basins.charts", "ParameterChart"),
-    "diagram": (".basins.diagrams", "BifurcationDiagram"),
+    "basins": (".basins.maps.basin_map", "BasinMap"),
+    "refinement": (".basins.maps.refinement", "Refinement"),
+    "cells": (".basins.cells.cell_map", "CellMap"),
+    "sweep": (".basins.sweeps.attractor_sweep", "Sweep"),
+    "chart": (".basins.sweeps.chart", "ParameterChart"),
+    "point_certificate": (".certify.certificate", "PointCertificate"),
+    "stretch_certificate": (".certify.certificate", "StretchCertificate"),
+    "branch_certificate": (".certify.branch", "BranchCertificate"),
+    "atlas": (".atlases.result", "Atlas"),
+    "certificate": (".certify.certificate", "Certificate"),
+    "diagram": (".basins.sweeps.diagram", "BifurcationDiagram"),
 }
 
 
@@ -45,6 +50,8 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
     >>> import bifurc as bf
     >>> branch = bf.load("branch.npz")                     # doctest: +SKIP
     """
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(f"path = {path!r} is not allowed; it must be a path")
     header, arrays = io.read(path)
     kind = header["kind"]
     if kind not in _READERS:

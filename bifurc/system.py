@@ -10,8 +10,10 @@ import numpy as np
 
 from .elements import BUILT_IN, Core, Element
 from .elements.checks import number
+from .structure.names import dof_names, place_of
 
 _BUILDERS: dict[str, Callable] = {}  # ready systems by name, filled by `builder`
+SYMMETRIC = 1e-13  # of the largest entry: a mass matrix that differs from its transpose by less is symmetric
 ENTRY = re.compile(r"(mass|damping|stiffness)\[(\d+),(\d+)\]")
 
 
@@ -28,6 +30,8 @@ class System:
         What acts on the core.
     omega : float, optional
         Excitation frequency, above 0; None: autonomous.
+    dofs : sequence of str or (node, direction), optional
+        Names of the degrees of freedom, such as ``"tip.uy"``; elements may then sit on names.
 
     Raises
     ------
@@ -44,26 +48,35 @@ class System:
     core: Core
     n: int  # degrees of freedom
     elements: tuple[Element, ...]
+    dofs: tuple[str, ...] | None  # names of the degrees of freedom
+    reduction: Any  # `structure.reduction.Reduction` of a reduced model, or None
     _origin: tuple[Callable[..., "System"], dict] | None  # builder and its keywords
     _scene: Any  # kept by compose.scene_of
 
-    def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None):
+    def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None,
+                 dofs: Iterable | None = None):
         M, C, K = _matrix("mass", mass), _matrix("damping", damping), _matrix("stiffness", stiffness)
         n = len(M)
         for name, value in (("damping", C), ("stiffness", K)):
             if value.shape != M.shape:
                 raise ValueError(f"System: {name} has shape {value.shape}; it must be that of mass, {M.shape}")
-        if not np.array_equal(M, M.T):
+        if not np.abs(M - M.T).max() <= SYMMETRIC * np.abs(M).max():
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be symmetric")
+        if not np.array_equal(M, M.T):  # a product such as Q D Q^T is symmetric to rounding only
+            M = _matrix("mass", 0.5 * (M + M.T))
         if not (M[0, 0] > 0.0 if n == 1 else np.linalg.eigvalsh(M)[0] > n * 1e-15 * np.abs(M).max()):
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be positive definite")
+        if not isinstance(elements, Iterable):
+            raise ValueError(f"System: elements = {elements!r} is not allowed; they must be a list of Element")
         elements = tuple(elements)
         for element in elements:
             if not isinstance(element, Element):
                 raise ValueError(f"System: elements contain {element!r}; they must be instances of Element")
+        names = dof_names(dofs, n)
+        elements = tuple(element.placed(lambda dof: place_of(dof, names, n)) for element in elements)
         self.__dict__.update(
             core=Core(M, C, K, None if omega is None else number("System", "omega", omega, above=0.0)),
-            n=n, elements=elements, _origin=None, _scene=None)
+            n=n, elements=elements, dofs=names, reduction=None, _origin=None, _scene=None)
         for element in elements:
             harmonics = {*element.harmonics, *element.site(n).harmonics}
             if omega is None and harmonics:
@@ -71,6 +84,86 @@ class System:
 
     def __setattr__(self, name, value):
         raise AttributeError("a System is immutable; with_parameters(...) gives a changed copy")
+
+    @classmethod
+    def from_matrices(cls, M, C, K, *, G=None, dofs=None, elements: Iterable[Element] = (), omega: float | None = None,
+                      symmetric: bool = True) -> "System":
+        """Return the system M q'' + (C + G) q' + K q = forces of checked matrices.
+
+        Parameters
+        ----------
+        M, K : array or sparse matrix, shape (n, n)
+            Mass (symmetric, at least semidefinite: coordinates without mass are condensed) and stiffness.
+        C, G : array or sparse matrix, shape (n, n), or None
+            Damping, and gyroscopic matrix (skew-symmetric, times the spin); None: zeros.
+        dofs : sequence of str or (node, direction), optional
+            Names of the degrees of freedom; elements may then sit on them: ``RigidStop(0.1, dof="tip.uy")``.
+        elements, omega
+            As for `System`.
+        symmetric : bool
+            False: K and C may have circulatory and gyroscopic parts.
+
+        Raises
+        ------
+        ValueError
+            What is wrong with a matrix, and what to write: triangles, asymmetry, negative mass, NaN.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import bifurc as bf
+        >>> K = np.array([[2.0, -1.0], [-1.0, 1.0]])
+        >>> bf.System.from_matrices(np.eye(2), 0.1 * K, K, dofs=[("mid", "ux"), ("tip", "ux")],
+        ...                         elements=[bf.elements.RigidStop(1.0, dof="tip.ux")])
+        System(n=2, omega=None, elements=[rigid_stop])
+        """
+        return importlib.import_module(".models.assembling", __package__).system_from_matrices(
+            M, C, K, G=G, dofs=dofs, elements=elements, omega=omega, symmetric=symmetric)
+
+    def reduced(self, keep, modes: int = 12, method: str = "rubin") -> "System":
+        """Return the system in some of its coordinates and a few modes, with its elements; `reduction` tells the errors.
+
+        Parameters
+        ----------
+        keep : str, int, or a sequence of them
+            Coordinates that stay as they are: those of contacts and loads. Elements elsewhere act through the shapes.
+        modes : int
+            Number of modes beside them.
+        method : {"rubin", "craig-bampton", "massless"}
+            Free modes and residual flexibility (the most exact frequencies); constraint modes, and modes with the kept
+            coordinates held; or the first without mass at the kept coordinates: stops and friction there act through the
+            residual flexibility, without impacts.
+
+        Returns
+        -------
+        System
+            With ``reduction`` (`Reduction`: recovery, frequencies, errors); `recover` gives all coordinates again.
+
+        Raises
+        ------
+        ValueError
+
+        Examples
+        --------
+        >>> import bifurc as bf
+        >>> small = bf.systems.impact_chain(n=8).reduced(keep=[7], modes=3)
+        >>> small.n, small.reduction.static_error < 1e-12
+        (4, True)
+        """
+        return importlib.import_module(".models.reducing", __package__).reduced_system(self, keep, modes, method)
+
+    def dof(self, name: str | int) -> int:
+        """Return the number of a degree of freedom given by name."""
+        return place_of(name, self.dofs, self.n)
+
+    def recover(self, y: np.ndarray) -> np.ndarray:
+        """Return states (..., 2 N) in all coordinates of the full model from states (..., ns) of a reduced one.
+
+        Displacements first, then velocities. A system that is not reduced gives its own ones.
+        """
+        y = np.asarray(y, float)
+        T = np.eye(self.n) if self.reduction is None else self.reduction.recovery
+        return np.concatenate([y[..., :self.n] @ T.T, y[..., self.n:2 * self.n] @ T.T], axis=-1)
 
     @property
     def mass(self) -> np.ndarray:
@@ -147,6 +240,8 @@ class System:
         ValueError
             Listing the names there are.
         """
+        if not isinstance(name, str):
+            raise ValueError(f"parameter {name!r} is not allowed; it must be a name, one of {', '.join(self.parameters)}")
         if name in self._values(name):
             return name
         names = self.parameters
@@ -205,7 +300,10 @@ class System:
                 fields.setdefault(label, {})[field] = value
         elements = [element.with_parameters(**fields[label]) if label in fields else element
                     for label, element in zip(self.labels, self.elements, strict=True)]
-        return System(**core, elements=elements, omega=omega)
+        made = System(**core, elements=elements, omega=omega, dofs=self.dofs)
+        if not any(ENTRY.fullmatch(name) for name in changes):
+            made.__dict__["reduction"] = self.reduction
+        return made
 
     @functools.cached_property
     def symmetry(self) -> int | None:
@@ -238,7 +336,10 @@ class System:
             build, values = self._origin
             return {"builder": build.__name__, "parameters": {name: _plain(value) for name, value in values.items()}}
         matrices = {name: getattr(self, name).tolist() for name in ("mass", "damping", "stiffness")}
-        return {**matrices, "omega": self.omega, "elements": [element.to_record() for element in self.elements]}
+        more: dict = {} if self.dofs is None else {"dofs": list(self.dofs)}
+        if self.reduction is not None:
+            more["reduction"] = self.reduction.to_record()
+        return {**matrices, "omega": self.omega, "elements": [element.to_record() for element in self.elements], **more}
 
     @classmethod
     def from_record(cls, record: dict, elements: Iterable = ()) -> "System":
@@ -252,7 +353,9 @@ class System:
         """
         own = {item.__name__: item for item in elements}
         if "builder" in record:
-            importlib.import_module(".systems", __package__)  # stands on this module; makes its builders known
+            ready = importlib.import_module(".systems", __package__)  # stands on this module
+            for name in ready.__all__:
+                getattr(ready, name)  # read when first used: makes its builder known
             build = own.get(record["builder"]) or _BUILDERS.get(record["builder"])
             if build is None:
                 raise ValueError(f"the record uses the builder {record['builder']!r}; hand it over in elements=[...]. "
@@ -265,12 +368,18 @@ class System:
                 raise ValueError(f"the record uses the element {item['class']!r}; hand its class over in "
                                  f"elements=[...]. Known: {', '.join(sorted(BUILT_IN))}")
             made.append(found.from_record(item, own))
-        return cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"])
+        system = cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"], dofs=record.get("dofs"))
+        if "reduction" in record:
+            from .structure.reduction import Reduction
+
+            system.__dict__["reduction"] = Reduction.from_record(record["reduction"])
+        return system
 
     def __eq__(self, other):
         if not isinstance(other, System):
             return NotImplemented
-        return (self.elements == other.elements and self.omega == other.omega and self._origin == other._origin
+        return (self.elements == other.elements and self.omega == other.omega and self.dofs == other.dofs
+                and self._origin == other._origin
                 and all(np.array_equal(a, b) for a, b in zip(self.core[:3], other.core[:3], strict=True)))
 
     def __hash__(self):
@@ -340,3 +449,11 @@ def _plain(value):
 def _short(value) -> str:
     """Return a float in few digits, anything else as it is."""
     return f"{value:g}" if isinstance(value, float) else repr(value)
+
+
+def require_system(value) -> System:
+    """Return ``value`` when it is a `System`, else raise ValueError."""
+    if not isinstance(value, System):
+        raise ValueError(f"system = {value!r} is not allowed; it must be a System, such as "
+                         "bifurc.systems.impact_oscillator(omega=0.6)")
+    return value

@@ -41,8 +41,8 @@ def motions() -> None:
     """Compile what simulations and basin maps of one degree of freedom call."""
     import numpy as np
 
-    from .basins.marcher import Marcher, Targets
     from .compose.scene import scene_of
+    from .ensemble.marcher import Marcher, Targets
     from .flow.simulate import simulate
     from .systems import impact_oscillator
 
@@ -57,7 +57,7 @@ def orbits() -> None:
     """Compile the corrector of event sequences and the measures of orbits."""
     import numpy as np
 
-    from .continuation.orbit_problem import orbit_problem
+    from .continuation.shooting.problem import orbit_problem
     from .orbits.find import solve
     from .orbits.signature import Signature
     from .systems import impact_oscillator

@@ -1,19 +1,24 @@
-"""Which start leads to which motion: basin maps over two components of the state."""
-from .attractors import ChaoticAttractor
-from .basinmap import BasinMap, CellState
-from .cellmap import CellFate, CellMap, GroupKind
-from .cells import cell_mapping
-from .charts import ParameterChart, parameter_chart
-from .confirming import MapCycle
-from .diagrams import BifurcationDiagram, bifurcation_diagram
-from .edges import EdgeState, EdgeStatus, edge_state
-from .grid import Grid
-from .mapping import basins_of_attraction
-from .periodmap import Kernel, PeriodMap
-from .refine import Refinement, refined_basins
-from .stable import StableSet, stable_set
-from .sweeps import Sweep, Track, sweep
-from .unstable import UnstableSet, unstable_set
+"""Which start leads to which motion.
+
+`attractors` finds and confirms motions, `maps` labels grids of starts and says how far the labels can be trusted, `cells` maps
+cells of the state space, `boundaries` finds saddles between basins and their sets, `sweeps` runs over parameters.
+Start reading at `maps.compute`.
+"""
+from ..ensemble.grid import Grid
+from ..ensemble.period_map import Kernel, PeriodMap
+from .attractors.attractors import ChaoticAttractor
+from .boundaries.edges import EdgeState, EdgeStatus, edge_state
+from .boundaries.stable import StableSet, stable_set
+from .boundaries.unstable import UnstableSet, unstable_set
+from .cells.cell_map import CellFate, CellMap, GroupKind
+from .cells.compute import cell_mapping
+from .cells.confirmation import MapCycle
+from .maps.basin_map import BasinMap, CellState
+from .maps.compute import basins_of_attraction
+from .maps.refinement import Refinement, refined_basins
+from .sweeps.attractor_sweep import Sweep, Track, sweep
+from .sweeps.chart import ParameterChart, parameter_chart
+from .sweeps.diagram import BifurcationDiagram, bifurcation_diagram
 
 __all__ = ["BasinMap", "BifurcationDiagram", "CellFate", "CellMap", "CellState", "ChaoticAttractor", "EdgeState",
            "EdgeStatus", "Grid", "GroupKind", "Kernel", "MapCycle", "ParameterChart", "PeriodMap", "Refinement",

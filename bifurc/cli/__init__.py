@@ -1,4 +1,5 @@
-"""Command line: ``bifurc trace|frf|basins|sweep|hysteresis SYSTEM`` and ``bifurc info [SYSTEM]``; one file a command.
+"""Command line: ``bifurc trace|frf|basins|sweep|atlas|hysteresis|explore SYSTEM``, ``bifurc certify FILE``,
+``bifurc info [SYSTEM]``; one file a command.
 
 Every command is the Python of the tutorials with names in place of variables.  Files are renamed into place as soon as
 they are complete, so that an interrupt loses nothing that is finished.
@@ -8,7 +9,7 @@ from collections.abc import Sequence
 
 import bifurc as bf
 
-from . import branches, frf, info, loops, maps, sweeps
+from . import atlas, branches, certify, completion, explore, frf, info, loops, maps, sweeps
 from .common import Parser, shared
 
 _INTERRUPTED = 130  # exit code of shells for a program that was interrupted
@@ -30,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parser().parse_args(arguments)
         return options.run(options)
-    except (ValueError, LookupError, OSError) as error:
+    except (ValueError, LookupError, OSError, MemoryError) as error:
         message = error.args[0] if isinstance(error, KeyError) and error.args else error
         print(f"bifurc: error: {' '.join(str(message).split())}", file=sys.stderr)
         return 2
@@ -48,5 +49,9 @@ def _parser() -> Parser:
     frf.add(commands, shared())
     loops.add(commands, shared())
     sweeps.add(commands, shared())
+    atlas.add(commands, shared())
+    explore.add(commands)
+    certify.add(commands)
     info.add(commands)
+    completion.add(commands, parser)
     return parser

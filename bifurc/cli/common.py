@@ -1,6 +1,8 @@
 """What the commands share: systems by name and their stories, values and folders from the command line."""
 import argparse
 import math
+import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +32,7 @@ STORIES = {
     "dry_friction_oscillator": Story("amplitude", (1.1, 2.0), {}, {"q0": (-2.0, 2.0), "v0": (-3.0, 3.0)}),
     "jenkins_oscillator": Story("omega", (0.4, 2.0), {}, {"q0": (-4.0, 4.0), "v0": (-4.0, 4.0)}),
     "friction_damped_oscillator": Story("omega", (90.0, 104.0), {}, {"q0": (-2.0, 2.0), "v0": (-200.0, 200.0)}),
+    "belt_oscillator": Story("belt_speed", (0.05, 0.8), {}, {"q0": (-1.0, 2.0), "v0": (-1.5, 1.5)}),
     "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
 }
 
@@ -88,8 +91,60 @@ def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
     if options.cells < 2:
         raise UsageError(f"--cells must be at least 2, got {options.cells}")
     if name not in STORIES:
-        raise UsageError(f"{name} is driven by a displacement: its motion is given; `bifurc hysteresis {name}` shows its forces")
+        if any(isinstance(element, bf.elements.Driven) for element in getattr(bf.systems, name)().elements):
+            raise UsageError(f"{name} is driven by a displacement: its motion is given; `bifurc hysteresis {name}` shows its "
+                             "forces")
+        raise UsageError(f"{name} has no ready story for the command line; in Python: "
+                         f"bf.trace(bf.find_orbit(bf.systems.{name}()), ...)")
+    check_outputs(options)
     return name, getattr(bf.systems, name)(**set_values(name, options.set)), STORIES[name]
+
+
+def range_of(options: argparse.Namespace, system: Any, story: Story, parameter: str) -> tuple[float, float]:
+    """Return the bounds of a parameter in ascending order: those given, those of its story, or half to twice its value.
+
+    Raises
+    ------
+    UsageError
+        Where none were given and the value 0 tells no range.
+    """
+    if options.bounds is not None:
+        bounds = options.bounds
+    elif parameter == story.parameter:
+        bounds = story.bounds
+    else:
+        value = system.parameter(parameter)
+        if value == 0.0:
+            raise UsageError(f"--bounds is needed: {parameter} is 0, which tells no range")
+        bounds = value / 2.0, 2.0 * value
+    low, high = sorted(bounds)
+    return low, high
+
+
+def check_outputs(options: argparse.Namespace) -> None:
+    """Refuse, before any work, files that could not be written afterwards, and numbers that no work can use."""
+    folder = Path(options.out)
+    while not folder.exists():
+        folder = folder.parent
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise UsageError(f"--out {options.out}: {folder} is {'not writable' if folder.is_dir() else 'a file'}")
+    if options.workers is not None and options.workers < 1:
+        raise UsageError(f"--workers must be at least 1, got {options.workers}")
+
+
+def check_measure(name: str, system: Any, extra: tuple[str, ...] = ()) -> str:
+    """Return a measure that branches of a system have.
+
+    Raises
+    ------
+    UsageError
+    """
+    match = re.fullmatch(r"(max|min|rms|h1)_(0|[1-9]\d*)", name)
+    if name not in extra and (match is None or int(match[2]) >= system.n):
+        last = f" .. %s_{system.n - 1}" if system.n > 1 else ""
+        known = [f"{kind}_0{last.replace('%s', kind)}" for kind in ("max", "min", "rms", "h1")]
+        raise UsageError(f"--measure {name!r} is unknown; there are {', '.join((*known, *extra))}")
+    return name
 
 
 def folder_of(text: str) -> Path:

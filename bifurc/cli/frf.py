@@ -2,6 +2,7 @@
 import argparse
 import inspect
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import UsageError, folder_of, number, reason, say_saved, system_of
+from .common import UsageError, check_measure, folder_of, number, reason, say_saved, system_of
 
 FURTHER = 12  # responses beyond the end of a curve of peaks
 
@@ -40,6 +41,7 @@ def add(commands, shared) -> None:
     frf.add_argument("--vary", metavar="X", nargs="+", help="name of a second parameter, then its values")
     frf.add_argument("--harmonics", metavar="H", type=int, default=21, help="kept in the balance (default: %(default)s)")
     frf.add_argument("--measure", metavar="COLUMN", default="max_0", help="whose peaks are sought (default: %(default)s)")
+    frf.add_argument("--data", metavar="FILE", help="measured points drawn over the responses: columns parameter, amplitude")
     frf.set_defaults(run=run_frf)
 
 
@@ -49,6 +51,12 @@ def run_frf(options: argparse.Namespace) -> int:
     parameter = options.parameter or story.parameter
     low, high = sorted(options.bounds or story.bounds)
     compared = _compared(name, system, options)
+    check_measure(options.measure, system)
+    if low == high:
+        raise UsageError(f"--bounds must be two different numbers, got {low:g} twice")
+    if options.harmonics < 1:
+        raise UsageError(f"--harmonics must be at least 1, got {options.harmonics}")
+    measured = None if options.data is None else read_points(options.data)
     method = bf.HarmonicBalance(harmonics=options.harmonics)
     print(f"{system!r}: {parameter} from {low:g} to {high:g}, {options.harmonics} harmonics", flush=True)
     warm_up()
@@ -84,8 +92,34 @@ def run_frf(options: argparse.Namespace) -> int:
                     print(f"extreme peak: {point.measures[options.measure]:.6g} at {compared.name} = "
                           f"{point.parameters[compared.name]:.6g}")
         drawn[variant] = branches, curve, sorted(peak for peak in peaks if peak[1] is not None)
-    draw(drawn, compared, name, folder, options)
+    draw(drawn, compared, name, folder, options, measured)
     return 0
+
+
+def read_points(path: str) -> np.ndarray:
+    """Return measured points (k, 2) from a text file of two columns, with or without a line of names.
+
+    Raises
+    ------
+    UsageError
+        Telling the line that cannot be read.
+    """
+    rows: list[list[float]] = []
+    for place, line in enumerate(Path(path).read_text(encoding="utf-8-sig").splitlines(), 1):
+        parts = line.split("#")[0].replace(",", " ").replace(";", " ").split()
+        try:
+            values = [float(part) for part in parts]
+        except ValueError:
+            if not rows:  # names
+                continue
+            raise UsageError(f"--data {path}: line {place} is not two numbers: {line.strip()!r}") from None
+        if values:
+            if len(values) < 2 or not np.isfinite(values).all():
+                raise UsageError(f"--data {path}: line {place} is not two finite numbers: {line.strip()!r}")
+            rows.append(values[:2])
+    if not rows:
+        raise UsageError(f"--data {path} holds no points")
+    return np.array(rows)
 
 
 def rebuilt(name: str, system: Any, keyword: str, variant: str) -> Any:
@@ -144,11 +178,11 @@ def further(system: Any, parameter: str, compared: Comparison, bounds: tuple[flo
 
 
 def draw(drawn: dict[str, tuple[list, Any, list]], compared: Comparison, name: str, folder: Any,
-         options: argparse.Namespace) -> None:
-    """Draw the responses, one picture a variant side by side, and the heights of their peaks."""
+         options: argparse.Namespace, measured: np.ndarray | None = None) -> None:
+    """Draw the responses, one picture a variant side by side, with measured points, and the heights of their peaks."""
     figure, axes = bf.plotting.figure(3.6 * len(drawn) + 0.6, 3.4, columns=len(drawn), sharey=True)
     for ax, (variant, (branches, curve, _)) in zip(axes, drawn.items(), strict=True):
-        bf.plotting.plot_responses(branches, compared.values, compared.name, ax, options.measure, curve)
+        bf.plotting.plot_responses(branches, compared.values, compared.name, ax, options.measure, curve, measured)
         ax.set_title(variant, loc="left", fontsize=8)
     say_saved(bf.plotting.save_figure(figure, folder / f"{name}_frf.{options.format}"))
     curves = {variant: (curve, peaks) for variant, (_, curve, peaks) in drawn.items() if curve is not None}

@@ -8,7 +8,7 @@ import numpy as np
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import UsageError, folder_of, number, say_saved, system_of
+from .common import UsageError, folder_of, number, range_of, say_saved, system_of
 from .maps import forget
 
 _BRANCHES = 4  # families of which a branch is traced for the picture
@@ -35,10 +35,7 @@ def run_sweep(options: argparse.Namespace) -> int:
     """Follow all attractors and the sizes of their basins over a parameter; after an interrupt the same command goes on."""
     name, system, story = system_of(options)
     parameter = system.parameter_name(options.parameter or story.parameter)
-    value = system.parameter(parameter)
-    if options.bounds is None and parameter != story.parameter and value == 0.0:
-        raise UsageError(f"--bounds is needed: {parameter} is 0, which tells no range")
-    low, high = sorted(options.bounds or (story.bounds if parameter == story.parameter else (value / 2.0, 2.0 * value)))
+    low, high = range_of(options, system, story, parameter)
     if low == high:
         raise UsageError(f"--bounds must be two different numbers, got {low:g} twice")
     if options.points < 2:

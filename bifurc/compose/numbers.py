@@ -4,8 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Affine, Frame, Guard, Law, Mode, Rate, Slaved
+from ..elements import Affine, Circle, Frame, Guard, Law, Mode, Rate, Slaved
 from ..system import System
+from . import pieces as parts
+from .pieces import Piece, SceneLaw
 from .tables import Tables
 
 EMPTY = np.empty((0, 0))
@@ -14,16 +16,6 @@ RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular va
 
 class DependentHolds(ValueError):
     """A combination of modes holds rows that depend on each other."""
-
-
-class SceneLaw(NamedTuple):
-    """A law of a scene: ``v' = A x + sum LP f``, ``f = function(u..., s..., *values)`` with u = LU x, s = LS x."""
-
-    element: int
-    name: str  # label of the element
-    key: Hashable  # mode of the element in which the law acts
-    rows: int
-    law: Law
 
 
 class Views(NamedTuple):
@@ -59,14 +51,18 @@ def views(flat: np.ndarray, parts: list[tuple[slice, tuple[int, ...]]]) -> Views
     return Views(*[flat[place].reshape(shape) for place, shape in parts])
 
 
-def is_surface(value: Affine) -> bool:
-    """Return whether a guard is a surface: coordinates, and what moves them, only."""
+def is_surface(value) -> bool:
+    """Return whether a guard is an affine surface: coordinates, and what moves them, only."""
+    if not isinstance(value, Affine):
+        return False
     names = value.names
     return "u" in names and not names & {"s", "z", "lam"}
 
 
-def is_stop(value: Affine) -> bool:
-    """Return whether a guard is that of a speed: sliding that stops."""
+def is_stop(value) -> bool:
+    """Return whether an affine guard is that of a speed: sliding that stops."""
+    if not isinstance(value, Affine):
+        return False
     names = value.names
     return "s" in names and not names & {"u", "z", "lam"}
 
@@ -79,6 +75,7 @@ class Placed(NamedTuple):
     S: np.ndarray  # (rows, nx)
     rest: np.ndarray  # (rows, nx) part of s' that is not J a
     X: np.ndarray  # (n, rows) M^-1 J^T
+    curved: bool  # a circle: rows are those of the plane, and every expression is a law
 
 
 class Held(NamedTuple):
@@ -108,11 +105,12 @@ class Packer:
         self.sites = [self._place(element) for element in system.elements]
         self._modes: dict[tuple[int, Hashable], Mode] = {}
         self._loads: dict[tuple[int, Hashable], np.ndarray | None] = {}
+        self._pieces: dict[tuple[int, Hashable], list[Piece]] = {}
 
     def _place(self, element) -> Placed:
         site = element.site(self.system.n)
         U, S, rest = site.rows(self.frame)
-        return Placed(site.R, U, S, rest, self.inverse @ site.R.T)
+        return Placed(site.R, U, S, rest, self.inverse @ site.R.T, isinstance(site, Circle))
 
     def mode(self, element: int, key: Hashable) -> Mode:
         """Return a mode of an element, made once."""
@@ -144,19 +142,18 @@ class Packer:
             raise ValueError(f"{name}: memory has {len(mode.memory)} entries; the element names "
                              f"{len(self.system.elements[element].memory)}")
         for guard in mode.guards:
-            if guard.kick is not None and not guard.kick.affine:
+            if guard.kick is not None and not isinstance(guard.kick, Law) and (not guard.kick.affine or self.sites[element].curved):
                 raise ValueError(f"{name}: the kick {guard.kick!r} is not affine in the speeds; "
-                                 "only affine ones can be composed")
+                                 "only affine ones on straight sites can be composed; give a Law of the impulses instead")
 
     def slaved(self, keys: tuple) -> list[tuple[int, np.ndarray]]:
         """Return place and row (nx,) of every memory state that follows local values in the mode of these keys."""
-        found = []
-        for e, key in enumerate(keys):
-            local = {"u": self.sites[e].U, "s": self.sites[e].S, "z": self.frame.eye[self.slices[e]]}
-            for i, memory in enumerate(self.mode(e, key).memory):
-                if isinstance(memory, Slaved):
-                    found.append((self.slices[e].start + i, self.frame.row(memory.value, local)))
-        return found
+        return [item for e, key in enumerate(keys) for item in self._slaved(e, key)]
+
+    def _slaved(self, e: int, key: Hashable) -> list[tuple[int, np.ndarray]]:
+        local = {"u": self.sites[e].U, "s": self.sites[e].S, "z": self.frame.eye[self.slices[e]]}
+        return [(self.slices[e].start + i, self.frame.row(memory.value, local))
+                for i, memory in enumerate(self.mode(e, key).memory) if isinstance(memory, Slaved)]
 
     def relaxed(self) -> list[tuple[int, np.ndarray]]:
         """Return place and row (nx,) of every memory state that has a relaxed value other than zero."""
@@ -177,15 +174,75 @@ class Packer:
         other = np.sqrt(np.abs(np.diagonal(D.T @ self.inverse @ D)))
         return bool(np.linalg.svd(gram / np.outer(scale, other), compute_uv=False)[-1] > RANK)
 
+    def put_to_rest(self, keys: tuple, x: np.ndarray) -> np.ndarray:
+        """Return ``x`` (nx,) with velocities moved along M^-1 J^T push until the straight rows held by these keys have no speed."""
+        J, D, owners = self._held(keys)
+        y, n = x.copy(), self.frame.n
+        if owners:
+            speeds = np.array([self.sites[e].S[hold.row] @ x for e, hold in owners])
+            X = self.inverse @ D
+            y[n:2 * n] -= X @ np.linalg.solve(J @ X, speeds)
+        return y
+
+    def still(self, keys: tuple) -> list[int]:
+        """Return for every guard of a mode the derivative from which on it vanishes because rows are held; 0: none does.
+
+        The speed of a contact on a row that another one holds stays what it is, to the last digit.
+        """
+        found, (H, _, _) = [], self._held(keys)
+        for e, key in enumerate(keys):
+            for guard in self.mode(e, key).guards:
+                value = guard.value
+                order = 2 if is_surface(value) else 1 if is_stop(value) else 0
+                if (isinstance(value, Affine) and order and len(H) and not self.moving(e, keys)
+                        and value.names <= {"u", "s", "one"}):
+                    row = sum(weight * self.sites[e].J[i] for (name, i), weight in value.terms.items() if name != "one")
+                    left = row - np.linalg.lstsq(H.T, row, rcond=None)[0] @ H
+                    found.append(order if np.abs(left).max() <= RANK * np.abs(row).max() else 0)
+                else:
+                    found.append(0)
+        return found
+
+    def moving(self, element: int, keys: tuple) -> bool:
+        """Return whether the site of an element, or of one that holds a row, is curved or moves by more than a constant speed."""
+        own = [element, *(e for e, key in enumerate(keys) if self.mode(e, key).hold)]
+        return any(self.sites[e].curved or self.sites[e].rest.any() for e in own)
+
+    def pieces(self, element: int, key: Hashable) -> list[Piece]:
+        """Return what of a mode is not affine, made once."""
+        found = self._pieces.get((element, key))
+        if found is None:
+            site, mode = self.sites[element], self.mode(element, key)
+            found = self._pieces[element, key] = [] if not (mode.force or mode.guards or mode.hold) else parts.pieces(
+                self.system.elements[element].site(self.system.n), mode,
+                f"{self.system.labels[element]}, mode {key!r}", site.J @ site.X)
+        return found
+
     def laws(self, all_keys: list[tuple]) -> tuple[SceneLaw, ...]:
-        """Return the laws that act in any of the modes, in the order they are met."""
+        """Return the laws that act in any of the modes: forces, reactions, guards, each in the order they are met."""
         places = dict.fromkeys((e, key) for keys in all_keys for e, key in enumerate(keys))
-        return tuple(SceneLaw(e, self.system.labels[e], key, len(self.sites[e].J), law)
-                     for e, key in places if (law := self.mode(e, key).law) is not None)
+        return parts.joined([law for e, key in places for law, _ in self._scene_laws(e, key)])
+
+    def _scene_laws(self, e: int, key: Hashable) -> list[tuple[SceneLaw, Piece]]:
+        """Return the laws of one mode of an element."""
+        found: list[tuple[SceneLaw, Piece]] = []
+        for piece in self.pieces(e, key):
+            what = Law(piece.function, piece.values, piece.jacobian)
+            law = SceneLaw(e, self.system.labels[e], (key,), len(self.sites[e].J), what, piece.stage, 0, piece.curved)
+            slot = sum(other.group == law.group[:2] + (other.slot,) + law.group[3:] for other, _ in found)
+            found.append((law._replace(slot=slot), piece))
+        return found
+
+    def acting(self, law: SceneLaw, keys: tuple) -> Piece | None:
+        """Return the piece that a law of the scene is in the mode of these keys; None where it does not act."""
+        key = keys[law.element]
+        if key not in law.keys:
+            return None
+        return next(piece for own, piece in self._scene_laws(law.element, key) if own.group == law.group)
 
     def _held(self, keys: tuple) -> tuple[np.ndarray, np.ndarray, list]:
         """Return held rows J (holds, n), pushes J^T push (n, holds), and the (element, hold) pairs."""
-        owners = [(e, hold) for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
+        owners = [(e, hold) for e, key in enumerate(keys) if not self.sites[e].curved for hold in self.mode(e, key).hold]
         J, D = np.empty((len(owners), self.frame.n)), np.empty((self.frame.n, len(owners)))
         for i, (e, hold) in enumerate(owners):
             J[i] = self.sites[e].J[hold.row]
@@ -197,13 +254,14 @@ class Packer:
         flat[0] = 0.0 if self.system.omega is None else self.system.omega
         row = value = 0
         for law in laws:
-            site, own = self.sites[law.element], self.mode(law.element, law.key).law
-            values = () if own is None else own.values
+            site = self.sites[law.element]
             T.LU[row:row + law.rows] = site.U
             T.LS[row:row + law.rows] = site.S
-            T.law[value:value + len(values)] = values
             row += law.rows
-            value += len(values)
+            for key in law.keys:
+                piece = next(piece for own, piece in self._scene_laws(law.element, key) if own.group == law.group)
+                T.law[value:value + len(piece.values)] = piece.values
+                value += len(piece.values)
         n, ns, eye = self.frame.n, self.frame.ns, self.frame.eye
         T.A[:, :n, n:2 * n] = eye[:n, :n]
         T.A[:, n:2 * n] = self.core_rows
@@ -226,24 +284,30 @@ class Packer:
                 continue
             own = [i for i, (owner, _) in enumerate(hold.owners) if owner == e]
             local = {"u": site.U, "s": site.S, "lam": hold.lam[own], "z": frame.eye[self.slices[e]]}
+            watched = {piece.guard for piece in self.pieces(e, key) if piece.stage == parts.GUARD}
             for i in own:
                 if hold.owners[i][1].surface is not None:
                     T.S[m, i] = frame.row(hold.owners[i][1].surface, local)
             for i, memory in enumerate(mode.memory):
                 if isinstance(memory, Rate):
                     T.A[m, self.slices[e].start + i] = frame.row(memory.value, local)
-            for guard in mode.guards:
-                T.G[m, g] = frame.row(guard.value, local)
-                self._fill_reset(T, m, g, e, mode, guard, local)
-                if laws and own:
+            for number, guard in enumerate(mode.guards):
+                if number in watched:
+                    self._fill_watched(T, m, g, e, number, keys, laws)
+                else:
+                    T.G[m, g] = frame.row(guard.value, local)
+                self._fill_reset(T, m, g, e, mode, guard, hold, keys)
+                if laws and own and isinstance(guard.value, Affine):
                     weights = np.array([guard.value.terms.get(("lam", k), 0.0) for k in range(len(own))])
                     T.LG[m, g] = weights @ self._reaction(hold, own, keys, laws)
                 g += 1
         row = 0
         for law in laws:
-            if keys[law.element] == law.key:
+            if law.stage != parts.GUARD and self.acting(law, keys):
                 push = self.sites[law.element].X
-                if hold.owners:
+                if law.stage == parts.REST:  # how the coordinates move for the rows to move by one
+                    push = push @ np.linalg.inv(self.sites[law.element].J @ push)
+                elif hold.owners and law.stage != parts.KICK:
                     push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
                     push[hold.fixed] = 0.0
                 T.LP[m, row:row + law.rows, :n] = push.T
@@ -273,14 +337,25 @@ class Packer:
     def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
         """Return own multipliers by unit forces of all laws, (own, rows of laws)."""
         meets = -hold.solve[own] @ hold.J
-        return np.hstack([meets @ self.sites[law.element].X * (keys[law.element] == law.key) for law in laws])
+        return np.hstack([meets @ self.sites[law.element].X * (law.stage <= parts.REACTION and keys[law.element] in law.keys)
+                          for law in laws])
+
+    def _fill_watched(self, T: Views, m: int, g: int, e: int, number: int, keys: tuple, laws: tuple[SceneLaw, ...]) -> None:
+        """Make guard ``g`` the value of its law."""
+        row = 0
+        for law in laws:
+            if law.element == e and law.stage == parts.GUARD:
+                piece = self.acting(law, keys)
+                if piece is not None and piece.guard == number:
+                    T.LG[m, g, row] = 1.0
+            row += law.rows
 
     def _load(self, e: int, key: Hashable) -> np.ndarray | None:
         """Return the accelerations by the affine force of an element, (n, nx); None when it gives none."""
         if (e, key) not in self._loads:
             force, site = self.mode(e, key).entries, self.sites[e]
             load = None
-            if force:
+            if force and not site.curved:
                 local = {"u": site.U, "s": site.S, "z": self.frame.eye[self.slices[e]]}
                 rows = [self.frame.row(entry, local) for entry in force]
                 load = site.X * rows[0] if len(rows) == 1 else site.X @ np.array(rows)
@@ -288,22 +363,23 @@ class Packer:
             return load
         return self._loads[e, key]
 
-    def _fill_reset(self, T: Views, m: int, g: int, e: int, mode: Mode, guard: Guard, local: dict) -> None:
-        """Write the state after a guard: identity, position on the surface, kick, memory of the mode that is left."""
+    def _fill_reset(self, T: Views, m: int, g: int, e: int, mode: Mode, guard: Guard, hold: "Held", keys: tuple) -> None:
+        """Write the state after a guard: identity, position on the surface, kick, memory of the modes that are left.
+
+        A kick may turn other elements round in the same instant: the memory of all is written.
+        """
         n, ns = self.frame.n, self.frame.ns
         site, row, R = self.sites[e], T.G[m, g], T.R[m, g]
         surface = is_surface(guard.value) and row[:n].any()  # a driven row has no coordinate to put right
         if surface:
-            direction = self.inverse @ row[:n]
-            direction /= row[:n] @ direction
+            direction = self._beside(hold, row[:n])
             T.D[m, g, :n] = direction
             R[:n] -= direction[:, None] * row
         elif is_stop(guard.value) and row[n:2 * n].any():  # rounding must leave no speed that stick would break on
-            direction = self.inverse @ row[n:2 * n]
-            direction /= row[n:2 * n] @ direction
+            direction = self._beside(hold, row[n:2 * n])
             T.D[m, g, n:2 * n] = direction
             R[n:2 * n] -= direction[:, None] * row
-        if guard.kick is not None:
+        if guard.kick is not None and not isinstance(guard.kick, Law):
             W = site.J @ site.X
             constant, slope = guard.kick.impulse(np.zeros(len(W)), W)
             P = slope @ site.S
@@ -317,6 +393,16 @@ class Packer:
             T.B[m, g, n:2 * n] = direction / (slope_of @ direction)
         if guard.accumulates is not None:
             T.ratio[m, g] = guard.accumulates[0]
-        for i, memory in enumerate(mode.memory):
-            if isinstance(memory, Slaved):
-                R[self.slices[e].start + i] = self.frame.row(memory.value, local)
+        for place, value in self.slaved(keys) if guard.kick is not None else self._slaved(e, keys[e]):
+            R[place] = value
+
+    def _beside(self, hold: "Held", row: np.ndarray) -> np.ndarray:
+        """Return the direction (n,) that changes ``row`` (n,) by 1 and no held row, by inertia; zeros where there is none."""
+        direction = self.inverse @ row
+        if hold.owners:
+            size = row @ direction
+            direction = direction - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ direction)))
+            direction[hold.fixed] = 0.0
+            if not row @ direction > RANK * size:
+                return np.zeros(len(row))
+        return direction / (row @ direction)

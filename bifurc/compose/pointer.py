@@ -5,6 +5,7 @@ it, with a reference count each; much of the time to compile a kernel, and most 
 pointer a kernel loads the few parts that it reads.  The arrays are borrowed: whoever calls a kernel holds the tables.
 """
 import array
+import zlib
 from collections.abc import Iterable
 
 import numpy as np
@@ -29,7 +30,8 @@ class Pointer(types.Type):
 
     def __init__(self, name: str, parts: tuple):
         self.parts = parts
-        super().__init__(name)  # it becomes part of every symbol: short
+        # part of every symbol: short; the layout is in it, so that a kept kernel of another layout is not taken for this one
+        super().__init__(f"{name}_{zlib.crc32(repr(parts).encode()):x}")
 
     def place(self, part: str) -> tuple[int, types.Array] | None:
         """Return where the entry of an array begins, in words, and the type of the array."""

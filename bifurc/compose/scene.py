@@ -31,8 +31,18 @@ class GuardOf(NamedTuple):
 def scene_of(system: System) -> "Scene":
     """Return the scene of a system; made once and kept with it."""
     if system._scene is None:
+        refuse_delay(system)
         system.__dict__["_scene"] = Scene(system)
     return system._scene
+
+
+def refuse_delay(system: System) -> None:
+    """Raise ValueError for a system whose force depends on its own past, naming the elements."""
+    past = [label for label, element in zip(system.labels, system.elements, strict=True) if element.delayed]
+    if past:
+        raise ValueError(f"{', '.join(map(repr, past))}: delayed feedback is not supported here; `simulate` follows it. "
+                         "On orbits of its period it vanishes: find and trace them without it, and ask control.feedback_range for "
+                         "their stability")
 
 
 class Scene:
@@ -76,11 +86,11 @@ class Scene:
         self._holds: list[tuple[int, ...]] = []
         self._packer = Packer(system, self.frame, self.slices)
         self._slaved: dict[int, list] = {}
-        first = tuple(element.start[0] for element in elements)
+        first = next(self._start_keys(), None)
         reach = self._closure()
         self.complete = reach is not None
-        if not self._possible(first):
-            raise ValueError(f"{system!r}: the first start keys {first} hold dependent rows")
+        if first is None:
+            raise ValueError(f"{system!r}: all combinations of start keys hold dependent rows")
         for keys in reach if reach is not None else (first,):
             self._add(keys)
         self._pack()
@@ -108,13 +118,18 @@ class Scene:
 
     def start_modes(self) -> Iterator[int]:
         """Yield the modes that may hold at a start, in the order they are tried: first keys of all elements first."""
+        for keys in self._start_keys():
+            yield self.index(keys)
+
+    def _start_keys(self) -> Iterator[tuple]:
+        """Yield the keys of start modes.  Of contacts that hold the same rows (two frictions on one mass) one holds them."""
         starts = [element.start for element in self.system.elements]
         for changes in range(sum(len(keys) - 1 for keys in starts) + 1):
             for choice in itertools.product(*(range(min(len(keys), changes + 1)) for keys in starts)):
                 if sum(choice) == changes:
                     keys = tuple(start[i] for start, i in zip(starts, choice, strict=True))
                     if self._possible(keys):
-                        yield self.index(keys)
+                        yield keys
 
     def expand(self, mode: int, guard: int) -> Tables:
         """Build what `then` and `ends_in` of a guard still lack (-2); return the tables, which have grown."""
@@ -125,6 +140,11 @@ class Scene:
     def combine(self, mode: int, element: int, key: Hashable) -> int | None:
         """Return the mode with the key of one element changed, built when reached; None: its holds are dependent."""
         keys = self._replaced(mode, element, key)
+        return self.index(keys) if self._possible(keys) else None
+
+    def combined(self, mode: int, changes: dict[int, Hashable]) -> int | None:
+        """Return the mode with the keys of some elements changed together; None: its holds are dependent."""
+        keys = tuple(changes.get(e, key) for e, key in enumerate(self.keys[mode]))
         return self.index(keys) if self._possible(keys) else None
 
     def guard(self, mode: int, guard: int) -> GuardOf:
@@ -186,6 +206,14 @@ class Scene:
         found = np.ones((len(angle), self.nw))
         found[:, 1::2], found[:, 2::2] = np.cos(angle), np.sin(angle)
         return found
+
+    def is_curved(self, element: int) -> bool:
+        """Return whether the site of an element is curved."""
+        return self._packer.sites[element].curved
+
+    def put_to_rest(self, mode: int, x: np.ndarray) -> np.ndarray:
+        """Return the joined state ``x`` (nx,) with the speeds of the rows that a mode holds taken away by inertia."""
+        return self._packer.put_to_rest(self.keys[mode], x)
 
     # symmetry
 
@@ -259,12 +287,13 @@ class Scene:
         candidates = max((len(numbers) or 1 for found in then for numbers in found), default=1)
         holds = max(len(found) for found in self._holds)
         T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
-                     sum(law.rows for law in self.laws), sum(len(law.law.values) for law in self.laws))
+                     sum(law.rows for law in self.laws), sum(len(law.keys) * len(law.law.values) for law in self.laws))
         for m, keys in enumerate(self.keys):
-            T.acts[m] = [keys[law.element] == law.key for law in self.laws]
+            T.acts[m] = [law.keys.index(keys[law.element]) + 1 if keys[law.element] in law.keys else 0 for law in self.laws]
         for m, found in enumerate(self._guards):
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
+            T.still[m, :len(found)] = self._packer.still(self.keys[m])
             for g, (element, _, guard) in enumerate(found):
                 T.kick[m, g] = guard.kick is not None
                 T.silent[m, g] = guard.silent
@@ -319,7 +348,7 @@ class Scene:
         for e, key in enumerate(keys):
             mode = self._packer.mode(e, key)
             guards += [GuardOf(e, number, guard) for number, guard in enumerate(mode.guards)]
-            holds += [e] * len(mode.hold)
+            holds += [] if self._packer.sites[e].curved else [e] * len(mode.hold)  # reactions on curves are laws
         self._guards.append(tuple(guards))
         self._holds.append(tuple(holds))
         return self._index[keys]

@@ -40,11 +40,11 @@ class Tables(array.array):
     H: np.ndarray  # (modes, holds, nx) speeds of held rows, zero while held
     S: np.ndarray  # (modes, holds, nx) positions of held rows that are frozen on a surface; zero row: no surface
     ratio: np.ndarray  # (modes, guards) ratio of the infinite sequence (restitution); 0: none
-    law: np.ndarray  # (values,) parameters of the laws that are not affine, one law after the other
+    law: np.ndarray  # (values,) parameters of the laws that are not affine, one law after the other, each for all its modes
     LU: np.ndarray  # (rows, nx) coordinates u = LU x of all rows of all laws; no rows in an affine scene
     LS: np.ndarray  # (rows, nx) their speeds
     LP: np.ndarray  # (modes, rows, n) velocity rates per unit of force: v' = A x + sum over rows of LP f
-    LG: np.ndarray  # (modes, guards, rows) guard = G x + LG f (reactions of held rows under a law)
+    LG: np.ndarray  # (modes, guards, rows) guard = G x + LG f (reactions of held rows under a law; guards that are laws)
 
     harmonics: np.ndarray  # (nw-1)/2 integers k
     n_guards: np.ndarray  # (modes,)
@@ -55,7 +55,8 @@ class Tables(array.array):
     silent: np.ndarray  # (modes, guards) 1 where both sides have the same force
     element: np.ndarray  # (modes, guards) index of the element that owns the guard
     kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`
-    acts: np.ndarray  # (modes, laws) 1 where the law has a say in the mode
+    acts: np.ndarray  # (modes, laws) 0 where the law has no say in the mode, else the number of its values there, from 1
+    still: np.ndarray  # (modes, guards) derivative from which on held rows make all of a guard vanish: 1, 2; 0: none does
 
     step: np.ndarray  # (modes,) h
     YT: np.ndarray  # (modes, ns, nx, ORDER+1) Taylor rows of the state
@@ -63,6 +64,7 @@ class Tables(array.array):
     E: np.ndarray  # (modes, ns, nx) state after h
     turn: np.ndarray  # (modes, nw) cos and sin of k omega h in the places of w; 1 first
     G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
+    F: np.ndarray  # (ns, nx) largest |E| of all modes: what is added up where a state comes to zero
 
     address: int = dataclasses.field(init=False)  # of the directory: what compiled code takes
 
@@ -107,9 +109,10 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
     whole = np.int64
     counts = [k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
               np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
-              np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole)]
+              np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole),
+              np.zeros((modes, guards), whole)]
     derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
-               np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx))]
+               np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx)), np.zeros((ns, nx))]
     return Tables(flat, *views, *counts, *derived)
 
 
@@ -140,16 +143,21 @@ def rate(T, m):
 
 @both
 def rebuild(T):
-    """Fill step, YT, GT, E, turn, G4 from the flat numbers."""
+    """Fill step, YT, GT, E, turn, G4, F from the flat numbers."""
+    E, F = T.E, T.F
+    F[:] = 0.0
     for m in range(T.n_guards.size):
         rebuild_mode(T, m)
+        for i in range(F.shape[0]):
+            for c in range(F.shape[1]):
+                F[i, c] = max(F[i, c], abs(E[m, i, c]))
 
 
 @njit
 def rebuild_mode(T, m):
     """Fill step, YT, GT, E, turn, G4 of mode ``m`` from the flat numbers."""
     A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat
-    harmonics, n_guards, step, turn = T.harmonics, T.n_guards, T.step, T.turn
+    harmonics, n_guards, step, still, turn = T.harmonics, T.n_guards, T.step, T.still, T.turn
     ns, nx = A.shape[1], A.shape[2]
     omega = flat[0]
     top = rate(T, m)
@@ -190,7 +198,7 @@ def rebuild_mode(T, m):
         for j in range(1, ORDER + 1):
             next_row(T, m, row, new)
             for c in range(nx):
-                row[c] = new[c] / j
+                row[c] = new[c] / j if still[m, g] == 0 or j < still[m, g] else 0.0
                 GT[m, g, c, j] = row[c]
         for c in range(nx):
             total = 0.0

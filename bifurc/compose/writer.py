@@ -10,16 +10,21 @@ import ast
 import hashlib
 import importlib
 import importlib.util
+import itertools
 import pathlib
 import sys
 
-from . import written
+import numpy as np
+
+from . import curve, written
 from .lawtext import LawError, standalone
+from .pieces import FORCE, GUARD, KICK, REACTION, REST
 
 ENGINE_MODULES = ("bifurc.flow.smooth", "bifurc.flow.smoothguards")  # their `ENGINE` names replace those of templates
 FACADE_MODULE = "bifurc.flow.smoothguards"  # has every name of the affine engine
 LAW_MODULE = "bifurc.flow.nolaw"  # what the templates import; its written twin takes its place
 AFFINE_MODULE = "bifurc.flow.affine"
+LEVELS, FALL = 5, 16.0  # of the steps of differences: how many, and by what factor they fall
 
 _loaded: dict[tuple, object] = {}
 
@@ -43,7 +48,8 @@ def kernels(laws, dofs: int, template: str = AFFINE_MODULE):
     """
     if not laws:
         return importlib.import_module(template)
-    identity = (dofs, *((law.law.function, law.law.jacobian, law.rows, len(law.law.values)) for law in laws))
+    identity = (dofs, *((law.law.function, law.law.jacobian, law.rows, len(law.law.values), len(law.keys), law.stage, law.curved,
+                         law.element) for law in laws))
     found = _loaded.get((identity, template))
     if found is None:
         text = law_text(laws, dofs)
@@ -54,75 +60,176 @@ def kernels(laws, dofs: int, template: str = AFFINE_MODULE):
 
 def differenced(laws) -> tuple[str, ...]:
     """Return the names of the laws without a Jacobian of their own: their derivatives are differenced."""
-    return tuple(law.name for law in laws if law.law.jacobian is None)
+    return tuple(dict.fromkeys(law.name for law in laws if law.law.jacobian is None))
+
+
+def difference_error(law, points) -> float:
+    """Return an estimate of the relative error of the differenced derivatives of a law, from two successive steps.
+
+    Parameters
+    ----------
+    law : SceneLaw
+        One without a Jacobian.
+    points : ndarray (N, 2 rows)
+        Coordinates, then speeds, met along a motion.
+    """
+    points = np.asarray(points, float)
+    unit = 1e-3 * np.maximum(np.abs(points).max(axis=0), 1e-12)
+    worst = size = 0.0
+    for point in points:
+        for b in range(points.shape[1]):
+            found = []
+            for level in range(LEVELS):
+                step = unit[b] * FALL**-level
+                d = [np.atleast_1d(law.law.function(*(point + np.eye(point.size)[b] * shift * step), *law.law.values))
+                     for shift in (-2.0, -1.0, 1.0, 2.0)]
+                found.append((d[0] - d[3] + 8.0 * (d[2] - d[1])) / (12.0 * step))
+            size = max(size, float(np.abs(found[-1]).max()))
+            worst = max(worst, float(np.min([np.abs(p - q) for p, q in itertools.pairwise(found)], axis=0).max()))
+    return worst / size if size > 0.0 else 0.0
 
 
 def law_text(laws, dofs: int) -> str:
     """Return the text of the law module: the laws, their derivatives, and loops over the nodes."""
     first: list[int] = []
     count: list[int] = []
+    source: list[int] = []
+    seen: dict[int, int] = {}  # first row of every element: all its laws see the same coordinates
     value = 0
-    defined, force, slope = [], [], []
+    defined: list[str] = []
+    force: dict[int, list[str]] = {stage: [] for stage in (FORCE, REACTION, GUARD, KICK, REST)}
+    slope: dict[int, list[str]] = {stage: [] for stage in force}
+    stepped = {stage: any(law.stage == stage and law.law.jacobian is None for law in laws) for stage in force}
     for i, law in enumerate(laws):
         _check(law)
-        rows, row = law.rows, len(first)
+        rows, row, parts = law.rows, len(first), (0, 1, 3) if law.reads else (0, 1)
         first += [row] * rows
+        at = seen.setdefault(law.element, row)
+        source += [at + k for k in range(rows)]
         count += [rows] * rows
         names = [f"p{k}" for k in range(len(law.law.values))]
-        load = "".join(f"        {name} = law[{value + k}]\n" for k, name in enumerate(names))
-        value += len(names)
-        local = [f"local[{part}, {row + k}, j]" for part in (0, 1) for k in range(rows)]
-        out = [f"local[2, {row + k}, j]" for k in range(rows)]
-        places = [[f"slope[{part}, {row + a}, {b}, j]" for part in (0, 1) for b in range(rows)] for a in range(rows)]
-        defined.append(standalone(law.law.function, f"law_{i}"))
-        force.append(_branch(i, load, "nodes", out, _call(f"law_{i}", out, local, names)))
+        load = f"        at = {value} + (acts[m, {i}] - 1) * {len(names)}\n" + "".join(
+            f"        {name} = {'0.0 if closes else ' if law.stage == KICK and k == 5 * law.curved else ''}law[at + {k}]\n"
+            for k, name in enumerate(names))
+        value += len(law.keys) * len(names)
+        local = [f"local[{part}, {at + k}, j]" for part in parts for k in range(rows)]
+        out = [f"local[2, {row + k}, j]" for k in range(law.outs)]
+        none = [f"local[2, {row + k}, j]" for k in range(law.outs, rows)]
+        places = [[f"slope[{part}, {row + a}, {b}, j]" for part in range(len(parts)) for b in range(rows)]
+                  for a in range(law.outs)]
+        known = sum(places, [])
+        rest = [] if law.stage == FORCE else [
+            place for part in range(3) for a in range(rows) for b in range(rows)
+            if (place := f"slope[{part}, {row + a}, {b}, j]") not in known]
+        defined += _definitions(law, i, names)
+        own = f" and owner == {law.element}" if law.stage == KICK else ""
+        force[law.stage].append(_branch(i, own, load, "nodes", out, _call(f"law_{i}", out, local, names), none))
+        if law.stage > GUARD:
+            force[GUARD].append("    for j in range(nodes):\n" + "".join(f"        {place} = 0.0\n" for place in out))
+        if law.stage == REST:
+            known = [f"slope[{part}, {row + k}, 0, j]" for part in (0, 1) for k in range(rows)]
+            rest = []
         if law.law.jacobian is not None:
-            defined.append(standalone(law.law.jacobian, f"slope_{i}"))
-            body = _call(f"slope_{i}", sum(places, []), local, names)
+            body = _call(f"slope_{i}", known, local, names)
         else:
-            body = _differences(i, row, rows, places, local, names)
-        slope.append(_branch(i, load, "nodes", sum(places, []), body))
-    steps = "    step = steps(local, nodes, h)\n" if differenced(laws) else ""
-    return "\n".join([
-        '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit\n",
+            body = _differences(i, at, rows, places, local, names)
+        slope[law.stage].append(_branch(i, own, load, "nodes", known, body, rest))
+    acting = [sum(law.rows for law in laws if law.stage <= stage) for stage in (FORCE, REACTION, GUARD, KICK)]
+    owner = [law.element for law in laws for _ in range(law.rows)]
+    text = [
+        '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit",
+        "from bifurc.compose.curve import polar, scalar_slope, vector_slope\n" if any(law.curved for law in laws) else "",
         'NAME = "bifurc_step_@"  # of the step as a symbol', f"DOFS = {dofs}", f"ROWS = {len(first)}",
+        f"FORCES = {acting[0]}", f"ACTING = {acting[1]}", f"KICKS = {acting[2]}", f"RESTS = {acting[3]}",
+        f"OWNER = np.array({owner})", f"SOURCE = np.array({source})",
         f"FIRST = np.array({first})", f"COUNT = np.array({count})", f"WIDTH = {max(count)}\n\n", "\n\n".join(defined), "",
-        _STEPS if steps else "",
-        "@njit", "def forces(law, acts, m, nodes, local):", *force, "",
-        "@njit", "def slopes(law, acts, m, h, nodes, local, slope):", steps + "".join(slope), ""])
+        _STEPS if any(stepped.values()) else ""]
+    for stage, (one, many, owner_) in {FORCE: ("forces", "slopes", ""), REACTION: ("reactions", "reaction_slopes", ""),
+                                       GUARD: ("watches", "watch_slopes", ""), KICK: ("kicks", "kick_slopes", "owner, closes, "),
+                                       REST: ("rests", "rest_moves", "")}.items():
+        text += ["@njit", f"def {one}(law, acts, m, nodes, {owner_}local):", "".join(force[stage]) or "    return", ""]
+        steps = "    step = steps(local, nodes, h)\n" if stepped[stage] else ""
+        text += ["@njit", f"def {many}(law, acts, m, h, nodes, {owner_}local, slope):",
+                 steps + "".join(slope[stage]) or "    return", ""]
+    return "\n".join(text)
 
 
-def _branch(number: int, load: str, nodes: str, places: list[str], body: str) -> str:
-    """Loop over the nodes where the law acts; zeros where it does not."""
+def _definitions(law, i: int, names: list[str]) -> list[str]:
+    """Return the text of law number ``i`` and of its derivatives, in the coordinates of its rows."""
+    functions = [("law", law.law.function)] + ([] if law.law.jacobian is None else [("slope", law.law.jacobian)])
+    if not law.curved:
+        return [_text(function, f"{what}_{i}") for what, function in functions]
+    own = ", ".join(names[5:])
+    arguments = f"x, y, vx, vy, {', '.join(names)}"
+    local = "    nx, ny, r, sn, w = polar(x - p0, y - p1, vx, vy)\n    u, st = r - p2, w + p3 + p4 * r\n"
+    call = f"(u, 0.0, sn, st, {own})"
+    text = [_text(function, f"own_{what}_{i}") for what, function in functions]
+    if law.outs == 1:
+        text.append(f"@njit\ndef law_{i}({arguments}):\n{local}    return own_law_{i}{call}\n")
+        back = f"    a, _, b, c = own_slope_{i}{call}\n    return scalar_slope(nx, ny, r, sn, w, a + p4 * c, b, c)\n"
+    else:
+        text.append(f"@njit\ndef law_{i}({arguments}):\n{local}    fn, ft = own_law_{i}{call}\n"
+                    "    return nx * fn - ny * ft, ny * fn + nx * ft\n")
+        back = (f"    fn, ft = own_law_{i}{call}\n    a, _, b, c, d, _, e, f = own_slope_{i}{call}\n"
+                "    return vector_slope(nx, ny, r, sn, w, fn, ft, a + p4 * c, b, c, d + p4 * f, e, f)\n")
+    if law.law.jacobian is not None:
+        text.append(f"@njit\ndef slope_{i}({arguments}):\n{local}{back}")
+    return text
+
+
+def _text(function, name: str) -> str:
+    """Return the text that defines ``name``: an import where the law is the package's own."""
+    own = getattr(function, "py_func", function)
+    if own.__module__ == curve.__name__:
+        return f"from {curve.__name__} import {own.__name__} as {name}\n"
+    return standalone(function, name)
+
+
+def _branch(number: int, own: str, load: str, nodes: str, places: list[str], body: str, none: list[str]) -> str:
+    """Loop over the nodes where the law acts; zeros where it does not, and always in the places ``none``."""
+    always = "".join(f"            {place} = 0.0\n" for place in none)
     zeros = "".join(f"            {place} = 0.0\n" for place in places)
-    return (f"    if acts[m, {number}]:\n{load}        for j in range({nodes}):\n{body}"
-            f"    else:\n        for j in range({nodes}):\n{zeros}")
+    return (f"    if acts[m, {number}]{own}:\n{load}        for j in range({nodes}):\n{body}{always}"
+            f"    else:\n        for j in range({nodes}):\n{zeros}{always}")
 
 
 def _call(function: str, places: list[str], local: list[str], names: list[str]) -> str:
     return f"            {', '.join(places)} = {function}({', '.join(local + names)})\n"
 
 
-def _differences(number: int, row: int, rows: int, places, local, names) -> str:
-    """Central differences of fourth order in every coordinate and speed of the law."""
-    body = ""
+def _differences(number: int, at: int, rows: int, places, local, names) -> str:
+    """Central differences of fourth order in every coordinate and speed of the law.
+
+    They are taken with steps that fall by a factor of 16; of each derivative the one that differs least from that of the
+    step before is kept: a law that turns within a small width needs small steps, a smooth one has less rounding with large.
+    """
+    body, outs = "", range(len(places))
     for b in range(2 * rows):
-        step = f"step[{b // rows}, {row + b % rows}]"
-        for k, shift in enumerate((-2.0, -1.0, 1.0, 2.0)):
-            moved = [*local[:b], f"{local[b]} + {shift} * {step}", *local[b + 1:]]
-            body += _call(f"law_{number}", [f"d{k}_{a}" for a in range(rows)], moved, names)
-        for a in range(rows):
-            body += f"            {places[a][b]} = (d0_{a} - d3_{a} + 8.0 * (d2_{a} - d1_{a})) / (12.0 * {step})\n"
+        for level in range(LEVELS):
+            step = f"({FALL**-level} * step[{b // rows}, {at + b % rows}])"
+            for k, shift in enumerate((-2.0, -1.0, 1.0, 2.0)):
+                moved = [*local[:b], f"{local[b]} + {shift} * {step}", *local[b + 1:]]
+                out = ", ".join(f"d{k}_{a}" for a in outs)
+                body += f"            {out} = law_{number}({', '.join(moved + names)})\n"
+            for a in outs:
+                body += f"            g{level}_{a} = (d0_{a} - d3_{a} + 8.0 * (d2_{a} - d1_{a})) / (12.0 * {step})\n"
+        for a in outs:
+            body += f"            best, {places[a][b]} = abs(g1_{a} - g0_{a}), g1_{a}\n"
+            for level in range(2, LEVELS):
+                body += (f"            if abs(g{level}_{a} - g{level - 1}_{a}) < best:\n"
+                         f"                best, {places[a][b]} = abs(g{level}_{a} - g{level - 1}_{a}), g{level}_{a}\n")
     return body
 
 
 _STEPS = '''
 @njit
 def steps(local, nodes, h):
-    """Steps of the differences: a thousandth of the largest coordinate and speed met on the way."""
+    """Largest steps of the differences: a thousandth of the largest coordinate and speed met on the way."""
     out = np.empty((2, ROWS))
     for r in range(ROWS):
         size, speed = 0.0, 0.0
+        if SOURCE[r] != r:
+            continue
         for j in range(nodes):
             size = max(size, abs(local[0, r, j]))
             speed = max(speed, abs(local[1, r, j]))
@@ -135,19 +242,20 @@ def steps(local, nodes, h):
 
 def _check(law) -> None:
     """Raise LawError when law or Jacobian, called at a few numbers, return what does not fit the rows."""
-    rows, values = law.rows, law.law.values
-    for what, function, size in (("law", law.law.function, rows), ("jacobian", law.law.jacobian, 2 * rows * rows)):
-        if function is None:
+    values = law.law.values[5 if law.curved else 0:]
+    seen = (3 if law.reads else 2) * law.rows
+    for what, function, size in (("law", law.law.function, law.outs), ("jacobian", law.law.jacobian, law.outs * seen)):
+        if function is None or function.__module__ == curve.__name__:
             continue
         try:
-            out = function(*(0.25 + 0.125 * k for k in range(2 * rows)), *values)
+            out = function(*(0.25 + 0.125 * k for k in range(seen)), *values)
         except (ArithmeticError, ValueError):
             continue
         except TypeError as error:
             raise LawError(f"{what} of {law.name}: {error}") from None
         found = len(out) if isinstance(out, tuple) else 1
         if found != size or (size > 1) != isinstance(out, tuple):
-            raise LawError(f"{what} of {law.name}: it returned {out!r}; a site of {rows} row(s) needs "
+            raise LawError(f"{what} of {law.name}: it returned {out!r}; a site of {law.rows} row(s) needs "
                            f"{'one number' if size == 1 else f'a tuple of {size} numbers'}")
 
 

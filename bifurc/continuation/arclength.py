@@ -5,13 +5,14 @@ Schilder 2013) with the iteration count as ceiling.  A step is accepted only if 
 distance fits the arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point
 is found in it: an angle law alone jumps between branches that nearly touch.
 """
+import copy
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from . import detect, hidden
-from .kinds import CorrectorStatus, StopReason
+from .kinds import ERRORS, CorrectorStatus, StopReason
 from .rows import Curve, Part, Point, Row, arc_length, tests_of
 
 TARGET_ANGLE = 0.2  # radians a step
@@ -19,6 +20,7 @@ MAX_ANGLE = 0.35  # radians; a step that turns more is rejected
 MISFIT = 0.1  # sideways distance not explained by the turn, as part of the step
 FEW, MANY = 4, 6  # Newton iterations up to which steps may grow; above MANY a step is rejected: Newton has wandered
 GROWTH = 2.0  # of the curvature from step to step, at most, that the step length foresees
+ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 NEARLY_SINGULAR = 16.0  # fall of log det in one step that means the same
@@ -37,6 +39,7 @@ class StepOptions:
     stop: object = None
     record: object = None
     progress: object = None
+    audit: str = "full"
 
 
 class Half:
@@ -68,6 +71,7 @@ class Half:
         self.unresolved = []  # (kind, s, p) of pairs that cannot be told from none
         self.origin = origin  # row at which a closed branch ends
         self.slope = 0.0  # dp/ds just before the last boundary
+        self.corner = -1  # number of steps at the last corner
         self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
         self.signs = [0] * part.count if signs is None else list(signs)
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
@@ -79,6 +83,8 @@ class Half:
         """Step until a reason to stop."""
         while self.reason is None:
             self.step()
+        last = self.rows[-1]
+        self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
 
     def stop(self, reason, message=""):
         """End this half."""
@@ -111,7 +117,7 @@ class Half:
             self.rejected += 1
             self.ds *= cause[1]
             if self.ds < options.ds_min:
-                return self.stop(cause[0], cause[2])
+                return None if self.turned(row) or self.leap(row) else self.stop(cause[0], cause[2])
 
     def attempt(self, row, ds):
         """Return ``(new row, None)``, ``(None, (reason, factor, message))`` or ``(None, None)`` for a nudge."""
@@ -127,7 +133,7 @@ class Half:
             x[-1] = bound
         try:
             c = part.problem.correct(x, row.tangent, fixed) if fixed else part.problem.correct(x, row.tangent)
-        except Exception as error:  # the problem's own code may raise anything
+        except ERRORS as error:  # the problem's own code may raise anything
             return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
         new, cause = self.judge(row, c, ds, fixed)
         if new is not None and not fixed and not options.low <= new.p <= options.high:
@@ -207,7 +213,7 @@ class Half:
         tangent = curve.tangent(high)
         try:
             c = row.part.problem.correct(x, tangent, True)
-        except Exception as error:
+        except ERRORS as error:
             return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
         if c.converged and float(np.dot(c.tangent, row.tangent)) < 0.0:
             return None, (StopReason.DS_MIN, 0.5, "the branch does not reach the bound here")
@@ -239,7 +245,8 @@ class Half:
                     continue
                 inner, cause = self.onto_bound(row, beyond)
                 return (cause or (StopReason.DS_MIN, 0.5, "")) if inner is None else self.accept(row, inner)
-        self.take(row, new, found if cut is None else [*found, cut.special])
+        silent = cut is None or row.part.monitors[cut.test - 1].silent
+        self.take(row, new, found if silent else [*found, cut.special])
         if cut is not None:
             self.cross(new, cut)
         return None
@@ -283,8 +290,61 @@ class Half:
                 self.stop(StopReason.STOPPED)
             if options.progress is not None:
                 options.progress(row.p, len(self.rows))
-        except Exception as error:
+        except ERRORS as error:
             self.stop(StopReason.EXCEPTION, f"in stop=, record= or progress=: {type(error).__name__}: {error}")
+
+    def turned(self, row):
+        """Go on behind a corner of equations that are only piecewise smooth; returns whether there is one."""
+        if self.steps == self.corner:  # no step since the last one
+            return False
+        try:
+            answer = row.part.problem.beyond_corner(row)
+            if answer is None:
+                return False
+            problem, tangent = answer
+            step = ASIDE[0]
+            c = problem.correct(row.x + step * problem.scale * tangent, tangent)
+        except ERRORS:  # the problem's own code
+            return False
+        if not c.converged or float(np.dot(c.tangent, tangent)) < problem.told:
+            return False
+        self.corner = self.steps
+        successor = Part(problem, row.part.index + 1)
+        first = Row(c, successor, row.s + step, 0.0, tests_of(c), self.options.ds)
+        self.parts.append(successor)
+        self.rows.append(first)
+        slope = float(self.signs[0])
+        self.signs, self.sizes = [0] * successor.count, [0.0] * successor.count
+        detect.remember(self, first, (), fresh=True)
+        if slope * first.tests[0] < 0.0:  # the parameter turns back in the corner
+            self.found.append(detect.Found(detect.SpecialPointKind.FOLD, "corner", row.x, row.tangent, row.s, row.s, first.s,
+                                           abs(first.p - row.p), row.part, detect.LocationStatus.GUESS, True))
+        first.signs = tuple(self.signs)
+        self.ds = first.ds
+        return True
+
+    def leap(self, row):
+        """Whether the branch goes on behind a boundary that steps only creep up to: its equations lose rank there, as where
+        several events end at once. The equations behind it tell the parameter."""
+        cut = detect.creeping(self, row)
+        if cut is None or row.part.problem.named_end(row.x, StopReason.DS_MIN, "")[0] is not StopReason.DS_MIN:
+            return False  # an end that has a name is one
+        before = self.slope
+        self.slope = row.tests[0]
+        self.cross(row, cut)
+        if self.reason is not None:
+            if self.reason is not StopReason.NO_SUCCESSOR:
+                return True
+            self.reason, self.message, self.slope = None, "", before
+            return False
+        first = self.rows[-1]
+        special = cut.special
+        special.error += abs(first.p - row.p)
+        special.x = np.append(row.x[:-1], first.p)
+        if not row.part.monitors[cut.test - 1].silent:
+            self.found.append(special)
+        self.ds = min(self.options.ds, self.options.ds_max)
+        return True
 
     def cross(self, row, cut):
         """Go on with the problem behind a boundary."""
@@ -305,12 +365,22 @@ class Half:
             born = [k for k, other in enumerate(problem.monitors) if other.boundary]
             successor = Part(problem, part.index + 1)
             tangent = np.asarray(tangent, float)
-            c = problem.correct(np.asarray(x, float), tangent / math.sqrt(float(np.dot(tangent, tangent))))
-        except Exception as error:
+            tangent /= math.sqrt(float(np.dot(tangent, tangent)))
+            c = problem.correct(np.asarray(x, float), tangent)
+            along = 0.0
+            good = c.converged and float(np.dot(c.tangent, tangent)) > problem.told
+            for step in () if good else ASIDE:  # the new equations are singular at their very beginning
+                c, along = problem.correct(x + step * problem.scale * tangent, tangent), step
+                if c.converged:
+                    break
+        except ERRORS as error:
             return self.stop(StopReason.NO_SUCCESSOR, f"{type(error).__name__}: {error}")
         if not c.converged:
             return self.stop(StopReason.NO_SUCCESSOR, f"the equations behind {monitor.kind!s} ended with {c.status!s}")
-        first = Row(c, successor, row.s, 0.0, tests_of(c), min(self.ds, self.options.ds_max))
+        tests = tests_of(c)
+        if along:  # dp/ds so near to the beginning is rounding
+            tests[0] = 0.0
+        first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
         if born:
             successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
         self.parts.append(successor)
@@ -321,6 +391,7 @@ class Half:
         first.signs = tuple(self.signs)
         cut.special.successor = problem
         cut.special.after = problem.signature
+        cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
         slope = self.slope
         if clear := detect.clear_slope(first.tests[0]):
             cut.special.reverses = slope * first.tests[0] < 0.0
@@ -335,6 +406,10 @@ class Half:
         part = row.part
         if abs(origin.p - row.p) > 1.1 * length * part.scale[-1] or origin.x.size != row.x.size:
             return False
+        place = part.problem.alike(origin.x, row.x)
+        if place is not origin.x:
+            origin = self.origin = copy.copy(origin)
+            origin.x = place
         if part is not origin.part and not part.problem.same(origin.part.problem):
             return False
         gap = (origin.x - row.x) / part.scale
@@ -355,7 +430,7 @@ class Half:
         x = x + row.part.scale * (float(np.dot(gap, origin.tangent)) * origin.tangent)
         try:
             c = row.part.problem.correct(x, origin.tangent)
-        except Exception:
+        except ERRORS:
             return None
         if not c.converged:
             return None

@@ -1,14 +1,18 @@
 """A branch: rows in the order of arclength, special points, how it ended, audit, columns, saving and extending."""
+import functools
+import importlib
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..notebook import Notebook
 from .audit import Audit, audit_branch
 from .kinds import StopReason
 from .records import branch_record, from_arrays, rows_of, to_arrays
 from .rows import reversed_row
 from .special import SpecialPoints, special_point, unique
+from .stability_changes import stability_changes
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +34,7 @@ class End:
         return self.reason.sentence + (f" [{self.message}]" if self.message else "")
 
 
-class Branch:
+class Branch(Notebook):
     """A branch of solutions, as returned by `trace`.
 
     Attributes
@@ -49,10 +53,12 @@ class Branch:
         Problems in the order of arclength; more than one where the equations changed on the way.
     """
 
+    _facts = ("parameter", "bounds", "stop_reason")
+
     def __init__(self, parameter, problems, arrays, special_points, ends, bounds, options, unresolved=()):
         self.parameter = parameter
         self.problems = problems
-        self.special_points = SpecialPoints(special_points)
+        self._points = SpecialPoints(special_points)
         self.ends = ends
         self.bounds = bounds
         self.options = options
@@ -60,6 +66,7 @@ class Branch:
         self._arrays = arrays
         self._columns: dict[str, np.ndarray] = {}
         self._audit: Audit | None = None
+        self._certificate: Any = None
 
     # ---- made of halves ----------------------------------------------------------------------------------------------
 
@@ -71,7 +78,7 @@ class Branch:
     def joined(self, rows, plus, minus, options) -> "Branch":
         """Return this branch with what two halves added at its ends."""
         rejected = (self.ends[0].rejected, self.ends[1].rejected)
-        return self._joined(rows, self.special_points, self.problems, plus, minus, options, rejected, self.unresolved)
+        return self._joined(rows, self._points, self.problems, plus, minus, options, rejected, self.unresolved)
 
     @classmethod
     def _joined(cls, rows, points, problems, plus, minus, options, rejected, unresolved):
@@ -91,7 +98,8 @@ class Branch:
         unresolved = [*((kind, -s, p) for kind, s, p in minus.unresolved), *unresolved, *plus.unresolved]
         ends = tuple(End(half.reason, half.message, half.rows[-1].p, half.ds, half.rejected + old)
                      for half, old in zip((minus, plus), rejected, strict=True))
-        stored = {"ds": options.ds, "ds_min": options.ds_min, "ds_max": options.ds_max, "max_steps": options.max_steps}
+        stored = {"ds": options.ds, "ds_min": options.ds_min, "ds_max": options.ds_max, "max_steps": options.max_steps,
+                  "audit": options.audit}
         return cls(every[0].parameter, every, arrays, unique([*there, *points, *here]), ends,
                    (options.low, options.high), stored, unresolved)
 
@@ -103,13 +111,23 @@ class Branch:
             return self
         place = {id(old): new for old, new in zip(self.problems, problems, strict=True)}
         points = [replace(point, problem=place.get(id(point.problem), point.problem),
-                          successor=place.get(id(point.successor), point.successor)) for point in self.special_points]
+                          successor=place.get(id(point.successor), point.successor)) for point in self._points]
         return Branch(self.parameter, problems, self._arrays, points, self.ends, self.bounds, self.options,
                       self.unresolved)
 
     def rows(self) -> list:
         """Return the rows as the tracer uses them."""
         return rows_of(self._arrays, self.problems)
+
+    @functools.cached_property
+    def special_points(self) -> SpecialPoints:
+        """Special points in the order of arclength.
+
+        Changes of stability on branches of harmonic balance are looked for when this is first asked for: their multipliers
+        are no part of a step.
+        """
+        made = stability_changes(self, self._points)
+        return SpecialPoints(unique([*self._points, *made])) if made else self._points
 
     # ---- reading -----------------------------------------------------------------------------------------------------
 
@@ -180,16 +198,54 @@ class Branch:
 
     @property
     def audit(self) -> Audit:
-        """Checks of the whole branch: parity of its reversing points, angles, residuals, rejected steps."""
+        """Checks of the whole branch: parity of its reversing points, angles, residuals, rejected steps.
+
+        Every orbit is simulated again over its period, and the numbers of multipliers outside the unit circle are balanced
+        with the special points, unless the branch was traced with ``audit="fast"``.
+        """
         if self._audit is None:
             self._audit = audit_branch(self, self._arrays)
         return self._audit
 
-    def plot(self, ax=None):
-        """Draw the branch; returns the axes."""
+    def certify(self, precision: int | None = None, stretches: bool = True):
+        """Prove rows, special points, and what lies between the rows, in ball arithmetic; see `bifurc.certify.certify_branch`.
+
+        Needs the extra ``certify`` (python-flint).
+        """
+        self._certificate = importlib.import_module("bifurc.certify").certify_branch(self, precision, stretches)
+        return self._certificate
+
+    @property
+    def certificate(self) -> Any:
+        """What the last `certify` proved, None before; pictures mark it."""
+        return self._certificate
+
+    def plot(self, ax=None, measure=None, names=None, points=None):
+        """Draw a measure over the parameter; return the axes. ``names`` gives labels: ``{"omega": "speed (rad/s)"}``.
+
+        ``points`` (k, 2), measured or foreign pairs (parameter, measure), are laid over; the legend tells their `distance`.
+        """
         from .. import plotting
 
-        return plotting.plot_branch(self, ax=ax)
+        ax = plotting.plot_branch(self, ax=ax, measure=measure, names=names)
+        return ax if points is None else plotting.plot_over(ax, points, self.distance(points, measure or "rms_0"))
+
+    def distance(self, points, measure: str = "rms_0") -> np.ndarray:
+        """Return how far points (k, 2) of (parameter, measure) lie above or below the nearest part of the branch, (k,).
+
+        In the unit of the measure, between rows linearly; infinite where the branch does not reach the parameter.
+        """
+        found = np.asarray(points, float)
+        if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():
+            raise ValueError(f"points has shape {found.shape}; it must hold finite pairs (parameter, measure), shape (k, 2)")
+        p, y = self.column("parameter"), self.column(measure)
+        away = np.full(len(found), np.inf)
+        for k, (value, seen) in enumerate(found):
+            here = np.flatnonzero((p[:-1] - value) * (p[1:] - value) <= 0.0)
+            rise = p[here + 1] - p[here]
+            share = np.where(rise == 0.0, 0.0, (value - p[here]) / np.where(rise == 0.0, 1.0, rise))
+            away[k] = np.abs(y[here] + share * (y[here + 1] - y[here]) - seen).min(initial=np.inf)
+        return away
 
     # ---- going on and saving ---------------------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..solve.bordered import factor, solve_factored
+from .kinds import ERRORS
 
 NEAR_MISS = 1e-11  # |beta| over the size of the Jacobian: above it the branches do not meet
 DIFFERENCE = 1e-5  # of the Jacobian along a kernel vector, in scaled unknowns (central)
@@ -52,7 +53,7 @@ def locate_crossing(problem, x) -> Crossing:
     try:
         with np.errstate(all="ignore"):
             return _newton(problem, x, scale)
-    except Exception:  # the problem's own code, or a decomposition that did not converge on NaN
+    except ERRORS:  # the problem's own code, or a decomposition that did not converge on NaN
         return Crossing("failed")
 
 

@@ -32,14 +32,29 @@ def wide_at(family, x):
     return out
 
 
+CENTRAL = ((-2, 1.0 / 12.0), (-1, -2.0 / 3.0), (1, 2.0 / 3.0), (2, -1.0 / 12.0))
+ONE_SIDED = ((0, -25.0 / 12.0), (1, 4.0), (2, -3.0), (3, 4.0 / 3.0), (4, -0.25))
+
+
 def difference(function, x, i, step):
-    """Fourth-order central difference of ``function(x)`` in component ``i`` with ``step`` in its own units."""
-    total = 0.0
-    for k, weight in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)):
-        moved = x.copy()
-        moved[i] += k * step
-        total = total + weight * function(moved)
-    return total / (12.0 * step)
+    """Fourth-order difference of ``function(x)`` in component ``i`` with ``step`` in its own units.
+
+    Central; one-sided where the function refuses one of the points with a `ValueError` (a parameter at the end of its range).
+    """
+    def summed(weights, h):
+        total = 0.0
+        for k, weight in weights:
+            moved = x.copy()
+            moved[i] += k * h
+            total = total + weight * function(moved)
+        return total / h
+
+    for weights, h in ((CENTRAL, step), (ONE_SIDED, step), (ONE_SIDED, -step)):
+        try:
+            return summed(weights, h)
+        except ValueError as error:
+            refused = error
+    raise refused
 
 
 def orthogonal_sign(q):
@@ -154,6 +169,26 @@ class Zero:
     def linearised(self, family, x, wide):
         """As `Fold.linearised`."""
         gradient = np.array([difference(lambda y: self.value(family, y), x, i, ALONG * family.scale[i]) for i in range(x.size)])
+        return self.value(family, x), gradient
+
+
+class Number:
+    """A function of the solution is zero: a user's monitor."""
+
+    def __init__(self, function):
+        self.function = function
+
+    def value(self, family, x) -> float:
+        """Return g at ``x`` = (u, a, b) (n + 2,)."""
+        return float(self.function(family.alone(float(x[-1])).solution(x[:-1])))
+
+    def linearised(self, family, x, wide):
+        """As `Fold.linearised`; a function of orbits costs much more than their equations: simple differences do for Newton."""
+        gradient = np.empty(x.size)
+        for i in range(x.size):
+            move = np.zeros(x.size)
+            move[i] = ALONG * family.scale[i]
+            gradient[i] = (self.value(family, x + move) - self.value(family, x - move)) / (2.0 * move[i])
         return self.value(family, x), gradient
 
 

@@ -7,18 +7,24 @@ those of `trace`.
 """
 import copy
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from . import conditions
-from .balance_problem import BESIDE
+from .balance.problem import BESIDE
 from .branch import Branch
+from .codimension_two import watched
 from .families import family_of
+from .grazing.following import Touching, touching
 from .kinds import CorrectorStatus, SpecialPointKind, StopReason
-from .peaks import WithPeaks
+from .leaving import curves_from
+from .monitors import WithMonitors
 from .problem import EPS, Monitor, Problem
+from .special import SpecialPoint
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
+from .watching import Watching, bare
 
 BOUND = "bound"  # name of the monitors that end a curve at the bounds of a
 UNMOVED = 1e-8  # derivative in the second parameter, relative: differences have that much noise
@@ -26,6 +32,11 @@ STILL = 1e-6  # both components of the unit tangent in the plane of the paramete
 TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
 
 
+# monitors at whose zeros the orbit's own equations are singular, and what to follow instead
+SINGULAR = {"shrinks": "an orbit shrinks onto an equilibrium is followed as the Hopf point of that: trace the branch of "
+                       "find_equilibrium(system)",
+            "merges": "a doubled orbit merges with its parent is followed as the period doubling of the parent: trace that"}
+ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -44,29 +55,36 @@ class CurveProblem(Problem):
         The curve ends where a reaches one of them.
     x0 : ndarray (n + 2,)
         Start (u, a, b).
+    function : callable, optional
+        ``function(solution) -> float`` whose zero is followed, of a user's monitor.
     """
 
     _noisy = False
     _still = False  # nothing depends on the second parameter here: the measure has no slope whose noise could be searched
 
-    def __init__(self, family, kind, name, bounds_a, x0):
+    def __init__(self, family, kind, name, bounds_a, x0, function=None):
         base = family.problem
-        self.family, self.kind, self.name, self.bounds_a = family, kind, name, bounds_a
+        self.family, self.kind, self.name, self.bounds_a, self.function = family, kind, name, bounds_a, function
         self.base_parameter, self.parameter = base.parameter, family.name
         self.x0 = np.array(x0, float)
         self.size, self.scale = self.x0.size - 1, family.scale.copy()
-        self.condition, self._followed = condition_of(base, kind, name)
+        self.condition, self._followed = ((conditions.Number(function), -1) if function is not None else
+                                          condition_of(base, kind, name, self.x0[:-1]))
         self.signature = base.signature
         monitors = [Monitor(SpecialPointKind.EXTREMUM, base.parameter, odd=True)]
         if kind is SpecialPointKind.PEAK:
             monitors.append(Monitor(SpecialPointKind.EXTREMUM, name, odd=True))
-        # a graze that is followed as a listed event is also the touch of an unlisted one: its own kind is no boundary
-        self._inherited = [k for k, monitor in enumerate(base.monitors)
-                           if monitor.boundary and (self._followed < 0 or monitor.kind != kind)]
+        # a graze that is followed as a listed event is also the touch of an unlisted one: what is zero with it is no boundary
+        still = self._followed >= 0 and function is None
+        own = base.monitor_values(self.x0[:-2], float(self.x0[-2]), np.zeros(self.x0.size - 1)) if still else ()
+        self._inherited = [k for k, monitor in enumerate(base.monitors) if monitor.boundary
+                           and not (still and (k == self._followed or monitor.kind == kind or abs(own[k]) <= ALONG))]
         self._walls = [k for k in (0, 1) if math.isfinite(bounds_a[k])]
         for k in self._inherited:
             monitors.append(base.monitors[k])
         monitors.extend(Monitor(SpecialPointKind.USER, BOUND, boundary=True) for _ in self._walls)
+        more, self._higher = watched(base, self.condition, kind)
+        monitors.extend(more)
         self.monitors = tuple(monitors)
 
     # equations
@@ -131,6 +149,8 @@ class CurveProblem(Problem):
             values.extend(float(own[k]) for k in self._inherited)
         width = self.bounds_a[1] - self.bounds_a[0] if len(self._walls) == 2 else self.scale[-2]
         values.extend((self.bounds_a[0] - a if k == 0 else a - self.bounds_a[1]) / width for k in self._walls)
+        if self._higher is not None:
+            values.extend(self._higher(problem, np.append(u[:-1], a)))
         return np.array(values)
 
     def _measure_slope(self, problem, u, p, tangent):
@@ -151,6 +171,10 @@ class CurveProblem(Problem):
             return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
         return renewed, point.x, point.tangent
 
+    def branches(self, point, n_max):
+        """Return points on the curves that leave a codimension-2 point, see `leaving`."""
+        return curves_from(self, point, n_max)
+
     def _renewed(self, point):
         """Return the problem for the order of events behind a boundary, where that is all that changes (balances), or None."""
         base = self.family.problem
@@ -160,7 +184,8 @@ class CurveProblem(Problem):
             x = point.x + ahead * BESIDE * self.scale * point.tangent
             listed = self.family.at(float(x[-1])).order_at(x[:-1])
             if not np.array_equal(listed, base.listed):
-                other = CurveProblem(self.family.of(base.with_order(listed)), self.kind, self.name, self.bounds_a, point.x)
+                other = CurveProblem(self.family.of(base.with_order(listed)), self.kind, self.name, self.bounds_a, point.x,
+                                     self.function)
                 other.scale = self.scale
                 wide = other.wide_jacobian(x)[:-1] * self.scale
                 other._still = bool(np.abs(wide[:, -1]).max() <= UNMOVED * np.abs(wide).max())
@@ -199,7 +224,7 @@ class CurveProblem(Problem):
         family = self.family.over(low, high)
         if family is self.family:
             return self
-        other = CurveProblem(family, self.kind, self.name, self.bounds_a, self.x0)
+        other = CurveProblem(family, self.kind, self.name, self.bounds_a, self.x0, self.function)
         other.scale = self.scale
         return other
 
@@ -210,11 +235,13 @@ class CurveProblem(Problem):
         base = self.family.problem
         return {"kind": "curve", "class": type(base).__name__, "of": base.to_record(), "second": self.family.name,
                 "interval": interval, "scale": self.scale.tolist(), "followed": self.kind.value, "name": self.name,
-                "bounds_a": bounds, "x0": self.x0.tolist()}
+                "bounds_a": bounds, "x0": self.x0.tolist(), "function": self.function is not None}
 
     @classmethod
     def from_record(cls, record, base) -> "CurveProblem":
         """Make the problem that gave ``record``, with the problem of the branch it stands on."""
+        if record.get("function"):
+            raise ValueError(f"the curve follows the user's monitor {record['name']!r}, whose function is not stored")
         low, high = (inf if value is None else value for value, inf in zip(record["interval"], (-math.inf, math.inf), strict=True))
         walls = tuple(inf if value is None else value for value, inf in zip(record["bounds_a"], (-math.inf, math.inf), strict=True))
         family = family_of(base, record["second"], (low, high))
@@ -222,25 +249,34 @@ class CurveProblem(Problem):
         return cls(family, SpecialPointKind(record["followed"]), record["name"], walls, np.array(record["x0"], float))
 
 
-def condition_of(problem, kind, name):
-    """Return ``(condition, index of the followed monitor or -1)`` for a kind of special point.
+def condition_of(problem, kind, name, x):
+    """Return ``(condition, index of the followed monitor or -1)`` for a kind of special point at ``x`` (n + 1,).
 
     Raises
     ------
     ValueError
         For kinds that no curve follows.
     """
+    if name in SINGULAR:
+        raise ValueError(f"a {kind.value} where {SINGULAR[name]}")
     if kind is SpecialPointKind.FOLD:
         return conditions.Fold(problem), -1
     if kind is SpecialPointKind.PEAK:
         return conditions.Extremum(problem, name), -1
-    followed = [k for k, monitor in enumerate(problem.monitors) if monitor.kind == kind and monitor.name == name]
+    # a change of the sequence of events may be called by what changes: its monitor is found by its own name
+    followed = [k for k, monitor in enumerate(problem.monitors)
+                if monitor.name == name and (monitor.kind == kind or monitor.boundary and name)]
     if kind is SpecialPointKind.PERIOD_DOUBLING and hasattr(problem, "wrapped_jacobian"):
         return conditions.Flip(problem), -1
     if kind is SpecialPointKind.BRANCH_POINT and followed and hasattr(problem, "wrapped_jacobian"):
         return conditions.Flip(problem), -1  # of the half period: the symmetry breaks
+    if followed and name == "unlisted" and hasattr(problem, "sequence"):
+        touch = touching(problem, x)
+        if touch is not None and touch[0] is problem:
+            return Touching(problem, touch[2]), followed[0]
     if not followed:
-        raise ValueError(f"a {kind.value} cannot be followed in two parameters: in general it exists in isolated points only")
+        raise ValueError(f"a {kind.value} cannot be followed in two parameters: its equations have no condition that stays zero "
+                         "along a curve; in general it exists in isolated points only")
     return conditions.Zero(problem, followed[0]), followed[0]
 
 
@@ -253,6 +289,8 @@ class ParameterCurve(Branch):
         Both names, in the order in which they were asked for.
     kind : SpecialPointKind
         What is followed.
+    name : str
+        That of a user's monitor; empty for other kinds.
 
     Notes
     -----
@@ -266,6 +304,7 @@ class ParameterCurve(Branch):
         super().__init__(parameter, problems, arrays, points, ends, bounds, options, unresolved)
         self.parameters = tuple(options.get("parameters") or (problems[0].base_parameter, parameter))
         self.kind = problems[0].kind
+        self.name = problems[0].name if self.kind == SpecialPointKind.USER else ""
 
     def __repr__(self) -> str:
         a, b = (self.column(name) for name in self.parameters)
@@ -333,11 +372,16 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     ValueError
         For kinds that no curve follows, unknown parameters, and bounds that do not hold the start.
     """
+    if not isinstance(point, SpecialPoint) or point.problem is None:
+        raise ValueError(f"point = {point!r} is not allowed; it must be a special point of a branch, with its problem")
     problem = point.problem
-    if problem is None:
-        raise ValueError("point must be a special point of a branch, with its problem")
-    inner = problem.inner if isinstance(problem, WithPeaks) else problem
-    if isinstance(parameters, str) or len(tuple(parameters)) != 2:
+    inner = bare(problem)
+    kind, named, at = point.kind, point.name, point.x
+    if kind is SpecialPointKind.GRAZING and hasattr(inner, "sequence"):
+        touch = touching(inner, at)
+        if touch is not None and touch[0] is not inner:  # follow the orbit that touches, from whichever side it was met
+            inner, at, named = touch[0], touch[1], "unlisted"
+    if isinstance(parameters, str) or not isinstance(parameters, Iterable) or len(tuple(parameters)) != 2:
         raise ValueError(f"parameters must be two names, got {parameters!r}")
     names = tuple(full_name(inner, name) for name in parameters)
     if inner.parameter not in names:
@@ -354,16 +398,26 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
             a = (path.low, path.high)
         elif a[0] < path.low or a[1] > path.high:
             inner = inner.bounded(*a, {})
-    if not a[0] <= point.x[-1] <= a[1]:
-        raise ValueError(f"the point has {inner.parameter} = {point.x[-1]:.12g}, outside the bounds {a!r}")
+    if not a[0] <= at[-1] <= a[1]:
+        raise ValueError(f"the point has {inner.parameter} = {at[-1]:.12g}, outside the bounds {a!r}")
     family = family_of(inner, second, (low, high))
     if not low <= family.value <= high:
         raise ValueError(f"the point has {second} = {family.value:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
-    start = CurveProblem(family, point.kind, point.name, a, np.append(point.x, family.value))
+    function = watching_function(problem, kind, named)
+    start = CurveProblem(family, kind, named, a, np.append(at, family.value), function)
     made = trace(start, bounds=(low, high) if math.isfinite(low) or math.isfinite(high) else None, direction=direction, ds=ds,
                  ds_max=ds_max, ds_min=ds_min, max_steps=max_steps, stop=stop, record=record, progress=progress)
     return ParameterCurve(made.parameter, made.problems, made._arrays, made.special_points, made.ends, made.bounds,
                           {**made.options, "parameters": list(names)}, made.unresolved)
+
+
+def watching_function(problem, kind, name):
+    """Return the user's function whose zero is followed, or None."""
+    while isinstance(problem, Watching):
+        if kind is SpecialPointKind.USER and isinstance(problem, WithMonitors) and name in problem.functions:
+            return problem.functions[name]
+        problem = problem.inner
+    return None
 
 
 def full_name(problem, name):
@@ -384,7 +438,7 @@ def bounds_by_name(problem, names, bounds):
                 raise ValueError(f"bounds name {name!r}; the parameters are {names[0]!r} and {names[1]!r}")
             table[full] = ordered_bounds(pair)
         return table
-    pairs = tuple(bounds)
+    pairs = tuple(bounds) if isinstance(bounds, Iterable) else ()
     if len(pairs) != 2 or any(np.ndim(pair) != 1 for pair in pairs if pair is not None):
         raise ValueError(f"bounds must be a dict of pairs by name, or two pairs in the order of the parameters, got {bounds!r}")
     for name, pair in zip(names, pairs, strict=True):

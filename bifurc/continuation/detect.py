@@ -12,14 +12,17 @@ import numpy as np
 
 from .branchpoint import locate_crossing
 from .hidden import jumped
-from .kinds import LocationStatus, SpecialPointKind, StopReason
-from .roots import PROBE, Root, enclose, polish
+from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
+from .problem import Corrected
+from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Row, tests_of
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
+ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
+CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -106,6 +109,22 @@ def boundary(half, row, new):
     return cut, None
 
 
+def creeping(half, row):
+    """Return the cut at a last row beside a boundary that no step reaches, or None where no boundary is near."""
+    part = row.part
+    near = [(abs(row.tests[j]) / max(half.sizes[j], 1e-300), j) for j in part.boundary if abs(row.tests[j]) < CREEPING]
+    if not near or len(half.rows) < 2:
+        return None
+    j = min(near)[1]
+    c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0, row.det_sign,
+                  row.det_log, np.array(row.tests[1:]))
+    monitor = part.monitors[j - 1]
+    kind = SpecialPointKind(part.problem.kind_at(monitor, row.x))
+    special = Found(kind, monitor.name, row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
+                    1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c)
+    return Cut(row, c, j, special)
+
+
 def crossed(half, row, new, at_boundary):
     """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it."""
     part = row.part
@@ -189,14 +208,19 @@ def ending(half, row, new, j):
 
 
 def clear_inside(half, row, new, j, places):
-    """Return a row of the step, at the first of ``places`` where a test is clearly not zero; None if it is nowhere."""
+    """Return a row of the step, at the first of ``places`` where a test is clearly not zero; None if it is nowhere.
+
+    The tangent beside a singular end (where a doubled orbit merges with its parent) is made of rounding: the slope of the
+    parameter counts only where the chord to that end has the same sign.
+    """
     curve = Curve(row, new)
     band = BOUNDARY_BAND if j == 0 else MONITOR_BAND * max(half.sizes[j], abs(new.tests[j]), abs(row.tests[j]))
     for t in places:
         c = curve.at(t)
         if c is not None:
             tests = tests_of(c)
-            if abs(tests[j]) > band:
+            chord = float(c.x[-1]) - row.p if t < 0.5 else new.p - float(c.x[-1])
+            if abs(tests[j]) > band and (j or tests[j] * chord > 0.0):
                 return Row(c, row.part, row.s + t * curve.length, new.angle * t, tests, new.ds)
     return None
 
@@ -237,7 +261,10 @@ def zero_between(part, a, b, j):
                     guess = t
     value = curve.test(j)
     made = enclose(value, 0.0, fa, 1.0, fb, guess)
-    return None if made is None else located(part, a, b, j, curve, polish(value, *made))
+    root = None if made is None else polish(value, *made)
+    if root is None and j in part.boundary and fa * fb < 0.0 and curve.length < ENCLOSED:
+        root = bracketed(value, 0.0, fa, 1.0, fb)
+    return located(part, a, b, j, curve, root)
 
 
 def located(part, a, b, j, curve, root):
@@ -327,7 +354,7 @@ def at_end(half, row):
         def test(s, j=j):
             try:
                 c = part.problem.correct(row.x + s * row.direction, row.tangent)
-            except Exception:
+            except ERRORS:
                 return None
             return (tests_of(c)[j], c) if c.converged else None
 
@@ -350,6 +377,6 @@ def size_beside(half, row, j):
         return 0.0
     try:
         c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
-    except Exception:  # the problem's own code
+    except ERRORS:  # the problem's own code
         return 0.0
     return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0

@@ -1,6 +1,9 @@
 """Kinds of special points, reasons to stop, states of the corrector: enumerations whose members have sentences."""
 from enum import StrEnum
 
+# what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
+ERRORS = (ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RuntimeError, TypeError, ValueError)
+
 
 class SpecialPointKind(StrEnum):
     """What happens at a special point of a branch."""
@@ -14,9 +17,21 @@ class SpecialPointKind(StrEnum):
     SLIP_ONSET = "slip_onset"
     SEPARATION = "separation"
     CHATTER_COMPLETION = "chatter_completion"
+    CYCLE_END = "cycle_end"
+    HOPF = "hopf"
+    BOUNDARY_EQUILIBRIUM = "boundary_equilibrium"
     PEAK = "peak"
     EXTREMUM = "extremum"
     CUSP = "cusp"
+    GENERALIZED_FLIP = "generalized_flip"
+    FOLD_FLIP = "fold_flip"
+    RESONANCE_1_1 = "resonance_1_1"
+    RESONANCE_1_2 = "resonance_1_2"
+    RESONANCE_1_3 = "resonance_1_3"
+    RESONANCE_1_4 = "resonance_1_4"
+    RESONANT_GRAZING = "resonant_grazing"
+    DOUBLE_GRAZING = "double_grazing"
+    DEGENERATE_GRAZING = "degenerate_grazing"
     USER = "user"
 
 
@@ -62,8 +77,13 @@ class StopReason(StrEnum):
     SINGULAR = "singular"
     EXCEPTION = "exception"
     NO_SUCCESSOR = "no_successor"
+    CYCLE_END = "cycle_end"
+    HOPF = "hopf"
     INADMISSIBLE = "inadmissible"
     NOT_STARTED = "not_started"
+    MERGED = "merged"
+    CHATTERING = "chattering"
+    JUMP = "jump"
 
     @property
     def sentence(self) -> str:
@@ -87,7 +107,18 @@ _SENTENCES = {
     "no_successor": "The branch crossed the end of validity of its equations and no successor problem was offered, or "
                     "the successor could not be started.",
     "inadmissible": "The solutions beyond this point are not admissible and no monitor tells why.",
+    "hopf": "The orbit has shrunk onto an equilibrium, in a Hopf point: trace(find_equilibrium(...)) shows the branch of that.",
+    "cycle_end": "The orbit ends here: the motion that leads into the stick reaches the speed of the surface only just, and beyond "
+                 "this point not at all, though the stick still has a positive duration. No multiplier tends to 1, no other "
+                 "orbit meets this one, and none goes on.",
     "not_started": "This direction was not asked for.",
+    "merged": "The motions of multiplied period become those of their parent here: the branch ends on it at its period "
+              "doubling; switch_branch gives the parent's other side.",
+    "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
+            "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
+            "ends.",
+    "chattering": "A complete chattering sequence no longer ends before its contact is released; beyond, the number of "
+                  "impacts grows without bound toward this point, and no single event sequence goes on.",
 }
 
 

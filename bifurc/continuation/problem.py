@@ -36,6 +36,9 @@ class Monitor:
         Changes its sign with the direction of travel, as derivatives along the branch do.
     falling : bool
         Only zeros at which it falls along the direction of travel are special: of a slope, the maxima.
+    silent : bool
+        A boundary that is one of the equations only and not of the motion: the branch goes on behind it without a special
+        point.
     """
 
     kind: SpecialPointKind
@@ -43,6 +46,7 @@ class Monitor:
     boundary: bool = False
     odd: bool = False
     falling: bool = False
+    silent: bool = False
 
 
 class Corrected:
@@ -153,6 +157,7 @@ class Problem:
     parameter = "p"
     monitors: tuple[Monitor, ...] = ()
     signature = ""
+    told = 0.99  # cosine to the tangent that `switch` tells up to which the one found at a boundary is taken for the same
 
     def __init__(self, u0, p0, scale_u=None, scale_p=None):
         u0 = np.array(u0, float, ndmin=1)
@@ -206,6 +211,18 @@ class Problem:
         """
         return None
 
+    def beyond_corner(self, row):
+        """Return ``(problem, tangent)`` with which the branch goes on where no step is accepted behind a row, or None.
+
+        For equations that are only piecewise smooth, whose branches have corners; the tangent (n + 1,) is that of the piece
+        behind, in the direction of travel.
+        """
+        return None
+
+    def named_end(self, x, reason, message):
+        """Return reason and message of an end at ``x`` (n + 1,), which the problem may know better than the tracer."""
+        return reason, message
+
     def branches(self, point, n_max):
         """Return start objects on the branches that meet this one in a special point, or None for the general rule."""
         return None
@@ -243,6 +260,24 @@ class Problem:
         """Return the kind of the special point where a monitor is zero at ``x`` (n + 1,)."""
         return monitor.kind
 
+    def change(self, kind, x, successor):
+        """Return the kind of the boundary at ``x`` (n + 1,) behind which ``successor`` goes on; ``kind`` is what this side
+        calls it."""
+        return kind
+
+    def is_motion(self, x) -> bool | None:
+        """Whether the solution at ``x`` (n + 1,) is a motion that simulation repeats; None where there is nothing to simulate."""
+        return None
+
+    def floquet_multipliers(self, x):
+        """Return the Floquet multipliers at ``x`` (n + 1,), complex, or None where there are none to be balanced."""
+        return None
+
+    def multipliers_of_rows(self, xs):
+        """Return the Floquet multipliers (m, k) of rows ``xs`` (m, n + 1), NaN where they are not known, of problems that do not
+        watch them in every step; None of others."""
+        return None
+
     def bounded(self, low, high, made):
         """Return the problem defined on [low, high]; ``made`` is a dict shared by the problems of a branch."""
         return self
@@ -250,6 +285,10 @@ class Problem:
     def same(self, other) -> bool:
         """Whether ``other`` has the same equations and unknowns, so that a branch may close in it."""
         return self is other
+
+    def alike(self, x, near):
+        """Return the solution ``x`` (n + 1,) in the form that is next to ``near`` (n + 1,); ``x`` itself where it has one form."""
+        return x
 
     # ---- corrector -------------------------------------------------------------------------------------------------
 

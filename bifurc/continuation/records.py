@@ -120,6 +120,9 @@ def from_arrays(kind, header, arrays, problem, elements):
 
 def problem_from(record, problem, elements):
     """Return the problem of a record; the code of an algebraic problem must be given."""
+    for key, around in (("monitors", _monitored), ("peaks", _peaked)):
+        if key in record:
+            return around(problem_from({k: v for k, v in record.items() if k != key}, problem, elements), record[key])
     if record["kind"] == "problem" and "peaks" not in record:
         if problem is None:
             return Missing(record)
@@ -132,18 +135,33 @@ def problem_from(record, problem, elements):
         return made
     if record["kind"] == "curve":
         return curve_from(record, problem, elements)
-    if "peaks" in record:
-        from .peaks import WithPeaks
-
-        return WithPeaks(problem_from({key: value for key, value in record.items() if key != "peaks"}, problem, elements),
-                         record["peaks"])
     if record["kind"] == "balance":
-        from .balance_problem import BalanceProblem
+        from .balance.problem import BalanceProblem
 
         return BalanceProblem.from_record(record, elements=elements)
-    from .orbit_problem import OrbitProblem
+    if record["kind"] == "free vibration":
+        from .free_vibration import EnergyProblem
+
+        return EnergyProblem.from_record(record, elements=elements)
+    if record["kind"] == "equilibrium":
+        from .equilibria import EquilibriumProblem
+
+        return EquilibriumProblem.from_record(record, elements=elements)
+    from .shooting.problem import OrbitProblem
 
     return OrbitProblem.from_record(record, elements=elements)
+
+
+def _peaked(problem, names):
+    from .peaks import WithPeaks
+
+    return WithPeaks(problem, names)
+
+
+def _monitored(problem, names):
+    from .monitors import WithMonitors, unknown
+
+    return WithMonitors(problem, {name: unknown(name) for name in names})
 
 
 def curve_from(record, problem, elements):
@@ -169,6 +187,10 @@ class Missing:
     def measure(self, name, xs):
         """Return a column of unknowns."""
         return np.sqrt((xs[:, :-1]**2).mean(axis=1)) if name == "norm" else xs[:, int(name[2:])].copy()
+
+    def multipliers_of_rows(self, xs):
+        """Multipliers are not known."""
+        return None
 
     def solution(self, x):
         """Return the plain solution."""

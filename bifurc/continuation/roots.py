@@ -12,6 +12,7 @@ REPEATS = 3  # refinements, of which the first is enough unless the slope change
 UNEVEN = 1.4  # of the probe above to that below, so that noise that is periodic does not look straight
 SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
+HALVINGS, NARROW, WIDE = 40, 1e-9, 1e-2  # of a bracket that cannot be polished: most, and width that is enough, or too much
 
 
 @dataclass(slots=True)
@@ -81,6 +82,29 @@ def enclose(f, a, fa, b, fb, guess=None):
         least = min(0.5, 1e-10 / abs(width))
         t = a + min(max(part, least), 1.0 - least) * width
     return best if abs(best[1]) <= 1e-6 * (abs(fa) + abs(fb)) else None
+
+
+def bracketed(f, a, fa, b, fb):
+    """Return the `Root` that halving a bracket leaves, where the test is too near to its rounding to be polished; or None.
+
+    ``fa`` and ``fb`` have opposite signs.  The error is what is left of the bracket: its middle may have no point.
+    """
+    found = None
+    for _ in range(HALVINGS):
+        t = 0.5 * (a + b)
+        made = f(t)
+        if made is None:
+            break
+        if (made[0] > 0.0) == (fb > 0.0):
+            b, fb = t, made[0]
+        else:
+            a, fa = t, made[0]
+        found = t, made[1]
+        if b - a < NARROW or made[0] == 0.0:
+            break
+    if found is None or b - a > WIDE:
+        return None
+    return Root(*found, a, b, b - a, (fb - fa) / (b - a), 0.0, 0.0, False)
 
 
 def polish(f, t, value, point):

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from .kinds import CorrectorStatus, SpecialPointKind
+from .kinds import ERRORS, CorrectorStatus, SpecialPointKind
 from .problem import Corrected
 
 SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
@@ -147,7 +147,7 @@ class Curve:
         """Corrected point at ``t``; None where the corrector or the problem's own code fails."""
         try:
             c = self.problem.correct(self.place(t), self.tangent(t))
-        except Exception:  # the problem's own code may raise anything
+        except ERRORS:  # the problem's own code may raise anything
             return None
         return c if c.converged else None
 

@@ -1,14 +1,16 @@
 """Special points of a branch and the list of them."""
+import importlib
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ..notebook import Notebook, Table
 from .kinds import LocationStatus, SpecialPointKind
 
 
 @dataclass(frozen=True, slots=True)
-class SpecialPoint:
+class SpecialPoint(Notebook):
     """A point where something happens to a branch.
 
     Attributes
@@ -38,6 +40,9 @@ class SpecialPoint:
         Unit tangents, in scaled unknowns, of the branches that cross at a branch point.
     """
 
+    _facts: ClassVar = ("kind", "name", "parameter", "error", "status", "before", "after")
+    _panels: ClassVar = None
+
     kind: SpecialPointKind
     parameter: float
     error: float
@@ -53,6 +58,25 @@ class SpecialPoint:
     directions: np.ndarray | None = field(default=None, repr=False)
     problem: Any = field(default=None, repr=False, compare=False)
     successor: Any = field(default=None, repr=False, compare=False)
+    _made: dict = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @property
+    def grazing(self) -> Any:
+        """What is known of a grazing of periodic orbits (`grazing.Grazing`: verdict, births, ...); None at other points."""
+        if "grazing" not in self._made:
+            from .grazing import grazing_of
+
+            self._made["grazing"] = grazing_of(self)
+        return self._made["grazing"]
+
+    @property
+    def sliding(self) -> Any:
+        """Which sliding bifurcation an onset of stick or slip is (`grazing.SlidingClass`); None at other points."""
+        if "sliding" not in self._made:
+            from .grazing import sliding_class
+
+            self._made["sliding"] = sliding_class(self)
+        return self._made["sliding"]
 
     @property
     def u(self) -> np.ndarray:
@@ -69,6 +93,13 @@ class SpecialPoint:
         """Parameters by name: one, or both at a point of a curve in two parameters."""
         both = getattr(self.problem, "parameters", None)
         return {self.problem.parameter: self.parameter} if both is None else both(self.x)
+
+    def certify(self, precision: int | None = None):
+        """Prove the point in ball arithmetic, transversality included; see `bifurc.certify.certify_point`.
+
+        Needs the extra ``certify`` (python-flint).
+        """
+        return importlib.import_module("bifurc.certify").certify_point(self, precision)
 
     @property
     def measures(self) -> "Measures":
@@ -104,8 +135,11 @@ class Measures:
         return len(self._problem.measure_names)
 
 
-class SpecialPoints(tuple[SpecialPoint, ...]):
-    """Special points in the order of arclength; ``of(kind)`` selects."""
+class SpecialPoints(Table):
+    """Special points in the order of arclength; ``of(kind)`` selects, ``to_pandas()`` makes them a table."""
+
+    __slots__ = ()
+    _fields = ("kind", "parameter", "error", "s", "status", "reverses", "name", "before", "after")
 
     def of(self, kind) -> "SpecialPoints":
         """Return the points of one kind."""

@@ -4,6 +4,7 @@ import numpy as np
 from .branchpoint import other_direction
 from .kinds import SpecialPointKind
 from .problem import Corrected
+from .special import SpecialPoint
 
 AWAY = 1e-2  # scaled distance of the new start from the branch point, reduced when the corrector does not go there
 
@@ -40,10 +41,13 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     Switched
         A tuple, possibly empty; ``.status`` says why.
     """
+    if not isinstance(point, SpecialPoint):
+        raise ValueError(f"point = {point!r} is not allowed; it must be a special point of a branch, such as "
+                         "branch.special_points[0]")
     own = point.problem.branches(point, n_max)
     if own is not None:
         known = tuple(own)
-        return Switched(known, getattr(own, "status", f"{len(known)} found by {type(point.problem).__name__}"))
+        return Switched(known, getattr(own, "status", f"{len(known)} {'start' if len(known) == 1 else 'starts'} of other motions"))
     if point.kind is not SpecialPointKind.BRANCH_POINT or point.directions is None:
         return Switched((), f"no other branch is known at a {point.kind.value}")
     problem = point.problem

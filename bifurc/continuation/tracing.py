@@ -1,16 +1,20 @@
 """`trace`: a branch of solutions from a start, both ways, with its special points."""
 import copy
 import math
+from dataclasses import replace
+from numbers import Integral, Real
 
 import numpy as np
 
+from ..elements.checks import switch
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from . import detect
 from .arclength import SLOPE, Half, StepOptions
 from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
-from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .monitors import with_monitors
 from .peaks import with_peaks
 from .problem import Corrected
 from .roots import polish
@@ -22,7 +26,7 @@ DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
 
 
 def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=None, ds_min=DS_MIN, max_steps=MAX_STEPS,
-          stop=None, record=None, progress=None, peaks=None) -> Branch:
+          stop=None, record=None, progress=None, peaks=None, monitors=None, audit="full") -> Branch:
     """Trace the branch of solutions through a start by pseudo-arclength continuation.
 
     Lengths are measured in scaled unknowns: a length of 1 is one natural size of the unknowns, or half the width of the
@@ -30,7 +34,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
 
     Parameters
     ----------
-    start : PeriodicOrbit or Problem
+    start : PeriodicOrbit, Equilibrium or Problem
         A `Problem` starts at its ``x0``, corrected at fixed parameter.
     parameter : str, optional
         Name of the parameter; a `Problem` has only its own.
@@ -51,6 +55,12 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     peaks : str or sequence of str, optional
         Measures (columns such as ``max_0``, ``h1_0``, ``rms_0``) whose maxima along the branch become special points of
         kind ``peak``, located like folds. Default none: each costs the gradient of its measure at every step.
+    monitors : dict of str to callable, optional
+        The user's own numbers of a solution: ``{"clearance": lambda orbit: 1.0 - orbit.maximum()}``. Where one is zero is a
+        special point of kind ``user`` with its name, which `trace_curve` follows.
+    audit : {"full", "fast"}
+        What `Branch.audit` does when it is asked for: "full" also simulates every orbit again over its period and balances
+        multipliers with special points, and says what that cost.
 
     Returns
     -------
@@ -65,8 +75,11 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         For bounds that are empty or do not hold the start, and step lengths that are not positive.
     """
     low, high = ordered_bounds(bounds)
-    problem = with_peaks(problem_of(start, parameter, bounds), peaks)
+    switch("trace", "progress", progress)
+    problem = with_monitors(with_peaks(problem_of(start, parameter, bounds), peaks), monitors)
     options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None)
+    if audit not in ("full", "fast"):
+        raise ValueError(f"audit must be 'full' or 'fast', got {audit!r}")
     if direction not in (None, 1, -1):
         raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
     p0 = float(problem.x0[-1])
@@ -76,7 +89,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     first, singular = start_row(problem, options)
     first.ds = options.ds
     with Progress(progress, problem.parameter) as shown:
-        options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, shown)
+        options = replace(step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, shown), audit=audit)
         plus, minus = Half(first, options, origin=first), Half(reversed_row(first), options)
         minus.origin = minus.rows[0]
         here = start_points(plus, first, singular)
@@ -94,19 +107,33 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
 def problem_of(start, parameter, bounds):
     """Return the problem of a start object; a periodic orbit needs the name of a parameter and bounds."""
     if hasattr(start, "coefficients"):
-        from .balance_problem import balance_problem
+        from .balance.problem import balance_problem
 
         if parameter is None or bounds is None:
             raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
         return balance_problem(start, parameter, ordered_bounds(bounds))
+    if hasattr(start, "unknowns") and parameter == "energy" and getattr(start, "autonomous", False):
+        from .free_vibration import energy_problem
+
+        return energy_problem(start)
     if hasattr(start, "unknowns"):
-        from .orbit_problem import orbit_problem
+        from .shooting.problem import orbit_problem
 
         if parameter is None or bounds is None:
             raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
         return orbit_problem(start, parameter, ordered_bounds(bounds))
+    if hasattr(start, "continued"):
+        if parameter is None:
+            raise ValueError(f"{start!r} is traced in a parameter of its map: trace(cycle, 'mu', bounds=(a, b))")
+        return start.continued(parameter, None if bounds is None else ordered_bounds(bounds))
+    if hasattr(start, "eigenvalues"):
+        from .equilibria import equilibrium_problem
+
+        if parameter is None or bounds is None:
+            raise ValueError("an equilibrium is traced in a parameter between bounds: trace(equilibrium, 'mu', bounds=(a, b))")
+        return equilibrium_problem(start, parameter, ordered_bounds(bounds))
     if not hasattr(start, "correct"):
-        raise TypeError(f"start must be a PeriodicOrbit or a Problem, got {type(start).__name__}")
+        raise TypeError(f"start must be a PeriodicOrbit, an Equilibrium or a Problem, got {type(start).__name__}")
     if parameter is not None and parameter != start.parameter:
         raise ValueError(f"unknown parameter {parameter!r}; this problem has only {start.parameter!r}")
     return start
@@ -127,13 +154,13 @@ def ordered_bounds(bounds):
 
 def step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, progress):
     """Check the step lengths and join them with the bounds."""
-    ds_max = max(DS_MAX, ds) if ds_max is None else ds_max
-    for name, value in (("ds", ds), ("ds_max", ds_max), ("ds_min", ds_min)):
-        if not (0.0 < value < math.inf):
+    for name, value in (("ds", ds), ("ds_max", DS_MAX if ds_max is None else ds_max), ("ds_min", ds_min)):
+        if isinstance(value, bool) or not isinstance(value, Real) or not (0.0 < value < math.inf):
             raise ValueError(f"{name} must be positive and finite, got {value!r}")
+    ds_max = max(DS_MAX, ds) if ds_max is None else ds_max
     if not ds_min <= ds_max:
         raise ValueError(f"ds_min = {ds_min!r} must not exceed ds_max = {ds_max!r}")
-    if int(max_steps) != max_steps or max_steps < 0:
+    if isinstance(max_steps, bool) or not isinstance(max_steps, Integral) or max_steps < 0:
         raise ValueError(f"max_steps must be a whole number >= 0, got {max_steps!r}")
     for name, value in (("stop", stop), ("record", record)):
         if value is not None and not callable(value):
@@ -174,6 +201,8 @@ def start_row(problem, options):
                               0.0, -math.inf, c.monitors)
                 return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), crossing
         c = problem.correct(x, oriented(right[0]))
+        if not c.converged:  # nearly singular only, next to where events meet: along the parameter there is a solution
+            c = problem.correct(x, np.append(np.zeros(n), 1.0), True)
         if not c.converged:
             raise ContinuationError(f"the Jacobian at the start has lost {len(right) - 1} ranks and Newton ended with "
                                     f"{c.status!s}; start from a point next to this one")
@@ -239,7 +268,7 @@ def begin_on_boundary(half):
             continue
         try:
             c = part.problem.correct(row.x + BESIDE * row.direction, row.tangent)
-        except Exception:  # the problem's own code; the first step will say what
+        except ERRORS:  # the problem's own code; the first step will say what
             continue
         if not c.converged:
             continue
@@ -331,7 +360,8 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
     old = branch.options
     with Progress(progress, branch.parameter) as shown:
         ds_max = old["ds_max"] if ds_max is None else ds_max
-        options = step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown)
+        options = replace(step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown),
+                          audit=old.get("audit", "full"))
         branch = branch.reaching(low, high)
         rows = branch.rows()
         plus = Half(rows[-1], options, origin=rows[0] if len(rows) > 2 else None)

@@ -1,25 +1,29 @@
 """Effects a system is made of, and the protocol to write new ones: see `Element`."""
 from . import local
 from .atrow import AtRow
+from .bearings import OilFilm
 from .driven import Driven
 from .element import ALWAYS, Element
+from .feedback import DelayedFeedback
 from .forcing import BaseMotion, ConstantForce, HarmonicForce
-from .friction import Coulomb, Jenkins, LoadedContact, RegularizedFriction, Stribeck
+from .friction import Coulomb, CubicFriction, Jenkins, LoadedContact, RegularizedFriction, Stribeck
 from .kinds import EventKind
 from .loadedslip import LoadedMicroSlip
 from .local import Affine, Core, Frame
 from .microslip import Iwan, MicroSlip, SliderSet
 from .mode import Guard, Hold, Kick, Law, Mode, Rate, Restitution, Slaved
-from .site import Rows
+from .site import Circle, Rows
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
+from .stators import AroundPoint, ElasticStator, RigidStator
 from .stops import ElasticStop, RigidStop, Wall
 
-__all__ = ["ALWAYS", "Affine", "AtRow", "BaseMotion", "ConstantForce", "Core", "Coulomb", "CubicSpring",
-           "Driven", "ElasticStop", "Element", "EventKind", "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan",
-           "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact", "LoadedMicroSlip", "MicroSlip", "Mode",
-           "PolynomialSpring", "Rate",
-           "RegularizedFriction", "Restitution", "RigidStop", "Rows", "Slaved", "SliderSet", "Stribeck", "Wall", "local"]
+__all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "ConstantForce", "Core", "Coulomb",
+           "CubicFriction", "CubicSpring", "DelayedFeedback", "Driven", "ElasticStator", "ElasticStop", "Element", "EventKind",
+           "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
+           "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "PolynomialSpring", "Rate", "RegularizedFriction", "Restitution",
+           "RigidStator", "RigidStop", "Rows", "Slaved", "SliderSet", "Stribeck", "Wall", "local"]
 
-BUILT_IN = {cls.__name__: cls for cls in (BaseMotion, ConstantForce, Coulomb, CubicSpring, Driven, ElasticStop, Force,
-                                          HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip,
-                                          PolynomialSpring, RegularizedFriction, RigidStop, Stribeck)}
+BUILT_IN = {cls.__name__: cls for cls in (
+    BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
+    HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, PolynomialSpring, RegularizedFriction,
+    RigidStator, RigidStop, Stribeck)}

@@ -1,4 +1,5 @@
 """Elements that act along one row: a degree of freedom, or a combination of several."""
+import dataclasses
 from dataclasses import dataclass
 
 from .checks import vector, whole
@@ -12,20 +13,25 @@ class AtRow(Element):
 
     Parameters
     ----------
-    dof : int
-        Degree of freedom it acts on, from 0.
+    dof : int or str
+        Degree of freedom it acts on, from 0, or its name in a system that has names.
     row : sequence of float, optional
         Instead of `dof`: u = row . q, n factors; (1, -1) is the distance of two coordinates.  Forces act along it.
     """
 
-    dof: int = 0
+    dof: int | str = 0
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
         super().__post_init__()
-        object.__setattr__(self, "dof", whole(type(self).__name__, "dof", self.dof, least=0))
+        if not isinstance(self.dof, str):
+            object.__setattr__(self, "dof", whole(type(self).__name__, "dof", self.dof, least=0))
         if self.row is not None:
             object.__setattr__(self, "row", vector(type(self).__name__, "row", self.row))
+
+    def placed(self, place):
+        """Return the element at a number instead of a name."""
+        return dataclasses.replace(self, dof=place(self.dof)) if isinstance(self.dof, str) else self
 
     def site(self, n):
         """Return the row it acts on."""

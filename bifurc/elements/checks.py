@@ -39,6 +39,35 @@ def choice(owner: str, name: str, value, allowed: tuple):
     return value
 
 
+def state(name: str, value, sizes: tuple[int, ...]) -> np.ndarray:
+    """Return ``value`` as a finite float array of one of the lengths ``sizes``, else raise ValueError."""
+    try:
+        found = np.array(value, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not allowed; it must be a state of {sizes[-1]} numbers: positions, then "
+                         "velocities") from None
+    if found.shape not in {(size,) for size in sizes}:
+        raise ValueError(f"{name} has shape {found.shape}; a state of this system has shape ({sizes[-1]},): positions, then "
+                         "velocities")
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} = {value!r} must be finite")
+    return found
+
+
+def tolerance_of(owner: str, value) -> float:
+    """Return a tolerance of basins: above 0 and at most 0.1, else raise ValueError."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real) or not 0.0 < float(value) <= 0.1:
+        raise ValueError(f"{owner}: tolerance = {value!r} is not allowed; it must be above 0 and at most 0.1")
+    return float(value)
+
+
+def switch(owner: str, name: str, value):
+    """Return ``value`` when it is True, False, None or a function (as ``progress=`` takes it), else raise ValueError."""
+    if value is not None and not isinstance(value, bool) and not callable(value):
+        raise ValueError(f"{owner}: {name} = {value!r} is not allowed; it must be True, False, or a function")
+    return value
+
+
 def vector(owner: str, name: str, value) -> tuple[float, ...]:
     """Return ``value`` as a tuple of finite floats, not empty, else raise ValueError."""
     try:

@@ -1,7 +1,7 @@
 """The protocol of an element.  Built-in elements and those of users are the same to the rest of the package."""
 import dataclasses
 import re
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -29,6 +29,7 @@ class Element:
     * ``harmonics``: harmonics of the excitation that occur in its expressions (those of the site are found),
     * ``memory``: names of its memory states; ``relaxed``: their values, affine in u and s, where a start gives none
       (default: zeros),
+    * ``stored_energy(u)``: its energy at given coordinates, if it keeps energy (default: not known),
     * ``mirrored()``: the element seen after u -> -u and half a period, or None when that is not known;
       ``mirrored_key(key)`` and ``mirrored_guard(key, guard)``: its mode and guard in that image (default: the same).
 
@@ -56,6 +57,8 @@ class Element:
     harmonics: ClassVar[tuple[int, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
     relaxed: ClassVar[tuple[Affine, ...]] = ()
+    isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
+    delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
 
     def __post_init__(self):
         """Store fields declared as floats as finite floats; call it first when you check more."""
@@ -70,6 +73,17 @@ class Element:
     def mode(self, key: Hashable, core: Core) -> Mode:
         """Return the mode of that key."""
         raise NotImplementedError(f"{type(self).__name__} must define mode(key, core)")
+
+    def stored_energy(self, u) -> float | None:
+        """Return the energy that the element stores at the coordinates ``u`` (rows,) of its site, whichever mode it is in.
+
+        None (the default): it is not known, or motions through the element do not keep their energy.
+        """
+        return None
+
+    def placed(self, place: Callable[[str], int]) -> "Element":
+        """Return the element with the name of a degree of freedom turned into its number by ``place``."""
+        return self
 
     def mirrored(self) -> "Element | None":
         """Return the element seen after u -> -u and half a period; None: not known."""

@@ -68,6 +68,10 @@ class ConstantForce(AtRow):
         """Return the only mode."""
         return Mode(force=(affine(self.force),))
 
+    def stored_energy(self, u):
+        """Energy in the field of the load."""
+        return -self.force * u[0]
+
     def mirrored(self):
         """The image pushes the other way."""
         return dataclasses.replace(self, force=0.0 - self.force)

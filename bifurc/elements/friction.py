@@ -261,13 +261,9 @@ class Stribeck(AtRow):
     def mode(self, key, core):
         """Return "stick", "slip+" or "slip-"."""
         if key == STICK:
-            return Mode(hold=(Hold(0, (1.0,)),), bounds=((affine(-self.static), affine(self.static)),),
-                        guards=(Guard(-self.static - lam(0), EventKind.SLIP, (SLIP_UP,)),
-                                Guard(lam(0) - self.static, EventKind.SLIP, (SLIP_DOWN,))))
-        way, other = (1.0, SLIP_DOWN) if key == SLIP_UP else (-1.0, SLIP_UP)
+            return _stick(self.static)
         law, slope = _CURVES[self.curve, key]
-        return Mode(force=Law(law, (self.kinetic, self.static, self.speed), slope),
-                    guards=(Guard(-way * s(0), EventKind.STICK, (STICK, other)),))
+        return _slip(key, Law(law, (self.kinetic, self.static, self.speed), slope))
 
     def mirrored(self):
         """Friction on a belt that runs the other way."""
@@ -280,6 +276,94 @@ class Stribeck(AtRow):
     def mirrored_guard(self, key, guard):
         """The two limits of stick change places."""
         return 1 - guard if key == STICK else guard
+
+
+def cubic_up(u, s, static, falling, rising):
+    """Force of slip with s > 0 that falls in proportion to s and rises with its cube."""
+    return -static + s * (falling - rising * s * s)
+
+
+def cubic_up_slope(u, s, static, falling, rising):
+    """Derivatives of `cubic_up` by u and s."""
+    return 0.0, falling - 3.0 * rising * s * s
+
+
+def cubic_down(u, s, static, falling, rising):
+    """Force of slip with s < 0 that falls in proportion to -s and rises with its cube."""
+    return static + s * (falling - rising * s * s)
+
+
+_CUBIC = {SLIP_UP: (cubic_up, cubic_up_slope), SLIP_DOWN: (cubic_down, cubic_up_slope)}
+
+
+@dataclass(frozen=True)
+class CubicFriction(AtRow):
+    """Dry friction with a minimum over the speed: static - falling |s| + rising |s|^3, with stick up to `static`.
+
+    Modes as those of `Coulomb` under constant load.
+
+    Parameters
+    ----------
+    static : float
+        Limit of stick, at least 0.
+    falling : float
+        Force per speed, by which the friction falls at first.
+    rising : float
+        Force per cubed speed, by which it rises at high speed.
+    belt_speed : float
+        Speed of the surface under the row; s is the speed relative to it.
+    dof, row
+        What slides, see `AtRow`.
+
+    References
+    ----------
+    R. A. Ibrahim, Friction-induced vibration, chatter, squeal and chaos, Appl. Mech. Rev. 47 (1994), part II.
+    """
+
+    static: float = 1.0
+    falling: float = 0.4
+    rising: float = 0.1
+    belt_speed: float = 0.0
+
+    start = (STICK, SLIP_UP, SLIP_DOWN)
+
+    def __post_init__(self):
+        super().__post_init__()
+        number(type(self).__name__, "static", self.static, least=0.0)
+
+    def site(self, n):
+        """Return the row, seen from the belt."""
+        return _on_belt(super().site(n), self.belt_speed)
+
+    def mode(self, key, core):
+        """Return "stick", "slip+" or "slip-"."""
+        if key == STICK:
+            return _stick(self.static)
+        return _slip(key, Law(_CUBIC[key][0], (self.static, self.falling, self.rising), _CUBIC[key][1]))
+
+    def mirrored(self):
+        """Friction on a belt that runs the other way."""
+        return dataclasses.replace(self, belt_speed=0.0 - self.belt_speed)
+
+    def mirrored_key(self, key):
+        """Slip turns round."""
+        return _MIRROR[key]
+
+    def mirrored_guard(self, key, guard):
+        """The two limits of stick change places."""
+        return 1 - guard if key == STICK else guard
+
+
+def _stick(static: float) -> Mode:
+    """Return the mode of stick up to a limit."""
+    return Mode(hold=(Hold(0, (1.0,)),), bounds=((affine(-static), affine(static)),),
+                guards=(Guard(-static - lam(0), EventKind.SLIP, (SLIP_UP,)), Guard(lam(0) - static, EventKind.SLIP, (SLIP_DOWN,))))
+
+
+def _slip(key: str, law: Law) -> Mode:
+    """Return a mode of slip under a law."""
+    way, other = (1.0, SLIP_DOWN) if key == SLIP_UP else (-1.0, SLIP_UP)
+    return Mode(force=law, guards=(Guard(-way * s(0), EventKind.STICK, (STICK, other)),))
 
 
 def regularized(u, s, friction, width):

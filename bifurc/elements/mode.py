@@ -99,14 +99,16 @@ class Guard:
 
     Parameters
     ----------
-    value : Affine
-        In u, s, z, lam, constants and harmonics.
+    value : Affine or Law
+        In u, s, z, lam, constants and harmonics; or a law that returns one number, and its derivatives by u0, ..., s0, ...
     kind : EventKind
     then : tuple of keys, or callable
         Modes of the element, tried in this order; the mode being left is always added as the last (a touch).  A block of
         many contacts may decide jointly: ``then(value)`` returns the keys, ``value(expression)`` being the value of an
         expression of the element at the event.
-    kick : Kick, optional
+    kick : Kick or Law, optional
+        A law gives one impulse a row from coordinates and speeds before the event; its first value is the ratio of speeds
+        after and before, for which 0 is put where an infinite sequence ends.
     silent : bool
         Both sides have the same force law: no unknown of an orbit.
     accumulates : (ratio, key), optional
@@ -114,10 +116,10 @@ class Guard:
         never end when the ratio is 1).
     """
 
-    value: Affine
+    value: Affine | Law
     kind: EventKind
     then: tuple[Hashable, ...] | Callable[[Callable[[Affine], float]], tuple[Hashable, ...]]
-    kick: Kick | None = None
+    kick: Kick | Law | None = None
     silent: bool = False
     accumulates: tuple[float, Hashable] | None = None
 

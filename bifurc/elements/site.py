@@ -3,6 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .checks import number
 from .local import Affine, Frame
 
 
@@ -75,3 +76,47 @@ class Rows:
         if self.drift:
             S[:, ns] += self.drift
         return U, S, rest
+
+
+@dataclass(frozen=True, eq=False)
+class Circle(Rows):
+    """Curved site: a point p = R q - centre seen from a circle, u(0) = |p| - radius, along the normal n and the tangent t.
+
+    Laws and expressions of an element on it are in u(0), the radial speed s(0) = n . p', and the speed s(1) = t . p' +
+    surface_speed along the surface (t is n turned by +90 degrees); u(1) is 0.  Forces are radial (outwards) and tangential.
+
+    Parameters
+    ----------
+    R, base, drift
+        See `Rows`: two rows, and no motion of their own.
+    centre : tuple of float
+        Length.
+    radius : float
+        Length, above 0.
+    surface_speed : float
+        What the surface of the moving body adds to its tangential speed: its own radius times its spin.
+    spin : float
+        Rate at which the frame of the coordinates turns: spin |p| is added to s(1), the sliding against what does not turn.
+    """
+
+    centre: tuple[float, float] = (0.0, 0.0)
+    radius: float = 1.0
+    surface_speed: float = 0.0
+    spin: float = 0.0
+
+    @classmethod
+    def around(cls, rows, n: int, centre=(0.0, 0.0), radius: float = 1.0, surface_speed: float = 0.0,
+               spin: float = 0.0) -> "Circle":
+        """Make a circle seen by two rows of n factors: those of the coordinates along x and along y.
+
+        Raises
+        ------
+        ValueError
+            When rows do not fit n degrees of freedom, the centre is no point, or the radius is not positive.
+        """
+        straight = Rows.of(rows, n)
+        x, y = (number("Circle", "centre", part) for part in centre)
+        if straight.count != 2 or np.linalg.matrix_rank(straight.R) != 2:
+            raise ValueError(f"Circle: rows = {rows!r} is not allowed; it must be two independent rows of {n} factors")
+        return cls(straight.R, (), (), (x, y), number("Circle", "radius", radius, above=0.0),
+                   number("Circle", "surface_speed", surface_speed), number("Circle", "spin", spin))

@@ -13,6 +13,8 @@ from .local import s, u
 from .mode import Law, Mode
 from .site import Rows
 
+TRIED = (0.1, -0.1, 0.7, 0.0)  # values of coordinates and speeds at which a law is tried
+
 
 @dataclass(frozen=True)
 class LinearSpring(AtRow):
@@ -34,6 +36,10 @@ class LinearSpring(AtRow):
     def mode(self, key, core):
         """Return the only mode."""
         return Mode(force=(-self.stiffness * u(0) - self.damping * s(0),))
+
+    def stored_energy(self, u):
+        """Energy of the spring; none is kept beside a dashpot."""
+        return 0.5 * self.stiffness * u[0] ** 2 if self.damping == 0.0 else None
 
     def mirrored(self):
         """Its own image."""
@@ -67,6 +73,10 @@ class CubicSpring(AtRow):
     def mode(self, key, core):
         """Return the only mode."""
         return Mode(force=Law(cubic, (self.beta,), cubic_slope))
+
+    def stored_energy(self, u):
+        """Energy of the spring."""
+        return 0.25 * self.beta * u[0] ** 4
 
     def mirrored(self):
         """Its own image."""
@@ -104,6 +114,10 @@ class PolynomialSpring(AtRow):
         """Return the only mode."""
         return Mode(force=Law(polynomial, (self.c2, self.c3, self.c4, self.c5), polynomial_slope))
 
+    def stored_energy(self, u):
+        """Energy of the spring."""
+        return u[0] ** 3 * (self.c2 / 3.0 + u[0] * (self.c3 / 4.0 + u[0] * (self.c4 / 5.0 + u[0] * self.c5 / 6.0)))
+
     def mirrored(self):
         """Even powers change sign."""
         return dataclasses.replace(self, c2=0.0 - self.c2, c4=0.0 - self.c4)
@@ -121,8 +135,8 @@ class Force(Element):
     jacobian : callable, optional
         Same arguments; returns df/du, df/ds (for several rows: of the first force by u0, u1, ..., s0, s1, ..., then of
         the second, ...).  Without it derivatives are differenced, and results say so.
-    site : int or sequence
-        Degree of freedom, one row of n factors, or several rows.
+    site : int, str or sequence
+        Degree of freedom or its name, one row of n factors, or several rows.
     odd : bool
         law(-u, -s) = -law(u, s): allows solutions on half a period.
     **parameters : float
@@ -137,7 +151,8 @@ class Force(Element):
 
     def __init__(self, law: Callable, jacobian: Callable | None = None, *, site=0, odd: bool = False,
                  label: str | None = None, **parameters: float):
-        where = whole("Force", "site", site, least=0) if np.ndim(site) == 0 else _tuples(np.asarray(site, float))
+        where = site if isinstance(site, str) else whole("Force", "site", site, least=0) if np.ndim(site) == 0 else \
+            _tuples(np.asarray(site, float))
         rows = 1 if np.ndim(where) < 2 else np.shape(where)[0]
         for name, function in (("law", law), ("jacobian", jacobian)):
             if not callable(function) and (name == "law" or function is not None):
@@ -152,6 +167,8 @@ class Force(Element):
         set_(self, "where", where)
         set_(self, "odd", bool(odd))
         set_(self, "values", {name: number("Force", name, parameters[name]) for name in names})
+        if _always_nan(law, 2 * rows, self.parameters.values()):
+            raise ValueError(f"Force: law = {law!r} is not allowed; it gives NaN wherever it was tried, as at {TRIED[0]}")
 
     def __eq__(self, other):
         return type(other) is type(self) and self.structure == other.structure and self.values == other.values \
@@ -179,6 +196,14 @@ class Force(Element):
         label = changes.pop("label", self.label)
         return Force(self.law, self.jacobian, site=self.where, odd=self.odd, label=label, **{**self.values, **changes})
 
+    def placed(self, place):
+        """Return the force at a number instead of a name."""
+        return self.seated(place(self.where)) if isinstance(self.where, str) else self
+
+    def seated(self, site):
+        """Return the force at another site."""
+        return Force(self.law, self.jacobian, site=site, odd=self.odd, label=self.label, **self.values)
+
     def site(self, n):
         """Return the rows it acts on."""
         return Rows.of(self.where, n)
@@ -186,6 +211,16 @@ class Force(Element):
     def mode(self, key, core):
         """Return the only mode."""
         return Mode(force=Law(self.law, tuple(self.values.values()), self.jacobian))
+
+    def stored_energy(self, u):
+        """Work against the law on the way from zero; known for laws of one row that do not depend on its speed."""
+        from scipy.integrate import quad
+
+        values = tuple(self.values.values())
+        if len(u) != 1 or any(self.law(at, 0.0, *values) != self.law(at, speed, *values)
+                              for at in (0.5 * u[0], u[0]) for speed in (-1.3, 0.7)):
+            return None
+        return -float(quad(lambda at: self.law(at, 0.0, *values), 0.0, u[0], epsabs=1e-15, epsrel=1e-14, limit=200)[0])
 
     def mirrored(self):
         """Its own image when declared odd."""
@@ -211,3 +246,14 @@ class Force(Element):
 def _tuples(rows: np.ndarray) -> tuple:
     """Return one row as a tuple, several as a tuple of tuples."""
     return vector("Force", "site", rows) if rows.ndim == 1 else tuple(vector("Force", "site", row) for row in rows)
+
+
+def _always_nan(law, count: int, values) -> bool:
+    """Whether a law gives NaN at every place where it can be called from Python."""
+    found = []
+    for place in TRIED:
+        try:
+            found.append(np.isnan(np.asarray(law(*[place] * count, *values), float)).any())
+        except (ArithmeticError, TypeError, ValueError):  # beyond its domain, or only the compiler understands it
+            continue
+    return bool(found) and all(found)

@@ -95,6 +95,10 @@ class RigidStop(Wall):
         push = Hold(0, (1.0,), depth)
         return Mode(hold=(push,), guards=(Guard(self.side * lam(0), EventKind.RELEASE, (FREE,)),))
 
+    def stored_energy(self, u):
+        """Nothing is stored; an elastic rebound keeps the energy of the motion."""
+        return 0.0 if self.restitution == 1.0 else None
+
 
 @dataclass(frozen=True)
 class ElasticStop(Wall):
@@ -145,3 +149,7 @@ class ElasticStop(Wall):
             return Mode(force=(-self.side * force,), guards=(Guard(-force, EventKind.SEPARATION, (FREE, PARTING)),))
         return Mode(guards=(Guard(-depth, EventKind.SEPARATION, (FREE,), silent=True),
                             Guard(force, EventKind.CONTACT, (CONTACT,))))
+
+    def stored_energy(self, u):
+        """Energy of the spring; none is kept beside a dashpot."""
+        return 0.5 * self.stiffness * max(self.side * u[0] - self.gap, 0.0) ** 2 if self.damping == 0.0 else None

@@ -231,3 +231,56 @@ def state_series(T, m, i, x, a):
         r = x[c]
         for j in range(ORDER + 1):
             a[j] += YT[m, i, c, j] * r
+
+
+@njit
+def all_series(T, m, x, orders, a):
+    """Write the series (guards, ORDER+1) of the guards with a zero of known order below ORDER; return their reach."""
+    for g in range(T.n_guards[m]):
+        if orders[g] != ORDER:
+            guard_series(T, m, g, x, a[g])
+    return reach(T, m, x)
+
+
+@njit
+def land(T, m, g, x, hit, out):
+    """Write the joined state after ``0 <= hit <= step`` into ``out`` (nx,); return ``hit``: affine guards are zero there."""
+    carry(T, m, x, hit, out)
+    return hit
+
+
+@njit
+def terms_size(T, m, g, x):
+    """Sum of the sizes of the terms of guard ``g`` at ``x`` (nx,)."""
+    G = T.G
+    total = 0.0
+    for c in range(G.shape[2]):
+        total += abs(G[m, g, c] * x[c])
+    return total
+
+
+@njit
+def arrival(T, m, g, x, known):
+    """Return the rate with which guard ``g`` is reached at ``x``: of an affine guard it is known from its series."""
+    return known
+
+
+@njit
+def curved_jump(T, m, g, closes, x, xp, P):
+    """Add what a jump that depends on the state gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx): here nothing."""
+
+
+@njit
+def curved_kick(T, m, g, x, xp):
+    """As `curved_jump`, without the derivative."""
+
+
+@njit
+def curved_rest(T, m, x):
+    """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none."""
+    return -1
+
+
+@njit
+def curved_project(T, m, x):
+    """Put what constraints on curves hold in mode ``m`` to rest and on its curve: here there is nothing."""

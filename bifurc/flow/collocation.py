@@ -18,18 +18,39 @@ from numba.extending import intrinsic
 from .._jit import njit
 from ..compose.tables import TURN
 from .gauss import DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS, C
-from .nolaw import COUNT, DOFS, FIRST, NAME, ROWS, WIDTH, forces, slopes
+from .nolaw import (
+    ACTING,
+    COUNT,
+    DOFS,
+    FIRST,
+    FORCES,
+    NAME,
+    ROWS,
+    SOURCE,
+    WIDTH,
+    forces,
+    reaction_slopes,
+    reactions,
+    slopes,
+    watches,
+)
 
+FAST = 3.0  # angle by which a variation turns on a step at most: Gauss' method then errs by 1e-15
+ROUNDING = 2e-15  # of the largest sum of terms: a change below it is none
 ITERATIONS = 30
 SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
 WORST = 3.0  # times the defect aimed at is still accepted
+FLOOR = 1e-5  # of the forces of the springs: where forces cancel to less (a constant motion) the defect is that of their rounding
 TABLED, WISH, ERROR, ARRAYS = range(4)  # places in the scratch: step of the tabled turns, step wished next, defect
 ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
 
 
 @njit
 def rate(A, m, LU, LS, LP, law, acts, x, f, local):
-    """Write y' into ``f`` (ns,); ``local`` (3, rows, 1) is room for coordinates, speeds and forces of the laws."""
+    """Write y' into ``f`` (ns,); ``local`` (4, rows, 1) receives coordinates, speeds, forces and accelerations of the law rows.
+
+    The accelerations are those that the rows would have without reactions; reactions of curved constraints follow from them.
+    """
     n = DOFS if DOFS > 0 else LP.shape[2]
     rows = ROWS if DOFS > 0 else LU.shape[0]
     for i in range(2 * n, A.shape[1]):
@@ -42,6 +63,8 @@ def rate(A, m, LU, LS, LP, law, acts, x, f, local):
         f[n + i] = total
     if rows > 0:
         for r in range(rows):
+            if SOURCE[r] != r:
+                continue
             total, speed = 0.0, 0.0
             for c in range(x.size):
                 total += LU[r, c] * x[c]
@@ -49,9 +72,21 @@ def rate(A, m, LU, LS, LP, law, acts, x, f, local):
             local[0, r, 0] = total
             local[1, r, 0] = speed
         forces(law, acts, m, 1, local)
-        for r in range(rows):
+        for r in range(FORCES):
             for i in range(n):
                 f[n + i] += LP[m, r, i] * local[2, r, 0]
+        if ACTING > FORCES:
+            for r in range(rows):
+                if SOURCE[r] != r:
+                    continue
+                total = 0.0
+                for i in range(n):
+                    total += LU[r, i] * f[n + i]
+                local[3, r, 0] = total
+            reactions(law, acts, m, 1, local)
+            for r in range(FORCES, ACTING):
+                for i in range(n):
+                    f[n + i] += LP[m, r, i] * local[2, r, 0]
 
 
 @njit
@@ -86,9 +121,11 @@ def excite(A, m, LU, LS, x, turn, base, local):
         for j in range(NODES):
             base[i, j] = still
     for r in range(rows):
+        if SOURCE[r] != r:
+            continue
         for j in range(NODES):
-            local[3, r, j] = LU[r, ns]
-            local[4, r, j] = LS[r, ns]
+            local[4, r, j] = LU[r, ns]
+            local[5, r, j] = LS[r, ns]
     for c in range(1, x.size - ns, 2):
         cos, sin = x[ns + c], x[ns + c + 1]
         for i in range(n):  # p cos + q sin at a node, from the values at the start and the turn to the node
@@ -97,12 +134,14 @@ def excite(A, m, LU, LS, x, turn, base, local):
             for j in range(NODES):
                 base[i, j] += even * turn[c, j] + odd * turn[c + 1, j]
         for r in range(rows):
+            if SOURCE[r] != r:
+                continue
             for k in range(2):
                 p, q = (LU[r, ns + c], LU[r, ns + c + 1]) if k == 0 else (LS[r, ns + c], LS[r, ns + c + 1])
                 if p != 0.0 or q != 0.0:
                     even, odd = p * cos + q * sin, q * cos - p * sin
                     for j in range(NODES):
-                        local[3 + k, r, j] += even * turn[c, j] + odd * turn[c + 1, j]
+                        local[4 + k, r, j] += even * turn[c, j] + odd * turn[c + 1, j]
 
 
 @njit
@@ -139,12 +178,12 @@ def largest(a):
 
 
 @njit
-def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base):
+def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free):
     """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
 
-    ``local`` (5, rows, NODES): coordinates, speeds, forces of the laws, and what forcing adds to the first two; ``q``,
-    ``v``, ``a``, ``base`` (n, NODES).  Returns the number of iterations, 0 where they do not converge, and the largest
-    acceleration.
+    ``local`` (6, rows, NODES): coordinates, speeds, forces, accelerations of the law rows, and what forcing adds to the
+    first two; ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns the number of iterations, 0 where they do not
+    converge, and the largest acceleration.
     """
     n = DOFS if DOFS > 0 else a.shape[0]
     rows = ROWS if DOFS > 0 else LU.shape[0]
@@ -158,8 +197,10 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
             spread(x, i, n, h, a, q, v)
         if rows > 0:
             for r in range(rows):
+                if SOURCE[r] != r:
+                    continue
                 for j in range(NODES):
-                    total, speed = local[3, r, j], local[4, r, j]
+                    total, speed = local[4, r, j], local[5, r, j]
                     for i in range(n):
                         total += LU[r, i] * q[i, j]
                         speed += LS[r, n + i] * v[i, j]
@@ -172,10 +213,30 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
                 new = base[i, j]
                 for k in range(n):
                     new += A[m, n + i, k] * q[k, j] + A[m, n + i, n + k] * v[k, j]
-                for r in range(rows):
+                for r in range(FORCES):
                     new += LP[m, r, i] * local[2, r, j]
+                if ACTING > FORCES:
+                    free[i, j] = new
+                    continue
                 change += (new - a[i, j]) ** 2
                 a[i, j] = new
+        if ACTING > FORCES:
+            for r in range(rows):
+                if SOURCE[r] != r:
+                    continue
+                for j in range(NODES):
+                    total = 0.0
+                    for i in range(n):
+                        total += LU[r, i] * free[i, j]
+                    local[3, r, j] = total
+            reactions(law, acts, m, NODES, local)
+            for i in range(n):
+                for j in range(NODES):
+                    new = free[i, j]
+                    for r in range(FORCES, ACTING):
+                        new += LP[m, r, i] * local[2, r, j]
+                    change += (new - a[i, j]) ** 2
+                    a[i, j] = new
         change = np.sqrt(change)
         if not (change < np.inf):
             return 0, 0.0
@@ -215,7 +276,7 @@ def defect(h, f0, f1, top, a):
 def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
     """Derivatives of the acceleration at some nodes in positions, ``K`` (n, n, nodes), and velocities, ``D``.
 
-    ``slope`` (2, rows, WIDTH, nodes) is room for the derivatives of the laws.
+    ``slope`` (3, rows, WIDTH, nodes) is room for the derivatives of the laws by coordinates, speeds and accelerations.
     """
     n = DOFS if DOFS > 0 else K.shape[0]
     rows = ROWS if DOFS > 0 else LU.shape[0]
@@ -227,7 +288,7 @@ def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
                 D[i, c, j] = A[m, n + i, n + c]
     if rows > 0:
         slopes(law, acts, m, h, nodes, local, slope)
-        for r in range(rows):
+        for r in range(FORCES):
             for b in range(COUNT[r]):
                 other = FIRST[r] + b
                 for i in range(n):
@@ -237,11 +298,42 @@ def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
                         for j in range(nodes):
                             K[i, c, j] += pu * slope[0, r, b, j]
                             D[i, c, j] += ps * slope[1, r, b, j]
+    if ACTING > FORCES:
+        reaction_slopes(law, acts, m, h, nodes, local, slope)
+        K0, D0 = K.copy(), D.copy()
+        for r in range(FORCES, ACTING):
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                for i in range(n):
+                    for c in range(n):
+                        for j in range(nodes):
+                            along, across = 0.0, 0.0
+                            for k in range(n):
+                                along += LU[other, k] * K0[k, c, j]
+                                across += LU[other, k] * D0[k, c, j]
+                            K[i, c, j] += LP[m, r, i] * (slope[0, r, b, j] * LU[other, c] + slope[2, r, b, j] * along)
+                            D[i, c, j] += LP[m, r, i] * (slope[1, r, b, j] * LS[other, n + c] + slope[2, r, b, j] * across)
+
+
+@njit
+def frequency(K, D):
+    """Bound on the rate at which variations turn under the derivatives ``K`` and ``D`` (n, n, 1) of the acceleration."""
+    stiff = damp = 0.0
+    for i in range(K.shape[0]):
+        stiffness = damping = 0.0
+        for c in range(K.shape[0]):
+            stiffness += abs(K[i, c, 0])
+            damping += abs(D[i, c, 0])
+        stiff, damp = max(stiff, stiffness), max(damp, damping)
+    return np.sqrt(stiff) + damp
 
 
 @njit
 def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
-    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room."""
+    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room.
+
+    The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
+    """
     n = DOFS if DOFS > 0 else K.shape[0]
     still = True
     for i in range(X.shape[1]):
@@ -258,17 +350,26 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
         for j in range(NODES):
             q[i, j] = x[i] + h * C[j] * x[n + i]
             v[i, j] = x[n + i]
-    for iteration in range(iterations + 1):
+    old = np.inf
+    for iteration in range(ITERATIONS):
+        change = size = 0.0
         for i in range(n):
             load = remembered(A, m, i, n, x)
             for j in range(NODES):
-                total = load
+                total, terms = load, abs(load)
                 for c in range(n):
-                    total += K[i, c, j] * q[c, j] + D[i, c, j] * v[c, j]
+                    one, two = K[i, c, j] * q[c, j], D[i, c, j] * v[c, j]
+                    total += one + two
+                    terms += abs(one) + abs(two)
+                change, size = max(change, abs(total - a[i, j])), max(size, terms)
                 a[i, j] = total
-        if iteration < iterations:
-            for i in range(n):
-                spread(x, i, n, h, a, q, v)
+        if iteration >= iterations:
+            noise = ROUNDING * size
+            if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)) or change != change:
+                break
+        old = change
+        for i in range(n):
+            spread(x, i, n, h, a, q, v)
     for i in range(n):
         finish(x, i, n, h, a)
     for i in range(2 * n):
@@ -277,7 +378,7 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
 
 @njit
 def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
-            base):
+            base, free):
     """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
 
     ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
@@ -286,7 +387,7 @@ def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now,
     ns = A.shape[1]
     if not fresh:
         prepare(harmonics, omega, h, turn)
-    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base)
+    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free)
     if iterations == 0:
         return 0, np.inf
     for i in range(ns):
@@ -298,7 +399,7 @@ def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now,
         cos, sin = turn[c - ns, NODES], turn[c + 1 - ns, NODES]
         moved[c], moved[c + 1] = cos * now[c] - sin * now[c + 1], cos * now[c + 1] + sin * now[c]
     rate(A, m, LU, LS, LP, law, acts, moved, f1, one)
-    e = defect(h, f0, f1, top, a)
+    e = defect(h, f0, f1, max(top, FLOOR * stiff * largest(q)), a)
     return iterations, e if e < np.inf else np.inf
 
 
@@ -319,9 +420,9 @@ def longest(harmonics, omega):
 @njit
 def scratch_of(n, rows, rest, count):
     """Return the scratch array of `step` for ``count`` variations; ``rest`` is the number of memory and forcing states."""
-    size = ARRAYS + rest * (NODES + 4) + rows * (5 * NODES + 3) + n * (4 * NODES + 4)
+    size = ARRAYS + rest * (NODES + 4) + rows * (6 * NODES + 4) + n * (5 * NODES + 4)
     if count > 0:
-        size += 2 * (NODES + 1) * (n * n + rows * WIDTH) + 2 * n
+        size += (NODES + 1) * (2 * n * n + 3 * rows * WIDTH) + 2 * n
     scratch = np.empty(size)
     scratch[TABLED] = 0.0
     return scratch
@@ -355,30 +456,47 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
     x, x1, acc, force = carray(x_, (nx,)), carray(x1_, (nx,)), carray(acc_, (n, NODES + 2)), carray(force_, (rows, NODES + 2))
     scratch, at = carray(scratch_, (ARRAYS,)), ARRAYS
     turn, at = carray(offset(scratch_, at), (nw, NODES + 1)), at + nw * (NODES + 1)
-    local, at = carray(offset(scratch_, at), (5, rows, NODES)), at + 5 * rows * NODES
-    one, at = carray(offset(scratch_, at), (3, rows, 1)), at + 3 * rows
+    local, at = carray(offset(scratch_, at), (6, rows, NODES)), at + 6 * rows * NODES
+    one, at = carray(offset(scratch_, at), (4, rows, 1)), at + 4 * rows
     q, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
     v, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
     a, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
     base, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    free, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
     f0, at = carray(offset(scratch_, at), (ns,)), at + ns
     f1, at = carray(offset(scratch_, at), (ns,)), at + ns
     rate(A, m, LU, LS, LP, law, acts, x, f0, one)
+    X, accs = carray(X_, (count, ns)), carray(accs_, (count, n, NODES + 2))
+    K, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
+    D, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
+    slope, at = carray(offset(scratch_, at), (3, rows, WIDTH, NODES)), at + 3 * rows * WIDTH * NODES
+    Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
+    De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
+    edge, at = carray(offset(scratch_, at), (3, rows, WIDTH, 1)), at + 3 * rows * WIDTH
+    room = carray(offset(scratch_, at), (ns,))
+    watches(law, acts, m, 1, one)
     for r in range(rows):
         force[r, 0] = one[2, r, 0]
+    most = np.inf
+    if count > 0:  # variations may turn faster than the motion does
+        linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
+        most = FAST / max(frequency(Ke, De), 1e-300)
+        h = min(h, most) if h > 0.0 else max(h, -most)
     while True:
         fresh = abs(h - scratch[TABLED]) <= 1e-14 * abs(h)
         iterations, e = attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, (TURN / unit) ** 2, h, fresh, x, x1, f0, f1,
-                                turn, local, one, q, v, a, base)
+                                turn, local, one, q, v, a, base, free)
         scratch[TABLED] = h
         scratch[ERROR] = e
-        scratch[WISH] = wished(abs(h), e, aim)
+        scratch[WISH] = min(wished(abs(h), e, aim), most)
         if e <= WORST * aim or not abs(h) > SHORTEST * unit:
             break
         h = scratch[WISH] if h > 0.0 else -scratch[WISH]
     if iterations == 0:
         for i in range(ns):
             x1[i] = np.nan
+    watches(law, acts, m, NODES, local)
+    watches(law, acts, m, 1, one)
     for i in range(n):
         acc[i, 0] = f0[n + i]
         acc[i, NODES + 1] = f1[n + i]
@@ -390,14 +508,6 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
             force[r, j + 1] = local[2, r, j]
     if count == 0:
         return h
-    X, accs = carray(X_, (count, ns)), carray(accs_, (count, n, NODES + 2))
-    K, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
-    D, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
-    slope, at = carray(offset(scratch_, at), (2, rows, WIDTH, NODES)), at + 2 * rows * WIDTH * NODES
-    Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
-    De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
-    edge, at = carray(offset(scratch_, at), (2, rows, WIDTH, 1)), at + 2 * rows * WIDTH
-    room = carray(offset(scratch_, at), (ns,))
     linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D)
     for end in range(2):
         if edges:

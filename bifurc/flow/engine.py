@@ -2,7 +2,7 @@
 
 
 def engine_of(scene):
-    """Return an object with the kernels ``run``, ``sample``, ``workspace`` for the modes of a scene, and ``series``."""
+    """Return an object with the kernels ``run``, ``sample``, ``workspace`` for the modes of a scene."""
     if not scene.closed_form:
         from .laws import engine_of_laws
         return engine_of_laws(scene)

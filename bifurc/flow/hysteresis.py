@@ -11,10 +11,12 @@ from enum import StrEnum
 import numpy as np
 
 from ..elements import EventKind
+from ..elements.checks import whole
 from ..elements.driven import Driven
 from ..elements.local import Frame, affine
 from ..elements.mode import Slaved
-from ..system import System
+from ..notebook import Notebook
+from ..system import System, require_system
 from .periodic import NOISE, derivative, extrema, first_zero, product_integral, sign_after, states
 
 TURN = 2.0 * np.pi
@@ -68,7 +70,7 @@ class LoopEvent:
 
 
 @dataclass(frozen=True)
-class Loop:
+class Loop(Notebook):
     """Periodic force of one driven element over its prescribed motion.
 
     Attributes
@@ -84,6 +86,8 @@ class Loop:
     status : LoopStatus
     message : str
     """
+
+    _facts = ("work", "force_max", "force_min", "status")
 
     label: str
     omega: float
@@ -138,7 +142,7 @@ class Loop:
         return self._rows(t, np.array([piece.force[None] for piece in self.pieces]))[..., 0]
 
     def sliders(self, t) -> np.ndarray:
-        """Return the positions of the sliders at times ``t``, shape (*t.shape, sliders)."""
+        """Return the positions of the sliders at times ``t``, shape of ``t`` and then sliders."""
         return self._rows(t, np.array([piece.memory for piece in self.pieces]))
 
     def sample(self, n: int = 720) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -164,7 +168,7 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Hysteresis:
+class Hysteresis(Notebook):
     """Loops of the driven elements of a system; ``result[label]`` is one of them.
 
     Attributes
@@ -172,6 +176,8 @@ class Hysteresis:
     system : System
     loops : tuple of Loop
     """
+
+    _facts = ("work", "success")
 
     system: System
     loops: tuple[Loop, ...]
@@ -230,13 +236,13 @@ def hysteresis(system: System, element: str | None = None, max_periods: int = 10
     >>> round(loop.work, 9)
     40.529433022
     """
+    require_system(system)
+    max_periods = whole("hysteresis", "max_periods", max_periods, least=1)
     labels = [name for name, item in zip(system.labels, system.elements, strict=True) if isinstance(item, Driven)]
     if not labels or (element is not None and element not in labels):
         raise ValueError(f"element = {element!r} is not allowed; driven elements of {system!r}: {', '.join(labels) or 'none'}")
     if system.omega is None:
         raise ValueError(f"{system!r} has no frequency; a driven element needs one")
-    if max_periods < 1:
-        raise ValueError(f"max_periods = {max_periods!r} is not allowed; it must be at least 1")
     chosen = labels if element is None else [element]
     return Hysteresis(system, tuple(_March(system, system.labels.index(name)).run(max_periods) for name in chosen))
 

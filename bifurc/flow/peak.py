@@ -13,7 +13,8 @@ def segment_peak(T, m, g, x, s, closing, low):
     which it has a zero of order ``low``.
 
     A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
-    value counts unless the guard is the one that ``closing`` (1) says ends the segment.
+    value counts unless the guard is the one that ``closing`` (1) says ends the segment, or has its largest value, zero, at the
+    start and falls: behind a rebound of next to no speed that is the rounding of zero.
     """
     G, GT, G4, step = T.G, T.GT, T.G4, T.step
     nx = x.size
@@ -52,6 +53,6 @@ def segment_peak(T, m, g, x, s, closing, low):
             now[c] = after[c]
         value, slope = value1, slope1
         t += h
-    if closing == 0 and value > best:
+    if closing == 0 and value > best and not (low > 0 and slope < 0.0):
         best, where = value, s
     return best, where

@@ -2,8 +2,8 @@
 
     S = R_y + (f+ - R_y f- - R_t) h_y / (h_y f- + h_t)
 
-with the map R of the event (kicks and memory writes), its guard h, and the vector fields on both sides.  It is singular
-where the guard is reached with zero rate (grazing): the rate is returned, and callers say so.
+with the jump R of the event (kicks and memory writes, `bifurc.flow.rule`), its guard h, and the vector fields on both
+sides.  It is singular where the guard is reached with zero rate (grazing): the rate is returned, and callers say so.
 
 Two kicks at one instant have a derivative only when both orders of the kicks agree (`order_gap`).
 """
@@ -11,13 +11,14 @@ import numpy as np
 
 from .._jit import njit
 from .affine import field, forcing_rate, guard_gradient
+from .rule import jump
 
 
 @njit
 def saltation(T, before, g, after, x, xp, P, S):
     """Write the derivative (ns, ns) of the state after the event in the state before into ``S``; return the rate of the guard.
 
-    ``x`` and ``xp`` (nx,) are the states on both sides, ``P`` (ns, nx) is the map of the event.
+    ``x`` and ``xp`` (nx,) are the states on both sides, ``P`` (ns, nx) is the derivative of the jump, see `rule.jump`.
     """
     ns, nx = P.shape
     f, fp = np.empty(ns), np.empty(ns)
@@ -36,24 +37,6 @@ def saltation(T, before, g, after, x, xp, P, S):
         for c in range(ns):
             S[i, c] = P[i, c] + jump * row[c] / rate
     return rate
-
-
-@njit
-def event_map(T, m, g, closes, P):
-    """Write the map of an event into ``P`` (ns, nx): R, or for the rest of an infinite sequence R without rebound.
-
-    A complete infinite sequence leaves the state that a plastic impact leaves: with Q the projection along the kick,
-    R = I - (1 + r) Q in the velocities.
-    """
-    R, ratio = T.R, T.ratio
-    ns, nx = P.shape
-    n = T.LP.shape[2]
-    for i in range(ns):
-        for c in range(nx):
-            P[i, c] = R[m, g, i, c]
-            if closes and n <= i < 2 * n:
-                one = 1.0 if i == c else 0.0
-                P[i, c] = one + (P[i, c] - one) / (1.0 + ratio[m, g])
 
 
 def order_gap(scene, mode: int, first: int, second: int, x, tolerance: float = 1e-9):
@@ -80,10 +63,8 @@ def order_gap(scene, mode: int, first: int, second: int, x, tolerance: float = 1
         y = np.array(x, float)
         total = np.eye(ns)
         for g in order:
-            P, S = np.empty((ns, y.size)), np.empty((ns, ns))
-            event_map(T, mode, g, False, P)
-            z = y.copy()
-            z[:ns] = P @ y
+            P, S, z = np.empty((ns, y.size)), np.empty((ns, ns)), np.empty(y.size)
+            jump(T, mode, g, False, y, z, P)
             saltation(T, mode, g, mode, y, z, P, S)
             total = S @ total
             y = z

@@ -1,15 +1,17 @@
 """Which modes hold at a start or after an event: all elements decide together (the slow, general rule).
 
-A combination of modes may start iff every held row is at rest on its surface and every guard of every element is inside:
-negative, or zero with its first non-zero derivative along the combination's own flow negative.  The compiled march
-(`bifurc.flow.scan`) decides the usual cases by the same rule, element by element; what it leaves open comes here.
+A combination may start iff every row it holds is at rest and every guard of every element is inside (`bifurc.flow.rule`).
+The compiled march (`bifurc.flow.scan`) decides the usual cases by the same test, element by element; what it leaves open
+comes here.
 """
 import itertools
 
 import numpy as np
 
 from ..compose.tables import ORDER
-from .scan import INSTANTS, NOISE, PENETRATION
+from ..compose.writer import kernels
+from .rule import NOISE
+from .scan import PENETRATION
 
 
 class Penetration(ValueError):
@@ -20,45 +22,84 @@ class Inconsistent(ArithmeticError):
     """No combination of modes may start; the message names what forbids each."""
 
 
-def affine_series(T, m, g, x):
-    """Return Taylor coefficients (ORDER+1,) of a guard along the flow, and the sums of the sizes of their terms."""
-    rows = T.GT[m, g]
-    return x @ rows, sizes(x, T.A.shape[1]) @ np.abs(rows)
+class Rule:
+    """The rule of a scene's engine, for decisions that need names: compiled tests of `bifurc.flow.rule` at one state.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its tables are taken anew at every call: they grow.
+    """
+
+    def __init__(self, scene):
+        self.scene = scene
+
+    def inside(self, m: int, g: int, x, scale=None) -> tuple[int, int]:
+        """Return sign of a guard just after ``x`` (0: zero forever) and the order of its zero at ``x``."""
+        return self._rule.inside(self.scene.tables, m, g, x, self.sizes(x) if scale is None else scale, np.empty(ORDER + 1))
+
+    def sizes(self, x) -> np.ndarray:
+        """Return what the rounding of the entries of ``x`` (nx,) is measured by, see `rule.sizes`."""
+        scale = np.empty(x.size)
+        self._rule.sizes(self.scene.tables, x, scale)
+        return scale
+
+    def jump(self, m: int, g: int, x) -> tuple[np.ndarray, np.ndarray]:
+        """Return the state (nx,) after an event and its derivative (ns, nx) in the state before."""
+        xp, P = np.empty(x.size), np.empty((self.scene.ns, x.size))
+        self._rule.jump(self.scene.tables, m, g, False, x, xp, P)
+        return xp, P
+
+    def jumped(self, m: int, g: int, x, arrive: float) -> np.ndarray:
+        """Return the state (nx,) after an event, reached with a known rate, see `rule.jumped`."""
+        xp = np.empty(x.size)
+        self._rule.jumped(self.scene.tables, m, g, x, arrive, xp)
+        return xp
+
+    def rate(self, m: int, g: int, x) -> tuple[float, float]:
+        """Return the rate of a guard along the flow and the rounding of it."""
+        T, ns = self.scene.tables, self.scene.ns
+        f, dw, row = np.empty(ns), np.empty(x.size - ns), np.empty(x.size)
+        self._engine.field(T, m, x, f)
+        self._engine.forcing_rate(T, x, dw)
+        self._engine.guard_gradient(T, m, g, x, row)
+        rates = np.concatenate([f, dw])
+        return float(row @ rates), float(NOISE * (np.abs(T.GT[m, g, :, 1]) @ plain(x, ns) + np.abs(row) @ np.abs(rates)))
+
+    def broken(self, m: int, x, scale) -> list[tuple]:
+        """Return what forbids mode ``m`` at ``x``: ``("hold", element)`` and ``("guard", g, order)``; empty: it may start."""
+        T = self.scene.tables
+        signs, orders = np.zeros((2, max(1, T.G.shape[1])), np.int64)
+        if self._rule.admit(T, m, x, scale, signs, orders, np.empty(ORDER + 1)):
+            return []
+        found: list[tuple] = [("hold", self.scene.hold_element(m, k)) for k in range(T.n_holds[m])
+                              if self._rule.loose(T, m, k, x, scale)]
+        if self.scene.laws:
+            owner = int(self._engine.curved_rest(T, m, x))
+            found += [("hold", owner)] if owner >= 0 else []
+        for g in range(T.n_guards[m]):
+            sign, order = self.inside(m, g, x, scale)
+            if sign > 0:
+                found.append(("guard", g, order))
+        return found
+
+    @property
+    def _rule(self):
+        return kernels(self.scene.laws, self.scene.n, "bifurc.flow.rule")
+
+    @property
+    def _engine(self):
+        return kernels(self.scene.laws, self.scene.n)
 
 
-def sizes(x, ns):
-    """Return sizes of the entries of ``x`` (nx,) that their rounding is measured by: forcing has that of its amplitude."""
+def plain(x, ns):
+    """Return sizes of the entries of ``x`` (nx,) as they are; forcing has that of its amplitude."""
     size = np.ones(x.size)
     size[:ns] = np.abs(x[:ns])
     return size
 
 
-def sign_after(series, T, m, g, x):
-    """Return sign of a guard just after ``x`` (0: zero forever) and the order of its zero at ``x``."""
-    a, size = series(T, m, g, x)
-    for j in range(ORDER + 1):
-        if abs(a[j]) > NOISE * size[j]:
-            return (1, j) if a[j] > 0.0 else (-1, j)
-    return 0, ORDER
-
-
-def broken(scene, series, m, x, scale):
-    """Return what forbids mode ``m`` at ``x``: ``("hold", element)`` and ``("guard", g, order)``; empty: it may start."""
-    T = scene.tables
-    found = []
-    for k in range(T.n_holds[m]):
-        for row in (T.H[m, k], T.S[m, k]):
-            if abs(row @ x) > NOISE * (np.abs(row) @ scale):
-                found.append(("hold", scene.hold_element(m, k)))
-                break
-    for g in range(T.n_guards[m]):
-        sign, order = sign_after(series, T, m, g, x)
-        if sign > 0:
-            found.append(("guard", g, order))
-    return found
-
-
-def start(scene, x, series=affine_series):
+def start(scene, x):
     """Return the mode in which a motion starts from ``x`` (nx,) and the state put on its surfaces.
 
     A state on a surface that arrives there with a speed is the event itself: the mode before it is returned, and the
@@ -72,16 +113,17 @@ def start(scene, x, series=affine_series):
         When no mode may start.
     """
     reasons, arriving, deepest = [], None, None
+    rule = Rule(scene)
     x = unloaded(scene, x)
     for m in scene.start_modes():
         T = scene.tables
         y = x.copy()
         for g in range(T.n_guards[m]):  # a state beyond a surface by rounding is on it
             if T.D[m, g].any():
-                value, size = T.G[m, g] @ y, np.abs(T.G[m, g]) @ sizes(y, scene.ns)
+                value, size = T.G[m, g] @ y, np.abs(T.G[m, g]) @ plain(y, scene.ns)
                 if NOISE * size < value <= PENETRATION * size:
                     y[:scene.ns] -= T.D[m, g] * value
-        why = broken(scene, series, m, y, sizes(y, scene.ns))
+        why = rule.broken(m, y, rule.sizes(y))
         if not why:
             return m, y
         events = [w for w in why if w[0] == "guard" and w[2] > 0]
@@ -90,7 +132,7 @@ def start(scene, x, series=affine_series):
         reasons.append(_say(scene, m, why))
         for w in why:
             if w[0] == "guard" and w[2] == 0 and T.kick[m, w[1]]:
-                deepest = scene.element_name(m, w[1]), T.G[m, w[1]] @ y
+                deepest = scene.element_name(m, w[1]), _value(scene, m, w[1], y)[0]
     if arriving is not None:
         return arriving
     if deepest is not None:
@@ -108,7 +150,7 @@ def unloaded(scene, x):
     for _ in range(4 * (scene.ns - 2 * scene.n)):
         T = scene.tables
         for g in range(T.n_guards[mode]):
-            value, size = _value(T, mode, g, x)
+            value, size = _value(scene, mode, g, x)
             if value <= NOISE * size or T.kick[mode, g]:
                 continue
             owner = scene.guard(mode, g)
@@ -126,69 +168,111 @@ def unloaded(scene, x):
     return x
 
 
-def decide(scene, m, g, x, arrive, series=affine_series):
-    """Return mode and state after guard ``g`` of mode ``m`` fired at ``x`` (nx,), and how often kicks were given.
+def decide(scene, m, g, x, arrive):
+    """Return mode and state after guard ``g`` of mode ``m`` fired at ``x`` (nx,), reached with the rate ``arrive``.
+
+    Elements that the jump, or the new mode of the fired guard's element, takes beyond a guard or breaks the hold of, join with
+    their own candidates.  A guard with a kick that arrives at the same instant is left to fire at once: kicks come one after
+    the other.  Where nothing else is possible the others fire at once too, each with its own candidates.
 
     Raises
     ------
     Inconsistent
         When no combination may follow.
     """
-    joined = {scene.guard(m, g).element: [g]}
-    order = [g]
+    rule = Rule(scene)
+    T = scene.tables
+    y = x.copy()
+    if T.kick[m, g] and arrive > 0.0:
+        y = rule.jumped(m, g, x, arrive)
+    elif not T.kick[m, g]:
+        value, size = _value(scene, m, g, x)
+        y = rule.jumped(m, g, x, arrive)
+        if value > PENETRATION * size:  # at once, by another's kick: nothing is to be put right
+            y[:scene.ns] += value * T.D[m, g]
+    return _follow(scene, rule, m, x, y, {scene.guard(m, g).element: [g]})
+
+
+def come_to_rest(scene, m, g, x, arrive):
+    """Return mode and state after infinitely many kicks at the instant of ``x`` (nx,): all that touch rest on each other.
+
+    Arguments as for `decide`, which is asked where nothing touches.  Every impulse acts along a contact, and in the end no
+    contact has a speed left: velocities are projected by inertia.
+
+    Raises
+    ------
+    Inconsistent
+        When the contacts cannot rest together: something is caught between them.
+    """
+    rule, T = Rule(scene), scene.tables
+    touching = {}
+    for g in range(T.n_guards[m]):
+        guard = scene.guard(m, g)
+        value, size = _value(scene, m, g, x)
+        if guard.guard.accumulates is not None and abs(value) <= PENETRATION * size:
+            touching[guard.element] = guard.guard.accumulates[1]
+    if not touching or any(scene.is_curved(e) for e in touching):
+        return decide(scene, m, g, x, arrive)
+    resting = scene.combined(m, touching)
+    held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
+    names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
+    if resting is None:
+        raise Inconsistent(f"kicks follow each other without end: something is caught between {names}")
+    y = scene.put_to_rest(resting, x)
+    return _follow(scene, rule, resting, x, y, {})
+
+
+def _follow(scene, rule, m, x, y, joined):
+    """Return the first admissible mode after ``m`` at ``y`` (nx,), and the state; ``joined``: elements and their fired guards.
+
+    ``x`` (nx,) is the state before the event.
+    """
+    owners = set(joined)
     further: dict[int, dict] = {}  # keys of joined elements that follow candidates which another event ends at once
+    scale = np.maximum(rule.sizes(x), rule.sizes(y))
+    reasons: dict[int, str] = {}
     while True:
-        y, kicks = _kicks(scene, series, m, order, x, g, arrive)
-        scale = np.maximum(sizes(x, scene.ns), sizes(y, scene.ns))
-        reasons, missing, later = [], {}, []
+        missing: dict[int, None] = {}
+        later, waiting = [], []
         for mode in _combinations(scene, m, joined, further, x):
-            T = scene.tables
             z = y.copy()
-            why = broken(scene, series, mode, z, scale)
+            why = rule.broken(mode, z, scale)
             if not why:
-                return mode, z, kicks
-            reasons.append(_say(scene, mode, why))
+                return mode, z
+            reasons[mode] = _say(scene, mode, why)
+            fires = [w[0] == "guard" and w[2] > 0 and scene.guard(mode, w[1]).element not in owners for w in why]
+            kicks = [fire and bool(scene.tables.kick[mode, w[1]]) and rule.rate(mode, w[1], z)[0] > rule.rate(mode, w[1], z)[1]
+                     for fire, w in zip(fires, why, strict=True)]
+            if all(fires):
+                waiting.append((not all(kicks), mode, z))
             for w in why:
                 element = w[1] if w[0] == "hold" else scene.guard(mode, w[1]).element
                 if element not in joined:
                     missing[element] = None
                 elif w[0] == "guard" and w[2] > 0:
                     later += [(element, key) for key in scene.followers(mode, w[1], z)]
+        at_once = [(mode, z) for others, mode, z in waiting if not others]
+        if at_once:
+            return at_once[0]
         if not missing:
             later = [(element, key) for element, key in later if key not in further.get(element, {})]
             if not later:
-                raise Inconsistent("no combination of modes may follow this event: " + "; ".join(reasons))
+                if waiting:
+                    return waiting[0][1:]
+                raise Inconsistent("no combination of modes may follow this event: " + "; ".join(reasons.values()))
             for element, key in later:
                 further.setdefault(element, {})[key] = None
         for element in missing:
             joined[element] = list(scene.guards_of(m, element))
-            order += [i for i in joined[element] if abs(_value(T, m, i, x)[0]) <= NOISE * _value(T, m, i, x)[1]]
 
 
-def _value(T, m, g, x):
-    return T.G[m, g] @ x, np.abs(T.G[m, g]) @ sizes(x, T.A.shape[1])
-
-
-def _kicks(scene, series, m, order, x, fired, arrive):
-    """Give the kicks of the guards that arrive, again while a kick makes another one arrive."""
+def _value(scene, m, g, x):
+    """Return the value of a guard and the sum of the sizes of its terms."""
     T = scene.tables
-    y, kicks = x.copy(), 0
-    for turn in range(INSTANTS):
-        given = False
-        for g in order:
-            speed = arrive if g == fired and turn == 0 else series(T, m, g, y)[0][1]
-            size = series(T, m, g, y)[1][1]
-            if T.kick[m, g] and speed > NOISE * size:
-                y[:scene.ns] = T.R[m, g] @ y
-                given = True
-                kicks += 1
-            elif not T.kick[m, g] and turn == 0:
-                value, size = _value(T, m, g, y)
-                passed = value > PENETRATION * size  # at once, by another's kick: nothing is to be put right
-                y[:scene.ns] = T.R[m, g] @ y + (value if passed else 0.0) * T.D[m, g]
-        if not given:
-            break
-    return y, kicks
+    if T.LG[m, g].any():
+        engine = kernels(scene.laws, scene.n)
+        return engine.guard_value(T, m, g, x), engine.terms_size(T, m, g, x)
+    return T.G[m, g] @ x, np.abs(T.G[m, g]) @ plain(x, T.A.shape[1])
 
 
 def _combinations(scene, m, joined, further, x):
@@ -199,11 +283,7 @@ def _combinations(scene, m, joined, further, x):
         keys = list(dict.fromkeys([*keys, scene.keys[m][element], *further.get(element, ())]))
         choices.append([(element, key) for key in keys])
     for choice in itertools.product(*choices):
-        mode = m
-        for element, key in choice:
-            mode = scene.combine(mode, element, key)
-            if mode is None:
-                break
+        mode = scene.combined(m, dict(choice))
         if mode is not None:
             yield mode
 

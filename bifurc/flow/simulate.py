@@ -2,7 +2,9 @@
 import numpy as np
 
 from ..compose.scene import scene_of
-from ..system import System
+from ..elements import checks
+from ..models.cost import warn_if_slow
+from ..system import System, require_system
 from . import settle
 from .status import Status
 from .trajectory import Recorded, Trajectory
@@ -11,7 +13,7 @@ ROWS = 1024  # of the first record; doubled while it is full
 
 
 def simulate(system: System, y0, periods: float | None = None, duration: float | None = None, t0: float = 0.0,
-             max_events: int = 2000) -> Trajectory:
+             max_events: int = 2000, history=None):
     """Return the motion from a state, through all its events.
 
     Between events the motion is closed form; events are isolated with a bound, none is stepped over.
@@ -28,10 +30,14 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
         Start time; the excitation is cos(k omega t + phase).
     max_events : int
         Largest number of events a forcing period (autonomous: in all).  A completed infinite sequence of impacts is one.
+    history : Trajectory, PeriodicOrbit or callable, optional
+        For systems with a `DelayedFeedback`: the motion before the start (a callable gives states (k, ns) at times (k,)).
+        None: the feedback begins one delay after the start.
 
     Returns
     -------
     Trajectory
+        A `DelayedMotion` for systems with a `DelayedFeedback`.
 
     Raises
     ------
@@ -45,18 +51,16 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     >>> motion.success
     True
     """
+    require_system(system)
+    if any(element.delayed for element in system.elements):
+        from .delayed import simulate_delayed
+        return simulate_delayed(system, y0, periods, duration, t0, max_events, history)
+    if history is not None:
+        raise ValueError(f"history is not allowed; {system!r} has no delayed feedback")
     scene = scene_of(system)
-    t0 = _number("t0", t0)
-    y0 = _state(scene, y0, t0)
-    if (periods is None) == (duration is None):
-        raise ValueError("give either periods or duration")
-    if periods is not None and scene.period is None:
-        raise ValueError(f"{system!r} has no forcing period; give duration instead of periods")
-    length = _number("periods", periods) if periods is not None else _number("duration", duration)
-    if length < 0.0:
-        raise ValueError(f"{'periods' if periods is not None else 'duration'} = {length!r} must not be negative")
-    if max_events < 1:
-        raise ValueError(f"max_events = {max_events!r} must be at least 1")
+    t0, length = checked_length(scene, periods, duration, t0, max_events)
+    y0 = checked_state(scene, y0, t0)
+    warn_if_slow(system)
     period = scene.period
     if period is None:
         begin, end = (0, t0), (0, t0 + length)
@@ -81,6 +85,8 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
         EVENT,
         EVENTS,
         FULL,
+        INSTANT,
+        INSTANTS,
         LIMIT,
         LOST,
         MODE,
@@ -98,12 +104,12 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     x = np.zeros(scene.ns + scene.nw)
     x[:scene.ns] = y0
     _forcing(scene, begin[1], x)
-    mode, x = settle.start(scene, x, engine.series)
+    mode, x = settle.start(scene, x)
     first = x[:scene.ns].copy()
     T = scene.tables
     ints, floats = engine.workspace(T)
     ints[MODE], ints[WHOLE], floats[TAU] = mode, begin[0], begin[1]
-    _orders(engine.series, T, mode, x, ints, floats)
+    _orders(scene, mode, x, ints, floats)
     rows = np.zeros((ROWS, 5), np.int64)
     record = np.zeros((ROWS, STATE + 2 * scene.ns))
     status, message = Status.COMPLETED, Status.COMPLETED.sentence
@@ -129,7 +135,8 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
             break
         else:
             try:
-                new, z, _ = settle.decide(scene, m, g, x, floats[SINCE], engine.series)
+                follows = settle.come_to_rest if ints[INSTANT] > INSTANTS else settle.decide
+                new, z = follows(scene, m, g, x, floats[SINCE])
             except settle.Inconsistent as error:
                 status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
                 break
@@ -145,7 +152,7 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
             ints[MODE] = new
             x = z
         if code != FULL:
-            _orders(engine.series, T, int(ints[MODE]), x, ints, floats)
+            _orders(scene, int(ints[MODE]), x, ints, floats)
     n = int(ints[EVENTS])
     head = np.array([[mode, -1, mode, 0, begin[0]]])
     rows = np.concatenate((head, rows[:n]))
@@ -159,12 +166,22 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
 
 
-def _state(scene, y0, t0: float) -> np.ndarray:
-    given = np.asarray(y0, float)
-    if given.shape not in {(2 * scene.n,), (scene.ns,)}:
-        raise ValueError(f"y0 has shape {given.shape}; a state of this system has shape ({scene.ns},): positions, then velocities")
-    if not np.isfinite(given).all():
-        raise ValueError(f"y0 = {y0!r} must be finite")
+def checked_length(scene, periods, duration, t0, max_events) -> tuple[float, float]:
+    """Return start and length (periods or duration, whichever is given) of a motion, or raise ValueError."""
+    t0 = _number("t0", t0)
+    if (periods is None) == (duration is None):
+        raise ValueError("give either periods or duration")
+    if periods is not None and scene.period is None:
+        raise ValueError(f"{scene.system!r} has no forcing period; give duration instead of periods")
+    length = _number("periods", periods) if periods is not None else _number("duration", duration)
+    if length < 0.0:
+        raise ValueError(f"{'periods' if periods is not None else 'duration'} = {length!r} must not be negative")
+    checks.whole("simulate", "max_events", max_events, least=1)
+    return t0, length
+
+
+def checked_state(scene, y0, t0: float) -> np.ndarray:
+    given = checks.state("y0", y0, (2 * scene.n, scene.ns))
     x = np.concatenate((given, np.zeros(scene.ns - given.size), scene.forcing(np.array([t0]))[0]))
     if given.size < scene.ns:
         scene.relax(x)
@@ -172,10 +189,7 @@ def _state(scene, y0, t0: float) -> np.ndarray:
 
 
 def _number(name: str, value) -> float:
-    value = float(value)
-    if not np.isfinite(value):
-        raise ValueError(f"{name} = {value!r} must be finite")
-    return value
+    return checks.number("simulate", name, value)
 
 
 def _split(t: float, period: float) -> tuple[int, float]:
@@ -199,11 +213,12 @@ def _forcing(scene, tau: float, x: np.ndarray) -> None:
         x[scene.ns + 1 + 2 * i], x[scene.ns + 2 + 2 * i] = np.cos(angle), np.sin(angle)
 
 
-def _orders(series, T, mode, x, ints, floats) -> None:
+def _orders(scene, mode, x, ints, floats) -> None:
     """Write the orders of the zeros that the guards have at ``x``; one that is leaving has none and fires at once."""
     from .scan import ORDERS, SLOPES
-    for g in range(T.n_guards[mode]):
-        sign, order = settle.sign_after(series, T, mode, g, x)
+    rule = settle.Rule(scene)
+    for g in range(scene.tables.n_guards[mode]):
+        sign, order = rule.inside(mode, g, x)
         ints[ORDERS + g] = order if sign <= 0 else 0
         floats[SLOPES + g] = np.nan
 

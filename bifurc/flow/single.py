@@ -13,7 +13,8 @@ from .._jit import njit
 from ..compose.tables import ORDER
 from ..elements import EventKind
 from .polynomial import EPS, first_zero, horner
-from .scan import CLOSE, DONE, LIMIT, NOISE
+from .rule import NOISE
+from .scan import CLOSE, DONE, LIMIT
 
 ASIDE = 100  # take the general march
 CONTACT = EventKind.CONTACT.code

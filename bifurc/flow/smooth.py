@@ -18,7 +18,7 @@ DEFECT = 2e-8  # aimed at in a step
 def field(T, m, x, f):
     """Write y' of mode ``m`` into ``f`` (ns,)."""
     rows = ROWS if DOFS > 0 else T.LU.shape[0]
-    rate(T.A, m, T.LU, T.LS, T.LP, T.law, T.acts, x, f, np.empty((3, rows, 1)))
+    rate(T.A, m, T.LU, T.LS, T.LP, T.law, T.acts, x, f, np.empty((4, rows, 1)))
 
 
 @njit

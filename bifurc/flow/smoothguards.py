@@ -10,17 +10,41 @@ from .._jit import njit
 from ..compose.tables import ORDER
 from .affine import forcing, forcing_rate  # noqa: F401  (with these the module has all names of `affine`)
 from .collocation import ERROR, WISH, WORST, longest, rate, scratch_of, step
-from .gauss import NODES, POWERS
-from .nolaw import COUNT, DOFS, FIRST, ROWS, WIDTH, slopes
+from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
+from .nolaw import (
+    ACTING,
+    COUNT,
+    DOFS,
+    FIRST,
+    FORCES,
+    KICKS,
+    OWNER,
+    RESTS,
+    ROWS,
+    SOURCE,
+    WIDTH,
+    kick_slopes,
+    kicks,
+    reaction_slopes,
+    rest_moves,
+    rests,
+    slopes,
+    watch_slopes,
+    watches,
+)
 from .polynomial import EPS, fourth, highest, horner
 from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
-          "closing", "segment_peak")
+          "closing", "closure", "segment_peak", "land", "terms_size", "arrival",
+          "curved_jump", "curved_kick", "curved_rest", "curved_project", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
 CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed, as in `scan`
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
 FITTED = 1e4  # rounding of a coefficient that comes from the polynomial, against one of the field
+LAWFUL = 0.35  # of the Taylor tables' step: where guards are laws, their values are interpolated, not their accelerations
+SMALL = 0.05  # of the Taylor tables' step: shorter ones make the series of a law no better
+LANDINGS = 4  # Newton steps in time onto a guard that is a law
 HIGHEST_ORDER = 5  # of a zero that is looked for
 
 
@@ -29,7 +53,7 @@ def fitted(T, m, x, limit, acc, force, x1, X, accs):
     """Take a step of at most ``limit`` from ``x`` (nx,) on which polynomials are good; return its length.  See `step`."""
     n, rows = acc.shape[0], force.shape[0]
     scratch = scratch_of(n, rows, x.size - 2 * n, X.shape[0])
-    h = min(limit, min(longest(T.harmonics, T.flat[0]), T.step[m]))
+    h = min(limit, min(longest(T.harmonics, T.flat[0]), T.step[m] if ROWS == ACTING else LAWFUL * T.step[m]))
     return step(T, m, x, h, TIGHT, x1, acc, force, X, 1, accs, scratch)
 
 
@@ -101,6 +125,62 @@ def series(T, m, g, x, n, h, acc, force, forced, a):
 
 
 @njit
+def weighed(T, m, g):
+    """Whether guard ``g`` depends on what laws give."""
+    rows = ROWS if DOFS > 0 else T.LG.shape[2]
+    for r in range(rows):
+        if T.LG[m, g, r] != 0.0:
+            return True
+    return False
+
+
+@njit
+def moved_series(T, m, g, x, X, h, acc, accs, a):
+    """Add to ``a`` (count, ORDER + 1) what laws add to the series of guard ``g`` along the variations ``X`` (count, ns) of the
+    motion from ``x``: its gradient at the start, the nodes and the end of the step, along the variations there.
+    """
+    n, nx, ns = T.LP.shape[2], T.A.shape[2], T.A.shape[1]
+    now, row, move = x.copy(), np.empty(nx), np.empty(ns)
+    gamma = np.empty((X.shape[0], NODES + 2))
+    for j in range(NODES + 2):
+        t = 0.0 if j == 0 else h if j == NODES + 1 else h * C[j - 1]
+        for i in range(n):
+            at(x, acc[i], i, n, h, j, now)
+        for k in range(T.harmonics.size):
+            angle = T.harmonics[k] * T.flat[0] * t
+            c = ns + 1 + 2 * k
+            now[c] = np.cos(angle) * x[c] - np.sin(angle) * x[c + 1]
+            now[c + 1] = np.cos(angle) * x[c + 1] + np.sin(angle) * x[c]
+        guard_and_gradient(T, m, g, now, row)
+        for k in range(X.shape[0]):
+            for c in range(ns):
+                move[c] = X[k, c]
+            for i in range(n):
+                at(X[k], accs[k, i], i, n, h, j, move)
+            total = 0.0
+            for c in range(ns):
+                total += (row[c] - T.G[m, g, c]) * move[c]
+            gamma[k, j] = total
+    for k in range(X.shape[0]):
+        integrated(gamma[k], h, 0, a[k])
+
+
+@njit
+def at(x, acc, i, n, h, j, out):
+    """Write position and velocity of coordinate ``i`` at point ``j`` of a step, from its accelerations there, into ``out``."""
+    if j == 0:
+        out[i], out[n + i] = x[i], x[n + i]
+        return
+    once, twice = 0.0, 0.0
+    for k in range(NODES):
+        once += (WEIGHTS[k] if j == NODES + 1 else SINGLE[j - 1, k]) * acc[k + 1]
+        twice += (MOMENTS[k] if j == NODES + 1 else DOUBLE[j - 1, k]) * acc[k + 1]
+    share = 1.0 if j == NODES + 1 else C[j - 1]
+    out[i] = x[i] + h * (share * x[n + i] + h * twice)
+    out[n + i] = x[n + i] + h * once
+
+
+@njit
 def reach(T, m, x):
     """Duration from ``x`` on which the series of guards and states are good."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
@@ -115,6 +195,18 @@ def guard_series(T, m, g, x, a):
     acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
     h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
     series(T, m, g, x, n, h, acc, force, 1, a)
+
+
+@njit
+def all_series(T, m, x, orders, a):
+    """Write the polynomials (guards, ORDER+1) of the guards with a zero of known order below ORDER; return their reach."""
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
+    acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    for g in range(T.n_guards[m]):
+        if orders[g] != ORDER:
+            series(T, m, g, x, n, h, acc, force, 1, a[g])
+    return h
 
 
 @njit
@@ -159,15 +251,33 @@ def guard_and_gradient(T, m, g, x, row):
     for r in range(rows):
         weight += abs(LG[m, g, r])
     if weight > 0.0:
-        one, edge, f = np.empty((3, rows, 1)), np.empty((2, rows, WIDTH, 1)), np.empty(A.shape[1])
+        n = T.LP.shape[2]
+        one, edge, f = np.empty((4, rows, 1)), np.zeros((3, rows, WIDTH, 1)), np.empty(A.shape[1])
         rate(A, m, LU, LS, T.LP, T.law, T.acts, x, f, one)
+        watches(T.law, T.acts, m, 1, one)
         slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
+        reaction_slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
+        watch_slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
         for r in range(rows):
+            if LG[m, g, r] == 0.0:
+                continue
             total += LG[m, g, r] * one[2, r, 0]
             for b in range(COUNT[r]):
                 other = FIRST[r] + b
                 for c in range(x.size):
                     row[c] += LG[m, g, r] * (edge[0, r, b, 0] * LU[other, c] + edge[1, r, b, 0] * LS[other, c])
+                if ACTING > FORCES and r >= FORCES and edge[2, r, b, 0] != 0.0:  # by accelerations without reactions
+                    for i in range(n):
+                        by = LG[m, g, r] * edge[2, r, b, 0] * LU[other, i]
+                        if by == 0.0:
+                            continue
+                        for c in range(x.size):
+                            row[c] += by * A[m, n + i, c]
+                        for q in range(FORCES):
+                            for d in range(COUNT[q]):
+                                at = FIRST[q] + d
+                                for c in range(x.size):
+                                    row[c] += by * T.LP[m, q, i] * (edge[0, q, d, 0] * LU[at, c] + edge[1, q, d, 0] * LS[at, c])
     return total
 
 
@@ -185,24 +295,27 @@ def guard_divided(T, m, g, x, s, order, row):
     f0, dw, a, unit = np.empty(ns), np.empty(nx - ns), np.empty(ORDER + 1), np.empty(ns)
     field(T, m, x, f0)
     forcing_rate(T, x, dw)
-    h = fitted(T, m, x, np.inf, acc, force, x1, X, accs)
-    weight = 0.0
-    for r in range(rows):
-        weight += abs(T.LG[m, g, r])
-    if s <= h and weight == 0.0:
+    start = X.copy()
+    lawful = weighed(T, m, g)
+    h = fitted(T, m, x, max(abs(s), SMALL * T.step[m]) if lawful else np.inf, acc, force, x1, X, accs)
+    if abs(s) <= h:
         series(T, m, g, x, n, h, acc, force, 1, a)
         value, slope, later = 0.0, 0.0, 0.0
         for j in range(ORDER, order - 1, -1):
             slope = slope * s + value
             value = value * s + a[j]
             later = later * s + (a[j + 1] * (j + 1) if j < ORDER else 0.0)
+        moved = np.zeros((ns, ORDER + 1))
         for c in range(ns):
             for i in range(ns):
                 unit[i] = 1.0 if i == c else 0.0
-            series(T, m, g, unit, n, h, accs[c], force, 0, a)
+            series(T, m, g, unit, n, h, accs[c], force, 0, moved[c])
+        if lawful:
+            moved_series(T, m, g, x, start, h, acc, accs, moved)
+        for c in range(ns):
             e = 0.0
             for j in range(ORDER, order - 1, -1):
-                e = e * s + a[j]
+                e = e * s + moved[c, j]
             row[c] = e
     else:
         y1, Phi, f, end = np.empty(ns), np.empty((ns, ns)), np.empty(ns), np.empty(nx)
@@ -289,17 +402,43 @@ def coast(T, m, x, count, orders, slopes_known):
 
 
 @njit
-def guard_terms(T, m, g, x, a, size):
+def gradient_sizes(T, m, g, x, f, size):
+    """Return value and rate of guard ``g`` at ``x`` (nx,) under the field ``f`` (ns,); what their rounding is measured by, the
+    gradient times the states and times the largest of their rates, is added to ``size[0]`` and ``size[1]``."""
+    n, ns, nx = T.LP.shape[2], f.size, x.size
+    row, dw = np.empty(nx), np.empty(nx - ns)
+    value = guard_and_gradient(T, m, g, x, row)
+    forcing_rate(T, x, dw)
+    total, place, speed = 0.0, 0.0, 0.0
+    for c in range(nx):
+        total += row[c] * (f[c] if c < ns else dw[c - ns])
+        size[0] += abs(row[c]) * (abs(x[c]) if c < ns else 1.0)
+        if c >= ns:
+            size[1] += abs(row[c] * dw[c - ns])
+    for i in range(n):
+        place += abs(row[i])
+        speed = max(speed, abs(f[i]))
+    for i in range(n):
+        size[1] += abs(row[n + i] * f[n + i])
+    size[1] += place * speed
+    return value, total
+
+
+@njit
+def guard_terms(T, m, g, x, scale, a, size):
     """Write the polynomial (ORDER+1,) of guard ``g`` along the flow from ``x`` and what its rounding is measured by.
 
     Derivatives up to the second for positions, the first for speeds, the value for reactions are exact to rounding of
-    their terms, which are added up in ``size`` (ORDER+1,); from the next on they come from the polynomial.
+    their terms, which are added up in ``size`` (ORDER+1,) with the sizes ``scale`` (nx,) of the states; from the next on they
+    come from the polynomial.
     """
     A, G, GT, LG, LP = T.A, T.G, T.GT, T.LG, T.LP
     n, nx = LP.shape[2], A.shape[2]
     rows = ROWS if DOFS > 0 else LG.shape[2]
-    one, acc, force = np.empty((3, rows, 1)), np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
-    rate(A, m, T.LU, T.LS, LP, T.law, T.acts, x, np.empty(A.shape[1]), one)
+    one, acc, force = np.empty((4, rows, 1)), np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
+    f = np.empty(A.shape[1])
+    rate(A, m, T.LU, T.LS, LP, T.law, T.acts, x, f, one)
+    watches(T.law, T.acts, m, 1, one)
     h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
     series(T, m, g, x, n, h, acc, force, 1, a)
     exact = 2
@@ -309,7 +448,7 @@ def guard_terms(T, m, g, x, a, size):
     for j in range(ORDER + 1):
         size[j] = 0.0
         for c in range(nx):
-            size[j] += abs(GT[m, g, c, j] * x[c])
+            size[j] += abs(GT[m, g, c, j]) * scale[c]
     for r in range(rows):
         if LG[m, g, r] != 0.0:
             exact = 0
@@ -318,6 +457,9 @@ def guard_terms(T, m, g, x, a, size):
             force_size = abs(LP[m, r, i] * one[2, r, 0])
             size[1] += abs(G[m, g, n + i]) * force_size
             size[2] += 0.5 * abs(G[m, g, i]) * force_size
+    if exact == 0 or ROWS > ACTING and weighed(T, m, g):  # the gradient makes value and rate exact
+        a[0], a[1] = gradient_sizes(T, m, g, x, f, size)
+        exact = 1
     for j in range(exact + 1, ORDER + 1):
         size[j] = max(size[j], size[j - 1] / h)
     for j in range(exact + 1, ORDER + 1):
@@ -325,16 +467,133 @@ def guard_terms(T, m, g, x, a, size):
 
 
 @njit
-def inside(T, m, g, x, a):
+def inside(T, m, g, x, scale, a):
     """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero forever; order of its zero at ``x``."""
     size = np.empty(ORDER + 1)
-    guard_terms(T, m, g, x, a, size)
+    guard_terms(T, m, g, x, scale, a, size)
     for j in range(HIGHEST_ORDER + 1):
         if a[j] < -ZERO * size[j]:
             return -1, j
         if a[j] > ZERO * size[j]:
             return 1, j
     return 0, ORDER
+
+
+@njit
+def land(T, m, g, x, hit, out):
+    """Write the joined state after ``hit`` from ``x`` (nx,) into ``out``; return ``hit``, corrected where guard ``g`` is a law.
+
+    A zero on the polynomial of a law is as good as its interpolation; Newton in time on the law itself takes it to rounding.
+    """
+    carry(T, m, x, hit, out)
+    if g < 0 or hit == 0.0 or not weighed(T, m, g):
+        return hit
+    f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
+    for _ in range(LANDINGS):
+        field(T, m, out, f)
+        value, speed = gradient_sizes(T, m, g, out, f, size)
+        if not abs(speed) > 0.0 or abs(value) <= EPS * size[0]:
+            break
+        change = -value / speed
+        if not abs(change) <= 1e-6 * T.step[m] or not hit + change > 0.0:
+            break
+        hit += change
+        carry(T, m, x, hit, out)
+    return hit
+
+
+@njit
+def arrival(T, m, g, x, known):
+    """Return the rate with which guard ``g`` is reached at ``x`` (nx,): exact for a law, whose series is interpolated."""
+    if known == 0.0 or not weighed(T, m, g):
+        return known
+    f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
+    field(T, m, x, f)
+    return max(gradient_sizes(T, m, g, x, f, size)[1], 0.0)
+
+
+@njit
+def local_at(T, x):
+    """Return room for the laws (4, rows, 1) with the coordinates and speeds that their rows see at ``x`` (nx,)."""
+    local = np.zeros((4, ROWS, 1))
+    for r in range(ROWS):
+        if SOURCE[r] == r:
+            for c in range(x.size):
+                local[0, r, 0] += T.LU[r, c] * x[c]
+                local[1, r, 0] += T.LS[r, c] * x[c]
+    return local
+
+
+@njit
+def impulses(T, m, g, closes, x):
+    """Return coordinates, speeds and impulses (4, rows, 1) of the rows that give an impulse at guard ``g`` of mode ``m``."""
+    local = local_at(T, x)
+    kicks(T.law, T.acts, m, 1, T.element[m, g], closes, local)
+    return local
+
+
+@njit
+def curved_jump(T, m, g, closes, x, xp, P):
+    """Add what a jump that depends on the state ``x`` gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx)."""
+    if RESTS == KICKS or T.kick[m, g] == 0:
+        return
+    n = T.LP.shape[2]
+    local, slope = impulses(T, m, g, closes, x), np.zeros((3, ROWS, WIDTH, 1))
+    kick_slopes(T.law, T.acts, m, T.step[m], 1, T.element[m, g], closes, local, slope)
+    for r in range(KICKS, RESTS):
+        for i in range(n):
+            xp[n + i] += T.LP[m, r, i] * local[2, r, 0]
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                for c in range(x.size):
+                    P[n + i, c] += T.LP[m, r, i] * (slope[0, r, b, 0] * T.LU[other, c] + slope[1, r, b, 0] * T.LS[other, c])
+
+
+@njit
+def curved_kick(T, m, g, x, xp):
+    """As `curved_jump`, without the derivative."""
+    if RESTS == KICKS or T.kick[m, g] == 0:
+        return
+    n, local = T.LP.shape[2], impulses(T, m, g, False, x)
+    for r in range(KICKS, RESTS):
+        for i in range(n):
+            xp[n + i] += T.LP[m, r, i] * local[2, r, 0]
+
+
+@njit
+def curved_rest(T, m, x):
+    """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none."""
+    if ROWS == RESTS:
+        return -1
+    local = local_at(T, x)
+    rests(T.law, T.acts, m, 1, local)
+    for r in range(RESTS, ROWS):
+        if abs(local[2, r, 0]) > ZERO:
+            return OWNER[r]
+    return -1
+
+
+@njit
+def curved_project(T, m, x):
+    """Put what constraints on curves hold in mode ``m`` to rest and on its curve (corrections of rounding size)."""
+    if ROWS == RESTS:
+        return
+    n, local, slope = T.LP.shape[2], local_at(T, x), np.zeros((3, ROWS, WIDTH, 1))
+    rest_moves(T.law, T.acts, m, T.step[m], 1, local, slope)
+    for r in range(RESTS, ROWS):
+        for i in range(n):
+            x[i] += T.LP[m, r, i] * slope[0, r, 0, 0]
+            x[n + i] += T.LP[m, r, i] * slope[1, r, 0, 0]
+
+
+@njit
+def terms_size(T, m, g, x):
+    """Sum of the sizes of the terms of guard ``g`` at ``x`` (nx,)."""
+    row, total = np.empty(x.size), 0.0
+    guard_and_gradient(T, m, g, x, row)
+    for c in range(x.size):
+        total += abs(row[c] * x[c])
+    return total
 
 
 @njit
@@ -353,25 +612,56 @@ def bend(T, m, g, x, f):
 
 
 @njit
+def curved_closure(T, m, g, x, v, out):
+    """As `closure` for a guard that is a law: ``out`` is what a plastic impact leaves, with the friction of that.
+
+    The friction of the impacts that follow is that of sliding under the same load: together (1 + r) / (1 - r) v.
+    """
+    ns, r = T.A.shape[1], T.ratio[m, g]
+    P, a, size = np.zeros((ns, x.size)), np.empty(ORDER + 1), np.empty(ORDER + 1)
+    for i in range(ns):
+        out[i] = x[i]
+    for c in range(ns, x.size):
+        out[c] = x[c]
+    curved_jump(T, m, g, True, x, out, P)
+    guard_terms(T, m, g, out, np.abs(out), a, size)
+    push = 2.0 * a[2]
+    if push <= 0.0:
+        return np.inf, 0.0
+    span = r * v / (push * (1.0 - r))
+    excess = 2.0 * span * max(1.0 / T.step[m], 6.0 * abs(a[3]) / push) / CLOSE
+    return excess, 2.0 * span * (1.0 - (2.0 / 3.0) * span * 6.0 * a[3] / push)
+
+
+@njit
 def closing(T, m, g, x, v, out):
     """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
     As for affine modes, with the loss of acceleration by speed and its rate along the held motion as differences: they
     only weigh the second order.  Returns 0 where the sequence does not (yet) close; ``out`` is ``x`` without the speed.
     """
+    if not weighed(T, m, g) and (
+            T.ratio[m, g] * v > 2.0 * CLOSE * (1.0 - T.ratio[m, g]) * bend(T, m, g, x, np.empty(T.A.shape[1])) * T.step[m]):
+        return 0.0  # far from it: the differences are spared
+    excess, duration = closure(T, m, g, x, v, out)
+    return duration if excess <= 1.0 else 0.0
+
+
+@njit
+def closure(T, m, g, x, v, out):
+    """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
+    if weighed(T, m, g):
+        return curved_closure(T, m, g, x, v, out)
     B, r, h, rest = T.B, T.ratio[m, g], T.step[m], T.ends_in[m, g]
     ns, nx = T.A.shape[1], T.A.shape[2]
     f, fast, moved = np.empty(ns), np.empty(nx), np.empty(nx)
-    push = bend(T, m, g, x, f)
-    if push <= 0.0 or r * v > CLOSE * (1.0 - r) * push * h:
-        return 0.0
     for c in range(nx):
         out[c] = x[c]
     for c in range(ns):
         out[c] -= B[m, g, c] * v
     push = bend(T, m, g, out, f)
     if push <= 0.0:
-        return 0.0
+        return np.inf, 0.0
     small = 1e-4 * h
     for c in range(nx):
         fast[c] = out[c]
@@ -383,9 +673,8 @@ def closing(T, m, g, x, v, out):
         carry(T, rest, out, small, moved)
     rise = (bend(T, m, g, moved, f) - push) / small
     unit = r * v / (push * (1.0 - r))
-    if 2.0 * unit * max(abs(loss), abs(rise) / push) > CLOSE:
-        return 0.0
-    return 2.0 * unit * (1.0 - (2.0 / 3.0) * unit * (0.5 * loss + rise / push))
+    excess = max(unit / h, 2.0 * unit * max(abs(loss), abs(rise) / push)) / CLOSE
+    return excess, 2.0 * unit * (1.0 - (2.0 / 3.0) * unit * (0.5 * loss + rise / push))
 
 
 @njit

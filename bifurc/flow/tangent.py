@@ -3,7 +3,8 @@ import numpy as np
 
 from .._jit import njit
 from .affine import arc, forcing
-from .saltation import event_map, saltation
+from .rule import jump
+from .saltation import saltation
 
 EVENT, CHATTER = 1, 2  # what a recorded row is, as in `scan`
 LOST = 1e-13  # of its length before: a direction that an event shortens to less is gone for good
@@ -16,7 +17,6 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
     ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends ``periods`` periods + ``last``.
     A bin is a period counted from ``begin``.  ``alive`` (1,) is the number of directions that are left.
     """
-    n_holds = T.n_holds
     ns, nx = T.A.shape[1], T.A.shape[2]
     x, xp, y1 = np.empty(nx), np.empty(nx), np.empty(ns)
     P, S, Phi, new = np.empty((ns, nx)), np.empty((ns, ns)), np.empty((ns, ns)), np.empty((ns, ns))
@@ -36,10 +36,10 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
                 m, g, k = rows[i + 1, 0], rows[i + 1, 1], rows[i + 1, 2]
                 for c in range(ns):
                     x[c] = before[i + 1, c]
-                    xp[c] = after[i + 1, c]
                 forcing(T, times[i + 1], x)
-                forcing(T, times[i + 1], xp)
-                event_map(T, m, g, rows[i + 1, 3] == CHATTER, P)
+                jump(T, m, g, rows[i + 1, 3] == CHATTER, x, xp, P)
+                for c in range(ns):
+                    xp[c] = after[i + 1, c]
                 saltation(T, m, g, k, x, xp, P, S)
             for c in range(ns):
                 for k in range(alive[0]):
@@ -48,13 +48,30 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
                         total += (Phi[c, j] if stage == 0 else S[c, j]) * Q[j, k]
                     new[c, k] = total
             if stage == 1:
-                alive[0] = min(alive[0], ns - 2 * n_holds[rows[i + 1, 2]])
+                alive[0] = min(alive[0], ns - forgotten(T, rows[i + 1, 2]))
             orthonormal(new, alive, Q, sums[min(max(rows[i, 4] - begin, 0), sums.shape[0] - 1)])
 
 
 @njit
+def forgotten(T, m):
+    """Number of directions that what a mode holds leaves no trace of: position and speed at rest on a surface, the speed of
+    what sticks."""
+    total = 0
+    for k in range(T.n_holds[m]):
+        total += 1
+        for c in range(T.S.shape[2]):
+            if T.S[m, k, c] != 0.0:
+                total += 1
+                break
+    return total
+
+
+@njit
 def orthonormal(new, alive, Q, sums):
-    """Make the columns of ``new`` orthonormal in ``Q``; add the logarithms of their lengths."""
+    """Make the columns of ``new`` orthonormal in ``Q``; add the logarithms of their lengths.
+
+    A column that is gone gives its place to the last one: which direction an event takes away is no matter of their order.
+    """
     ns = new.shape[0]
     k = 0
     while k < alive[0]:
@@ -74,8 +91,10 @@ def orthonormal(new, alive, Q, sums):
             length += new[c, k] * new[c, k]
         length = np.sqrt(length)
         if not length > LOST * max(full, LOST):
-            alive[0] = k
-            return
+            alive[0] -= 1
+            for c in range(ns):
+                new[c, k] = new[c, alive[0]]
+            continue
         for c in range(ns):
             Q[c, k] = new[c, k] / length
         sums[k] += np.log(length)

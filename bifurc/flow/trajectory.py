@@ -6,6 +6,7 @@ import numpy as np
 
 from ..compose.scene import scene_of
 from ..elements import EventKind
+from ..notebook import Notebook, Table
 from ..system import System
 from .status import Status
 
@@ -29,6 +30,9 @@ class Event:
         States (ns,) on both sides.
     ratio, end : float or None
         Of an infinite sequence: the ratio of successive speeds and the time when it has completed.
+    mode_before, mode_after : tuple or None
+        Keys of all elements on both sides, in the order of the system's elements: an impact that turns friction round, or a
+        slip that is reversed in one instant, is told from a rest.  None where an event concerns its own contact only.
     """
 
     time: float
@@ -39,6 +43,15 @@ class Event:
     after: np.ndarray = field(repr=False)
     ratio: float | None = None
     end: float | None = None
+    mode_before: tuple | None = None
+    mode_after: tuple | None = None
+
+
+class Events(Table):
+    """Events in the order of time; ``to_pandas()`` makes them a table."""
+
+    __slots__ = ()
+    _fields = ("time", "element", "kind", "speed", "ratio", "end")
 
 
 @dataclass(frozen=True)
@@ -54,7 +67,7 @@ class Recorded:
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Notebook):
     """A motion through its events.
 
     Attributes
@@ -72,6 +85,9 @@ class Trajectory:
     modes : tuple
         Element keys after every event, the start first.
     """
+
+    _facts = ("start", "stop", "status")
+    _panels = (1, 2)
 
     system: System
     start: float
@@ -104,20 +120,20 @@ class Trajectory:
         return self.recorded.rows[:, 4] * self._period + self.recorded.times
 
     @cached_property
-    def events(self) -> tuple[Event, ...]:
+    def events(self) -> Events:
         """Events in the order of time."""
         from .scan import CHATTER, GRAZE
         scene, R = scene_of(self.system), self.recorded
         found = []
         for i in np.flatnonzero(self._is_event):
-            before, g, _, what, _ = (int(v) for v in R.rows[i])
+            before, g, after, what, _ = (int(v) for v in R.rows[i])
             kind = {CHATTER: EventKind.CHATTER, GRAZE: EventKind.GRAZE}.get(what) or scene.event_kind(before, g)
             ratio = end = None
             if what == CHATTER:
                 ratio, end = float(scene.tables.ratio[before, g]), float(self._starts[i] + R.spans[i])
             found.append(Event(float(self._starts[i]), scene.element_name(before, g), kind, float(R.speeds[i]),
-                               R.before[i], R.after[i], ratio, end))
-        return tuple(found)
+                               R.before[i], R.after[i], ratio, end, scene.keys[before], scene.keys[after]))
+        return Events(found)
 
     @cached_property
     def modes(self) -> tuple:
@@ -194,7 +210,12 @@ class Trajectory:
         last = np.floor(self.stop / self._period + 1e-12)
         return self(np.clip(np.arange(first, last + 1) * self._period, self.start, self.stop))
 
-    def plot(self, axes=None):
-        """Plot phase plane and time history; return the axes."""
+    def plot(self, axes=None, names=None):
+        """Plot phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
         from ..plotting import plot_trajectory
-        return plot_trajectory(self, axes)
+        return plot_trajectory(self, axes, names=names)
+
+    def animate(self, path=None, **options):
+        """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
+        from ..plotting import animate_orbit
+        return animate_orbit(self, path, **options)

@@ -5,8 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..system import System
+from .contacts.common import SOURCE
+from .laws import Sampled, law_forces
 from .layout import Layout
-from .parts import Contact, Numbers, Parts, split
+from .parts import Contact, Numbers, Parts, split, views
+from .residual import Grid, Room, followed, linearised, motion
 from .status import MarchStatus
 
 GRID = 8  # points a shortest wave on which exact events are looked for
@@ -77,8 +80,6 @@ class Balance:
     @functools.cached_property
     def grid(self):
         """Tables of the waves at the samples, or on the grid on which events are looked for."""
-        from .residual import Grid
-
         waves = self.parts.shape.waves
         nodes = self.samples or max(LEAST_GRID, GRID * int(waves[-1]))
         angle = np.multiply.outer(waves[1::2], np.arange(nodes + 1)) % nodes * (2.0 * np.pi / nodes)
@@ -92,9 +93,6 @@ class Balance:
     @functools.cached_property
     def walk(self):
         """Arrays that kernels overwrite as they follow contacts; without derivatives, which large systems need not hold."""
-        from .march import SOURCE
-        from .residual import Room
-
         _, m, nr, mi, _, nc, _, _, _, Z = (int(v) for v in self.parts.shape.dims[:10])
         top = int(self.parts.shape.waves[-1])
         L, most = 2 * top + 1, 32 + 8 * top
@@ -104,8 +102,6 @@ class Balance:
 
     @functools.cached_property
     def _tables(self):
-        from .laws import Sampled
-
         return Sampled(self.parts.shape.waves, self.parts.shape.place, self.law_samples)
 
     # equations
@@ -115,8 +111,6 @@ class Balance:
 
         Internal slots: mean, then cosine and sine of each harmonic in `Shape.waves`.
         """
-        from .residual import motion
-
         shape = self.parts.shape
         out = np.empty((4, len(shape.R), shape.waves.size))
         motion(self.parts.structure, shape.R, self.parts.flat if flat is None else flat, self._still if dflat is None else dflat,
@@ -140,17 +134,12 @@ class Balance:
             Number of events of each contact in an order of events that is kept, see `residual.followed`; default: as they
             come.
         """
-        from .residual import linearised
-
         room, parts = self.room, self.parts
         flat = parts.flat if flat is None else flat
         dflat = self._still if dflat is None else dflat
         x = np.ascontiguousarray(x, float)
         room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
         if parts.laws:
-            from .laws import law_forces
-            from .parts import views
-
             if not np.isfinite(x).all():
                 return MarchStatus.NOT_FINITE, room.f, room.wide
             c, v, _, _ = self.rows(x, flat, dflat)
@@ -193,8 +182,6 @@ class Balance:
 
     def follow(self, x, flat=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
         """Follow the contacts along ``x`` into `walk`; return status and coefficients (nr, mi) of coordinates and speeds."""
-        from .residual import followed
-
         c, v, _, _ = self.rows(x, flat)
         room, flat = self.walk, self.parts.flat if flat is None else flat
         code = followed(self.parts.structure, flat, *self.grid, c, v, self._free, room.paths, room.ends, room.zs, room.sources,

@@ -6,15 +6,15 @@ import numpy as np
 
 from .._jit import both, leaf
 from ..solve.dense import lu, lu_solve
-from .march import FOLLOWED
-from .margins import FAR, margins
-from .residual import Grid, Room, linearised, motion
+from .contacts.common import FOLLOWED
+from .contacts.margins import FAR, margins
+from .residual import Grid, Room, kept, linearised, motion
 from .tables import expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
 SMALL = 1e-10  # a correction this small is followed by one of the order of its square
-CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, MARCH = 1, 0, -1, -2, -3
+CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, MARCH, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
 
 
@@ -107,6 +107,8 @@ def correct(S, R, base, index, series, low, high, grid: Grid, listed, room: Room
             x[i] -= scale[i] * right[i]
         if fixed:
             x[size] = p
+    if not kept(listed, room.sources, room.counts):
+        return OTHER_ORDER
     if fixed and sign != 0.0:
         for i in range(size):
             for j in range(size + 1):

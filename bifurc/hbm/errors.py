@@ -6,7 +6,7 @@ harmonics as well.  What lies beyond the doubled set is estimated from how the s
 import numpy as np
 
 from .balance import Balance
-from .condense import Condensed
+from .condensation.condensed import Condensed
 from .layout import Layout
 from .status import MarchStatus
 

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 
+from .._cache import cache_folder
 from ..compose import written
 from ..compose.lawtext import standalone
 from ..compose.writer import _check
@@ -57,7 +58,7 @@ def compiled(law: ForceLaw):
 
 def _text(law: ForceLaw, Q: int, count: int) -> str:
     class Checked:  # what `compose.writer` checks
-        rows, law, name = Q, None, None
+        rows, outs, reads, curved, law, name = Q, Q, False, False, None, None
 
     Checked.law, Checked.name = law.law, law.name  # type: ignore[assignment]
     _check(Checked)
@@ -86,8 +87,6 @@ def _text(law: ForceLaw, Q: int, count: int) -> str:
 def _module(text: str):
     """Write the text to a file named by its hash and import it."""
     import numba
-
-    from .._cache import cache_folder
 
     key = hashlib.sha256("\n".join((numba.__version__, sys.version, text)).encode()).hexdigest()[:20]
     name = f"bifurc_written_hbm_{key}"

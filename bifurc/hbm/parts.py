@@ -16,10 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Element, EventKind, Law, Mode, Rate, Slaved
+from ..elements import Circle, Element, EventKind, Law, Mode, Rate, Slaved
 from ..elements.local import Affine, affine
 from ..system import System
 from .layout import Layout
+from .tables import packed
 
 MOST_MODES = 64  # of one element, reached from its starts through its guards
 
@@ -139,8 +140,6 @@ class Parts:
     @cached_property
     def structure(self) -> np.ndarray:
         """The structure as kernels take it, one vector of integers; see `hbm.tables`."""
-        from .tables import packed
-
         return packed(self.shape)
 
     @property
@@ -238,6 +237,9 @@ def _reached(system: System, number: int) -> dict[Hashable, Mode]:
     element, name = system.elements[number], system.labels[number]
     modes: dict[Hashable, Mode] = {}
     left = list(element.start)
+    if isinstance(element.site(system.n), Circle):
+        raise ValueError(f"{name} acts on a circle, which harmonic balance does not treat. Use find_orbit without method= "
+                         "(event-exact shooting)")
     while left:
         key = left.pop(0)
         if key in modes:
@@ -251,6 +253,9 @@ def _reached(system: System, number: int) -> dict[Hashable, Mode]:
                 raise ValueError(f"{name} gives an impulse ({guard.kind}), which has no finite force and no Fourier series: "
                                  "harmonic balance cannot treat it. Use find_orbit without method= (event-exact shooting), or "
                                  "an ElasticStop")
+            if isinstance(guard.value, Law):
+                raise ValueError(f"{name} has a guard that is a law ({guard.kind}), which harmonic balance does not treat. Use "
+                                 "find_orbit without method= (event-exact shooting)")
             if callable(guard.then):
                 raise ValueError(f"{name} decides jointly what follows an event ({guard.kind}), which harmonic balance does not "
                                  "tabulate. Use find_orbit without method= (event-exact shooting)")

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import both, leaf, njit
-from .exactly import crest, exact, overshoot
-from .march import FOLLOWED, GUARD, MODE, NEXT, NOT_FINITE, PASSED, ROUNDING, WRITER, guard_of
-from .sampling import sampled
-from .spectra import divisors, gather, joined, signals
+from .contacts.common import FOLLOWED, GUARD, MODE, NEXT, NOT_FINITE, PASSED, ROUNDING, TOUCHED, WRITER, guard_of
+from .contacts.event_driven import crest, exact, overshoot
+from .contacts.sampled import sampled
+from .contacts.spectra import divisors, gather, joined, signals
 from .tables import MEMORIES, MEMORY, MODES, PAIRED, core, expressions, structure
 from .waves import size, value
 
@@ -171,6 +171,23 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
             else:
                 touch = ROUNDING if touch == 0.0 else -(1.0 + TOGETHER) * sources[k, NEXT]
     return FOLLOWED
+
+
+@leaf
+def kept(listed, sources, counts):
+    """Return whether the contacts that were followed have the events ``listed`` (nc,) asks for: where they cannot, it is far away.
+
+    Memory of a contact that always stays in one mode is that of the same writer.
+    """
+    for k in range(len(listed)):
+        if listed[k] == -1:
+            continue
+        events = counts[k, 0] - 1
+        if sources[k, TOUCHED] > 0.0:
+            events += int(sources[k, PASSED])
+        if events != max(listed[k], 0) or (events == 0 and int(sources[k, WRITER]) != (-2 - listed[k] if listed[k] < -1 else -1)):
+            return False
+    return True
 
 
 @njit

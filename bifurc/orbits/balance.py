@@ -5,21 +5,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..compose.scene import refuse_delay
 from ..elements.checks import choice, whole
-from ..flow.trajectory import Event
+from ..flow.trajectory import Event, Events
 from ..hbm.balance import Balance
-from ..hbm.condense import Condensed
+from ..hbm.condensation.condensed import Condensed
 from ..hbm.layout import Layout, listed
 from ..hbm.status import BalanceStatus, MarchStatus
+from ..notebook import Notebook
 from ..system import System
 
 TOLERANCE = 1e-9  # residual over the forces in it, up to which an orbit counts as converged
 SOLVERS = ("newton", "broyden", "galerkin-broyden")
 AUTO_FIRST, AUTO_MOST = 7, 161  # harmonics of "auto": first and most
+LARGE_ERROR = 1.0  # stated error over the amplitude from which on the message says so
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 SAMPLES = 1024  # of contacts by default with aft="sampled"; per highest harmonic at least SAMPLES_A_WAVE
 SAMPLES_A_WAVE = 16
 ALIASING = 1e-12  # relative change of the residual at twice the samples that is none
+SCALED = (0.7, 0.5, 0.3, 1.5, 2.0, 0.1, 0.05)  # of the linear response: starts where its own, rest and raised loads lead nowhere
 CONDENSED = 200  # unknowns of the whole balance from which on those of the touched rows alone take less time (measured)
 FEWER = 0.5  # of the unknowns at most, for the same reason
 
@@ -99,7 +103,7 @@ class HarmonicBalance:
         return Balance(system, layout, samples, self.samples, parts)
 
     def condensed(self, balance: Balance, like: Condensed | None = None) -> Condensed | None:
-        """Return the equations of the touched coordinates alone, see `hbm.condense`; None: the whole balance is to be solved."""
+        """Return the equations of the touched coordinates alone, `hbm.condensation`; None: the whole balance is to be solved."""
         rows = balance.parts.shape.R
         if self.condense is False or self.solver == "galerkin-broyden" or balance.parts.held or not rows.any():
             return None
@@ -122,7 +126,7 @@ class HarmonicBalance:
                       else record["harmonics"]})
 
 
-class HarmonicOrbit:
+class HarmonicOrbit(Notebook):
     """A periodic motion in Fourier coefficients.  Made by `find_orbit(method=HarmonicBalance(...))` and by branches.
 
     Parameters
@@ -148,6 +152,9 @@ class HarmonicOrbit:
         Time.
     how : dict
     """
+
+    _facts = ("signature", "period", "stable", "status", "residual")
+    _panels = (1, 2)
 
     closure = 1
     weights: np.ndarray
@@ -235,7 +242,7 @@ class HarmonicOrbit:
         return "; ".join(words) or "no contacts"
 
     @functools.cached_property
-    def events(self) -> tuple[Event, ...]:
+    def events(self) -> Events:
         """Events of one period from phase 0 in order of time: those of the contacts along this motion, found exactly."""
         from ..hbm.parts import event_kind
         from ..hbm.waves import value
@@ -251,7 +258,7 @@ class HarmonicOrbit:
                 state = self._states(np.array([segment.stop]))[0]
                 found.append(Event(segment.stop / self.rate, contact.name, event_kind(shape, k, segment.mode, segment.guard),
                                    float(speed), state, state))
-        return tuple(sorted(found, key=lambda event: event.time))
+        return Events(sorted(found, key=lambda event: event.time))
 
     # what it says of itself
 
@@ -276,15 +283,31 @@ class HarmonicOrbit:
 
     @property
     def message(self) -> str:
-        """The status as a sentence."""
-        return self.status.sentence
+        """The status as a sentence, and what else is to be known: friction that holds all contacts, an error as large as the
+        motion."""
+        words = [self.status.sentence]
+        if self.success and self.status is not BalanceStatus.AT_REST:
+            words += [self.how["statement"]] if self.how.get("held") else []
+            part = self._relative_error()
+            if part >= LARGE_ERROR:
+                words.append(f"The stated error is {part:.2g} times the amplitude: this is no picture of the motion; give more "
+                             "harmonics, or polish with find_orbit(system, guess=orbit).")
+        return " ".join(words)
+
+    def _relative_error(self) -> float:
+        """Return the stated error over the amplitude of the coordinate for which it is largest; 0 where none is stated."""
+        stated = self.how.get("error")
+        if not stated:
+            return 0.0
+        size = np.abs(self.layout.matrix(self._x)[int(self.layout.mean):]).max(axis=0, initial=0.0)
+        return float(np.max(np.asarray(stated) / np.maximum(size, 1e-300)))
 
     @functools.cached_property
     def _stability(self):
         if not self.success:
             return None, "The orbit is not converged."
         try:
-            from ..hbm import stability
+            from ..hbm.floquet import stability
         except ImportError:
             return None, "Multipliers of harmonic orbits are not available."
         return stability.multipliers(self)
@@ -405,11 +428,17 @@ class HarmonicOrbit:
 
         io.write(path, *self.to_record())
 
-    def plot(self, axes=None):
+    def plot(self, axes=None, names=None):
         """Draw phase plane and time history; return the axes."""
         from ..plotting import plot_orbit
 
-        return plot_orbit(self, axes)
+        return plot_orbit(self, axes, names=names)
+
+    def animate(self, path=None, **options):
+        """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
+        from ..plotting import animate_orbit
+
+        return animate_orbit(self, path, **options)
 
     def __repr__(self):
         harmonics = f"{len(self.layout.harmonics)} harmonics up to {self.layout.top / self.periods:g}"
@@ -472,6 +501,7 @@ def balanced(system: System, method: HarmonicBalance, guess=None, periods: int |
         raise ValueError(f"method = {method!r} is not allowed; it must be a HarmonicBalance, or None for event-exact shooting")
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; harmonic balance needs an excitation frequency omega")
+    refuse_delay(system)
     count = int(periods or getattr(guess, "periods", None) or 1)
     if method.harmonics == "auto":
         return _grown(system, method, guess, count)
@@ -591,6 +621,12 @@ def _iterated(equations: Balance | Condensed, method: HarmonicBalance, starts, a
         total += count
         if failed is None:
             best, status = x, None
+        for part in SCALED if status is not None else ():  # from where a load cannot be raised: a fold, a corner that turns back
+            x, count, failed = _solve(equations, method, part * equations.linear_response())
+            total += count
+            if failed is None:
+                best, status = x, None
+                break
     return equations.expand(best) if isinstance(equations, Condensed) else best, total, status
 
 

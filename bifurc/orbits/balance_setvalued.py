@@ -4,12 +4,12 @@ import functools
 import numpy as np
 
 from ..hbm.balance import Balance
-from ..hbm.setvalued import solve
-from ..hbm.setvalued_condensed import condensed
-from ..hbm.setvalued_parts import Balance as Friction
-from ..hbm.setvalued_parts import Linear, SetValuedResult, SetValuedStatus
-from ..hbm.setvalued_splitting import split
-from ..hbm.setvalued_system import contacts_of, estimated_error, rest_of
+from ..hbm.setvalued.condensed import condensed
+from ..hbm.setvalued.douglas_rachford import split
+from ..hbm.setvalued.equations import Balance as Friction
+from ..hbm.setvalued.equations import Linear, SetValuedResult, SetValuedStatus
+from ..hbm.setvalued.solution import solve
+from ..hbm.setvalued.system_contacts import contacts_of, estimated_error, rest_of
 from ..hbm.status import BalanceStatus
 
 TIGHTER = 0.05  # first width for a given guess, over the natural one
@@ -35,7 +35,7 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
     layout, contacts = balance.layout, contacts_of(balance)
     omega = float(balance.numbers.omega[0]) * layout.periods
     if method.solver == "galerkin-broyden":
-        from ..hbm.galerkin import galerkin
+        from ..hbm.setvalued.li2019 import galerkin
 
         return galerkin(balance, contacts, rest_of(balance), method, starts)
     small = condensed(balance, contacts)
@@ -86,6 +86,8 @@ def told(balance: Balance, contacts, equations: Friction, found: SetValuedResult
         slow = [contact.label for contact, width in zip(acting, found.widths, strict=True) if width > 0.0]
         if slow:
             how["held contacts"] = slow
+        if found.status is SetValuedStatus.HELD:
+            how["held"] = True
     return how
 
 

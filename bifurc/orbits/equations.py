@@ -1,9 +1,11 @@
 """Equations of one event signature along one parameter, and the compiled corrector on them."""
 import copy
+import dataclasses
 
 import numpy as np
 
 from ..compose.scene import Scene
+from ..compose.tables import rebuild
 from ..compose.writer import kernels
 from . import motion, sequence
 from .path import ParameterPath
@@ -38,7 +40,7 @@ class Equations:
     def __init__(self, scene: Scene, path: ParameterPath, signature: Signature, weights: np.ndarray, parameter_scale=1.0):
         if signature.events and signature.nodes.shape[1] <= sequence.ENDING:  # written by hand
             nodes = divided(scene, signature.nodes, path.tables, signature.closure)
-            signature = Signature(nodes, signature.fixed, signature.span, signature.closure)
+            signature = dataclasses.replace(signature, nodes=nodes)
         self.scene, self.path, self.signature = scene, path, signature
         self.weights = np.ascontiguousarray(weights, float)
         self.size = signature.nodes.size // signature.nodes.shape[1] * (1 + scene.ns)
@@ -47,6 +49,7 @@ class Equations:
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
         self.closure = signature.signs(scene)
         self.kernel = kernels(scene.laws, scene.n, sequence.__name__)
+        set_clock(path.tables, signature.clock)
         self.motion = kernels(scene.laws, scene.n, motion.__name__)
         self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
                       signature.span, self.closure, self.scale, self.weights)
@@ -55,6 +58,7 @@ class Equations:
         """Return the same equations with the numbers of another path."""
         other = copy.copy(self)
         other.path = path
+        set_clock(path.tables, self.signature.clock)
         other._data = (path.tables, path.index, path.series, path.low, path.high, *self._data[5:])
         return other
 
@@ -84,9 +88,11 @@ class Equations:
 
     def jacobian(self, x, mu=1.0) -> np.ndarray:
         """Return the Jacobian (n, n) at ``x`` (n + 1,) with the factor ``mu`` on the closing node."""
-        s, F, J, C = self.signature, np.empty(self.size), np.empty((self.size, self.size)), np.empty((self.size, 1 + self.scene.ns))
+        s, F, J, C = self.signature, np.empty(self.size), np.empty((self.size, self.size)), np.empty((self.size, 2 + self.scene.ns))
         self.kernel.assemble(self.numbers_at(x[-1]), s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, J, C, 1.0)
-        J[:, :C.shape[1]] += (mu - 1.0) * C
+        if mu != 1.0:
+            J[:, :C.shape[1] - 1] += (mu - 1.0) * C[:, :-1]
+            J[:, 0] += C[:, -1]
         return J
 
     def numbers_at(self, value):
@@ -95,3 +101,12 @@ class Equations:
         self.kernel.set_parameter(path.tables, path.index, path.series, path.low, path.high, value)
         return path.tables
 
+
+def set_clock(tables, clock: float) -> None:
+    """Count the times of an autonomous orbit in the unit ``clock`` (time; 0: the forcing period, nothing is changed).
+
+    The kernels know a unit of time by its frequency; without harmonics nothing else in the tables depends on it.
+    """
+    if clock and tables.flat[0] != 2.0 * np.pi / clock:
+        tables.flat[0] = 2.0 * np.pi / clock
+        rebuild(tables)

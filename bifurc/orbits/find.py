@@ -1,12 +1,15 @@
 """Find a periodic orbit: simulate for the event signature, solve with it fixed, audit."""
 import numpy as np
 
+from ..compose.pieces import FORCE
 from ..compose.scene import Scene, scene_of
-from ..compose.writer import differenced, kernels
+from ..compose.writer import difference_error, differenced, kernels
+from ..elements.checks import state, whole
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
-from ..system import System
+from ..system import System, require_system
+from .concentric import concentric
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
@@ -18,6 +21,7 @@ from .signature import Signature, divided, repeated, sections
 CHUNK = 40  # forcing periods simulated between attempts
 MOST_PERIODS = 16  # longest period looked for when none is given
 MAP_STEPS = 20
+DIFFERENCED = 17  # states of an orbit at which the error of differenced derivatives is estimated
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
@@ -27,8 +31,12 @@ SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
 
 
 def find_orbit(system: System, guess=None, periods: int | None = None, *, closure: int | None = None,
-               transient: int = 800, method=None) -> PeriodicOrbit:
-    """Return a periodic orbit of a forced system.
+               transient: int = 800, method=None, period: float | None = None) -> PeriodicOrbit:
+    """Return a periodic orbit of a system, forced or autonomous.
+
+    Without excitation the period is part of the solution: the motion is simulated until its events, or the maxima of a
+    coordinate, repeat, and the period between two of them is solved for together with the states.  The phase is that of the
+    first event, or of a maximum.
 
     Parameters
     ----------
@@ -39,14 +47,16 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     periods : int, optional
         Forcing periods after which the orbit closes; default 1 for a guessed state, that of a guessed orbit, and whatever
         the motion settles on (up to 16) without a guess.  An orbit that repeats earlier is reduced to its least period,
-        and ``how`` says so.
+        and ``how`` says so.  Not for autonomous systems.
     closure : {1, -1}, optional
         -1: y(t + period/2) = -y(t), solved on the half period (symmetric systems); 1: on the full period; default: -1
         where the orbit has this symmetry.
     transient : int
-        Most forcing periods to be simulated without a guess.
+        Most forcing periods to be simulated without a guess (autonomous: periods of the slowest oscillation of a mode).
     method : HarmonicBalance, optional
         Balance harmonics instead of shooting through the events; gives a `HarmonicOrbit`, see `orbits.balance.balanced`.
+    period : float, optional
+        Of an autonomous orbit, about: the time after which the motion from the guess nearly returns.
 
     Returns
     -------
@@ -56,7 +66,8 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     Raises
     ------
     ValueError
-        Autonomous system, a guess of wrong shape or not finite, a start beyond a stop.
+        A guess of wrong shape or not finite, a start beyond a stop, ``periods`` for an autonomous system or ``period`` for a
+        forced one.
 
     Examples
     --------
@@ -65,30 +76,40 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     >>> orbit.success
     True
     """
+    require_system(system)
     if method is not None:
         from .balance import balanced
 
         return balanced(system, method, guess, periods)  # type: ignore[return-value]  # a HarmonicOrbit has the same face
-    if system.period is None:
-        raise ValueError(f"{system!r} is autonomous; find_orbit needs an excitation frequency omega")
-    if periods is not None and not (isinstance(periods, (int, np.integer)) and periods >= 1):
+    if system.period is not None and period is not None:
+        raise ValueError(f"period = {period!r} is not allowed; the excitation of {system!r} gives it, say how many in periods=")
+    if system.period is None and periods is not None:
+        raise ValueError(f"periods = {periods!r} is not allowed; {system!r} has no excitation, say about how long in period=")
+    if periods is not None and (isinstance(periods, bool) or not isinstance(periods, (int, np.integer)) or periods < 1):
         raise ValueError(f"periods = {periods!r} is not allowed; it must be a whole number of at least 1")
     if closure not in (None, 1, -1):
         raise ValueError(f"closure = {closure!r} is not allowed; it must be 1, -1 or None")
     if closure == -1 and system.symmetry != -1:
         raise ValueError(f"closure = -1 is not allowed; {system!r} is not symmetric under y -> -y")
+    transient = whole("find_orbit", "transient", transient, least=0)
+    if system.period is None:
+        from .autonomous import autonomous_orbit
+
+        return autonomous_orbit(system, guess, closure, transient, period)
     if isinstance(guess, PeriodicOrbit):
         found = from_orbit(system, guess, periods)
     elif hasattr(guess, "state") and hasattr(guess, "harmonic"):
         found = from_state(system, guess.state, int(periods or guess.periods))
     elif guess is not None:
-        found = from_state(system, np.asarray(guess, float), int(periods or 1))
+        scene = scene_of(system)
+        found = from_state(system, state("guess", guess, (2 * scene.n, scene.ns)), int(periods or 1))
     else:
         found = settled(system, periods, transient)
     if not found.success:
         found = resting(system, found, int(periods or 1)) or found
     if not found.success:
-        return found
+        return PeriodicOrbit(system, found.sequence, found.unknowns, found.weights, found.how,
+                             OrbitStatus.CONCENTRIC) if concentric(system) else found
     found = finished(found, closure)
     if guess is None and closure != 1 and found.closure == 1 and found.family and system.symmetry == -1 and found.periods % 2:
         # where sliders came to stand is chance: of the family that they label, the symmetric member is given
@@ -174,12 +195,31 @@ def solve(system: System, signature: Signature, unknowns, weights, how) -> Perio
         how["differenced Jacobians"] = list(differenced(scene.laws))
     if status != 1:
         return PeriodicOrbit(system, signature, unknowns, weights, how, OrbitStatus.NOT_CONVERGED)
-    return PeriodicOrbit(system, signature, x[:-1], weights, how)
+    found = PeriodicOrbit(system, signature, x[:-1], weights, how)
+    if differenced(scene.laws):
+        found.how["error of differenced Jacobians"] = error_of_differences(found)
+    return found
+
+
+def error_of_differences(orbit: PeriodicOrbit) -> float:
+    """Return the largest relative error, as estimated along the orbit, of derivatives that laws do not give themselves."""
+    scene = orbit.scene
+    t, y = orbit.sample(DIFFERENCED)
+    joined = np.hstack([y, scene.forcing(t)])
+    T, worst, row = scene.tables, 0.0, 0
+    for law in scene.laws:
+        rows = slice(row, row + law.rows)
+        if law.law.jacobian is None and law.stage == FORCE and not law.curved:
+            worst = max(worst, difference_error(law, np.hstack([joined @ T.LU[rows].T, joined @ T.LS[rows].T])))
+        row += law.rows
+    return worst
 
 
 def from_state(system: System, y0, periods: int) -> PeriodicOrbit:
     """Return the orbit near a state at phase 0; the signature is that of the motion from it."""
     motion = simulate(system, y0, periods=2 * periods)
+    if not motion.success:
+        return unfound(system, y0, {"simulation": motion.message})
     found = from_motion(system, motion, 0, periods)
     if found.success and not touching(found):
         return found
@@ -192,6 +232,8 @@ def from_state(system: System, y0, periods: int) -> PeriodicOrbit:
         return found
     for wait in (1, 4, 16):  # a rough guess: let the motion come closer to what attracts it
         motion = simulate(system, y0, periods=(2 + wait) * periods)
+        if not motion.success:
+            break
         later = from_motion(system, motion, wait * periods, periods)
         if later.success:
             later.how["note"] = f"found from the motion {wait * periods} periods after the guess"
@@ -297,7 +339,7 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     listed = []
     for row, time, before, speed in zip(R.rows[1:], R.times[1:], R.before[1:], R.speeds[1:], strict=True):
         m, g, after, what, whole = (int(v) for v in row)
-        if what in (PASSED, GRAZE) or scene.tables.silent[m, g]:
+        if what in (PASSED, GRAZE):
             continue
         listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before, speed))
     listed = [item for item in listed if item[0] >= -1e-12]
@@ -337,16 +379,21 @@ def window(listed, periods: int) -> slice | None:
 
 
 def mark_trains(nodes, speeds):
-    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of an infinite sequence: none of them can graze."""
+    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of an infinite sequence: none of them can graze.
+
+    Between two of them another element may have an event, as friction does where the speed turns: it is marked too.
+    """
     count = len(nodes)
     for end in np.flatnonzero(nodes[:, CLOSES] == 1):
         at = end
         for _ in range(count - 1):
-            before = (at - 1) % count
+            between = before = (at - 1) % count
+            if nodes[between, AFTER] == nodes[end, BEFORE] != nodes[between, BEFORE]:
+                before = (between - 1) % count
             if nodes[before, GUARD] != nodes[end, GUARD] or nodes[before, BEFORE] != nodes[end, BEFORE] \
-                    or speeds[before] <= speeds[at] or nodes[before, CLOSES]:
+                    or speeds[before] <= speeds[at] or nodes[before, CLOSES] or nodes[between, CLOSES]:
                 break
-            nodes[before, CLOSES] = 2
+            nodes[[between, before], CLOSES] = 2
             at = before
 
 
@@ -371,7 +418,7 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
     while done < transient:
         motion = simulate(system, y, periods=CHUNK)
         if not motion.success:
-            break
+            return unfound(system, y, {"transient periods": done, "simulation": motion.message})
         sections_ = motion.sections
         y = sections_[-1]
         done += CHUNK
@@ -390,10 +437,15 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
     if best is not None and best.stable is not False:
         best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
         return best
+    return unfound(system, y, {"transient periods": done})
+
+
+def unfound(system: System, y, how: dict) -> PeriodicOrbit:
+    """Return what stands for an orbit that was not found: the state that was reached, and what is known."""
     scene = scene_of(system)
-    unknowns = np.concatenate([[0.0], y])
-    return PeriodicOrbit(system, sections(0, 1.0), unknowns, np.maximum(np.abs(y), 1.0)[:scene.ns],
-                         {"method": "simulation", "transient periods": done}, OrbitStatus.NOT_FOUND)
+    y = np.concatenate([y, np.zeros(scene.ns - len(y))])
+    return PeriodicOrbit(system, sections(0, 1.0), np.concatenate([[0.0], y]), np.maximum(np.abs(y), 1.0),
+                         {"method": "simulation", **how}, OrbitStatus.NOT_FOUND)
 
 
 def resting_start(system: System) -> np.ndarray:

@@ -10,6 +10,8 @@ class OrbitStatus(StrEnum):
     NOT_CONVERGED = "not_converged"
     NOT_FOUND = "not_found"
     NOT_SYMMETRIC = "not_symmetric"
+    AT_REST = "at_rest"
+    CONCENTRIC = "concentric"
 
     @property
     def sentence(self) -> str:
@@ -22,6 +24,12 @@ class OrbitStatus(StrEnum):
                              "periods, or let guess=None simulate.",
             "not_symmetric": "The orbit found lacks the symmetry y(t + period/2) = -y(t) that closure = -1 asks for. Give a guess "
                              "near a symmetric orbit.",
+            "at_rest": "The motion of this system, which has no excitation, comes to rest: find_equilibrium gives the state. An "
+                       "orbit that coexists needs a guess beyond its basin boundary.",
+            "concentric": "No direction is special in this system, so that a motion that rubs part of the time has no isolated "
+                          "orbit over whole forcing periods: it is a torus here. In coordinates that turn with the spin it is an "
+                          "orbit, and synchronous rub an equilibrium: use bifurc.systems.rotating_frame_rotor, or give the "
+                          "system an offset or gravity.",
             "not_found": "The simulated motion did not settle on a periodic orbit within the limit; it may be chaotic, quasi-"
                          "periodic or slow. Raise transient or periods, or look at lyapunov_exponents.",
         }[self.value]

@@ -4,35 +4,48 @@ Perturbations are carried by the exact arcs and saltation matrices along an exac
 orthonormalised after every arc and every event (Benettin et al. 1980).  Errors are those of batch means.
 """
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from ..compose.scene import scene_of
-from ..system import System
+from ..compose.writer import kernels
+from ..elements import EventKind
+from ..elements.checks import number, whole
+from ..notebook import Notebook
+from ..system import System, require_system
+from .autonomous import slowest
 
 CHUNK = 256  # forcing periods of one recorded piece
+TURNED = 64  # last periods of the transient in which directions are carried along, not measured
+DEAD = 1e-13  # multiplier of a direction that is gone
 
 
 @dataclass(frozen=True)
-class LyapunovExponents:
+class LyapunovExponents(Notebook):
     """Exponents of a motion, largest first.
 
     Attributes
     ----------
     values : ndarray
-        (ns,), per unit of time; ``-inf`` where a direction dies (a rest on a rigid stop forgets two).
+        (ns,), per unit of time; ``-inf`` where a direction dies (a rest on a rigid stop forgets two, dry friction that sticks
+        one, a slider that slips one).
     errors : ndarray
         (ns,), standard errors of `values` from batch means; 0 for ``-inf``.
     per_period : ndarray
-        (ns,), `values` times the forcing period.
+        (ns,), `values` times the forcing period (without excitation: what counts as one).
     impacts : float
         Kicks a forcing period.
     sum_rule : float
-        What the sum of `values` must be: mean divergence of the vector field plus log|det| of the kicks.
+        What the sum of `values` must be: mean divergence of the vector field plus log|det| of the kicks; ``-inf`` where a
+        direction dies.
     state : ndarray
         (ns,), where the motion ended, at a whole forcing period: a start to go on from.
     periods : int
     """
+
+    _facts = ("values", "errors", "per_period", "sum_rule", "chaotic")
+    _panels = None
 
     values: np.ndarray
     errors: np.ndarray
@@ -48,16 +61,19 @@ class LyapunovExponents:
         return bool(self.values[0] > 4.0 * self.errors[0] and self.values[0] > 0.0)
 
 
-def lyapunov_exponents(system: System, y0, periods: int = 2000, transient: int = 200, batches: int = 20,
-                       max_events: int = 2000) -> LyapunovExponents:
+def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: int = 200, batches: int = 20,
+                       max_events: int = 2000, period: float | None = None) -> LyapunovExponents:
     """Return the Lyapunov exponents of the motion from a state.
+
+    Without excitation one exponent of a motion that does not come to rest is zero: that of a shift along it.
 
     Parameters
     ----------
     system : System
-        With a forcing period.
-    y0 : array_like
-        State (ns,) at phase 0.
+    y0 : array_like, Trajectory, PeriodicOrbit, HarmonicOrbit, or None
+        State (2 n,) or (ns,) at phase 0; a motion, which goes on from its last section; a periodic orbit, whose exponents are
+        the logarithms of its multipliers, stable or not, with no error; a harmonic orbit, whose state at phase 0 is the
+        start; None: rest.
     periods : int
         Forcing periods that are averaged over, a multiple of `batches` at least 2 `batches`.
     transient : int
@@ -66,6 +82,8 @@ def lyapunov_exponents(system: System, y0, periods: int = 2000, transient: int =
         Batches of the standard error, at least 4.
     max_events : int
         Largest number of events a forcing period.
+    period : float, optional
+        Of a system without excitation: the time that counts as a period; default: that of the slowest oscillation of a mode.
 
     Returns
     -------
@@ -74,7 +92,7 @@ def lyapunov_exponents(system: System, y0, periods: int = 2000, transient: int =
     Raises
     ------
     ValueError
-        For an autonomous system or impossible counts.
+        For impossible counts, or a ``period`` where the excitation gives it.
     ArithmeticError
         When the motion does not complete; the message is that of the simulation.
 
@@ -89,44 +107,101 @@ def lyapunov_exponents(system: System, y0, periods: int = 2000, transient: int =
     >>> bf.lyapunov_exponents(system, (-0.5, 0.0), periods=400).chaotic
     True
     """
-    from ..flow.engine import engine_of
     from ..flow.simulate import march
-    scene = scene_of(system)
-    if scene.period is None:
-        raise ValueError(f"{system!r} has no forcing period; Lyapunov exponents need one")
-    if batches < 4 or periods < 2 * batches or transient < 0:
-        raise ValueError(f"periods = {periods!r}, transient = {transient!r}, batches = {batches!r}: allowed are batches >= 4, "
-                         "periods >= 2 batches, transient >= 0")
+    from .orbit import PeriodicOrbit
+
+    scene = scene_of(require_system(system))
+    if isinstance(y0, PeriodicOrbit):
+        return of_orbit(system, y0)
+    if scene.period is not None and period is not None:
+        raise ValueError(f"period = {period!r} is not allowed; the excitation of {system!r} gives it")
+    if period is not None:
+        number("lyapunov_exponents", "period", period, above=0.0)
+    unit = scene.period or period or slowest(scene)
+    forced = scene.period is not None
+    check = partial(whole, "lyapunov_exponents")
+    batches, transient = check("batches", batches, least=4), check("transient", transient, least=0)
+    periods, max_events = check("periods", periods, least=2 * batches), check("max_events", max_events, least=1)
     periods -= periods % batches
-    y = np.asarray(y0, float)
-    now = 0
-    while now < transient:
-        step = min(CHUNK, transient - now)
-        y = _checked(march(scene, y, (now, 0.0), (now + step, 0.0), max_events)).final
+    y = _start(scene, y0)
+    now, turned = 0, max(0, transient - TURNED)
+    while now < turned:
+        step = min(CHUNK, turned - now)
+        y = _checked(march(scene, y, *_span(forced, now, step, unit), max_events * (1 if forced else step))).final
         now += step
     ns = scene.ns
     Q, alive = np.eye(ns), np.array([ns], np.int64)
     sums = np.zeros((periods, ns))
     kicks, logs = 0, 0.0
-    end = now + periods
-    begin = now
+    begin, end = transient, transient + periods
     while now < end:
-        step = min(CHUNK, end - now)
-        motion = _checked(march(scene, y, (now, 0.0), (now + step, 0.0), max_events))
+        step = min(CHUNK, (begin if now < begin else end) - now) if forced else 1
+        span = _span(forced, now, step, unit)
+        motion = _checked(march(scene, y, *span, max_events))
         R = motion.recorded
-        engine_of(scene).grow(scene.tables, R.rows, R.times, R.before, R.after, now + step, 0.0, scene.period, begin, Q, alive,
-                              sums)
-        count, log = _contraction(scene, R, now + step)
+        grow = kernels(scene.laws, scene.n, "bifurc.flow.tangent").grow
+        turning = now < begin  # the directions turn to where they belong before they are measured
+        into = np.zeros((step, ns)) if turning else sums if forced else sums[now - begin:now - begin + 1]
+        first = now if turning else begin
+        grow(scene.tables, R.rows, R.times, R.before, R.after, *span[1], unit, first if forced else 0, Q, alive, into)
+        if turning:
+            y = motion.final
+            now += step
+            continue
+        count, log = _contraction(scene, R, span[1][0] * unit + span[1][1])
         kicks, logs = kicks + count, logs + log
         y = motion.final
         now += step
     batch = sums.reshape(batches, -1, ns).mean(axis=1)
     per_period = batch.mean(axis=0)
-    errors = batch.std(axis=0, ddof=1) / np.sqrt(batches) / scene.period
+    errors = batch.std(axis=0, ddof=1) / np.sqrt(batches) / unit
     per_period[alive[0]:], errors[alive[0]:] = -np.inf, 0.0
+    if alive[0] < ns:
+        logs = -np.inf
     order = np.argsort(-per_period, kind="stable")
-    return LyapunovExponents(per_period[order] / scene.period, errors[order], per_period[order], kicks / periods,
-                             logs / (periods * scene.period), y, periods)
+    return LyapunovExponents(per_period[order] / unit, errors[order], per_period[order], kicks / periods,
+                             logs / (periods * unit), y, periods)
+
+
+def _span(forced: bool, now: int, step: int, unit: float) -> tuple[tuple[int, float], tuple[int, float]]:
+    """Return begin and end, (whole periods, local time) each, of some periods; without excitation time begins anew."""
+    return ((now, 0.0), (now + step, 0.0)) if forced else ((0, 0.0), (0, step * unit))
+
+
+def of_orbit(system: System, orbit) -> LyapunovExponents:
+    """Return the exponents of a periodic orbit: ln |multiplier| over its period; 0 for states that nothing changes in it."""
+    if not orbit.success:
+        raise ValueError(f"y0 = {orbit!r} is not allowed; it must be an orbit that was found ({orbit.message})")
+    if orbit.system != system:
+        raise ValueError("y0: the orbit is one of another system (or of other parameters); give an orbit of this one")
+    found = np.concatenate([np.abs(orbit.multipliers), np.ones(scene_of(system).ns - len(orbit.multipliers))])
+    if not np.isfinite(found).all():
+        raise ArithmeticError(f"the orbit has no multipliers: {orbit.message}")
+    with np.errstate(divide="ignore"):
+        logs = np.where(found > DEAD, np.log(found), -np.inf)
+        total = float(np.log(np.prod(np.where(found > DEAD, found, 0.0))))
+    values = np.sort(logs)[::-1] / orbit.period
+    kicks = sum(event.kind in (EventKind.IMPACT, EventKind.CHATTER) for event in orbit.events)
+    return LyapunovExponents(values, np.zeros(len(values)), values * (orbit.period / orbit.periods), kicks / orbit.periods,
+                             total / orbit.period, orbit.state, orbit.periods)
+
+
+def _start(scene, y0) -> np.ndarray:
+    """Return the state (ns,) at phase 0 that `lyapunov_exponents` starts from."""
+    from ..flow.simulate import checked_state
+    from ..flow.trajectory import Trajectory
+    from .find import resting_start
+
+    if y0 is None:
+        return resting_start(scene.system)
+    if isinstance(y0, Trajectory):
+        _checked(y0)
+        if scene.period is None:
+            return y0.final
+        if not len(y0.sections):
+            raise ValueError("y0: the motion passes no section (a whole forcing period); simulate it further")
+        return y0.sections[-1]
+    return checked_state(scene, y0.state if hasattr(y0, "harmonic") else y0, 0.0)
 
 
 def _checked(motion):
@@ -135,21 +210,31 @@ def _checked(motion):
     return motion
 
 
-def _contraction(scene, R, whole) -> tuple[int, float]:
-    """Return the number of kicks of a record and the logarithm of the factor by which it changes volumes."""
+def _contraction(scene, R, end) -> tuple[int, float]:
+    """Return the number of kicks of a record up to the time ``end`` and the logarithm of the factor by which it changes volumes."""
     from ..flow.scan import CHATTER, EVENT
+    from ..flow.settle import Rule
     T, ns, n = scene.tables, scene.ns, scene.n
-    starts = R.rows[:, 4] * scene.period + R.times
-    spans = np.diff(np.append(starts, whole * scene.period))
-    traces = np.array([np.trace(T.A[m, :, :ns]) for m in range(len(scene.keys))])
-    total = float(spans @ traces[R.rows[:, 2]])
+    starts = R.rows[:, 4] * (scene.period or 0.0) + R.times
+    spans = np.diff(np.append(starts, end))
+    if scene.closed_form:
+        traces = np.array([np.trace(T.A[m, :, :ns]) for m in range(len(scene.keys))])
+        total = float(spans @ traces[R.rows[:, 2]])
+    else:  # the divergence depends on the state: volumes of the arcs
+        total, arc = 0.0, kernels(scene.laws, scene.n).arc
+        y1, Phi = np.empty(ns), np.empty((ns, ns))
+        for m, y, tau, span in zip(R.rows[:, 2], R.after, R.times, spans, strict=True):
+            arc(T, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), max(span, 0.0), y1, Phi)
+            total += float(np.linalg.slogdet(Phi)[1])
     kicks = 0
-    for before, g, _, what, _ in R.rows:
-        if what == CHATTER:
+    rule = Rule(scene)
+    for i, (before, g, after, what, _) in enumerate(R.rows):
+        if what == CHATTER or what == EVENT and T.n_holds[after] > T.n_holds[before]:
             return kicks, -np.inf
         if what == EVENT and T.kick[before, g]:
             kicks += 1
             velocity = slice(n, 2 * n)
-            factor = abs(np.linalg.det(T.R[before, g, velocity, velocity])) ** 2
+            x = np.concatenate([R.before[i], scene.forcing(R.times[i:i + 1])[0]])
+            factor = abs(np.linalg.det(rule.jump(before, g, x)[1][velocity, velocity])) ** 2
             total += np.log(factor) if factor > 0.0 else -np.inf
     return kicks, total

@@ -18,21 +18,14 @@ NODES, WEIGHTS = tuple(0.5 * (_ROOTS + 1.0)), tuple(0.5 * _FACTORS)  # on (0, 1)
 
 @both
 def start_of(T, nodes, U, i, P, x):
-    """Write the joined state just after node ``i`` into ``x`` (nx,)."""
+    """Write the joined state just after node ``i`` into ``x`` (nx,), the derivative of its jump into ``P`` (ns, nx)."""
     ns, nx = T.A.shape[1], T.A.shape[2]
     base = i * (1 + ns)
-    y = np.empty(ns)
+    y = np.empty(nx)
     for c in range(ns):
-        x[c] = U[base + 1 + c]
-    forcing(T, U[base] * 2.0 * np.pi / T.flat[0], x)
-    reset(T, nodes[i, BEFORE], nodes[i, GUARD], nodes[i, CLOSES], P)
-    for c in range(ns):
-        total = 0.0
-        for k in range(nx):
-            total += P[c, k] * x[k]
-        y[c] = total
-    for c in range(ns):
-        x[c] = y[c]
+        y[c] = U[base + 1 + c]
+    forcing(T, U[base] * 2.0 * np.pi / T.flat[0], y)
+    reset(T, nodes[i, BEFORE], nodes[i, GUARD], nodes[i, CLOSES], y, x, P)
 
 
 @both

@@ -1,5 +1,6 @@
 """PeriodicOrbit: a closed motion as an event sequence, with its multipliers, its audit and exact measures."""
 import functools
+import importlib
 import math
 
 import numpy as np
@@ -7,11 +8,13 @@ import numpy as np
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
-from ..flow.trajectory import Event
+from ..flow.trajectory import Event, Events
+from ..notebook import Notebook
 from ..system import System
 from . import sequence
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
+from .multipliers import nontrivial
 from .path import constant_path
 from .resting import resting_intervals
 from .sequence import AFTER, BEFORE, CLOSES, GUARD
@@ -22,9 +25,11 @@ INSTANT = 1e-12  # periods: kicks this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
+HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
+LATE = 8.0  # excess up to which a closed infinite sequence counts: the error of the closed form is of second order in it
 
 
-class PeriodicOrbit:
+class PeriodicOrbit(Notebook):
     """A periodic motion y(t + period) = y(t).  Made by `find_orbit`, by branches and by basin maps.
 
     Parameters
@@ -33,7 +38,8 @@ class PeriodicOrbit:
     sequence : Signature
         Event signature it was solved with; a half-period orbit has ``closure`` -1 there.
     unknowns : ndarray (m (1 + ns),)
-        Time (forcing periods) and state before the event of each node.
+        Time (forcing periods; autonomous: units of ``sequence.clock``, the first is the period) and state before the event
+        of each node.
     weights : ndarray (ns,)
         Natural sizes of the states.
     how : dict, optional
@@ -52,6 +58,9 @@ class PeriodicOrbit:
         No segment passes a guard unnoticed and no listed event has negative speed.
     how : dict
     """
+
+    _facts = ("signature", "period", "stable", "status", "residual", "multipliers")
+    _panels = (1, 2)
 
     def __init__(self, system: System, sequence: Signature, unknowns: np.ndarray, weights: np.ndarray,
                  how: dict | None = None, status: OrbitStatus | None = None):
@@ -84,20 +93,30 @@ class PeriodicOrbit:
 
     @property
     def periods(self) -> int:
-        """Number of forcing periods after which the motion repeats."""
-        return round(self._whole[0].span)
+        """Number of forcing periods after which the motion repeats; 1 for an autonomous orbit."""
+        return 1 if self.autonomous else round(self._whole[0].span)
+
+    @property
+    def autonomous(self) -> bool:
+        """Whether the period is part of the solution, and the phase free: no excitation gives them."""
+        return self.sequence.clock > 0.0
 
     @property
     def forcing_period(self) -> float:
-        """Period of the excitation, time."""
-        period = self.system.period
-        assert period is not None  # `find_orbit` refuses autonomous systems
+        """Period of the excitation, time; the unit of time of an autonomous orbit."""
+        period = self.sequence.clock or self.system.period
+        assert period is not None  # an orbit without a forcing period has a clock
         return period
 
     @property
     def period(self) -> float:
         """Period, time."""
-        return self.periods * self.forcing_period
+        return (self._whole[0].span if self.autonomous else self.periods) * self.forcing_period
+
+    @property
+    def omega(self) -> float:
+        """Angular frequency 2 pi / period of the orbit."""
+        return 2.0 * math.pi / self.period
 
     @property
     def closure(self) -> int:
@@ -120,11 +139,11 @@ class PeriodicOrbit:
         return self._states(np.zeros(1))[0]
 
     @functools.cached_property
-    def events(self) -> tuple[Event, ...]:
+    def events(self) -> Events:
         """Events of one period from phase 0, in order of time."""
         whole, U = self._whole
         rows = U.reshape(len(whole.nodes), -1)
-        scene, period, found = self.scene, self.system.period, []
+        scene, period, found = self.scene, self.forcing_period, []
         T = self.equations.path.tables
         x, f, dw = np.empty(T.A.shape[2]), np.empty(scene.ns), np.empty(scene.nw)
         row = np.empty(x.size)
@@ -144,13 +163,14 @@ class PeriodicOrbit:
             speed = float(engine.guard_rate(row, f, dw))
             kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
             if node[CLOSES] == 1:  # the rest of an infinite sequence, as one entry
-                left = _closing(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
+                _, left = closure_of(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
                 kind, end = EventKind.CHATTER, float(tau * period + left)
                 ratio = float(T.ratio[node[BEFORE], node[GUARD]])
             motion.start_of(T, whole.nodes, U, i, P, x)
             found.append(Event(float(tau * period), scene.element_name(node[BEFORE], node[GUARD]), kind, speed,
-                               values[1:].copy(), x[:scene.ns].copy(), ratio, end))
-        return tuple(sorted(found, key=lambda event: event.time))
+                               values[1:].copy(), x[:scene.ns].copy(), ratio, end,
+                               scene.keys[node[BEFORE]], scene.keys[node[AFTER]]))
+        return Events(sorted(found, key=lambda event: event.time))
 
     # what it says of itself
 
@@ -172,24 +192,48 @@ class PeriodicOrbit:
             return math.inf
 
     @functools.cached_property
-    def _audit(self) -> tuple[float, float, float]:
-        s, info = self.sequence, np.zeros(sequence.INFO)
+    def _audit(self) -> tuple[float, float, float, float]:
+        (s, U), info = self.sequence.written_out(self._unknowns), np.zeros(sequence.INFO)
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
-                                      self._unknowns, self.weights, info)
-        return float(info[sequence.LISTED]), float(info[sequence.PEAK]), float(info[sequence.LEAVING])
+                                      U, self.weights, info)
+        listed, peak, leaving, broken = info[[sequence.LISTED, sequence.PEAK, sequence.LEAVING, sequence.BROKEN]].tolist()
+        return listed, peak, leaving, broken
 
     @property
     def _ordered(self) -> bool:
         """Whether no event comes before the one it is listed after: impacts have flights of negative duration as roots."""
-        s = self.sequence
-        times = self._unknowns[::len(self._unknowns) // len(s.nodes)]
+        s, U = self.sequence.written_out(self._unknowns)
+        times = U[::len(U) // len(s.nodes)]
         return bool((np.diff(np.append(times, times[0] + s.span)) >= -TOUCH).all())
 
     @property
     def admissible(self) -> bool:
-        """Whether every segment was found free of unlisted events and every listed event arrives."""
-        listed, peak, leaving = self._audit
-        return listed >= -TOUCH and max(peak, leaving) <= TOUCH and self._ordered
+        """Whether every segment was found free of unlisted events, every listed event arrives, what a mode holds is at rest on
+        its surface where the mode begins, and infinite sequences are closed below their threshold."""
+        listed, peak, leaving, broken = self._audit
+        return (listed >= -TOUCH and max(peak, leaving) <= TOUCH and broken <= HELD and self._ordered
+                and self.closing_excess <= LATE)
+
+    @functools.cached_property
+    def closing_excess(self) -> float:
+        """Largest excess of the infinite sequences of impacts that are closed, see `flow.scan.closure`: at most 1 where the
+        simulation closes them; 0 without any."""
+        s, T, worst = self.sequence, self.equations.path.tables, 0.0
+        kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
+        for node, values in zip(s.nodes.tolist(), rows, strict=True):
+            m, g = node[BEFORE], node[GUARD]
+            if node[CLOSES] != 1 or T.ratio[m, g] == 0.0:
+                continue
+            x = np.empty(T.A.shape[2])
+            f, dw, row = np.empty(self.scene.ns), np.empty(self.scene.nw), np.empty(x.size)
+            x[:self.scene.ns] = values[1:]
+            kernel.forcing(T, values[0] * self.forcing_period, x)
+            kernel.field(T, m, x, f)
+            kernel.forcing_rate(T, x, dw)
+            kernel.guard_gradient(T, m, g, x, row)
+            speed = float(kernel.guard_rate(row, f, dw))
+            worst = max(worst, float(closure_of(self.scene)(T, m, g, x, speed, np.empty(x.size))[0]))
+        return worst
 
     @property
     def status(self) -> OrbitStatus:
@@ -218,6 +262,10 @@ class PeriodicOrbit:
             named = [f"{'coordinate ' + str(c) if c < n else 'memory ' + str(c - 2 * n)} in [{low:.6g}, {high:.6g}]"
                      for c, (low, high) in self.intervals.items()]
             return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."
+        if self.status is OrbitStatus.INADMISSIBLE and self._audit[3] > HELD:
+            return f"{self.status.sentence} A row is held from where it is not at rest on its surface."
+        if "simulation" in self.how:
+            return f"{self.status.sentence} The simulation ended early: {self.how['simulation']}"
         return self.status.sentence
 
     @functools.cached_property
@@ -236,7 +284,7 @@ class PeriodicOrbit:
             if T.kick[mode, first] and T.kick[mode, second]:
                 x = np.empty(T.A.shape[2])
                 x[:scene.ns] = rows[i - 1][1:]
-                self.equations.kernel.forcing(T, rows[i - 1][0] * self.system.period, x)
+                self.equations.kernel.forcing(T, rows[i - 1][0] * self.forcing_period, x)
                 if _order_gap(scene)(scene, mode, first, second, x) > DISPUTED:
                     return scene.element_name(mode, first), scene.element_name(mode, second)
         return None
@@ -249,6 +297,22 @@ class PeriodicOrbit:
         motion = self.equations.motion
         motion.monodromy(self.equations.path.tables, whole.nodes, whole.span, U, M)
         return M
+
+    @functools.cached_property
+    def _energy_gradient(self) -> np.ndarray | None:
+        """Derivative (ns,) of the energy just before the first node, where the motion keeps its energy."""
+        from .energy import EnergyEquations, conservative
+
+        if not self.autonomous or not conservative(self.system):
+            return None
+        return EnergyEquations(self.system, self.sequence, self.weights).gradient(self._unknowns[1:1 + self.scene.ns])
+
+    @property
+    def energy(self) -> float:
+        """Energy of a free vibration that keeps it, see `bifurc.energy`."""
+        from .energy import energy
+
+        return energy(self.system, self._unknowns[1:1 + self.scene.ns])
 
     @functools.cached_property
     def family(self) -> list[int]:
@@ -270,18 +334,13 @@ class PeriodicOrbit:
         kicks have no common derivative (`message` says so).
 
         There is one a state, less those that nothing changes in a period (memory never written, coordinates that stick all
-        the time): such a state labels the orbits of a family, its multiplier 1 says nothing of stability.
+        the time): such a state labels the orbits of a family, its multiplier 1 says nothing of stability.  An autonomous
+        orbit has one less: the multiplier 1 of a shift of its phase is left out as well; where the energy is kept, that of a
+        change of energy, too.
         """
-        M = self.monodromy
-        kept = self.family
-        if kept:
-            M = np.delete(np.delete(M, kept, 0), kept, 1)
-        if self._disputed is not None:
-            return np.full(len(M), complex(np.nan))
-        if not np.isfinite(M).all():
-            return np.full(len(M), complex(np.inf))
-        found = np.linalg.eigvals(M).astype(complex)
-        return found[np.lexsort((-found.imag, -found.real, -np.abs(found).round(14)))]
+        whole, U = self._whole
+        found = nontrivial(self.equations, whole, U, self.monodromy, self.family, self._energy_gradient)
+        return np.full(len(found), complex(np.nan)) if self._disputed is not None else found
 
     @property
     def stable(self) -> bool | None:
@@ -289,6 +348,8 @@ class PeriodicOrbit:
         if not self.success or self._disputed is not None:
             return None
         top = float(np.abs(self.multipliers).max(initial=0.0))
+        if self._energy_gradient is not None and top < 1.0 + NEUTRAL:
+            return None  # a motion that keeps its energy attracts nothing
         return None if abs(top - 1.0) < NEUTRAL else top < 1.0
 
     # measures
@@ -347,20 +408,45 @@ class PeriodicOrbit:
     def harmonic(self, h: float, dof: int = 0) -> complex:
         """Return a - ib of a cos(h omega t) + b sin(h omega t) in a coordinate; h = 0 gives the mean.
 
-        ``h`` counts forcing frequencies; h times ``periods`` must be whole (1/2 for a period-2 orbit).
+        ``h`` counts forcing frequencies (of an autonomous orbit: its own); h times ``periods`` must be whole (1/2 for a
+        period-2 orbit).
         """
         if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
             raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole "
                              "number >= 0")
-        out = self._measure(dof, h)
+        out = self._measure(dof, h / self._whole[0].span if self.autonomous else h)
         return complex(out[3], -out[4])
+
+    def certify(self, precision: int | None = None):
+        """Prove the orbit in ball arithmetic: that it exists, is unique nearby, passes no guard unnoticed, and is stable or not.
+
+        Everything is computed anew from the numbers of the system.  Needs the extra ``certify`` (python-flint).
+
+        Parameters
+        ----------
+        precision : int, optional
+            Bits, at least 64; None: 96, and twice that where a verdict stays open.
+
+        Returns
+        -------
+        bifurc.certify.Certificate
+
+        Examples
+        --------
+        >>> import bifurc as bf
+        >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=0.8))
+        >>> certificate = orbit.certify()                                      # doctest: +SKIP
+        >>> certificate.proved, certificate.stable                             # doctest: +SKIP
+        (True, <Verdict.PROVED: 'proved'>)
+        """
+        return importlib.import_module("bifurc.certify").certify_orbit(self, precision)
 
     # files and pictures
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
         s = self.sequence
-        header = {"kind": "orbit", "system": self.system.to_record(), "span": s.span, "closure": s.closure,
+        header = {"kind": "orbit", "system": self.system.to_record(), "span": s.span, "closure": s.closure, "clock": s.clock,
                   "how": self.how, "status": None if self._failed is None else str(self._failed)}
         return header, {"nodes": s.nodes, "fixed": s.fixed, "unknowns": self._unknowns, "weights": self.weights}
 
@@ -370,7 +456,7 @@ class PeriodicOrbit:
         system = System.from_record(header["system"], elements)
         scene_of(system)
         signature = Signature(arrays["nodes"].astype(np.int64), arrays["fixed"], float(header["span"]),
-                              int(header["closure"]))
+                              int(header["closure"]), float(header.get("clock", 0.0)))
         status = None if header["status"] is None else OrbitStatus(header["status"])
         return cls(system, signature, arrays["unknowns"], arrays["weights"], header["how"], status)
 
@@ -380,24 +466,30 @@ class PeriodicOrbit:
 
         io.write(path, *self.to_record())
 
-    def plot(self, axes=None):
-        """Draw phase plane and time history; return the axes."""
+    def plot(self, axes=None, names=None):
+        """Draw phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
         from ..plotting import plot_orbit
 
-        return plot_orbit(self, axes)
+        return plot_orbit(self, axes, names=names)
+
+    def animate(self, path=None, **options):
+        """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
+        from ..plotting import animate_orbit
+
+        return animate_orbit(self, path, **options)
 
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         return f"PeriodicOrbit({self.signature}, {stable}, {self.status}, residual {self.residual:.1e})"
 
 
-def _closing(scene: Scene):
-    """Return the kernel that gives the duration of the rest of an infinite sequence."""
+def closure_of(scene: Scene):
+    """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
     if scene.closed_form:
-        from ..flow.scan import closing
+        from ..flow.scan import closure
 
-        return closing
-    return kernels(scene.laws, scene.n).closing
+        return closure
+    return kernels(scene.laws, scene.n).closure
 
 
 def _order_gap(scene: Scene):

@@ -16,6 +16,7 @@ from ..system import System
 DEGREES = (4, 8, 16, 32, 64)
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
+ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
 
 
@@ -97,7 +98,8 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         size = np.abs(values).max(axis=0, initial=0.0) + np.abs(checks[:, index]).max(axis=0, initial=0.0)
         series[np.abs(series) < 4e-16 * size] = 0.0
         found = np.cos(np.outer(np.arccos(CHECKS), order)) @ series
-        if np.all(np.abs(found - checks[:, index]) <= TOLERANCE * size + 1e-300):
+        allowed = max(TOLERANCE, ROUNDING * math.sqrt(degree + 1.0) if degree > DEGREES[0] else 0.0)
+        if np.all(np.abs(found - checks[:, index]) <= allowed * size + 1e-300):
             used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
             return index, np.ascontiguousarray(series[:used].T), a, b
     raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "

@@ -1,7 +1,7 @@
 """Periodic orbits as event sequences: residual, Jacobian and one compiled corrector call a continuation step.
 
 The unknowns are, for each node, its time ``tau`` in forcing periods and the state ``y`` just before its event; a node
-without event is a section at a fixed time.  With the reset ``y+ = R x``, the arc ``phi`` of the mode that follows and
+without event is a section at a fixed time.  With the jump ``y+ = R(x)``, the arc ``phi`` of the mode that follows and
 the guard ``g`` of the mode before,
 
     phi(tau_i, tau_{i+1}, y_i+) - y_{i+1} = 0,     g(tau_i, y_i) = 0,     (tau_m, y_m) = (tau_0 + span, closure y_0).
@@ -13,6 +13,10 @@ coincide always (two sliders on one coordinate stop together) have the row ``tau
 
 A perturbation that is multiplied by mu over the period makes ``det J(mu)`` vanish, where the columns of node ``m``
 carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
+
+Where nothing depends on time the period is unknown and the phase is free: ``span`` = 0, node 0 is at time zero, and the
+place of its time holds that of the closing node, the period.  A section then asks for ``normal . y = value`` instead of a
+time.  So there is one equation for each unknown, and the trivial multiplier +1 is no zero of ``det J``.
 """
 import numpy as np
 
@@ -20,21 +24,24 @@ from .._jit import both, njit
 from ..compose.tables import ORDER, rebuild, rebuild_mode
 from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_series, guard_value
 from ..flow.peak import segment_peak
-from ..flow.saltation import event_map
+from ..flow.rule import jump
 from ..solve.dense import lu, lu_solve
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
 # sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every
 # guard of the mode AFTER the order of its zero at the start, negative where its leading rate is a condition that no arriving
-# speed implies (a reversal: the mass must be moving away)
+# speed implies (a reversal: the mass must be moving away), or FOREVER
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES, ENDING, STARTS = range(7)
 TOGETHER = -1
+FOREVER = ORDER + 1  # order at the start of a guard that what is held keeps at zero: no event of its own
 SHORT = 0.01  # periods
+LONGEST = 64.0  # units of time that an orbit of unknown period may become
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
+CALM = 1e-6  # a step so small (scaled) at a residual that is rounding twice over: a duration near its birth is known no better
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
- PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, INFO) = range(17)  # places in the `info` array that `correct` fills
+ PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
 
 
 @both
@@ -82,18 +89,28 @@ def guard_rate(row, f, dw):
 
 
 @njit
-def reset(T, m, g, closes, P):
-    """Write the map of a node into ``P`` (ns, nx): that of its event; for a section the identity, which puts what is held
-    on its surface and to rest: rows held all period are no unknowns of the orbit."""
+def reset(T, m, g, closes, x, xp, P):
+    """Write the state behind a node into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
+
+    An event jumps; a section puts what is held on its surface and to rest: rows held all period are no unknowns of the orbit.
+    """
     if g >= 0:
-        event_map(T, m, g, closes == 1, P)
+        jump(T, m, g, closes == 1, x, xp, P)
         return
-    for i in range(P.shape[0]):
+    ns = P.shape[0]
+    for i in range(ns):
         for c in range(P.shape[1]):
             P[i, c] = 1.0 if i == c else 0.0
     for k in range(T.n_holds[m]):
         clear(T.S[m, k], P)
         clear(T.H[m, k], P)
+    for c in range(x.size):
+        xp[c] = x[c]
+    if T.n_holds[m] > 0:
+        for i in range(ns):
+            xp[i] = 0.0
+            for c in range(x.size):
+                xp[i] += P[i, c] * x[c]
 
 
 @njit
@@ -129,9 +146,11 @@ def scale_of(row, weights):
 def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
-    ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections, ``closure`` (ns,) signs of the closing map, ``weights``
-    (ns,) natural sizes of the states (rows are scaled).  ``C`` (n, 1 + ns) is the part of the first columns of ``J`` that
-    node 0 has as the closing node: the Jacobian with the factor mu on it is ``J + (mu - 1) C``.
+    ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections (``span`` = 0: normal and value of the section, (ns + 1,)),
+    ``closure`` (ns,) signs of the closing map, ``weights`` (ns,) natural sizes of the states (rows are scaled).  The first
+    columns of ``C`` (n, 2 + ns) are the part of those of ``J`` that node 0 has as the closing node: the Jacobian with the
+    factor mu on it is ``J + (mu - 1) C``.  With ``span`` = 0 its last column is the derivative in the time at which node 0
+    begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
     """
     step = T.step
     count = nodes.shape[0]
@@ -154,17 +173,24 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         for r in range(J.shape[0]):
             for c in range(J.shape[1]):
                 J[r, c] = 0.0
-            for c in range(size):
+            for c in range(size + 1):
                 C[r, c] = 0.0
     for i in range(count):
         base = i * size
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
-        tau = U[base]
+        begins = i == 0 and span == 0.0
+        tau = 0.0 if begins else U[base]
         for c in range(ns):
             x[c] = U[base + 1 + c]
         forcing(T, tau * period, x)
         forcing_rate(T, x, dw)
-        if g < 0:
+        if g < 0 and span == 0.0:
+            F[base] = -fixed[ns]
+            for c in range(ns):
+                F[base] += fixed[c] * x[c]
+                if want > 0.0:
+                    J[base, base + 1 + c] = fixed[c]
+        elif g < 0:
             F[base] = tau - fixed[i]
             if want > 0.0:
                 J[base, base] = 1.0
@@ -177,22 +203,18 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                     J[base, base + 1 + c] += row[c] / scale
                 for k in range(1, nx - ns):
                     J[base, base] += row[ns + k] * dw[k] * period / scale
-        reset(T, before, g, nodes[i, CLOSES], P)
-        for c in range(nx):
-            xp[c] = x[c]
+        reset(T, before, g, nodes[i, CLOSES], x, xp, P)
         for c in range(ns):
-            total, rate = 0.0, 0.0
-            for k in range(nx):
-                total += P[c, k] * x[k]
+            rate = 0.0
             for k in range(1, nx - ns):
                 rate += P[c, ns + k] * dw[k] * period
-            xp[c] = total
             start[c] = rate
         last = i == count - 1
         nxt = 0 if last else i + 1
         end = U[nxt * size] + (span if last else 0.0)
         duration = (end - tau) * period
-        if not -step[after] <= duration <= (span + 1.0) * period:  # Newton has left the sequence: nothing to integrate
+        most = span + 1.0 if span > 0.0 else LONGEST
+        if not -step[after] <= duration <= most * period:  # Newton has left the sequence: nothing to integrate
             F[:] = np.nan
             return
         arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
@@ -220,7 +242,10 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
             F[r] = (y1[c] - sign * U[nxt * size + 1 + c]) / weights[c]
             if want > 0.0:
                 for k in range(ns):
-                    J[r, base] += Phi[c, k] * move[k] / weights[c]
+                    if begins:
+                        C[r, size] += Phi[c, k] * move[k] / weights[c]
+                    else:
+                        J[r, base] += Phi[c, k] * move[k] / weights[c]
                     J[r, base + 1 + k] += PhiP[c, k] / weights[c]
                 J[r, nxt * size] += f[c] * period / weights[c]
                 J[r, nxt * size + 1 + c] -= sign / weights[c]
@@ -235,9 +260,12 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
             F[r] = U[r] + (span if last else 0.0) - tau
             if want > 0.0:
                 J[r, r] += 1.0
-                J[r, base] -= 1.0
                 if last:
                     C[r, 0] += 1.0
+                if begins:
+                    C[r, size] -= 1.0
+                else:
+                    J[r, base] -= 1.0
             continue
         close, r = nodes[i, ENDING], nxt * size  # closing guard of this interval, divided by duration**order
         if duration < step[after]:
@@ -248,11 +276,15 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                 J[r, nxt * size] += slope * period / scale
                 if last:
                     C[r, 0] += slope * period / scale
-                J[r, base] -= slope * period / scale
-                for k in range(1, nx - ns):
-                    J[r, base] += row[ns + k] * dw[k] * period / scale
+                if begins:
+                    C[r, size] -= slope * period / scale
+                else:
+                    J[r, base] -= slope * period / scale
+                    for k in range(1, nx - ns):
+                        J[r, base] += row[ns + k] * dw[k] * period / scale
+                    for c in range(ns):
+                        J[r, base] += row[c] * start[c] / scale
                 for c in range(ns):
-                    J[r, base] += row[c] * start[c] / scale
                     for k in range(ns):
                         J[r, base + 1 + k] += row[c] * P[c, k] / scale
         else:
@@ -267,15 +299,18 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                     C[r, 0] += rate
                 for c in range(ns):
                     for k in range(ns):
-                        J[r, base] += row[c] * Phi[c, k] * move[k] / scale
+                        if begins:
+                            C[r, size] += row[c] * Phi[c, k] * move[k] / scale
+                        else:
+                            J[r, base] += row[c] * Phi[c, k] * move[k] / scale
                         J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
 
 
 @both
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
-    leading rate of a guard that vanishes at a start), all scaled, and RESTS (shortest rest behind an infinite sequence,
-    periods)."""
+    leading rate of a guard that vanishes at a start), BROKEN (largest value or speed of a row that a mode holds, where it
+    begins), all scaled, and RESTS (shortest rest behind an infinite sequence, periods)."""
     flat, kick, n_guards = T.flat, T.kick, T.n_guards
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -291,14 +326,13 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
     info[LISTED], info[LISTED_AT], info[RESTS] = np.inf, -1.0, np.inf
     info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = -np.inf, -1.0, -1.0
     info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = -np.inf, -1.0, -1.0, 0.0
+    info[BROKEN] = 0.0
     for i in range(count):
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
         tau = U[i * size]
         for c in range(ns):
             x[c] = U[i * size + 1 + c]
         forcing(T, tau * period, x)
-        for c in range(nx):
-            xp[c] = x[c]
         if g >= 0:
             previous = i - 1 if i > 0 else count - 1
             order = nodes[i, DIVIDE]
@@ -306,31 +340,32 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their
             # minimum would have a kink
             following = U[(i + 1) * size] if i < count - 1 else U[0] + span
-            if kick[before, g] == 1 or order == 0 and following - tau > SHORT:
+            lasted = tau - U[previous * size] + (0.0 if i > 0 else span)
+            if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
                 field(T, before, x, f)
                 forcing_rate(T, x, dw)
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
             if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0 and (
                     order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0):
-                speed = min(speed, tau - U[previous * size] + (0.0 if i > 0 else span))  # births: the duration is smooth
+                speed = min(speed, lasted)  # births: the duration is smooth
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
-        reset(T, before, g, nodes[i, CLOSES], P)
-        for c in range(ns):
-            total = 0.0
-            for k in range(nx):
-                total += P[c, k] * x[k]
-            xp[c] = total
+        reset(T, before, g, nodes[i, CLOSES], x, xp, P)
         last = i == count - 1
         nxt = 0 if last else i + 1
         s = (U[nxt * size] + (span if last else 0.0) - tau) * period
         if nodes[i, CLOSES] == 1:
             info[RESTS] = min(info[RESTS], s / period)
+        if g >= 0:
+            for k in range(T.n_holds[after]):
+                info[BROKEN] = max(info[BROKEN], row_value(T.H[after, k], xp, weights), row_value(T.S[after, k], xp, weights))
         if nodes[nxt, DIVIDE] == TOGETHER:
             continue
         for q in range(n_guards[after]):
             start = nodes[i, STARTS + q] if STARTS + q < nodes.shape[1] else 0
+            if start == FOREVER:
+                continue
             listed = 1 if nodes.shape[1] > ENDING and nodes[i, ENDING] == q else 0
             if listed == 0 and nodes[(nxt + 1) % count, DIVIDE] == TOGETHER:
                 listed = 2  # it may be the guard of an event that coincides with the next
@@ -354,6 +389,20 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             value /= scale
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@njit
+def row_value(row, x, weights):
+    """Size of an affine row (nx,) at ``x`` (nx,), scaled; 0 for a row without states."""
+    scale = 0.0
+    for c in range(weights.size):
+        scale += abs(row[c]) * weights[c]
+    if scale == 0.0:
+        return 0.0
+    value = 0.0
+    for c in range(x.size):
+        value += row[c] * x[c]
+    return abs(value) / scale
 
 
 @njit
@@ -397,13 +446,14 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     n = U.size - 1
     size = 1 + weights.size
     F, F2 = np.empty(n), np.empty(n)
-    J, C = np.empty((n, n)), np.empty((n, size))
+    J, C = np.empty((n, n)), np.empty((n, size + 1))
     K, b = np.empty((n + 1, n + 1)), np.empty(n + 1)
     slope = np.zeros(n)
     pivot = np.empty(n + 1, np.int64)
     delta = DIFFERENCE * scales[n]
-    old_step, older_step = np.inf, np.inf
+    old_step, older_step, calm = np.inf, np.inf, 0
     info[CONTRACTION] = 0.0
+    born = 1 if np.any(nodes[:, DIVIDE] > 0) else 0  # a duration near zero is a nearly free unknown that rounding moves
     k = 0
     while True:
         renew = k == 0 or old_step < 1e-4  # the last iteration is foreseen by the step before it
@@ -421,8 +471,10 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
             info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
             if renew and index.size > 0:
                 slope[i] = (F2[i] - F[i]) / DIFFERENCE
-        stalled = k >= max_iterations and max(old_step, older_step) <= STALLED
-        finished = k > 0 and old_step <= 1e-9 and (info[RESIDUAL] <= tolerance or stalled or at_rounding(F, J, U, tolerance))
+        calm = calm + born if info[RESIDUAL] <= tolerance and old_step <= CALM else 0
+        stalled = max(old_step, older_step) <= STALLED
+        finished = calm > 1 or k > 0 and old_step <= 1e-9 and (info[RESIDUAL] <= tolerance or stalled
+                                                               or at_rounding(F, J, U, tolerance))
         for i in range(n):
             for j in range(n):
                 K[i, j] = J[i, j] * scales[j]
@@ -470,15 +522,19 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     for i in range(n):
         for j in range(n):
             K[i, j] = (J[i, j] - 2.0 * C[i, j] if j < size else J[i, j]) * scales[j]
+        K[i, 0] += C[i, size] * scales[0]
         K[i, n] = 0.0
         K[n, i] = 0.0
     K[n, n] = 1.0
     sign, log = lu(K, pivot)
-    monitor(T, nodes, fixed, span, closure, U, weights, info)
+    whole = U.copy()
+    if span == 0.0:
+        whole[0], span = 0.0, U[0]
+    monitor(T, nodes, fixed, span, closure, whole, weights, info)
     short = 1.0  # det J(mu) carries the duration of every contact as a factor: an elastic graze is no flip
     for i in range(nodes.shape[0]):
         if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
-            duration = U[i * size] - (U[(i - 1) * size] if i > 0 else U[n - size] - span)
+            duration = whole[i * size] - (whole[(i - 1) * size] if i > 0 else whole[n - size] - span)
             short *= (duration / (0.05 + abs(duration)))**nodes[i, DIVIDE]
     if abs(short) < 1e-9:
         info[FLIP] = np.nan

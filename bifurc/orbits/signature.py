@@ -1,10 +1,13 @@
 """Event signature of a periodic orbit: which guards fire in which modes, in what order, and how the orbit closes."""
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..compose.scene import Scene
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS, TOGETHER
+from ..compose.writer import kernels
+from .births import needs_samples, sampled_orders
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
 
 PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
 MOST = 5  # orders looked at
@@ -20,22 +23,36 @@ class Signature:
         Mode before, guard (-1: section at a fixed time), mode after, order of the trivial root of its closing row, 1 where
         an infinite sequence is closed, and what `divided` adds.
     fixed : ndarray (m,)
-        Times of sections, periods.
+        Times of sections, periods; of an autonomous orbit without events the normal (1 over the units of the states) and
+        the value of its section, (ns + 1,).
     span : float
-        Forcing periods after which the orbit closes; half of one for orbits solved on the half period.
+        Forcing periods after which the orbit closes; half of one for orbits solved on the half period; 0: unknown, the
+        place of the first time among the unknowns holds it (autonomous systems).
     closure : int
         1, or -1 when ``y(t + span) = -y(t)``.
+    clock : float
+        Unit of all times of an autonomous orbit, time; 0: the forcing period.
     """
 
     nodes: np.ndarray
     fixed: np.ndarray
     span: float
     closure: int = 1
+    clock: float = 0.0
 
     @property
     def key(self) -> tuple:
         """What tells signatures apart."""
-        return (self.nodes.tobytes(), self.fixed.tobytes(), self.span, self.closure)
+        return (self.nodes.tobytes(), self.fixed.tobytes(), self.span, self.closure, self.clock)
+
+    def written_out(self, U: np.ndarray) -> tuple["Signature", np.ndarray]:
+        """Return the orbit with its period as a number and its first node at time zero: as if it were forced with it."""
+        if self.span > 0.0:
+            return self, U
+        times = np.array(U, float)
+        times[0] = 0.0
+        fixed = np.zeros(len(self.nodes))
+        return Signature(self.nodes, fixed, float(U[0]), self.closure, self.clock), times
 
     @property
     def events(self) -> int:
@@ -58,13 +75,15 @@ class Signature:
         events = [(int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
         for c in range(2 * scene.n, scene.ns):
             if all(not T.A[m, c].any() and c not in [place for place, _ in scene.slaved(m)] for m in modes) \
-                    and all(np.array_equal(T.R[m, g, c], unit[c]) for m, g in events):
+                    and all(np.array_equal(slope_of_jump(scene, T, m, g)[c], unit[c]) for m, g in events):
                 found.append(c)
         if len(modes) == 1 and not events:
             for row in T.H[next(iter(modes))][:T.n_holds[next(iter(modes))]]:
+                if row[scene.ns:].any():  # carried along: it does not rest
+                    continue
                 place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
                 surface = T.S[next(iter(modes))]
-                if not surface.any() and place not in found:
+                if not surface.any() and not row[scene.ns:].any() and place not in found:  # a belt carries what it holds
                     found.append(place)
         return sorted(found)
 
@@ -79,8 +98,11 @@ class Signature:
                 parts[-1] = f"{name} x{count + 1}"
             else:
                 parts.append(name)
-        still = "rest" if scene.tables.n_holds[self.nodes[0, AFTER]] else "free"
-        return f"{', '.join(parts) or still} / {self.span:g} T{' (half)' if self.closure < 0 else ''}"
+        T, mode = scene.tables, int(self.nodes[0, AFTER])
+        held = T.H[mode, :T.n_holds[mode], scene.ns:]
+        still = "carried" if held.any() else "rest" if len(held) else "free"
+        span = "" if self.clock else f"{self.span:g} "
+        return f"{', '.join(parts) or still} / {span}T{' (half)' if self.closure < 0 else ''}"
 
 
 def sections(mode: int, span: float, closure: int = 1) -> Signature:
@@ -101,8 +123,12 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     whole[:, :ENDING] = nodes[:, :ENDING]
     whole[:, ENDING] = -1
     known: dict[tuple, np.ndarray] = {}
-    for node in whole:
-        key = (*(int(value) for value in node[:DIVIDE]), int(node[CLOSES] == 1))
+    for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is zero all the last interval counts for the first
+        node, zero = whole[i], tuple(np.flatnonzero(whole[i - 1, STARTS:] == FOREVER).tolist())
+        if i == 0 and closure < 0:
+            zero = tuple(sorted(scene.mirror_guard(int(whole[-1, AFTER]), q) for q in zero))
+        before, guard, after = (int(value) for value in node[:DIVIDE])
+        key = (before, guard, after, int(node[CLOSES] == 1), zero)
         if key not in known:
             known[key] = start_orders(scene, T, *key)
         node[STARTS:STARTS + known[key].size] = known[key]
@@ -118,37 +144,74 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
         if opening[GUARD] < 0:
             continue
         order = abs(int(opening[STARTS + guard]))
+        order = 0 if order == FOREVER else order
         node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard) else order
     return whole
 
 
-def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: int) -> np.ndarray:
+def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: int, zero: tuple = ()) -> np.ndarray:
     """Return for every guard of the mode ``after`` the order of its trivial zero just after an event.
 
     It is negative where the leading rate is a condition of its own, neither given by a kick nor by the rate with which the
-    event arrived.
+    event arrived; `FOREVER` where the guard stays zero.  The guards ``zero`` of the mode ``before`` have been zero in all of it.
     """
+    orders = np.zeros(int(T.n_guards[after]), np.int64)
+    if guard >= 0 and not closes:
+        orders = sampled_orders(scene, T, before, guard, after) if needs_samples(T, before, guard, after) else implied_orders(
+            scene, T, before, guard, after, zero)
+    orders[held_guards(T, after)] = FOREVER
+    return orders
+
+
+def held_guards(T, mode: int) -> list[int]:
+    """Return the guards of a mode that are zero as long as it lasts, because of the rows that it holds: the speed of friction
+    under a mass that rests on its stop."""
+    rows = [row for k in range(int(T.n_holds[mode])) for row in (T.H[mode, k], T.S[mode, k])]
+    basis = _basis(rows, np.ones(T.A.shape[2]))
+    found = []
+    for q in range(int(T.n_guards[mode])):
+        row = T.G[mode, q]
+        length = np.sqrt(row @ row)
+        if length > 0.0 and not T.LG[mode, q].any() and np.abs(row - basis.T @ (basis @ row)).max() <= PROPORTIONAL * length:
+            found.append(q)
+    return found
+
+
+def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: tuple = ()) -> np.ndarray:
+    """Return the orders of `start_orders` after an event whose jump and guards are affine."""
     count = int(T.n_guards[after])
     orders = np.zeros(count, np.int64)
     ns, nx = T.A.shape[1], T.A.shape[2]
-    if guard < 0 or closes:
-        return orders
     reset = np.eye(nx)
-    reset[:ns] = T.R[before, guard]
+    reset[:ns] = slope_of_jump(scene, T, before, guard)
     held = [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k])]
+    held += [T.G[before, q] for q in zero]
     size = np.ones(nx)
     size[scene.n:2 * scene.n] = scene.omega or 1.0
     basis = _basis([T.G[before, guard], *held], size)
     arrival = _basis([T.G[before, guard], *held, T.GT[before, guard, :, 1]], size)
     for q in range(count):
-        for order in range(MOST):
+        for order in range(T.GT.shape[3]):
             row = T.GT[after, q, :, order] @ reset * size
             length = np.sqrt(row @ row)
+            if order >= MOST and length > 0.0:
+                break
             if length > 0.0 and np.abs(row - basis.T @ (basis @ row)).max() > PROPORTIONAL * length:
                 own = np.abs(row - arrival.T @ (arrival @ row)).max() > PROPORTIONAL * length
-                orders[q] = -order if own and not T.kick[before, guard] else order
+                # the speed with which a kick throws back is implied; after a plastic one the next rate is a condition
+                orders[q] = -order if own and (not T.kick[before, guard] or order > 1) else order
                 break
+        else:
+            orders[q] = FOREVER  # a mass that sticks on its stop touches it
     return orders
+
+
+def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
+    """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
+    P = np.empty((T.A.shape[1], T.A.shape[2]))
+    x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
+    kernels(scene.laws, scene.n, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
+    return P
 
 
 def coincide(scene: Scene, T, opening, guard: int) -> bool:
@@ -157,7 +220,7 @@ def coincide(scene: Scene, T, opening, guard: int) -> bool:
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
-    if T.kick[before, fired] or owner == scene.guard(before, fired).element:
+    if T.kick[before, fired] or owner == scene.guard(before, fired).element or needs_samples(T, before, fired, after):
         return False
     a, b = T.G[before, fired], T.G[after, guard]
     size = np.sqrt((a @ a) * (b @ b))
@@ -186,11 +249,13 @@ def translated(signature: Signature, scene: Scene, other: Scene) -> Signature:
     nodes = signature.nodes[:, :ENDING].copy()
     for column in (BEFORE, AFTER):
         nodes[:, column] = [number[m] for m in nodes[:, column].tolist()]
-    return Signature(divided(other, nodes, closure=signature.closure), signature.fixed, signature.span, signature.closure)
+    return dataclasses.replace(signature, nodes=divided(other, nodes, closure=signature.closure))
 
 
 def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signature, np.ndarray]:
-    """Return a half-period orbit written out over the full period, with its unknowns (2m (1 + ns),)."""
+    """Return an orbit written out over its full period, a number, with its unknowns (m (1 + ns),); twice as many nodes where
+    it was solved on the half period."""
+    signature, U = signature.written_out(U)
     if signature.closure > 0:
         return signature, U
     mirrored = signature.nodes.copy()
@@ -208,5 +273,5 @@ def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signatu
     other = -rows
     other[:, 0] = rows[:, 0] + signature.span
     whole = Signature(np.vstack([signature.nodes, mirrored]), np.concatenate([signature.fixed, signature.fixed + signature.span]),
-                      2.0 * signature.span)
+                      2.0 * signature.span, clock=signature.clock)
     return whole, np.vstack([rows, other]).ravel()

@@ -10,6 +10,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import ScaledTranslation
 
 from . import style
 from .motions import describe
@@ -18,6 +19,8 @@ from .motions import describe
 _COLORS = [("#9ecae6", style.BLUE), ("#f6c9a6", style.VERMILION), ("#a9dcc6", style.GREEN), ("#ecc9dc", style.PURPLE),
            ("#f7ef9a", "#8a8200"), ("#f3d595", style.ORANGE), ("#cfe7f6", style.SKY), ("#d9d9d9", style.BLACK)]
 _MARKERS = "osD^vP*X"
+_UNDER_LABELS = 34.0  # points from the axes to the legend: tick labels and the label of the axis lie between
+_TWO_COLUMNS = 4.0  # inches of axes on which two columns of the legend fit
 _BEYOND = 2  # code of cells beyond a stop in ``states``
 _SPECIAL = [(None, "#ffffff", None, "unresolved"), (_BEYOND, "#f2f2f2", "////", "beyond the stop"),  # code, tint, hatch, words
             (3, "#303030", None, "to infinity")]
@@ -53,15 +56,8 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
         (ax,) = style.shown_figure(6.3, 4.6)
     count = len(basins.attractors)
     states = getattr(basins, "states", None)
-    codes, special = labels + len(_SPECIAL), []
-    for place, (code, tint, hatch, words) in enumerate(_SPECIAL[:1] if states is None else _SPECIAL):
-        mine = (labels == -1) & ((states == code) if states is not None and code is not None else labels == -1)
-        if code is None and states is not None:
-            mine &= ~np.isin(states, [other for other, *_ in _SPECIAL if other is not None])
-        if mine.any():
-            codes = np.where(mine, place, codes)
-            special.append((tint, hatch, words, mine.mean() if code == _BEYOND else None, mine))
-    tints = ListedColormap([*(tint for _, tint, _, _ in _SPECIAL), *(_COLORS[k % len(_COLORS)][0] for k in range(count))])
+    codes, special = cell_codes(basins)
+    tints = ListedColormap(tints_of(count))
     (left, bottom), (right, top) = grid.low, grid.high
     ax.imshow(codes.T, origin="lower", extent=(left, right, bottom, top), interpolation="nearest", aspect="auto",
               cmap=tints, vmin=-0.5, vmax=count + len(_SPECIAL) - 0.5, zorder=1)
@@ -78,9 +74,11 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
                 ax.contourf(across, up, mine.T, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=1.5)
     handles += _saddles(ax, grid, _degrees(basins.attractors[0]) if count else 1, saddle, unstable, stable)
     if handles:
+        below = ScaledTranslation(0.0, -_UNDER_LABELS / 72.0, ax.figure.dpi_scale_trans)
         ax.legend([group for group, _ in handles], [words for _, words in handles],
                   handler_map={tuple: HandlerTuple(ndivide=None, pad=0.4)}, loc="upper left",
-                  bbox_to_anchor=(0.0, -0.13), borderaxespad=0.0, ncols=2 if len(handles) > 1 else 1, handlelength=2.8)
+                  bbox_to_anchor=(0.0, 0.0), bbox_transform=ax.transAxes + below, borderaxespad=0.0,
+                  ncols=2 if len(handles) > 1 and _width(ax) > _TWO_COLUMNS else 1, handlelength=2.8)
     _said(ax, basins, labels, fresh)
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
@@ -89,6 +87,39 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
     return ax
+
+
+def _width(ax: Axes) -> float:
+    """Return the width of axes before they are laid out, inches."""
+    return float(ax.get_position().width * ax.figure.bbox.width / ax.figure.dpi)
+
+
+def tints_of(count: int) -> list[str]:
+    """Return the colours of the codes of `cell_codes` for so many attractors."""
+    return [*(tint for _, tint, _, _ in _SPECIAL), *(_COLORS[k % len(_COLORS)][0] for k in range(count))]
+
+
+def marker_color(label: int) -> str:
+    """Return the colour of an attractor's marker."""
+    return _COLORS[label % len(_COLORS)][1]
+
+
+def cell_codes(basins: Any) -> tuple[np.ndarray, list]:
+    """Return a code of each cell (0 unresolved, 1 beyond a stop, 2 to infinity, 3 the first attractor, ...).
+
+    With them the rows (tint, hatch, words, share, cells) of the codes without an attractor that occur.
+    """
+    labels = np.asarray(basins.labels)
+    states = getattr(basins, "states", None)
+    codes, special = labels + len(_SPECIAL), []
+    for place, (code, tint, hatch, words) in enumerate(_SPECIAL[:1] if states is None else _SPECIAL):
+        mine = (labels == -1) & ((states == code) if states is not None and code is not None else labels == -1)
+        if code is None and states is not None:
+            mine &= ~np.isin(states, [other for other, *_ in _SPECIAL if other is not None])
+        if mine.any():
+            codes = np.where(mine, place, codes)
+            special.append((tint, hatch, words, mine.mean() if code == _BEYOND else None, mine))
+    return codes, special
 
 
 def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
@@ -148,7 +179,7 @@ def _said(ax: Axes, basins: Any, labels: np.ndarray, fresh: bool) -> None:
     noise = getattr(basins, "label_uncertainty", None)
     if noise is not None:
         words.append(f"predicted label noise {_scientific(noise)}")
-    ax.set_title(", ".join(words), loc="right", fontsize=7.5)
+    ax.set_title("\n".join(textwrap.wrap(", ".join(words), max(20, int(18.0 * _width(ax))))), loc="right", fontsize=7.5)
     trust = getattr(basins, "trust", None)
     if fresh and trust is not None:  # a figure of our own has room for it
         ax.figure.supxlabel("\n".join(textwrap.wrap(trust.statement.replace("+-", "\u00b1"), 108)), x=0.02, ha="left", fontsize=7)

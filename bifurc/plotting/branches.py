@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import Normal, Stroke
 
 from . import style
 
@@ -35,25 +36,28 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
     points : bool
         Whether special points are marked.
 
+    After ``branch.certify()`` proved rows carry dots, and proved special points rings.
+
     Returns
     -------
     matplotlib.axes.Axes
     """
     if ax is None:
         (ax,) = style.shown_figure(6.3, 3.9)
-    if measure is None:
-        measure = "rms_0" if _column(branch, "rms_0") is not None else "u_0"
-    s, x, y = (np.asarray(branch.column(name), float) for name in ("s", branch.parameter, measure))
-    special = list(branch.special_points)
-    at_points = [_value(point, measure, s, y) for point in special]
-    words = _contact_words(branch)
-    for (contact, stable), px, py in pieces(branch, s, x, y, special, at_points):
-        word = "" if contact is None else words[contact]
+    measure = measure or default_measure(branch)
+    lines, at_points = runs(branch, measure)
+    for word, contact, stable, px, py in lines:
         color = style.BLACK if contact is None else (style.IMPACTING if contact else style.FREE)
-        ax.plot(px, py, color=color, linestyle=_DASHES[stable], linewidth=1.6 if stable == 1 else 1.2,
-                label=word + _WORDS[stable], solid_capstyle="round", zorder=3 if stable == 1 else 2)
+        # dashes lie above full lines and have a light edge: an unstable motion is seen where a stable one covers it
+        (line,) = ax.plot(px, py, color=color, linestyle=_DASHES[stable], linewidth=1.6 if stable == 1 else 1.2,
+                          label=word, solid_capstyle="round", zorder=3 if stable == 1 else 3.5)
+        if stable != 1:
+            line.set_path_effects([Stroke(linewidth=3.0, foreground="white"), Normal()])
+    certificate = getattr(branch, "certificate", None)
+    if certificate is not None:
+        _mark_proved(ax, branch, certificate, measure, at_points if points else [])
     if points:
-        for point, value in zip(special, at_points, strict=True):
+        for point, value in zip(branch.special_points, at_points, strict=True):
             kind = str(point.kind)
             marker, face, word = style.POINTS.get(kind, ("o", style.GREY, kind.replace("_", " ")))
             ax.plot([point.parameter], [value], linestyle="none", marker=marker, markersize=6.5 if marker == "*" else 5,
@@ -62,6 +66,17 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
     ax.set_ylabel(style.measure_label(measure, single=_column(branch, "rms_1") is None))
     style.legend(ax)
     return ax
+
+
+def _mark_proved(ax: Axes, branch: Any, certificate: Any, measure: str, at_points) -> None:
+    """Mark proved rows by dots, and proved special points by rings."""
+    x, y = (np.asarray(branch.column(name), float) for name in (branch.parameter, measure))
+    proved = certificate.proved_rows
+    ax.plot(x[proved], y[proved], linestyle="none", marker=".", markersize=6, color=style.GREEN, zorder=4, label="proved")
+    for point, value, found in zip(branch.special_points, at_points, certificate.points, strict=False):
+        if found.proved:
+            ax.plot([point.parameter], [value], linestyle="none", marker="o", markersize=11, markerfacecolor="none",
+                    markeredgecolor=style.GREEN, markeredgewidth=1.2, zorder=4)
 
 
 def plot_branches(branches: Iterable[Any], ax: Axes | None = None, measure: str | None = None) -> Axes:
@@ -74,6 +89,22 @@ def plot_branches(branches: Iterable[Any], ax: Axes | None = None, measure: str 
         ax = plot_branch(branch, ax, measure)
     assert ax is not None
     return ax
+
+
+def default_measure(branch: Any) -> str:
+    """Return the column that a diagram shows when none is named."""
+    return "rms_0" if _column(branch, "rms_0") is not None else "u_0"
+
+
+def runs(branch: Any, measure: str) -> tuple[list[tuple[str, bool | None, int, np.ndarray, np.ndarray]], list[float]]:
+    """Return the lines ``(words, contact, stable, x, y)`` of a branch, and the measure at its special points."""
+    s, x, y = (np.asarray(branch.column(name), float) for name in ("s", branch.parameter, measure))
+    special = list(branch.special_points)
+    at_points = [_value(point, measure, s, y) for point in special]
+    words = _contact_words(branch)
+    rest = "at rest, " if _column(branch, "eigenvalue_0") is not None else ""
+    return [((rest if contact is None else words[contact]) + _WORDS[stable], contact, stable, px, py)
+            for (contact, stable), px, py in pieces(branch, s, x, y, special, at_points)], at_points
 
 
 def pieces(branch: Any, s, x, y, special, at_points) -> list[tuple[tuple[bool | None, int], np.ndarray, np.ndarray]]:
@@ -133,7 +164,10 @@ def _nodes(s, x, y, keys, special, at_points) -> tuple[np.ndarray, list]:
 
 
 def _smooth(nodes: np.ndarray) -> np.ndarray:
-    """Return points ``(x, y)``, `_FINE` an interval, of cubics over s with the slopes of parabolas at the nodes."""
+    """Return points ``(x, y)``, `_FINE` an interval, of monotone cubics over s: between two nodes no value beyond theirs.
+
+    Slopes of parabolas, limited as by Fritsch & Carlson (1980): a row that was stored next to a fast change does not swing.
+    """
     h = np.diff(nodes[:, 0])
     if len(h) < 2:
         return np.linspace(nodes[0, 1:], nodes[-1, 1:], len(h) * _FINE + 1)
@@ -142,10 +176,14 @@ def _smooth(nodes: np.ndarray) -> np.ndarray:
     left, right = h[:-1, None], h[1:, None]
     slope[1:-1] = (right * chord[:-1] + left * chord[1:]) / (left + right)
     slope[0], slope[-1] = 2 * chord[0] - slope[1], 2 * chord[-1] - slope[-2]
+    before, after = np.vstack([chord[:1], chord]), np.vstack([chord, chord[-1:]])
+    steepest = np.where(before * after > 0.0, 3.0 * np.minimum(np.abs(before), np.abs(after)), 0.0)
+    slope = np.where(slope * before > 0.0, np.sign(slope) * np.minimum(np.abs(slope), steepest), 0.0)
     t = (np.arange(_FINE) / _FINE)[None, :, None]
     a, b = nodes[:-1, None, 1:], nodes[1:, None, 1:]
     da, db = (part[:, None] * h[:, None, None] for part in (slope[:-1], slope[1:]))
     curve = a + (b - a) * t * t * (3 - 2 * t) + t * (1 - t) * ((1 - t) * da - t * db)
+    curve = np.clip(curve, np.minimum(a, b), np.maximum(a, b))  # but for rounding it lies there
     return np.vstack([curve.reshape(-1, 2), nodes[-1:, 1:]])
 
 
@@ -165,14 +203,24 @@ def _contact(branch: Any, n: int) -> list[bool | None]:
 def _contact_words(branch: Any) -> tuple[str, str]:
     """Return what the legend calls motions without and with events."""
     counts = _column(branch, "n_events")
+    orbits: Any = () if counts is None else getattr(branch, "orbits", ())
+    moves = len(orbits) > 0 and getattr(orbits[0], "autonomous", False)  # without excitation nothing that is stuck vibrates
     if counts is None or not np.any(counts > 0):
-        return _CONTACTS[0][1]
+        if len(orbits) > 0 and _one_mode(orbits[0]):
+            return "", ""
+        return ("vibrating, ", "") if moves else _CONTACTS[0][1]
     most = np.flatnonzero(counts == np.max(counts))  # the middle one: the first may lie on an onset, with nothing seen yet
     kinds = {str(event.kind) for event in branch.orbits[int(most[len(most) // 2])].events}
     for allowed, words in _CONTACTS:
         if kinds <= allowed:
-            return words
+            return ("sliding, ", "stick-slip, ") if moves and "stick" in kinds else words
     return "without events, ", "with events, "
+
+
+def _one_mode(orbit: Any) -> bool:
+    """Return whether no element of the orbit's system has a second mode, so that nothing can happen on any motion."""
+    elements = getattr(getattr(orbit, "system", None), "elements", None)
+    return elements is not None and all(tuple(getattr(element, "start", ())) == ("always",) for element in elements)
 
 
 def _stable(branch: Any, n: int) -> list[int]:
@@ -188,3 +236,21 @@ def _column(branch: Any, name: str):
         return branch.column(name)
     except (KeyError, ValueError):  # an algebraic problem has neither events nor stability
         return None
+
+
+@style.styled
+def plot_over(ax: Axes, points, away) -> Axes:
+    """Lay points (k, 2) over a diagram; the legend tells their mean and largest distance ``away`` (k,) from it.
+
+    Points that nothing reaches (infinite distance) are drawn hollow and counted apart.
+    """
+    found, away = np.asarray(points, float), np.asarray(away, float)
+    near = np.isfinite(away)
+    if near.any():
+        word = f"points, distance {away[near].mean():.2g} (largest {away[near].max():.2g})"
+        ax.plot(found[near, 0], found[near, 1], "x", color=style.BLACK, markersize=4.5, label=word, zorder=6)
+    if not near.all():
+        ax.plot(found[~near, 0], found[~near, 1], "o", markerfacecolor="none", markeredgecolor=style.BLACK, markersize=4.5,
+                label=f"{int((~near).sum())} points beyond the branch", zorder=6)
+    style.legend(ax)
+    return ax

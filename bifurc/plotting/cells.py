@@ -122,7 +122,7 @@ def plot_morse(cells: Any, ax: Axes | None = None, least: int = 1) -> Axes:
     Parameters
     ----------
     cells : CellMap
-        Anything with ``morse`` (networkx.DiGraph, see `bifurc.basins.morse.morse_graph`) and ``attractors``.
+        Anything with ``morse`` (networkx.DiGraph, see `bifurc.basins.cells.morse.morse_graph`) and ``attractors``.
     ax : matplotlib.axes.Axes, optional
     least : int
         Transient groups of fewer cells are left out; what they connect stays connected.

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from . import style
+from .rotors import draw_rotor, relative, ring_of
 
 _JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
 
@@ -16,6 +17,8 @@ _JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
 @style.styled
 def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, samples: int = 4000) -> list[Axes]:
     """Draw a periodic orbit: phase plane with the stops, and one period against time with the events marked.
+
+    Of a rotor in a stator the path in the plane is drawn, and its distance from the centre of the stator.
 
     Parameters
     ----------
@@ -35,11 +38,19 @@ def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, sam
     unit = orbit.period / orbit.periods if _forced(orbit.system) else 1.0
     axes = _draw(t, y, orbit.events, orbit.system, axes, dof, unit)
     axes[1].set_xlim(t[0] / unit, (t[0] + orbit.period) / unit)
-    (start,) = axes[0].plot(y[0, dof], y[0, y.shape[1] // 2 + dof], "k.", markersize=6, zorder=6)
+    ring = ring_of(orbit.system)
+    first = (y[0, dof], y[0, y.shape[1] // 2 + dof]) if ring is None else relative(ring, y[:1])[0]
+    (start,) = axes[0].plot(*first, "k.", markersize=6, zorder=6)
     start.set_label("section point, phase 0")
     _legend(axes[0])
     stable = {True: ", stable", False: ", unstable", None: ""}[orbit.stable]
-    axes[1].set_title(describe(orbit) + stable, loc="right", fontsize=8)
+    legend = axes[1].get_legend()
+    if legend is None:
+        axes[1].set_title(describe(orbit) + stable, loc="right", fontsize=8)
+    else:  # above the entries, which lie above the axes
+        legend.set_title(describe(orbit) + stable)
+        legend.get_title().set_fontsize(8)
+        legend.set_alignment("left")
     return axes
 
 
@@ -70,12 +81,15 @@ def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: in
 
 
 def describe(attractor: Any) -> str:
-    """Return words for an attractor: its period in forcing periods and its impacts."""
+    """Return words for an attractor: its period in forcing periods, its impacts and its contacts with what gives way."""
     if hasattr(attractor, "points"):
         return "chaotic"
-    impacts = sum(str(row.kind) in ("impact", "chatter") for row in attractor.events)
-    hits = "no impact" if not impacts else f"{impacts} impact" + "s" * (impacts > 1)
-    return f"period {attractor.periods}, {hits}"
+    kinds = [str(row.kind) for row in attractor.events]
+    counts = {"impact": kinds.count("impact") + kinds.count("chatter"), "contact": kinds.count("contact")}
+    hits = [f"{count} {word}" + "s" * (count > 1) for word, count in counts.items() if count]
+    walls = [element for element in getattr(getattr(attractor, "system", None), "elements", ()) if hasattr(element, "gap")]
+    elastic = len(walls) > 0 and not any(hasattr(wall, "restitution") for wall in walls)
+    return ", ".join([f"period {attractor.periods}", *(hits or ["no contact" if elastic else "no impact"])])
 
 
 class Wall(NamedTuple):
@@ -111,6 +125,11 @@ def _forced(system: Any) -> bool:
 
 def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:
     phase, history = style.shown_figure(6.9, 3.1, columns=2, width_ratios=(1, 1.35)) if axes is None else axes
+    ring = ring_of(system)
+    if ring is not None:
+        draw_rotor(ring, t, y, events, (phase, history), unit, "time / forcing period" if _forced(system) else "time")
+        _legend(history)
+        return [phase, history]
     n = y.shape[1] // 2
     x, v = y[:, dof], y[:, n + dof]
     jumps = np.array([row.time for row in events if str(row.kind) in _JUMPS])

@@ -12,7 +12,7 @@ _LINES = ("-", (0, (5, 1.5)))  # of the variants in a picture of peaks
 
 @style.styled
 def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, ax: Axes | None = None, measure: str = "max_0",
-                   curve: Any = None) -> Axes:
+                   curve: Any = None, measured: np.ndarray | None = None) -> Axes:
     """Draw branches over their parameter, one a value of a second parameter, with their peaks and the curve through them.
 
     Parameters
@@ -28,6 +28,8 @@ def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, 
         Column on the vertical axis.
     curve : ParameterCurve, optional
         Of the peaks.
+    measured : array (k, 2), optional
+        Points of an experiment, or of another program: parameter and measure.
 
     Returns
     -------
@@ -48,6 +50,9 @@ def plot_responses(branches: Sequence[Any], values: Sequence[float], name: str, 
     if curve is not None:
         ax.plot(curve.column(branches[0].parameter), curve.column(measure), color=style.GREY, linewidth=0.8,
                 linestyle=(0, (1, 1.5)), zorder=3)
+    if measured is not None:
+        ax.plot(measured[:, 0], measured[:, 1], linestyle="none", marker="o", markersize=3.5, markerfacecolor="none",
+                markeredgecolor="black", markeredgewidth=0.8, label="measured", zorder=6)
     high = max(float(np.nanmax(branch.column(measure))) for branch in branches)
     shown = np.concatenate([branch.column(branch.parameter)[branch.column(measure) > 0.1 * high] for branch in branches])
     ax.set_xlim(shown.min(), shown.max())  # where something is to be seen

@@ -3,12 +3,14 @@
 Colours are those of M. Okabe and K. Ito (Color Universal Design, 2008): they stay apart for colour-blind readers and,
 with the line styles and marker shapes used beside them, in grey print.
 """
+import contextvars
 import functools
 import os
 import re
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -32,6 +34,9 @@ POINTS = {
     "separation": ("<", "white", "separation"),
     "chatter_completion": ("*", ORANGE, "chatter completion"),
     "peak": ("d", "white", "peak"),
+    "hopf": ("h", YELLOW, "Hopf"),
+    "cycle_end": ("X", VERMILION, "end of the cycle"),
+    "boundary_equilibrium": ("<", SKY, "boundary equilibrium"),
 }
 
 # kind of event: (marker, colour, words)
@@ -53,7 +58,7 @@ _MEANINGS = {"omega": "forcing frequency", "amplitude": "forcing amplitude", "ze
 _RAMP = ["#7fb8d6", "#4a98c9", "#1f78b4", "#8a6d00", "#d55e00", "#a63603", "#6b2300", "#000000"]
 _MEASURES = {"max": r"\max\,", "min": r"\min\,", "rms": r"\mathrm{rms}\,"}
 
-_RC = {
+RC: dict[Any, Any] = {
     "font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8,
     "legend.fontsize": 7.5, "legend.frameon": True, "legend.framealpha": 0.9, "legend.edgecolor": "none",
     "legend.borderpad": 0.3, "legend.labelspacing": 0.35, "legend.handlelength": 2.4,
@@ -64,13 +69,35 @@ _RC = {
 }
 
 
+_NO_LABELS: dict[str, str] = {}
+_LABELS: contextvars.ContextVar[dict[str, str]] = contextvars.ContextVar("labels", default=_NO_LABELS)
+
+
+def checked_names(names: Mapping[str, str]) -> dict[str, str]:
+    """Return labels by name.
+
+    Raises
+    ------
+    ValueError
+        When it is no mapping of text to text.
+    """
+    if not isinstance(names, Mapping) or not all(isinstance(item, str) for pair in names.items() for item in pair):
+        raise ValueError(f"names = {names!r} is not allowed; it must map names to labels, such as {{'omega': 'speed (rad/s)'}}")
+    return dict(names)
+
+
 def styled(function: Callable) -> Callable:
     """Run a plotting function under the package's style; the user's own settings are untouched afterwards."""
 
     @functools.wraps(function)
-    def inside(*arguments, **keywords):
-        with matplotlib.rc_context(_RC):
-            return function(*arguments, **keywords)
+    def inside(*arguments, names: Mapping[str, str] | None = None, **keywords):
+        token = _LABELS.set({**_LABELS.get(), **checked_names(names)}) if names is not None else None
+        try:
+            with matplotlib.rc_context(RC):
+                return function(*arguments, **keywords)
+        finally:
+            if token is not None:
+                _LABELS.reset(token)
 
     return inside
 
@@ -132,7 +159,7 @@ def save_figure(made: Figure, path: str | os.PathLike, **options) -> Path:
         raise ValueError(f"path must end in one of {endings}, got {str(path)!r}")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
-        made.savefig(temporary, format=kind, **{"dpi": _RC["savefig.dpi"], **options})
+        made.savefig(temporary, format=kind, **{"dpi": RC["savefig.dpi"], **options})
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -145,7 +172,9 @@ def sequence(count: int) -> list[str]:
 
 
 def parameter_label(name: str) -> str:
-    """Return words and symbol of a parameter: ``omega`` -> forcing frequency, Greek omega."""
+    """Return words and symbol of a parameter: ``omega`` -> forcing frequency, Greek omega; the user's own label first."""
+    if name in _LABELS.get():
+        return _LABELS.get()[name]
     symbol = _SYMBOLS.get(name)
     meaning = _MEANINGS.get(name)
     if meaning and symbol:
@@ -155,6 +184,8 @@ def parameter_label(name: str) -> str:
 
 def measure_label(name: str, single: bool = False) -> str:
     """Return the symbol of a branch column: ``max_0`` -> max x_1 (counted from 1 in print; a single body is x)."""
+    if name in _LABELS.get():
+        return _LABELS.get()[name]
     match = re.fullmatch(r"(max|min|rms|h1)_(\d+)", name)
     if match is None:
         return name
@@ -164,6 +195,9 @@ def measure_label(name: str, single: bool = False) -> str:
 
 def component_label(index: int, n: int) -> str:
     """Return the symbol of state component ``index`` of ``n`` displacements, then ``n`` velocities, then memory."""
+    kind, place = ("q", index) if index < n else ("v", index - n) if index < 2 * n else ("w", index - 2 * n)
+    if f"{kind}{place}" in _LABELS.get():
+        return _LABELS.get()[f"{kind}{place}"]
     if index >= 2 * n:
         return f"$w_{{{index - 2 * n + 1}}}$"
     letter = "x" if index < n else r"\dot{x}"

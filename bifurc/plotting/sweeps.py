@@ -9,6 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from . import style
 from .basins import _COLORS
 from .branches import plot_branch
+from .motions import describe
 
 _MEASURES = {"max": "maximum", "min": "minimum", "rms": "rms"}  # of an orbit, by the first part of a column's name
 _SHOWN = 6  # families with a colour of their own: those that hold the largest shares
@@ -62,6 +63,8 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
                        transform=above.get_xaxis_transform(), zorder=4)
     stack = [shares[:, list(family)].sum(axis=1) for family in own]
     words = [_family([tracks[number] for number in family]) for family in own]
+    for k in [k for k, word in enumerate(words) if words.count(word) > 1]:  # motions of one period differ by what happens in it
+        words[k] = describe(tracks[own[k][0]].attractors[0])
     tints, edges = [tint for tint, _ in _COLORS[:len(own)]], [color for _, color in _COLORS[:len(own)]]
     if others:
         stack.append(sum(shares[:, list(family)].sum(axis=1) for family in others))

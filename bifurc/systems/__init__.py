@@ -1,17 +1,31 @@
 """Ready systems of the literature.  Builders take keywords only; the keywords are the parameters of the system."""
-from .chains import impact_chain
-from .dampers import friction_damped_oscillator, macro_slip_contact, micro_slip_ring, micro_slip_strip
-from .friction import dry_friction_oscillator, jenkins_oscillator
-from .oscillators import (
-    bilinear_oscillator,
-    bouncing_ball,
-    duffing_oscillator,
-    impact_oscillator,
-    moving_frame_impact_oscillator,
-    two_sided_impact_oscillator,
-)
+import importlib
 
-__all__ = ["bilinear_oscillator", "bouncing_ball", "dry_friction_oscillator", "duffing_oscillator",
-           "friction_damped_oscillator", "impact_chain", "impact_oscillator", "jenkins_oscillator",
-           "macro_slip_contact", "micro_slip_ring", "micro_slip_strip", "moving_frame_impact_oscillator",
-           "two_sided_impact_oscillator"]
+from ..system import builder as builder  # public: makes a function of yours a builder
+
+_MODULES = {
+    "belt": ("belt_oscillator",),
+    "chains": ("impact_chain",),
+    "dampers": ("friction_damped_oscillator", "macro_slip_contact", "micro_slip_ring", "micro_slip_strip"),
+    "friction": ("dry_friction_oscillator", "jenkins_oscillator"),
+    "oscillators": ("bilinear_oscillator", "bouncing_ball", "duffing_oscillator", "impact_oscillator",
+                    "moving_frame_impact_oscillator", "two_sided_impact_oscillator"),
+    "rotors": ("jeffcott_rotor", "oil_film_journal", "oil_film_rotor", "oil_film_rub_rotor", "rigid_stator_rotor",
+               "rotating_frame_rotor", "rotor_in_casing", "snubber_rotor"),
+}
+_NAMES = {name: module for module, names in _MODULES.items() for name in names}
+
+__all__ = [*sorted(_NAMES)]
+
+
+def __getattr__(name: str):
+    """Return a builder, whose file is read when it is first used (PEP 562)."""
+    if name not in _NAMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(__all__)}")
+    found = getattr(importlib.import_module(f"{__name__}.{_NAMES[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return __all__

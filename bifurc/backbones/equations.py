@@ -1,0 +1,130 @@
+"""Two ways to solve for an extended periodic motion: shooting through exact events, and harmonic balance."""
+import numpy as np
+
+from ..flow.simulate import simulate
+from ..hbm.balance import Balance
+from ..orbits.balance import HarmonicBalance
+from ..solve.newton import newton
+from ..system import System
+
+DIFFERENCE = 3e-6  # relative, central: Newton converges to rounding all the same
+SWING = 1e-3  # of the amplitude
+LONGEST = 2.0  # linear periods in which a motion is expected to come back
+CLOSED = 5e-12  # scaled misfit of an accepted motion
+
+
+def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: float, xi: float):
+    """Return state (ns,), omega, xi, scaled misfit and success, by shooting over the period (half of it where it is symmetric)."""
+    from .modes import with_negative_damping
+
+    n = system.n
+    half = system.symmetry == -1
+    first = simulate(with_negative_damping(system, xi), start, duration=0.0).final
+    ns = first.size
+    free = [c for c in range(ns) if c not in (dof, n + dof)]
+    scale = np.full(ns, abs(amplitude))
+    scale[n:2 * n] *= omega
+    sign, part = (-1.0, 0.5) if half else (1.0, 1.0)
+
+    def made(u):
+        y = np.empty(ns)
+        y[free] = u[:-2] * scale[free]
+        y[dof], y[n + dof] = amplitude, 0.0
+        return y, u[-2] * omega0, u[-1] * omega0
+
+    def misfit(u):
+        y, w, damping = made(u)
+        if not w > 0.0:
+            return np.full(ns, np.nan)
+        try:
+            motion = simulate(with_negative_damping(system, damping), y, duration=part * 2.0 * np.pi / w)
+        except ValueError:  # a start beyond a stop
+            return np.full(ns, np.nan)
+        return (sign * motion.final - y) / scale if motion.success else np.full(ns, np.nan)
+
+    def slope(u):
+        J = np.empty((ns, ns))
+        for k in range(ns):
+            step = np.zeros(ns)
+            step[k] = DIFFERENCE * max(1.0, abs(u[k]))
+            J[:, k] = (misfit(u + step) - misfit(u - step)) / (2.0 * step[k])
+        return J
+
+    omega0 = omega
+    y0 = first.copy()
+    y0[dof], y0[n + dof] = amplitude, 0.0
+    u = np.concatenate((y0[free] / scale[free], [1.0, xi / omega]))
+    found = newton(misfit, slope, u, 1.0)
+    left = misfit(found.x)
+    state, w, damping = made(found.x)
+    worst = float(np.abs(left).max()) if np.isfinite(left).all() else np.inf
+    return state, w, damping, worst, worst < CLOSED and swings(with_negative_damping(system, damping), state, w, dof)
+
+
+def swings(system: System, state: np.ndarray, omega: float, dof: int) -> bool:
+    """Return whether a coordinate moves to and fro over the period: a vanishing period closes without any motion."""
+    motion = simulate(system, state, duration=2.0 * np.pi / omega)
+    return motion.success and bool(np.ptp(motion.sample(65)[1][:, dof]) > SWING * abs(state[dof]))
+
+
+def returning(system: System, start: np.ndarray, dof: int, amplitude: float, omega: float) -> float:
+    """Return the frequency with which a motion from a turning point first turns there again; that given when it does not."""
+    try:
+        motion = simulate(system, start, duration=LONGEST * 2.0 * np.pi / omega)
+    except ValueError:  # a start beyond a stop: Newton will tell
+        return omega
+    t, y = motion.t, np.sign(amplitude) * motion.y[:, system.n + dof]
+    back = np.flatnonzero((y[:-1] > 0.0) & (y[1:] <= 0.0))
+    return omega if not back.size else 2.0 * np.pi / float(t[back[0]] + 0.5 * (t[back[0] + 1] - t[back[0]]))
+
+
+def balanced(system: System, method: HarmonicBalance, dof: int, amplitude: float, start: np.ndarray, omega: float, xi: float):
+    """Return state (ns,), omega, xi, scaled residual, success and first harmonic, by harmonic balance.
+
+    The residual depends on omega and xi as a quadratic polynomial (contacts see the phase, not the time), so that central
+    differences in them are exact.
+    """
+    from .modes import with_negative_damping
+
+    n = system.n
+    layout = method.layout(n, 1)
+    size = layout.size
+
+    def equations(w, damping) -> Balance:
+        return method.balance(with_negative_damping(system, damping, w), layout)
+
+    places = [[layout.place(k, d) for d in range(n)] for k in layout.harmonics]
+    turning, rising = np.zeros(size), np.zeros(size)
+    for k, mine in zip(layout.harmonics, places, strict=True):
+        spots = mine[dof]
+        turning[spots[0]] = 1.0
+        if k:
+            rising[spots[1]] = k
+    x = np.zeros(size)
+    fundamental = places[list(layout.harmonics).index(1)]
+    for d in range(n):
+        x[fundamental[d][0]], x[fundamental[d][1]] = start[d], start[n + d] / omega
+    force = abs(amplitude) * omega**2
+
+    def residual(u):
+        return np.concatenate((equations(u[-2], u[-1]).residual(u[:-2]) / force, [(turning @ u[:-2] - amplitude) / abs(amplitude),
+                                                                                (rising @ u[:-2]) / abs(amplitude)]))
+
+    def jacobian(u):
+        J = np.zeros((size + 2, size + 2))
+        J[:size, :size] = equations(u[-2], u[-1]).jacobian(u[:-2]) / force
+        for column, step in ((size, 1e-3 * u[-2]), (size + 1, 1e-3 * u[-2])):
+            up, down = u.copy(), u.copy()
+            up[column] += step
+            down[column] -= step
+            J[:size, column] = (residual(up)[:size] - residual(down)[:size]) / (2.0 * step)
+        J[size, :size], J[size + 1, :size] = turning / abs(amplitude), rising / abs(amplitude)
+        return J
+
+    scale = np.concatenate((np.full(size, abs(amplitude)), [omega, omega]))
+    found = newton(residual, jacobian, np.concatenate((x, [omega, xi])), scale)
+    u = found.x
+    left = float(np.abs(residual(u)).max())
+    values = layout.values(u[:-2], np.array([0.0]))[0]
+    speeds = layout.values(layout.derivative(u[:-2]), np.array([0.0]))[0] * u[-2]
+    return np.concatenate((values, speeds)), u[-2], u[-1], left, left < CLOSED, abs(layout.phasor(u[:-2], 1, dof))

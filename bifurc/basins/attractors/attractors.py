@@ -1,0 +1,312 @@
+"""Attractors: found from where motions end, confirmed before they get a number."""
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...compose.scene import scene_of
+from ...ensemble.marcher import Marcher, Targets
+from ...ensemble.outcomes import REACHED
+from ...ensemble.proximity import STAY, boxes
+from ...flow.simulate import simulate
+from ...orbits.find import find_orbit, finished, from_motion
+from ...orbits.lyapunov import lyapunov_exponents
+from ...system import System
+from .trapping import touches, trapping
+
+LONGEST = 128  # forcing periods of the longest orbit looked for, half of BLOCK (one of 73 periods with a rest is known)
+BLOCK = 256  # forcing periods between attempts
+ATTEMPTS = 4
+CLOSED = 1e-6  # scaled distance after which a return counts as one for certain
+NEAR = 0.03  # scaled distance of the settled motion from the orbit that is accepted for it
+SAME = 1e-6  # scaled distance of section points of one orbit found twice
+EXPONENT_PERIODS = 4000
+FOLDS = 10.0  # by how many factors e neighbours must part in all: turns of undamped motion give a small exponent, and a small error
+SAMPLE = 20000  # section points of a chaotic attractor
+PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
+COVERED = 0.999
+CLOUD = 100  # motions side by side
+CLOUD_SIZE = 1e-5  # scaled distance at which they start
+PARTING = 60  # forcing periods until they are told apart, and over which exponents are measured
+SETTLING = 10  # forcing periods until neighbours lie along the direction that grows
+APART = 1e-7  # scaled distance of neighbours
+MOST_EVENTS = 2000
+MOST_MEMBERS = 40000  # of a family that are told to the kernels, one a radius
+
+
+@dataclass(frozen=True)
+class ChaoticAttractor:
+    """A motion that settles on no orbit and whose neighbours part exponentially.
+
+    Attributes
+    ----------
+    system : System
+    points : ndarray
+        States at phase 0, (k, ns), k = 20000.
+    exponent, exponent_error : float
+        Largest Lyapunov exponent and its standard error, per time.
+    width : float
+        Side of the boxes, in units of ``scale``, that hold 99.9 % of the motion when those of the sample are taken.
+    cover : ndarray or None
+        Centres (K, ns) of boxes that hold the attractor and that the map over a forcing period carries into themselves, see
+        `bifurc.basins.attractors.trapping`: a start whose section point is in one has reached the attractor.
+    """
+
+    system: System
+    points: np.ndarray = field(repr=False)
+    exponent: float
+    exponent_error: float
+    width: float
+    cover: np.ndarray | None = field(default=None, repr=False)
+
+    stable = True
+
+    @property
+    def periods(self) -> None:
+        """No period."""
+        return None
+
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        header = {"kind": "chaotic_attractor", "system": self.system.to_record(), "exponent": self.exponent,
+                  "exponent_error": self.exponent_error, "width": self.width}
+        return header, {"points": self.points} | ({} if self.cover is None else {"cover": self.cover})
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "ChaoticAttractor":
+        """Make the attractor that `to_record` described."""
+        system = System.from_record(header["system"], elements)
+        return cls(system, arrays["points"], header["exponent"], header["exponent_error"], header["width"],
+                   arrays.get("cover"))
+
+    def __repr__(self):
+        return (f"ChaoticAttractor({len(self.points)} points, "
+                f"exponent {self.exponent:.4g} +- {self.exponent_error:.1g} per time)")
+
+
+def section_points(attractor) -> np.ndarray:
+    """Return the states (k, ns) of an attractor at phase 0, one a forcing period."""
+    if isinstance(attractor, ChaoticAttractor):
+        return attractor.points
+    return attractor.sample(attractor.periods + 1)[1][:-1]
+
+
+def examine(system: System, y: np.ndarray, scale: np.ndarray):
+    """Return the attractor on which the motion from ``y`` (ns,) at phase 0 settles, or None.
+
+    A return of the section points after k periods is only a candidate: Newton on the map must confirm an orbit there,
+    and its multipliers must call it stable.  A motion without return is chaotic when its largest exponent exceeds zero
+    by four standard errors.
+    """
+    for _ in range(ATTEMPTS):
+        motion = simulate(system, y, periods=BLOCK)
+        if not motion.success:
+            return None
+        sections = motion.sections / scale
+        y = motion.final
+        back = [(float(np.linalg.norm(sections[-1] - sections[-1 - k])), k) for k in range(1, LONGEST + 1)]
+        least = min(back)[0]
+        candidates = [k for gap, k in back if gap <= max(2.0 * least, CLOSED)]
+        for k in candidates[:2]:
+            orbit = from_motion(system, motion, BLOCK - 2 * k, k)  # of its end: a start may add an event of rounding
+            orbit = finished(orbit, None) if orbit.success else find_orbit(system, guess=y, periods=k)
+            if orbit.success and orbit.stable and distance(section_points(orbit) / scale, y / scale) <= NEAR:
+                return orbit
+    return sampled(system, y, scale)
+
+
+def distance(points: np.ndarray, y: np.ndarray) -> float:
+    """Return the distance of ``y`` (ns,) from the nearest of ``points`` (k, ns)."""
+    return float(np.sqrt(((points - y) ** 2).sum(axis=1).min()))
+
+
+def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttractor | None:
+    """Return the chaotic attractor on which ``y`` lies, or None when its exponent is not surely positive."""
+    carrier = Marcher(scene_of(system), MOST_EVENTS)
+    if scene_of(system).closed_form:
+        try:
+            measured = lyapunov_exponents(system, y, periods=EXPONENT_PERIODS, transient=0)
+        except ArithmeticError:
+            return None
+        exponent, error, span = float(measured.values[0]), float(measured.errors[0]), EXPONENT_PERIODS
+    elif carrier.lean:
+        exponent, error = parting(carrier, y, scale)
+        span = PARTING
+    else:
+        return None  # under laws without a batch kernel exponents are not known
+    if not exponent > 4.0 * error or exponent * float(carrier.scene.period or 0.0) * span < FOLDS:
+        return None
+    points = settled(carrier, y, scale) if carrier.lean else followed(system, y)
+    if points is None:
+        return None
+    sections = points[-LONGEST - 1:] / scale
+    if min(np.linalg.norm(sections[-1] - sections[-1 - k]) for k in range(1, LONGEST + 1)) < CLOSED:
+        return None  # it was a long transient
+    width, cover = box_width(points / scale), None
+    if carrier.lean:
+        found = trapping(carrier, points, scale, width)
+        cover, width = (None, width) if found is None else found
+    return ChaoticAttractor(system, points[:SAMPLE], exponent, error, width, cover)
+
+
+def followed(system: System, y: np.ndarray) -> np.ndarray | None:
+    """Return section points (SAMPLE + PROBE, ns) of the motion from ``y``, or None when it fails."""
+    pieces = []
+    for _ in range(0, SAMPLE + PROBE, 1000):
+        motion = simulate(system, y, periods=1000)
+        if not motion.success:
+            return None
+        pieces.append(motion.sections[1:])
+        y = motion.final
+    return np.concatenate(pieces)
+
+
+def settled(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> np.ndarray | None:
+    """Return section points (SAMPLE + PROBE, 2): a few long motions side by side from near ``y``, or None when one fails."""
+    X = y + CLOUD_SIZE * scale * np.random.default_rng(0).normal(size=(CLOUD, y.size))
+    points = np.empty((CLOUD, -(-(SAMPLE + PROBE) // CLOUD), y.size))
+    for k in range(points.shape[1]):
+        images = carrier.carry(X, PARTING if k == 0 else 1)
+        if np.any(images.outcomes != REACHED):
+            return None
+        X = points[:, k] = images.ends
+    return points.reshape(-1, y.size)[:SAMPLE + PROBE]
+
+
+def parting(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> tuple[float, float]:
+    """Return the largest exponent per time and its standard error, from how fast neighbours part (Benettin et al. 1980).
+
+    Many motions from near ``y`` are followed side by side, each with a neighbour whose distance is reset every period.
+    """
+    rng = np.random.default_rng(1)
+    X = carrier.carry(y + CLOUD_SIZE * scale * rng.normal(size=(CLOUD, y.size)), PARTING).ends
+    away = rng.normal(size=X.shape)
+    logs = np.zeros((PARTING, CLOUD))
+    for k in range(-SETTLING, PARTING):
+        away *= APART / np.linalg.norm(away, axis=1)[:, None]
+        both = carrier.carry(np.concatenate((X, X + away * scale)), 1)
+        if np.any(both.outcomes != REACHED):
+            return 0.0, np.inf
+        X = both.ends[:CLOUD]
+        away = (both.ends[CLOUD:] - X) / scale
+        size = np.linalg.norm(away, axis=1)
+        if not size.all():
+            return 0.0, np.inf  # neighbours have merged
+        if k >= 0:
+            logs[k] = np.log(size / APART)
+    rates = logs.mean(axis=0) / carrier.scene.period
+    return float(rates.mean()), float(rates.std(ddof=1) / np.sqrt(CLOUD))
+
+
+def box_width(points: np.ndarray) -> float:
+    """Return the least width, a power of 2, whose boxes at the sample hold `COVERED` of the further points."""
+    known, further = points[:SAMPLE], points[SAMPLE:SAMPLE + PROBE]
+    width = 2.0**-12
+    while width < 1.0:
+        boxes = np.unique(np.floor(known / width), axis=0)
+        every = np.concatenate((boxes, np.unique(np.floor(further / width), axis=0)))
+        unique, inverse = np.unique(every, axis=0, return_inverse=True)
+        seen = np.zeros(len(unique), bool)
+        seen[inverse[:len(boxes)].ravel()] = True
+        place = np.floor(further / width)
+        new = {tuple(row) for row in unique[~seen]}
+        if sum(tuple(row) in new for row in place) <= (1.0 - COVERED) * len(place):
+            return width
+        width *= 2.0
+    return width
+
+
+def same(a, b, scale: np.ndarray) -> bool:
+    """Return whether two attractors are one, up to a shift by whole forcing periods."""
+    chaotic = [isinstance(item, ChaoticAttractor) for item in (a, b)]
+    if any(chaotic):
+        if not all(chaotic):
+            return False
+        width = 2.0 * max(a.width, b.width)
+        boxes = [{tuple(row) for row in np.floor(item.points / scale / width)} for item in (a, b)]
+        return len(boxes[0] & boxes[1]) > 0.5 * min(len(boxes[0]), len(boxes[1]))
+    if a.periods != b.periods:
+        return False
+    return distance(section_points(b) / scale, a.state / scale) <= SAME or one_family(a, b, scale)
+
+
+def one_family(a, b, scale: np.ndarray) -> bool:
+    """Return whether two orbits are members of one family without events: a mass at rest anywhere in an interval, a slider that
+    stands anywhere.  A continuum of motions is one attractor, not many."""
+    if not a.intervals:
+        a, b = b, a  # the edge of a family has events of no duration, and no family of its own
+    if not a.intervals or (b.family and a.family != b.family):
+        return False
+    points = section_points(b)
+    if not b.family and np.abs(np.delete((points - a.state) / scale, list(a.intervals), axis=1)).max(initial=0.0) > SAME:
+        return False
+    return all(np.all((points[:, c] >= low - SAME * scale[c]) & (points[:, c] <= high + SAME * scale[c]))
+               for c, (low, high) in a.intervals.items())
+
+
+def partners(system: System, attractors, scale: np.ndarray) -> dict[int, int]:
+    """Return which attractor is the mirror image -y(t + half a period) of which, by number; a symmetric one is its own.
+
+    Empty for systems without this symmetry; chaotic attractors are left out.
+    """
+    found: dict[int, int] = {}
+    if system.symmetry != -1:
+        return found
+    for a, item in enumerate(attractors):
+        if isinstance(item, ChaoticAttractor):
+            continue
+        half = -item.sample(2 * item.periods + 1)[1][1] / scale
+        for b, other in enumerate(attractors):
+            if not isinstance(other, ChaoticAttractor) and other.periods == item.periods \
+                    and distance(section_points(other) / scale, half) <= SAME:
+                found[a] = b
+    return found
+
+
+def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
+    """Return the attractors as the kernels see them; ``radii`` are scaled, one an attractor."""
+    ns = scale.size
+    points, squares, owner = [np.empty((0, ns))], [np.empty(0)], [np.empty(0, np.int64)]
+    keys, keepers = [np.empty(0, np.uint64)], [np.empty(0, np.int64)]
+    chaotic = [item for item in attractors if isinstance(item, ChaoticAttractor)]
+    width = max((item.width for item in chaotic), default=1.0)
+    proven = _proven(attractors, width, scale)
+    for number, (attractor, radius) in enumerate(zip(attractors, radii, strict=True)):
+        found = section_points(attractor)
+        if isinstance(attractor, ChaoticAttractor):
+            if proven and attractor.cover is not None:
+                found = attractor.cover
+            mine = np.empty(len(found), np.uint64)
+            boxes(np.ascontiguousarray(found), 1.0 / scale, width, mine)
+            mine = np.unique(mine)
+            keys.append(mine)
+            keepers.append(np.full(len(mine), number))
+        else:
+            found = resting(attractor, found, radius, scale)
+            points.append(found / scale)
+            squares.append(np.full(len(found), radius**2))
+            owner.append(np.full(len(found), number))
+    order = np.argsort(np.concatenate(keys), kind="stable")
+    return Targets(1.0 / scale, np.concatenate(points), np.concatenate(squares), np.concatenate(owner), width,
+                   np.concatenate(keys)[order], np.concatenate(keepers)[order], 1 if proven else STAY)
+
+
+def resting(orbit, points: np.ndarray, radius: float, scale: np.ndarray) -> np.ndarray:
+    """Return the section points (k, ns) of an orbit, or of all members of its family when a mass may rest in an interval."""
+    n = orbit.system.n
+    if len(orbit.family) != 1 or orbit.family[0] >= n or not orbit.intervals or len(points) != 1 or scale.size != 2 * n \
+            or np.any(points[:, n:]):
+        return points
+    (place, (low, high)), = orbit.intervals.items()
+    if not 0.0 < high - low < MOST_MEMBERS * radius * scale[place]:
+        return points
+    members = np.repeat(points, int(np.ceil((high - low) / (radius * scale[place]))) + 1, axis=0)
+    members[:, place] = np.linspace(low, high, len(members))
+    return members
+
+
+def _proven(attractors, width: float, scale: np.ndarray) -> bool:
+    """Return whether all chaotic attractors have boxes of this width that nothing leaves, and these hold no other attractor."""
+    chaotic = [item for item in attractors if isinstance(item, ChaoticAttractor)]
+    return all(item.cover is not None and item.width == width and not any(
+        touches(item.cover, width, scale, other.points if isinstance(other, ChaoticAttractor) else section_points(other))
+        for other in attractors if other is not item) for item in chaotic)

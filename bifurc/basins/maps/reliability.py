@@ -1,0 +1,115 @@
+"""How far a basin map can be trusted: how many labels its errors may change, and the errors of the fractions."""
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...ensemble.outcomes import DIVERGED
+from .label_noise import ROUNDING
+
+FEW = 1e-3  # expected share of wrong labels up to which single cells are spoken of
+MANY = 0.01  # share of starts without a label above which that comes first
+
+
+class TrustKind(StrEnum):
+    """What a basin map can promise."""
+
+    CELLS = "cells"
+    MOST_CELLS = "most_cells"
+    FRACTIONS = "fractions"
+    UNRESOLVED = "unresolved"
+    NO_STARTS = "no_starts"
+
+    @property
+    def sentence(self) -> str:
+        """What it means, and what to do."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    TrustKind.CELLS: "Every label can be trusted: the error of the computed motion is expected to change none.",
+    TrustKind.MOST_CELLS: "Labels can be trusted but for a few beside boundaries.",
+    TrustKind.FRACTIONS: "No single label is promised: the boundary is so intricate that errors of the computed motion decide; the "
+                         "fractions hold.",
+    TrustKind.UNRESOLVED: "Many starts have no label: where they lead is unknown, and fractions of basins are lower bounds; "
+                          "raise max_periods or max_events, or look at the states of the cells.",
+    TrustKind.NO_STARTS: "No cell of the grid is a start: all lie beyond a stop; there is nothing to trust.",
+}
+
+
+class Trust(NamedTuple):
+    """What a basin map can promise, with numbers."""
+
+    kind: TrustKind
+    wrong: float  # expected number of labels that errors of the computed motion change
+    cells: int  # that are starts
+    exponent: float  # uncertainty exponent
+    size: float  # scaled error of a forcing period
+    fractions: dict  # label -> (fraction, standard error)
+    unresolved: int = 0  # cells without a label, though they are starts
+
+    @property
+    def statement(self) -> str:
+        """Two sentences for a report or a caption."""
+        share = self.wrong / max(self.cells, 1)
+        cause = "rounding" if self.size <= ROUNDING else f"an error of {self.size:.0e} a period"
+        if self.kind is TrustKind.NO_STARTS:
+            return self.kind.sentence
+        left = f" {self.unresolved} of {self.cells} starts ({100 * self.unresolved / self.cells:.2g} %) have no label."
+        if self.kind is TrustKind.UNRESOLVED:
+            first = f"No label is promised.{left} Of the others {cause} is expected to change {self.wrong:.2g}."
+        elif self.kind is TrustKind.CELLS and self.unresolved:
+            first = f"Every label that is there can be trusted: {cause} is expected to change {self.wrong:.0e} of them.{left}"
+        elif self.kind is TrustKind.CELLS:
+            first = f"Every label can be trusted: {cause} is expected to change {self.wrong:.0e} of {self.cells}."
+        elif self.kind is TrustKind.MOST_CELLS:
+            first = (f"Labels can be trusted but for about {max(self.wrong, 1):.0f} of {self.cells} beside boundaries, which "
+                     f"{cause} may change.")
+        else:
+            first = (f"No single label is promised: {cause} alone is expected to change {100 * share:.2g} % of {self.cells} "
+                     f"(uncertainty exponent {self.exponent:.2g}).")
+        shares = ", ".join(f"{value:.4f} +- {error:.1g}" for label, (value, error) in self.fractions.items() if label != -1)
+        if self.unresolved and self.kind in (TrustKind.MOST_CELLS, TrustKind.FRACTIONS):
+            first += left
+        hold = " hold" if self.kind is TrustKind.FRACTIONS else ", lower bounds" if self.kind is TrustKind.UNRESOLVED else ""
+        return f"{first} Fractions{hold}: {shares or 'none'}."
+
+
+def trust(basins: Any) -> Trust:
+    """Return what a `BasinMap` can promise."""
+    cells = int(np.count_nonzero(basins.starts))
+    wrong = basins.label_uncertainty * cells
+    unresolved = int(np.count_nonzero(basins.starts & (basins.labels < 0) & (basins.states != DIVERGED)))
+    if not cells:
+        kind = TrustKind.NO_STARTS
+    elif unresolved > MANY * cells:
+        kind = TrustKind.UNRESOLVED
+    else:
+        kind = TrustKind.CELLS if wrong < 0.5 else TrustKind.MOST_CELLS if wrong <= FEW * cells else TrustKind.FRACTIONS
+    errors = fraction_errors(basins.labels, basins.starts)
+    return Trust(kind, float(wrong), cells, basins.noise.exponent, basins.noise.size,
+                 {label: (value, errors.get(label, 0.0)) for label, value in basins.fractions.items() if isinstance(label, int)},
+                 unresolved)
+
+
+def fraction_errors(labels: np.ndarray, starts: np.ndarray) -> dict[int, float]:
+    """Return the standard error of each label's fraction as a measure of the region.
+
+    A cell whose neighbours have other labels stands for an area of which only a part is its own: a draw with the variance
+    p (1 - p), p the share of the label among the cell and its neighbours.  Draws of different cells are taken as independent.
+
+    Parameters
+    ----------
+    labels : ndarray of int
+    starts : ndarray of bool
+        Cells that count.
+    """
+    from scipy.ndimage import uniform_filter
+    total = max(int(np.count_nonzero(starts)), 1)
+    weight = uniform_filter(starts.astype(float), 3, mode="nearest")
+    errors = {}
+    for label in np.unique(labels[starts]).tolist():
+        share = uniform_filter(((labels == label) & starts).astype(float), 3, mode="nearest")[starts] / weight[starts]
+        share = np.clip(share, 0.0, 1.0)
+        errors[label] = float(np.sqrt((share * (1.0 - share)).sum()) / total)
+    return errors

@@ -1,0 +1,76 @@
+"""One parameter value of a sweep: attractors found from many starts, and the share of the starts that each attracts.
+
+The work of chunks: it takes and returns plain records, so that threads, processes and clusters give the same bits.
+"""
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...compose.scene import scene_of
+from ...ensemble.marcher import Marcher
+from ...ensemble.outcomes import OUTSIDE, REACHED, UNSETTLED
+from ...ensemble.region import Region
+from ...system import System
+from ..attractors.discovery import Discovery
+from ..attractors.records import packed, unpacked
+
+FIRST = 256  # starts from which attractors are looked for before all are labelled
+LOOKED = 16  # unsettled starts that are examined before they are labelled again
+ROUNDS = 8  # of that, at most
+
+
+def sweep_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
+    """Find attractors and count their starts at some parameter values.
+
+    Parameters
+    ----------
+    payload : dict
+        ``system`` (record), ``elements`` (user classes), ``points`` (one dict of parameters each), ``region``
+        (record), ``samples``, ``options`` (seed, tolerance, max_periods, max_events), and optionally ``known``:
+        headers of attractors a point, with their arrays in ``arrays``.
+
+    Returns
+    -------
+    meta, arrays
+        ``points``: a dict each with ``attractors`` (headers), ``counts``, ``unresolved``, ``outside``, ``starts``.
+    """
+    elements = payload.get("elements", ())
+    base = System.from_record(payload["system"], elements)
+    region, options = Region.from_record(payload["region"]), payload["options"]
+    known = payload.get("known")
+    points: list[dict] = []
+    arrays: dict[str, np.ndarray] = {}
+    for p, changes in enumerate(payload["points"]):
+        system = base.with_parameters(**changes)
+        given = [] if known is None else unpacked(known[p], payload["arrays"], f"p{p}_a", elements)
+        found, counts = point(system, region, payload["samples"], options, given)
+        headers, mine = packed(found, f"p{p}_a")
+        arrays |= mine
+        points.append({**counts, "attractors": headers})
+    return {"points": points}, arrays
+
+
+def point(system: System, region: Region, samples: int, options: Mapping, known: Sequence) -> tuple[list, dict]:
+    """Return the attractors of one system, those known first, and what became of the starts."""
+    scene = scene_of(system)
+    starts, scale = region.starts(scene, samples, options["seed"]), region.sizes(scene)
+    marcher = Marcher(scene, options["max_events"])
+    found = Discovery(system, marcher, scale, dict(options), list(known))
+    found.search(starts[:FIRST])
+    labels, states = np.full(samples, -1), np.full(samples, UNSETTLED)
+    waiting = np.arange(samples)
+    for _ in range(ROUNDS):
+        cells = marcher.label(starts[waiting].copy(), found.targets(), options["max_periods"])
+        labels[waiting], states[waiting] = cells.labels, cells.states
+        waiting = np.flatnonzero(states == UNSETTLED)
+        before = len(found.attractors)
+        if not waiting.size:
+            break
+        found.search(starts[waiting[np.linspace(0, waiting.size - 1, min(LOOKED, waiting.size)).astype(int)]])
+        if len(found.attractors) == before:
+            break
+    reached = states == REACHED
+    counts = [int(np.count_nonzero(reached & (labels == k))) for k in range(len(found.attractors))]
+    outside = int(np.count_nonzero(states == OUTSIDE))
+    return found.attractors, {"counts": counts, "outside": outside, "unresolved": samples - outside - sum(counts),
+                              "starts": samples}

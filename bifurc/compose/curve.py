@@ -1,0 +1,211 @@
+"""Local coordinates on a circle for compiled laws: normal n = p / |p|, tangent t = (-n_y, n_x), their turning, reactions.
+
+With the position p from the centre, r = |p|, the speeds n . v and w = t . v along both,
+
+    dn = t (t . dp) / r,      dt = -n (t . dp) / r,
+
+which is all that curvature adds: d(n . v) = n . dv + w (t . dp) / r,  d(t . v) = t . dv - (n . v) (t . dp) / r.  In a frame
+that turns with ``spin``, sliding is measured with the speed spin r more.
+"""
+import math
+
+from .._jit import njit
+
+
+@njit
+def polar(x, y, vx, vy):
+    """Return normal (2), radius, and speeds along normal and tangent; the normal at the centre itself is (1, 0)."""
+    r = math.hypot(x, y)
+    if r == 0.0:
+        return 1.0, 0.0, 0.0, vx, vy
+    nx, ny = x / r, y / r
+    return nx, ny, r, nx * vx + ny * vy, nx * vy - ny * vx
+
+
+@njit
+def turned(r):
+    """Return 1 / r; at the centre 0, where nothing has a direction to turn."""
+    return 1.0 / r if r > 0.0 else 0.0
+
+
+@njit
+def scalar_slope(nx, ny, r, sn, w, g_u, g_n, g_t):
+    """Derivatives (x, y, vx, vy) of g(|p|, n . v, t . v) from those by its arguments."""
+    along = (g_n * w - g_t * sn) * turned(r)
+    return (g_u * nx - along * ny, g_u * ny + along * nx, g_n * nx - g_t * ny, g_n * ny + g_t * nx)
+
+
+@njit
+def vector_slope(nx, ny, r, sn, w, fn, ft, n_u, n_n, n_t, t_u, t_n, t_t):
+    """Derivatives (x, y, vx, vy) of both components of n fn + t ft, from those of fn and ft by |p|, n . v, t . v."""
+    a0, a1, a2, a3 = scalar_slope(nx, ny, r, sn, w, n_u, n_n, n_t)
+    b0, b1, b2, b3 = scalar_slope(nx, ny, r, sn, w, t_u, t_n, t_t)
+    turn = turned(r)
+    kx, ky = -ny * turn, nx * turn  # the angle by x and by y
+    gx, gy = -ny * fn - nx * ft, nx * fn - ny * ft  # what the angle does to the force: t fn - n ft
+    return (nx * a0 - ny * b0 + gx * kx, nx * a1 - ny * b1 + gx * ky, nx * a2 - ny * b2, nx * a3 - ny * b3,
+            ny * a0 + nx * b0 + gy * kx, ny * a1 + nx * b1 + gy * ky, ny * a2 + nx * b2, ny * a3 + nx * b3)
+
+
+@njit
+def level(x, y, vx, vy, cx, cy, factor, radius):
+    """factor (|p|^2 - radius^2) / (2 radius): polynomial, and to first order factor (|p| - radius)."""
+    return factor * ((x - cx) * (x - cx) + (y - cy) * (y - cy) - radius * radius) / (2.0 * radius)
+
+
+@njit
+def level_slope(x, y, vx, vy, cx, cy, factor, radius):
+    """Derivatives of `level`."""
+    return factor * (x - cx) / radius, factor * (y - cy) / radius, 0.0, 0.0
+
+
+@njit
+def affine_scalar(u, none, sn, st, c, by_u, by_n, by_t):
+    """Affine expression in depth and speeds."""
+    return c + by_u * u + by_n * sn + by_t * st
+
+
+@njit
+def affine_scalar_slope(u, none, sn, st, c, by_u, by_n, by_t):
+    """Derivatives of `affine_scalar`."""
+    return by_u, 0.0, by_n, by_t
+
+
+@njit
+def affine_pair(u, none, sn, st, c, by_u, by_n, by_t, d, e_u, e_n, e_t):
+    """Affine radial and tangential force in depth and speeds."""
+    return c + by_u * u + by_n * sn + by_t * st, d + e_u * u + e_n * sn + e_t * st
+
+
+@njit
+def affine_pair_slope(u, none, sn, st, c, by_u, by_n, by_t, d, e_u, e_n, e_t):
+    """Derivatives of `affine_pair`."""
+    return by_u, 0.0, by_n, by_t, e_u, 0.0, e_n, e_t
+
+
+@njit
+def multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt):
+    """Return the multipliers (two) that keep a row of the circle at rest, and the force (2) they give.
+
+    ``rows`` = 0: n . v stays, the reaction has the direction n dn + t dt; 1: t . v stays, same direction; 2: both stay, the
+    multipliers are the radial and the tangential force.  ``a`` is the acceleration without them, ``w`` = R M^-1 R^T.
+    """
+    nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    turn = turned(r)
+    if rows == 2.0:
+        bn, bt = -w * w * turn - nx * ax - ny * ay, sn * (w * turn - spin) - nx * ay + ny * ax
+        bx, by = nx * bn - ny * bt, ny * bn + nx * bt
+        det = wxx * wyy - wxy * wxy
+        fx, fy = (wyy * bx - wxy * by) / det, (wxx * by - wxy * bx) / det
+        return nx * fx + ny * fy, nx * fy - ny * fx, fx, fy
+    px, py = nx * dn - ny * dt, ny * dn + nx * dt
+    if rows == 0.0:
+        hx, hy, bend = nx, ny, w * w * turn
+    else:
+        hx, hy, bend = -ny, nx, spin * sn - sn * w * turn
+    meets = hx * (wxx * px + wxy * py) + hy * (wxy * px + wyy * py)
+    lam = -(hx * ax + hy * ay + bend) / meets
+    return lam, 0.0, px * lam, py * lam
+
+
+@njit
+def varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, k):
+    """Return the derivative of `multipliers` by argument number ``k`` of the first six."""
+    nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    turn = turned(r)
+    ex, ey = 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0
+    gx, gy = 1.0 if k == 2 else 0.0, 1.0 if k == 3 else 0.0
+    bx, by = 1.0 if k == 4 else 0.0, 1.0 if k == 5 else 0.0
+    tau = (nx * ey - ny * ex) * turn
+    radial = nx * ex + ny * ey
+    nx1, ny1 = -ny * tau, nx * tau
+    sn1, w1 = nx * gx + ny * gy + tau * w, nx * gy - ny * gx - tau * sn
+    turn1 = -radial * turn * turn
+    if rows == 2.0:
+        cn, ct = -w * w * turn - nx * ax - ny * ay, sn * (w * turn - spin) - nx * ay + ny * ax
+        cn1 = -2.0 * w * w1 * turn - w * w * turn1 - nx1 * ax - ny1 * ay - nx * bx - ny * by
+        ct1 = (sn1 * w + sn * w1) * turn + sn * w * turn1 - spin * sn1 - nx1 * ay + ny1 * ax - nx * by + ny * bx
+        qx = nx * cn1 - ny * ct1 + nx1 * cn - ny1 * ct
+        qy = ny * cn1 + nx * ct1 + ny1 * cn + nx1 * ct
+        det = wxx * wyy - wxy * wxy
+        px, py = nx * cn - ny * ct, ny * cn + nx * ct
+        fx, fy = (wyy * px - wxy * py) / det, (wxx * py - wxy * px) / det
+        fx1, fy1 = (wyy * qx - wxy * qy) / det, (wxx * qy - wxy * qx) / det
+        return (nx * fx1 + ny * fy1 + nx1 * fx + ny1 * fy, nx * fy1 - ny * fx1 + nx1 * fy - ny1 * fx, fx1, fy1)
+    px, py = nx * dn - ny * dt, ny * dn + nx * dt
+    px1, py1 = nx1 * dn - ny1 * dt, ny1 * dn + nx1 * dt
+    if rows == 0.0:
+        hx, hy, hx1, hy1 = nx, ny, nx1, ny1
+        bend, bend1 = w * w * turn, 2.0 * w * w1 * turn + w * w * turn1
+    else:
+        hx, hy, hx1, hy1 = -ny, nx, -ny1, nx1
+        bend, bend1 = spin * sn - sn * w * turn, spin * sn1 - (sn1 * w + sn * w1) * turn - sn * w * turn1
+    wx, wy = wxx * px + wxy * py, wxy * px + wyy * py
+    meets = hx * wx + hy * wy
+    meets1 = hx1 * wx + hy1 * wy + hx * (wxx * px1 + wxy * py1) + hy * (wxy * px1 + wyy * py1)
+    lam = -(hx * ax + hy * ay + bend) / meets
+    lam1 = -(hx1 * ax + hy1 * ay + hx * bx + hy * by + bend1 + lam * meets1) / meets
+    return lam1, 0.0, px1 * lam + px * lam1, py1 * lam + py * lam1
+
+
+@njit
+def reaction(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt):
+    """Force (2) of a constraint, see `multipliers`."""
+    _, _, fx, fy = multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt)
+    return fx, fy
+
+
+@njit
+def reaction_slope(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt):
+    """Derivatives of `reaction` by (x, y, vx, vy, ax, ay), the first force first."""
+    _, _, a0, b0 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 0)
+    _, _, a1, b1 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 1)
+    _, _, a2, b2 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 2)
+    _, _, a3, b3 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 3)
+    _, _, a4, b4 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 4)
+    _, _, a5, b5 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 5)
+    return a0, a1, a2, a3, a4, a5, b0, b1, b2, b3, b4, b5
+
+
+@njit
+def limit(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, radius, c, by_u, by_n, by_t, by_0, by_1):
+    """Affine expression in depth, speeds and the multipliers of a constraint."""
+    _, _, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    l0, l1, _, _ = multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt)
+    return c + by_u * (r - radius) + by_n * sn + by_t * (w + drift + spin * r) + by_0 * l0 + by_1 * l1
+
+
+@njit
+def limit_slope(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, radius, c, by_u, by_n, by_t, by_0, by_1):
+    """Derivatives of `limit` by (x, y, vx, vy, ax, ay)."""
+    nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    g0, g1, g2, g3 = scalar_slope(nx, ny, r, sn, w, by_u + spin * by_t, by_n, by_t)
+    l0, m0, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 0)
+    l1, m1, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 1)
+    l2, m2, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 2)
+    l3, m3, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 3)
+    l4, m4, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 4)
+    l5, m5, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 5)
+    return (g0 + by_0 * l0 + by_1 * m0, g1 + by_0 * l1 + by_1 * m1, g2 + by_0 * l2 + by_1 * m2, g3 + by_0 * l3 + by_1 * m3,
+            by_0 * l4 + by_1 * m4, by_0 * l5 + by_1 * m5)
+
+
+@njit
+def unrest(x, y, vx, vy, cx, cy, radius, drift, spin, rows):
+    """Return the speed of a row that should rest, relative to its terms, and for a normal row the depth, relative to the radius."""
+    _, _, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    speed = math.hypot(vx, vy) + abs(drift) + abs(spin * r) + 1e-300
+    slide = 0.0 if rows == 0.0 else abs(w + drift + spin * r) / speed
+    if rows == 1.0:
+        return slide, 0.0
+    return max(slide, abs(sn) / speed), (r - radius) / (r + abs(cx) + abs(cy))
+
+
+@njit
+def put_at_rest(x, y, vx, vy, cx, cy, radius, drift, spin, rows):
+    """Return what must be added to (x, y, vx, vy) for the rows of `unrest` to be at rest, and on the circle."""
+    nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    out = 0.0 if rows == 1.0 else radius - r
+    stop = 0.0 if rows == 1.0 else -sn
+    slide = 0.0 if rows == 0.0 else -(w + drift + spin * (r + out))
+    return out * nx, out * ny, stop * nx - slide * ny, stop * ny + slide * nx

@@ -1,0 +1,471 @@
+"""Harmonic orbits as a continuation problem: one compiled call a step, changes of the order of events as special points."""
+import copy
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...elements import EventKind
+from ...hbm.balance import Balance
+from ...hbm.condensation.condensed import Condensed
+from ...hbm.layout import Layout
+from ...hbm.measures import measure_gradient
+from ...hbm.status import MarchStatus
+from ...orbits.balance import NEUTRAL, HarmonicBalance, HarmonicOrbit, largest
+from ...orbits.path import DEGREES, PAD, series_over
+from ...solve.bordered import factor, null_vectors
+from ...system import System
+from ..kinds import CorrectorStatus, SpecialPointKind
+from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+
+BIRTH, DEATH = "birth", "death"
+AHEAD = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # arclengths behind a boundary at which the new order of events is read
+BESIDE = 1e-5  # arclength behind a boundary at which the new order must hold
+POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
+         EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
+FAR = -0.05  # monitors are cut off below
+CORNER = 4.0  # most of these parts, seen
+NATURAL = 3.0  # natural size of the coefficients over the largest amplitude at the start
+
+
+@dataclass(frozen=True, eq=False)
+class BalancePath:
+    """Numbers of the parts along a parameter: those that change, as Chebyshev series on [low, high]; see `orbits.path`."""
+
+    base: np.ndarray
+    name: str
+    index: np.ndarray
+    series: np.ndarray
+    low: float
+    high: float
+
+
+def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, float]) -> "BalanceProblem":
+    """Return the problem that continues a harmonic orbit in ``parameter`` over ``bounds``.
+
+    Raises
+    ------
+    ValueError
+        Unknown or discrete parameter; an orbit that is not converged; set-valued friction, whose balance has no derivative.
+    """
+    name = orbit.system.parameter_name(parameter)
+    value = orbit.system.parameter(name)
+    if not orbit.success:
+        raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
+    held = orbit.balance.parts.held
+    if held:
+        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish "
+                         "the orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
+    balance = orbit.balance
+    path = path_over(balance, name, bounds)
+    size = NATURAL * float(np.abs(orbit.coefficients).max()) or 1.0
+    if orbit.condensed is not None:
+        from .condensed import CondensedProblem, condensed_along
+
+        condensed = condensed_along(balance, path, orbit.condensed)
+        scale = np.append(np.full(condensed.size, size), 0.5 * abs(bounds[1] - bounds[0]))
+        return CondensedProblem(condensed, orbit.method, path, np.append(condensed.restricted(orbit.coefficients), value), scale)
+    scale = np.append(np.full(balance.size, size), 0.5 * abs(bounds[1] - bounds[0]))
+    return BalanceProblem(balance, orbit.method, path, np.append(orbit.coefficients, value), scale)
+
+
+def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> BalancePath:
+    """Return the numbers of a balance along a parameter."""
+    flat_of, degrees = balance.parts.flat_of, (2, *DEGREES)  # forces and frequencies: two more samples are half of its time
+    index, series, low, high = series_over(balance.system, name, bounds, flat_of, PAD if pad is None else pad, degrees)
+    return BalancePath(balance.parts.flat.copy(), name, index, series, low, high)
+
+
+@functools.cache
+def _corrector():
+    """Return the kernels, imported when first needed."""
+    from ...hbm import corrector
+
+    return corrector
+
+
+class BalanceProblem(Problem):
+    """Harmonic balance along one parameter.
+
+    The problem keeps the number of events of each contact that it starts with and goes on smoothly, a little, beyond the
+    point where that changes: where a pair of events is born or dies lies a special point (slip_onset, stick_onset, grazing,
+    separation by its kind), and the branch, which may have a corner there, goes on with a problem for the new number.
+
+    Parameters
+    ----------
+    balance : Balance
+    method : HarmonicBalance
+    path : BalancePath
+    x0 : ndarray (n + 1,)
+        Coefficients of the start and the parameter.
+    scale : ndarray (n + 1,)
+        Natural sizes.
+    listed : ndarray (contacts,), optional
+        Events of each contact; default those at ``x0``.
+
+    Attributes
+    ----------
+    whole : Balance
+        Of all coordinates; here the balance itself, see `condensed_problem`.
+    """
+
+    whole: Balance
+
+    exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
+    smooth_boundaries = True  # the equations are the same on both sides
+    told = 1.0 - 1e-5  # one-sided tangents are known: on a corner itself the corrector may take the other one
+
+    def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
+        from ...hbm.contacts.margins import FIELDS, KINDS
+        from ...hbm.corrector import INFO
+
+        self.balance, self.method, self.path = balance, method, path
+        self.whole = balance
+        self.system, self.layout = balance.system, balance.layout
+        self.parameter = path.name
+        self.size = balance.size
+        self.scale = np.array(scale, float)
+        self.x0 = np.array(x0, float)
+        # a sampled event that passes a sample turns the branch by a part of the distance of samples
+        self.corner = CORNER * 2.0 * math.pi / balance.samples if balance.samples and len(balance.contacts) else 0.0
+        self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
+        self._law, self._size_log = bool(balance.parts.laws), 0.0
+        self._multipliers: tuple[bytes, BalancePath, np.ndarray | None] | None = None
+        self._flat, self._dflat = np.empty_like(path.base), np.empty_like(path.base)
+        shape = balance.parts.shape
+        kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
+                        for g in range(int(shape.guards[k, m])) if not shape.silent[k, m, g]})
+        self._kinds = [kind for kind in kinds if tuple(EventKind)[kind] in POINT]
+        self.monitors = tuple(Monitor(POINT[tuple(EventKind)[kind]], name, boundary=True)
+                              for kind in self._kinds for name in (BIRTH, DEATH))
+        self.listed = np.array(listed, np.int64) if listed is not None else self._counted(self.x0)
+        self.signature = self._words()
+
+    # equations
+
+    def numbers(self, p: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of the system at ``p`` and their derivatives; overwritten by the next call."""
+        from ...hbm.tables import numbers_at
+
+        path = self.path
+        numbers_at(path.base, path.index, path.series, path.low, path.high, float(p), self._flat, self._dflat)
+        return self._flat, self._dflat
+
+    def correct(self, x, tangent, fixed=False) -> Corrected:
+        """See `Problem.correct`; one compiled call where no law is sampled."""
+        if self._law:
+            return self._in_order(super().correct(x, tangent, fixed))
+        path, balance, info, corrector = self.path, self.balance, self._info, _corrector()
+        point, new = np.empty(self.size + 1), np.empty(self.size + 1)
+        parts = balance.parts
+        status = corrector.correct(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high,
+                                   balance.grid, self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info,
+                                   self._events)
+        count, residual, contraction, distance, sign, log, _ = info.tolist()
+        if status != corrector.CONVERGED:
+            failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR,
+                      corrector.OTHER_ORDER: CorrectorStatus.INADMISSIBLE}
+            return Corrected(point, tangent, False, failed.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
+                             math.inf, 0.0, -math.inf, NO_MONITORS)
+        why = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
+        return Corrected(point, new, True, why, int(count), residual, distance, contraction, sign, log, self._values())
+
+    def _in_order(self, found: Corrected) -> Corrected:
+        """Return what the general corrector found as `hbm.corrector` does: determinants of rows of unit size, no other order."""
+        from ...hbm.residual import kept
+
+        found.det_log -= self._size_log
+        room = self.balance.room
+        if found.converged and not kept(self.listed, room.sources, room.counts):
+            found.converged, found.status = False, CorrectorStatus.INADMISSIBLE
+        return found
+
+    def _linearised(self, x):
+        """See `Problem._linearised`; residual and derivatives in one go, for balances with laws."""
+        status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]), listed=self.listed)
+        if status is not MarchStatus.FOLLOWED:
+            f = np.full(self.size, np.nan)
+        self._size_log = float(np.log(np.abs(wide * self.scale).max(axis=1) + 1e-300).sum())
+        return f.copy(), wide, 2.220446049250313e-16 * (np.abs(wide) @ np.abs(x))
+
+    def residual(self, u, p):
+        """Return the residual (n,), force."""
+        status, f, _ = self.balance.linearised(u, *self.numbers(p), slopes=False, listed=self.listed)
+        return f.copy() if status is MarchStatus.FOLLOWED else np.full(self.size, np.nan)
+
+    def jacobian(self, u, p):
+        """Return F_u (n, n) and F_p (n,), exact."""
+        status, _, wide = self.balance.linearised(u, *self.numbers(p), listed=self.listed)
+        wide = wide.copy() if status is MarchStatus.FOLLOWED else np.full_like(wide, np.nan)
+        return wide[:, :-1], wide[:, -1]
+
+    # order of events
+
+    def monitor_values(self, u, p, tangent):
+        """Return the values of ``monitors`` at a solution."""
+        if not self._kinds:
+            return NO_MONITORS
+        self._margins(np.append(u, p), self.listed)
+        return self._values()
+
+    def _margins(self, x, listed) -> None:
+        from ...hbm.corrector import watched
+
+        flat, dflat = self.numbers(x[-1])
+        u = np.ascontiguousarray(x[:self.layout.size])
+        status, _, _ = self.balance.linearised(u, flat, dflat, slopes=False, listed=listed)
+        if status is not MarchStatus.FOLLOWED:
+            raise ValueError(status.sentence)
+        parts = self.balance.parts
+        watched(parts.structure, parts.shape.R, flat, dflat, u, self.balance.grid, self.balance.room, self._events)
+
+    def _counted(self, x) -> np.ndarray:
+        """Return the order of events at ``x``, as they come, see `hbm.residual.order_of`."""
+        if not len(self.balance.contacts):
+            return np.zeros(0, np.int64)
+        from ...hbm.residual import order_of
+
+        self._margins(np.asarray(x, float), None)
+        return order_of(self.balance.room)
+
+    def _values(self) -> np.ndarray:
+        """Return the monitors: for each kind the largest near miss, and minus the least overshoot; both negative inside."""
+        if not self._kinds:
+            return NO_MONITORS
+        events = self._events.tolist()  # far from zero they are constant, so that no pair of zeros is looked for
+        return np.array([max(value, FAR) for kind in self._kinds for value in (events[kind][2], -events[kind][1])])
+
+    def _words(self) -> str:
+        """Return how many events a period has."""
+        return f"{int(np.maximum(self.listed, 0).sum())} events" if len(self.listed) else ""
+
+    def switch(self, point, monitor):
+        """Return the problem for the number of events behind a boundary."""
+        listed, behind = self.listed, point.x
+        for ahead in AHEAD:
+            behind = point.x + ahead * self.scale * point.tangent
+            listed = self._counted(behind)
+            if not np.array_equal(listed, self.listed):
+                break
+        other = self.with_order(listed)
+        other.x0 = point.x.copy()
+        return other, point.x, other._inward(point, behind)
+
+    def _inward(self, point, behind) -> np.ndarray:
+        """Return the tangent at a point of the boundary of this order of events that leads to where it holds.
+
+        At the point itself rounding decides from which side the Jacobian is taken: the one of this order is that at
+        ``behind`` (n + 1,), where its events are clearly there.  The branch may turn back in its corner: it goes on where the
+        new order holds, not where the old one came from.  The Jacobians of two orders differ by one rank, so that the sign of
+        the bordered determinant says which way that is; with several changes at one point the margins do.
+        """
+        tangent, det_sign = self._null_vector(behind)
+        if not det_sign:
+            return point.tangent
+        way = 1.0 if det_sign * point.det_sign > 0.0 else -1.0
+        for sign in (way, -way):
+            beside = self.correct(point.x + sign * BESIDE * self.scale * tangent, sign * tangent)
+            if beside.converged and beside.monitors.max(initial=-1.0) < 0.0:
+                return sign * tangent
+        return way * tangent
+
+    def beyond_corner(self, row):
+        """See `Problem.beyond_corner`: sampled contacts make a corner wherever an event passes a sample.
+
+        As at a boundary, the Jacobian is that of the piece behind the corner, and the sign of its bordered determinant says
+        which of its two directions goes on.
+        """
+        for ahead in AHEAD:
+            behind = row.x + ahead * row.direction
+            other = self.with_order(self._counted(behind))
+            tangent, det_sign = other._null_vector(behind)
+            if not det_sign or abs(float(tangent @ row.tangent)) > self.told:
+                continue
+            if det_sign * row.det_sign < 0.0:
+                tangent = -tangent
+            beside = other.correct(row.x + BESIDE * self.scale * tangent, tangent)
+            if beside.converged and np.array_equal(other._counted(beside.x), other.listed):
+                return other, tangent
+        return None
+
+    def _null_vector(self, x) -> tuple[np.ndarray, float]:
+        """Return the tangent (n + 1,) at ``x``, which need not solve the equations, and the sign of the bordered determinant."""
+        wide = self._linearised(x)[1] * self.scale
+        if not np.isfinite(wide).all():
+            return np.zeros(self.size + 1), 0.0
+        right, _ = null_vectors(wide)
+        return right[0], factor(np.vstack([wide, right[0]]))[2] * self._rest_sign(x[-1])
+
+    def _rest_sign(self, p) -> float:
+        """Return the sign of the determinant of what is not among the unknowns."""
+        return 1.0
+
+    def order_at(self, x) -> np.ndarray:
+        """Return the number of events of each contact at ``x`` (n + 1,), as they come."""
+        return self._counted(x)
+
+    def with_order(self, listed) -> "BalanceProblem":
+        """Return the problem for another number of events of each contact."""
+        other = copy.copy(self)
+        other.listed = np.array(listed, np.int64)
+        other.signature = other._words()
+        return other
+
+    def same(self, other) -> bool:
+        """Whether two problems have the same equations and order of events."""
+        return (isinstance(other, BalanceProblem) and self.layout == other.layout and self.parameter == other.parameter
+                and np.array_equal(self.listed, other.listed))
+
+    # other numbers
+
+    def bounded(self, low, high, made):
+        """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""
+        path = self.path
+        if path.low <= low and high <= path.high:
+            return self
+        if path not in made:
+            made[path] = path_over(self.whole, path.name, (min(low, path.low), max(high, path.high)))
+        return self.on_path(made[path])
+
+    def on_path(self, path) -> "BalanceProblem":
+        """Return the problem with the numbers of another path along the same parameter."""
+        other = copy.copy(self)
+        other.path = path
+        return other
+
+    def family(self, name: str, bounds: tuple[float, float]):
+        """Return the same equations over a second parameter, see `families`."""
+        from ..families import PathFamily
+
+        name = self.system.parameter_name(name)
+        value = self.system.parameter(name)
+        if name == self.parameter:
+            raise ValueError(f"the two parameters must differ, got {name!r} twice")
+        low, high = bounds
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise ValueError(f"bounds of {name!r} must be finite, got {bounds!r}")
+        for end in bounds:
+            self.system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+
+        def sample(a, b):
+            return self.whole.parts.flat_of(self.system.with_parameters(**{self.parameter: float(a), name: float(b)}))
+
+        base = self.path.base
+
+        def make(index, series, a, b):
+            return BalancePath(base, self.parameter, index, series, a, b)
+        return PathFamily(self, name, value, 0.5 * (high - low), sample, bounds, make)
+
+    # what is shown and stored
+
+    def motions(self, xs) -> np.ndarray:
+        """Return the packed coefficients of all coordinates (m, whole.size) for rows ``xs`` (m, n + 1)."""
+        return np.asarray(xs)[:, :-1]
+
+    def whole_numbers(self, p: float) -> np.ndarray:
+        """Return the numbers of the whole balance at ``p``; overwritten by the next call."""
+        return self.numbers(p)[0]
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Columns on demand."""
+        n = self.whole.layout.n
+        memory = sum(len(element.memory) for element in self.system.elements)
+        each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
+        return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(2 * n + memory)))
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
+        if name == "n_events":
+            return np.full(len(xs), int(np.maximum(self.listed, 0).sum()))
+        if name == "period":
+            return np.array([2.0 * np.pi / self.numbers(x[-1])[0][0] for x in xs])
+        if name == "stable" or name.startswith("multiplier_"):
+            return self._stability(name, xs)
+        kind, dof = name.rsplit("_", 1)
+        layout, dof = self.whole.layout, int(dof)
+        q = self.motions(xs).reshape(len(xs), layout.slots, layout.n)[:, :, dof]
+        if kind == "h1":
+            first = layout.slot(layout.periods) if layout.periods in layout.harmonics else None
+            return np.zeros(len(xs)) if first is None else np.hypot(q[:, first], q[:, first + 1])
+        if kind == "rms":
+            return np.sqrt(q * q @ np.where(layout.waves == 0, 1.0, 0.5))
+        sign = 1.0 if kind == "max" else -1.0
+        return sign * np.array([largest(layout, sign * row) for row in q])
+
+    def measure_gradient(self, name, x):
+        """Return the gradient (n + 1,) of a measure, in closed form; None for measures that are no amplitude."""
+        made = measure_gradient(self.layout, name, x[:-1])
+        return None if made is None else np.append(made, 0.0)
+
+    def multipliers_of_rows(self, xs):
+        """See `Problem.multipliers_of_rows`."""
+        from ...hbm.floquet.stability import multipliers_along
+
+        xs = np.ascontiguousarray(xs, float)
+        if len(xs) == 1:
+            return multipliers_along(self, xs)
+        key = xs.tobytes()
+        if self._multipliers is None or self._multipliers[:2] != (key, self.path):  # all columns of a table ask for the same
+            self._multipliers = key, self.path, multipliers_along(self, xs)
+        return self._multipliers[2]
+
+    def _stability(self, name, xs):
+        """Return a column of multipliers, or of stability as orbits tell it: None on the unit circle and where it is not known."""
+        mu = self.multipliers_of_rows(xs)
+        if name == "stable":
+            tops = [math.nan] * len(xs) if mu is None else np.abs(mu).max(axis=1, initial=0.0).tolist()
+            told = [None if not math.isfinite(top) or abs(top - 1.0) < NEUTRAL else top < 1.0 for top in tops]
+            return np.array(told, object if None in told else bool)
+        if mu is None:
+            return np.full(len(xs), np.nan)
+        k = int(name[11:])
+        return mu[:, k].copy() if k < mu.shape[1] else np.zeros(len(xs), complex)
+
+    def solution(self, x) -> HarmonicOrbit:
+        """Return the orbit at ``x`` (n + 1,)."""
+        system, layout = self.system.with_parameters(**{self.parameter: float(x[-1])}), self.whole.layout
+        harmonics = [k / layout.periods for k in layout.harmonics]
+        how: dict[str, object] = {"method": "harmonic balance, newton", "harmonics": harmonics, "aft": self.method.aft,
+                                  "parameter": self.parameter, **self._how()}
+        if self._law:
+            how["law samples"] = self.balance.law_samples
+        return HarmonicOrbit(system, self.method, layout, self.motions(x[None])[0], how, None, self.whole.at(system), self._like())
+
+    def _how(self) -> dict[str, object]:
+        """Return what more an orbit says of how it was found."""
+        return {}
+
+    def _like(self) -> Condensed | None:
+        """Return what an orbit shares of its linear part."""
+        return None
+
+    @functools.cached_property
+    def memory(self) -> int:
+        """Number of memory states."""
+        return sum(len(element.memory) for element in self.system.elements)
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description."""
+        return {"kind": "balance", "system": self.system.to_record(), "parameter": self.parameter,
+                "path": [self.path.low, self.path.high], "method": self.method.to_record(),
+                "harmonics": list(self.layout.harmonics), "periods": self.layout.periods, "samples": self.balance.samples,
+                "condensed": self.whole is not self.balance,
+                "law_samples": self.balance.law_samples, "listed": self.listed.tolist(), "scale": self.scale.tolist(),
+                "x0": self.x0.tolist()}
+
+    @classmethod
+    def from_record(cls, record: dict, elements=()) -> "BalanceProblem":
+        """Make the problem that gave ``record``."""
+        system = System.from_record(record["system"], elements)
+        layout = Layout(tuple(record["harmonics"]), system.n, record["periods"])
+        balance = Balance(system, layout, record["samples"], record["law_samples"])
+        path = path_over(balance, record["parameter"], tuple(record["path"]), pad=0.0)
+        method, x0, scale = HarmonicBalance.from_record(record["method"]), np.array(record["x0"]), np.array(record["scale"])
+        listed = np.array(record["listed"], np.int64)
+        if record.get("condensed"):
+            from .condensed import CondensedProblem, condensed_along
+
+            return CondensedProblem(condensed_along(balance, path), method, path, x0, scale, listed)
+        return cls(balance, method, path, x0, scale, listed)

@@ -1,0 +1,317 @@
+"""Equilibria along a parameter: folds, Hopf points, and boundary equilibria, where a contact touches, parts, sticks or slips.
+
+The unknowns are the positions and the internal variables; velocities are zero.  The equations are the accelerations that
+the mode leaves free, the surfaces of what rests on them, and the values of what is held or frozen, which label a continuum.
+
+A Hopf point is a zero of the product of the sums of two eigenvalues (Kuznetsov 2004, section 10.2); a pair of real ones
+makes it vanish too, which is told apart.  Every guard is a boundary of the mode: beyond its zero the mode that the guard
+names is tried, on both sides of the parameter, for equilibria may go on or turn back there (di Bernardo et al. 2008, chapter 5).
+"""
+import copy
+import math
+
+import numpy as np
+
+from ..compose.scene import scene_of
+from ..flow.linear import ModeField
+from ..orbits.autonomous import section
+from ..orbits.equilibrium import Equilibrium
+from ..orbits.hopf import critical_pair
+from ..orbits.path import ParameterPath, parameter_path
+from ..orbits.sequence import set_parameter
+from ..orbits.signature import Signature, sections
+from ..system import System
+from .kinds import SpecialPointKind
+from .problem import Monitor, Problem
+
+IMAGINARY = 1e-5  # real over imaginary part of a pair of eigenvalues at a Hopf point
+FREE = 1e-10  # singular values of held rows below this part of the largest: directions that are not held
+
+
+def equilibrium_problem(start: Equilibrium, parameter: str, bounds: tuple[float, float]) -> "EquilibriumProblem":
+    """Return the problem that continues an equilibrium in ``parameter`` over ``bounds``.
+
+    Raises
+    ------
+    ValueError
+        Unknown or discrete parameter, or an equilibrium that is no state of rest of its system.
+    """
+    name = start.system.parameter_name(parameter)
+    value = start.system.parameter(name)
+    if not start.success:
+        raise ValueError(f"the equilibrium cannot be continued, it is {start.status}: {start.message}")
+    path = parameter_path(start.scene, start.system, name, bounds)
+    return EquilibriumProblem(start.system, path, start.mode, start.state, value, 0.5 * abs(bounds[1] - bounds[0]))
+
+
+class EquilibriumProblem(Problem):
+    """Equilibria of one mode along one parameter.
+
+    Parameters
+    ----------
+    system : System
+        Any system of the family; its other parameters hold along the branch.
+    path : ParameterPath
+    mode : int
+        Of the scene.
+    state : ndarray (ns,)
+        At the start.
+    value, parameter_scale : float
+        Of the parameter.
+    size : float, optional
+        Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
+    """
+
+    def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None):
+        self.system, self.path, self.mode = system, path, mode
+        self.scene = scene_of(system)
+        self.parameter = path.name or ""
+        self.field = ModeField(self.scene, path.tables, mode)
+        ns, n = self.scene.ns, self.scene.n
+        self.places = np.array([*range(n), *range(2 * n, ns)])
+        self.reference = np.array(state, float)
+        self._size_u = float(size or np.abs(state).max() or 1.0)
+        super().__init__(self.reference[self.places], value, self._size_u * math.sqrt(self.places.size), parameter_scale)
+        self.signature = ", ".join(f"{label} {key}" for label, key in zip(system.labels, self.scene.keys[mode], strict=True))
+        guards = int(path.tables.n_guards[mode])
+        monitors = [Monitor(SpecialPointKind.BOUNDARY_EQUILIBRIUM, f"{self.scene.element_name(mode, g)}.{g}", boundary=True)
+                    for g in range(guards)]
+        self.monitors = (*monitors, Monitor(SpecialPointKind.HOPF))
+
+    # equations
+
+    def state(self, u) -> np.ndarray:
+        """Return the state (ns,) of the unknowns."""
+        y = np.zeros(self.scene.ns)
+        y[self.places] = u
+        return y
+
+    def numbers_at(self, p) -> None:
+        """Write the numbers of a parameter value into the tables."""
+        path = self.path
+        set_parameter(path.tables, path.index, path.series, path.low, path.high, float(p))
+
+    def _rows(self):
+        """Return what picks the free accelerations (k, n), and rows (h, nx) that vanish with what is held and frozen."""
+        T, m, n, ns = self.path.tables, self.mode, self.scene.n, self.scene.ns
+        held = T.H[m, :int(T.n_holds[m])][:, n:2 * n]
+        kept = []
+        for k, speed in enumerate(held):
+            row = T.S[m, k].copy()
+            if not row.any():
+                row[:n] = speed
+                row[ns] = -speed @ self.reference[:n]
+            kept.append(row)
+        free = np.eye(n)
+        if len(held):
+            _, sigma, V = np.linalg.svd(held)
+            free = V[int(np.count_nonzero(sigma > FREE * sigma[0])):]
+        slaved = dict(self.scene.slaved(m))
+        for place in range(2 * n, ns):
+            row = np.zeros(T.A.shape[2])
+            if T.A[m, place].any():
+                continue
+            row[place] = 1.0
+            if place in slaved:
+                row -= slaved[place]
+            else:
+                row[ns] = -self.reference[place]
+            kept.append(row)
+        return free, np.array(kept).reshape(len(kept), T.A.shape[2])
+
+    def residual(self, u, p):
+        """Return free accelerations, rates of internal variables, and what is held (n + nz,)."""
+        self.numbers_at(p)
+        y, n = self.state(u), self.scene.n
+        free, kept = self._rows()
+        f = self.field.rate(y)
+        moving = [place for place in range(2 * n, self.scene.ns) if self.path.tables.A[self.mode, place].any()]
+        return np.concatenate([free @ f[n:2 * n], f[moving], kept @ self.field.joined(y)])
+
+    def jacobian(self, u, p):
+        """Return F_u (m, m) and F_p (m,)."""
+        h = 1e-4 * self.scale[-1] if math.isfinite(self.scale[-1]) else 1e-4
+        slope = sum(w * self.residual(u, p + k * h) for k, w in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))) / (12.0 * h)
+        self.numbers_at(p)
+        y, n, ns = self.state(u), self.scene.n, self.scene.ns
+        free, kept = self._rows()
+        J = self.field.jacobian(y)
+        moving = [place for place in range(2 * n, ns) if self.path.tables.A[self.mode, place].any()]
+        return np.vstack([free @ J[n:2 * n], J[moving], kept[:, :ns]])[:, self.places], slope
+
+    def monitor_values(self, u, p, tangent):
+        """Return the guards, relative to the size of their terms, and the Hopf test."""
+        self.numbers_at(p)
+        T, m, y = self.path.tables, self.mode, self.state(u)
+        values, _ = self.field.guard_slopes(y)
+        x = np.abs(self.field.joined(np.maximum(np.abs(y), self._size_u)))
+        x[self.scene.n:2 * self.scene.n] = 0.0
+        count = len(values)
+        size = np.abs(T.G[m, :count]) @ x + np.abs(T.LG[m, :count]) @ np.abs(self.field.forces(y))
+        eigenvalues = self._equilibrium(y).eigenvalues
+        test = 1.0
+        for i in range(len(eigenvalues)):
+            for j in range(i):
+                both = eigenvalues[i] + eigenvalues[j]
+                test *= both / (abs(eigenvalues[i]) + abs(eigenvalues[j]) or 1.0)
+        return np.append(values / np.where(size > 0.0, size, 1.0), float(np.real(test)))
+
+    def confirm(self, kind, x) -> bool:
+        """Whether a zero of the Hopf test is one: a complex pair on the imaginary axis, no pair of real ones."""
+        if kind is not SpecialPointKind.HOPF:
+            return True
+        self.numbers_at(x[-1])
+        values = self._equilibrium(self.state(x[:-1])).eigenvalues
+        return bool(np.any((values.imag > 0.0) & (np.abs(values.real) < IMAGINARY * np.abs(values.imag))))
+
+    def frequency(self, x) -> float:
+        """Return the imaginary part of the pair of eigenvalues nearest to the imaginary axis at ``x``."""
+        self.numbers_at(x[-1])
+        return critical_pair(self._equilibrium(self.state(x[:-1])).linearisation)[0]
+
+    def _equilibrium(self, y) -> Equilibrium:
+        """Return the equilibrium with the numbers that are in the tables now."""
+        made = Equilibrium(self.system, self.mode, y)
+        made.__dict__["field"] = self.field
+        return made
+
+    def null_tangent(self, x) -> np.ndarray:
+        """Return a unit null vector of [F_u F_p] in scaled unknowns (m + 1,)."""
+        return np.linalg.svd(self.wide_jacobian(x) * self.scale)[2][-1]
+
+    # what happens at special points
+
+    def switch(self, point, monitor):
+        """Return (problem, x, tangent) of the mode in which equilibria go on behind a boundary, or why none does."""
+        from .shooting.signature_change import admissible_side
+
+        scene, guard = self.scene, int(monitor.name.rsplit(".", 1)[1])
+        y = self.state(point.x[:-1])
+        element = scene.guard(self.mode, guard).element
+        self.numbers_at(point.x[-1])
+        for key in scene.followers(self.mode, guard, self.field.joined(y)):
+            mode = scene.combine(self.mode, element, key)
+            if mode is None or mode == self.mode:
+                continue
+            path = self.path
+            if len(path.tables.n_guards) != len(scene.keys):  # the scene has met more modes
+                path = parameter_path(scene, self.system, self.parameter, (path.low, path.high), pad=0.0)
+            new = EquilibriumProblem(self.system, path, mode, y, float(point.x[-1]), float(self.scale[-1]), self._size_u)
+            if np.abs(new.joined_residual(new.x0)).max() > 1e-8 * np.abs(new.wide_jacobian(new.x0) * new.scale).max():
+                continue
+            side = admissible_side(new, new.x0)
+            if side is not None:
+                return new, new.x0, side
+        return f"no equilibrium goes on behind the boundary of {scene.element_name(self.mode, guard)}: it ends here"
+
+    def branches(self, point, n_max):
+        """Return the periodic orbits born at a Hopf point; None for the general rule."""
+        return self.hopf_orbits(point) if point.kind is SpecialPointKind.HOPF else None
+
+    def hopf_orbits(self, point):
+        """Return an orbit of small amplitude at a Hopf point, to be traced in the same parameter: a one-tuple, or empty."""
+        from .shooting.branching import stepped_out
+
+        problem, direction = self.hopf_orbit_problem(point.x)
+        orbit = stepped_out(problem, problem.x0, direction)
+        return () if orbit is None else (orbit,)
+
+    def hopf_orbit_problem(self, x):
+        """Return the problem of the orbits that are born at the Hopf point ``x`` (m + 1,), with the amplitude zero as its start,
+        and the direction (., own units) in which they grow."""
+        from .shooting.problem import OrbitProblem
+
+        scene, n = self.scene, self.scene.n
+        self.numbers_at(x[-1])
+        y = self.state(x[:-1])
+        small, Z = self._equilibrium(y)._small
+        omega, q, _ = critical_pair(small)
+        q = Z @ q
+        i = int(np.argmax(np.abs(q[:n])))
+        q = np.real(q / q[i])  # the coordinate that moves most is at its maximum
+        weights = np.full(scene.ns, self._size_u)
+        weights[n:2 * n] *= omega
+        q[n + i] = 0.0
+        clock = 2.0 * np.pi / omega
+        nodes = sections(self.mode, 0.0).nodes
+        signature = Signature(nodes, section(scene, q, weights), 0.0, clock=clock)
+        path = parameter_path(scene, self.system, self.parameter, (self.path.low, self.path.high), pad=0.0)
+        start = np.concatenate([[1.0], y, x[-1:]])
+        problem = OrbitProblem(self.system, path, signature, weights, start, float(self.scale[-1]))
+        return problem, np.concatenate([[0.0], q, [0.0]])
+
+    # other equations
+
+    def family(self, name: str, bounds: tuple[float, float]):
+        """Return the same equations over a second parameter, see `families`."""
+        from .families import orbit_family
+
+        return orbit_family(self, name, bounds)
+
+    def on_path(self, path: ParameterPath) -> "EquilibriumProblem":
+        """Return the problem with the numbers of another path along the same parameter."""
+        other = copy.copy(self)
+        other.path, other.field = path, ModeField(self.scene, path.tables, self.mode)
+        return other
+
+    def bounded(self, low, high, made):
+        """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""
+        path = self.path
+        if path.low <= low and high <= path.high:
+            return self
+        if path not in made:
+            made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
+        return EquilibriumProblem(self.system, made[path], self.mode, self.reference, float(self.x0[-1]), float(self.scale[-1]),
+                                  self._size_u)
+
+    def same(self, other) -> bool:
+        """Whether two problems have the same equations."""
+        return isinstance(other, EquilibriumProblem) and self.mode == other.mode
+
+    # what is shown and stored
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Columns on demand."""
+        count = len(self._equilibrium(self.reference).eigenvalues)
+        each = [f"{name}_{i}" for i in range(self.scene.n) for name in ("q", "max", "min", "rms")]
+        return (*each, "stable", *(f"eigenvalue_{k}" for k in range(count)))
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs``."""
+        kind, _, number = name.partition("_")
+        if kind in ("q", "max", "min", "rms"):  # a motion that stands still has these, too
+            return np.abs(xs[:, int(number)]) if kind == "rms" else xs[:, int(number)].copy()
+        found = []
+        for x in xs:
+            self.numbers_at(x[-1])
+            found.append(self._equilibrium(self.state(x[:-1])).eigenvalues)
+        if kind == "stable":
+            return np.array([values.real.max(initial=-np.inf) < 0.0 for values in found])
+        return np.array([values[int(number)] for values in found])
+
+    def solution(self, x) -> Equilibrium:
+        """Return the equilibrium at ``x``."""
+        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
+        mode = scene_of(system).index(self.scene.keys[self.mode])
+        return Equilibrium(system, mode, self.state(x[:-1]))
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description."""
+        return {"kind": "equilibrium", "system": self.system.to_record(), "parameter": self.parameter,
+                "path": [self.path.low, self.path.high], "keys": list(self.scene.keys[self.mode]), "size": self._size_u,
+                "state": self.reference.tolist(), "value": float(self.x0[-1]), "parameter_scale": float(self.scale[-1])}
+
+    @classmethod
+    def from_record(cls, record: dict, elements=()) -> "EquilibriumProblem":
+        """Make the problem that gave ``record``."""
+        system = System.from_record(record["system"], elements)
+        scene = scene_of(system)
+        mode = scene.index(tuple(_tupled(key) for key in record["keys"]))
+        path = parameter_path(scene, system, record["parameter"], tuple(record["path"]), pad=0.0)
+        return cls(system, path, mode, np.array(record["state"]), record["value"], record["parameter_scale"], record["size"])
+
+
+def _tupled(key):
+    """JSON knows no tuples, which mode keys may be."""
+    return tuple(_tupled(item) for item in key) if isinstance(key, list) else key

@@ -1,0 +1,214 @@
+"""Free vibration without damping along its energy: nonlinear modes as branches (Kerschen, Peeters, Golinval, Vakakis 2009).
+
+The problem is that of an orbit of unknown period with the artificial damping as one unknown more and the energy as the
+parameter (`bifurc.orbits.energy`).  Contacts that are reached as the energy grows change the event sequence as on any branch.
+"""
+import dataclasses
+import math
+
+import numpy as np
+
+from ..compose.scene import scene_of
+from ..orbits.autonomous import section, solution
+from ..orbits.energy import EnergyEquations, conservative, unfolding_path
+from ..orbits.energy import energy as stored
+from ..orbits.equilibrium import find_equilibrium
+from ..orbits.orbit import PeriodicOrbit
+from ..orbits.signature import Signature, sections
+from ..system import System
+from .kinds import ContinuationError
+from .problem import Problem
+from .shooting import autonomous
+from .shooting.problem import OrbitProblem
+
+SMALL = 1e-6  # energy of the linear mode from which a nonlinear one starts, as part of the energy asked for
+
+
+def energy_problem(orbit: PeriodicOrbit) -> "EnergyProblem":
+    """Return the problem that continues a free vibration in its energy.
+
+    Raises
+    ------
+    ValueError
+        A system that does not keep its energy, or an orbit that is no motion of it.
+    """
+    if not conservative(orbit.system):
+        raise ValueError(f"{orbit.system!r} does not keep its energy: its orbits do not form a family along it; trace a parameter")
+    if not orbit.success:
+        raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
+    x = np.concatenate([orbit.unknowns, [0.0, orbit.energy]])
+    return EnergyProblem(orbit.system, orbit.sequence, orbit.weights, x)
+
+
+class EnergyProblem(Problem):
+    """Orbits of a conservative system along their energy.
+
+    Parameters
+    ----------
+    system : System
+    sequence : Signature
+        With the period unknown.
+    weights : ndarray (ns,)
+        Natural sizes of the states.
+    x0 : ndarray (n + 1,)
+        Unknowns of the start (U, unfolding) and the energy.
+    """
+
+    parameter = "energy"
+
+    def __init__(self, system: System, sequence: Signature, weights, x0):
+        self.system, self.sequence = system, sequence
+        self.scene = scene_of(system)
+        self.x0 = np.array(x0, float)
+        self.equations = EnergyEquations(system, sequence, weights)
+        self.orbits = OrbitProblem(system, unfolding_path(self.scene, system), sequence, weights, self.x0[:-1], 1.0)
+        self.weights = self.orbits.weights
+        self.size = self.equations.size
+        self.scale = np.concatenate([self.orbits.scale[:-1], [1.0, math.nan]])
+        self.signature = sequence.text(self.scene)
+        self._kept = [k for k, monitor in enumerate(self.orbits.monitors) if monitor.boundary]
+        self.monitors = tuple(self.orbits.monitors[k] for k in self._kept)
+
+    def residual(self, u, p):
+        """Return the scaled residual (n,)."""
+        return self.equations.residual(u, p)
+
+    def jacobian(self, u, p):
+        """Return F_u (n, n) and F_p (n,)."""
+        slope = np.zeros(self.size)
+        slope[-1] = -1.0 / self.equations.unit
+        return self.equations.jacobian(u), slope
+
+    def monitor_values(self, u, p, tangent):
+        """Return the tests that bound the validity of the event sequence."""
+        return self.orbits.monitor_values(u[:-1], u[-1], tangent)[self._kept]
+
+    def null_tangent(self, x) -> np.ndarray:
+        """Return a unit null vector of [F_u F_p] in scaled unknowns (n + 1,)."""
+        return np.linalg.svd(self.wide_jacobian(x) * self.scale)[2][-1]
+
+    def kind_at(self, monitor, x):
+        """Return what a zero of a monitor at ``x`` is."""
+        return self.orbits.kind_at(monitor, x[:-1])
+
+    def switch(self, point, monitor):
+        """Return (problem, x, tangent) of the event sequence behind a boundary, or why none goes on."""
+        from .shooting.signature_change import admissible_side
+
+        change = autonomous.CHANGES.get(monitor.name)
+        found = None if change is None else autonomous.changed(change, self.orbits, point.x[:-1])
+        if found is None:
+            return None
+        signature, inner = found
+        new = EnergyProblem(self.system, signature, self.weights, np.append(inner, point.x[-1]))
+        new.scale[-1] = self.scale[-1]
+        side = admissible_side(new, new.x0)
+        return None if side is None else (new, new.x0, side)
+
+    def same(self, other) -> bool:
+        """Whether two problems have the same equations and unknowns."""
+        return isinstance(other, EnergyProblem) and self.sequence.key == other.sequence.key
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Columns on demand."""
+        n = self.scene.n
+        return (*(f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")), "period", "omega", "n_events", "stable",
+                *(f"multiplier_{k}" for k in range(self.scene.ns - 2)))
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs``."""
+        if name == "omega":
+            return 2.0 * np.pi / self.orbits.measure("period", xs[:, :-1])
+        if name.startswith("multiplier_"):
+            return np.array([self.solution(x).multipliers[int(name[11:])] for x in xs])
+        if name == "stable":  # of a family that keeps its energy: whether no neighbour departs
+            return np.array([self.solution(x).stable is not False for x in xs])
+        return self.orbits.measure(name, xs[:, :-1])
+
+    def solution(self, x) -> PeriodicOrbit:
+        """Return the orbit at ``x`` (n + 1,)."""
+        return PeriodicOrbit(self.system, self.sequence, x[:-2], self.weights, {"method": "event sequence", "energy": float(x[-1])})
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description."""
+        s = self.sequence
+        return {"kind": "free vibration", "system": self.system.to_record(), "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(),
+                "closure": s.closure, "clock": s.clock, "weights": self.weights.tolist(), "x0": self.x0.tolist(),
+                "scale": float(self.scale[-1])}
+
+    @classmethod
+    def from_record(cls, record: dict, elements=()) -> "EnergyProblem":
+        """Make the problem that gave ``record``."""
+        system = System.from_record(record["system"], elements)
+        scene_of(system)
+        nodes, fixed = np.array(record["nodes"], np.int64), np.array(record["fixed"])
+        signature = Signature(nodes, fixed, 0.0, record["closure"], record["clock"])
+        made = cls(system, signature, np.array(record["weights"]), np.array(record["x0"]))
+        made.scale[-1] = record["scale"]
+        return made
+
+
+def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> PeriodicOrbit:
+    """Return the free vibration of given energy on the family that begins with a linear mode.
+
+    Parameters
+    ----------
+    system : System
+        Without excitation and damping.
+    mode : int
+        Of the small vibrations about the state of rest nearest to zero, counted from the lowest frequency.
+    energy : float
+        Above that of the state of rest, in the unit of `bifurc.energy`, which counts from zero coordinates.
+
+    Returns
+    -------
+    PeriodicOrbit
+        ``trace(orbit, "energy", bounds=...)`` goes on from it.
+
+    Raises
+    ------
+    ValueError
+        A system that does not keep its energy, no state of rest, one on the boundary of a contact (there are no linear modes:
+        give `find_orbit` a guess), an energy not above that of rest.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.System(1.0, 0.0, 1.0, [bf.elements.ElasticStop(gap=1.0, stiffness=4.0)])
+    >>> round(bf.nonlinear_mode(system, energy=2.0).omega, 6)
+    1.233669
+    """
+    from .tracing import trace
+
+    if not conservative(system):
+        raise ValueError(f"{system!r} does not keep its energy; nonlinear modes are those of a conservative system")
+    rest = find_equilibrium(system)
+    if not rest.success or rest.on_boundary or len(rest.continuum):
+        raise ValueError(f"{system!r}: no linear modes to start from. {rest.message}")
+    ground = stored(system, rest.state)
+    if not energy > ground:
+        raise ValueError(f"energy = {energy!r} is not allowed; it must be above that of rest, {ground:.6g}")
+    values, vectors = np.linalg.eig(rest.linearisation)
+    order = [k for k in np.argsort(values.imag) if values[k].imag > 0.0]
+    if not 0 <= mode < len(order):
+        raise ValueError(f"mode = {mode!r} is not allowed; there are {len(order)} that oscillate")
+    omega, q = float(values[order[mode]].imag), rest._small[1] @ vectors[:, order[mode]]
+    start = linear_mode(system, rest, q, omega, SMALL * (energy - ground), ground)
+    branch = trace(start, "energy", bounds=(start.energy, energy), direction=1)
+    last = branch.orbits[-1]
+    if abs(last.energy - energy) > 1e-12 * abs(energy):
+        raise ContinuationError(f"the family of mode {mode} ends at the energy {last.energy:.6g}: {branch.ends[1]}")
+    return last
+
+
+def linear_mode(system: System, rest, q, omega: float, E: float, ground: float) -> PeriodicOrbit:
+    """Return the orbit on a linear mode (eigenvector ``q`` (ns,), frequency) with a small energy E above that of rest."""
+    scene, n = scene_of(system), system.n
+    q = np.real(q / q[int(np.argmax(np.abs(q[:n])))])
+    q[n:2 * n] = 0.0
+    y = rest.state + q * math.sqrt(E / max(stored(system, rest.state + 1e-3 * q) - ground, 1e-300)) * 1e-3
+    weights = np.full(scene.ns, float(np.abs(y).max() or 1.0))
+    weights[n:2 * n] *= omega
+    signature = dataclasses.replace(sections(rest.mode, 0.0), fixed=section(scene, q, weights), clock=2.0 * np.pi / omega)
+    return solution(system, signature, np.append(1.0, y), weights, {"guess": "linear mode"})

@@ -1,0 +1,145 @@
+"""One touch of an orbit as the condition of a curve in two parameters, and the numbers that single out points of it."""
+import math
+
+import numpy as np
+
+from ..conditions import ALONG, difference
+from .classify import powers
+from .touch import every_touch, maxima, touch_at
+
+POWERS = 6  # s_k that are watched
+FAR = 5.0  # scaled depth below which no other maximum is looked for
+MAX_ITERATIONS = 40
+SYMMETRIC = 1e-12  # scaled rate of the guard at the zero of its third derivative
+
+
+class Touching:
+    """The maximum of a guard that is followed is zero: smooth through other maxima, unlike the largest of all.
+
+    Parameters
+    ----------
+    problem : OrbitProblem
+        Of the touching orbit, which does not list the touch.
+    item : tuple
+        (tau, mode, guard, state) of the touch.
+    """
+
+    def __init__(self, problem, item):
+        self.problem = problem
+        self.tau, self.mode, self.guard = float(item[0]), int(item[1]), int(item[2])
+
+    def value(self, family, x) -> float:
+        """Return the scaled maximum at ``x`` = (u, a, b) (n + 2,)."""
+        return self.top(family.at(float(x[-1])), x[:-1])[0]
+
+    def linearised(self, family, x, wide):
+        """As `conditions.Fold.linearised`; the touch moves along.
+
+        The guard is stationary in time there, so that its maximum changes as it does at the same instant.
+        """
+        value, self.tau = self.top(family.at(float(x[-1])), x[:-1])
+        tau = self.tau
+
+        def there(y):
+            problem = family.at(float(y[-1]))
+            return float(self.series(problem, y[:-1], tau)[0]) / self.size(problem)
+        gradient = np.array([difference(there, x, i, ALONG * family.scale[i]) for i in range(x.size)])
+        return value, gradient
+
+    def size(self, problem) -> float:
+        """Natural size of the guard."""
+        e = problem.equations
+        return float(e.kernel.scale_of(e.path.tables.G[self.mode, self.guard].copy(), e.weights))
+
+    def series(self, problem, x, tau) -> np.ndarray:
+        """Return the Taylor coefficients of the guard in time about ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
+        e, s, scene = problem.equations, problem.sequence, problem.scene
+        T = e.numbers_at(x[-1])
+        joined = np.empty(T.A.shape[2])
+        inside = x[0] + np.mod(tau - x[0], s.span)
+        state = np.empty((1, scene.ns))
+        e.motion.states(T, s.nodes, s.span, x[:-1], np.array([inside]), state)
+        turns = 1.0 if s.closure > 0 or round((inside - tau) / s.span) % 2 == 0 else -1.0
+        joined[:scene.ns] = turns * state[0]
+        e.kernel.forcing(T, tau * 2.0 * np.pi / T.flat[0], joined)
+        return joined @ T.GT[self.mode, self.guard]
+
+    def top(self, problem, x):
+        """Return (scaled value, tau) of the stationary point of the guard next to the followed one, at ``x`` (n + 1,)."""
+        T = problem.equations.numbers_at(x[-1])
+        period, reach = 2.0 * np.pi / T.flat[0], float(T.step[self.mode])
+        tau = self.tau
+        for _ in range(3):  # each on the series about the last place
+            a = self.series(problem, x, tau)
+            move = stationary(a, reach)
+            tau += move / period
+            if abs(move) < 1e-3 * reach:
+                break
+        return float(np.polynomial.polynomial.polyval(move, a)) / self.size(problem), tau
+
+    def apex(self, problem, x, tau) -> float:
+        """Return the acceleration of the guard at its top ``tau`` (periods).
+
+        Where the guard is symmetric about its top, the centre is the zero of the third derivative: that of the first is known
+        to the cube root of rounding only where the top becomes flat.
+        """
+        T = problem.equations.numbers_at(x[-1])
+        derivatives = [self.series(problem, x, tau)]
+        for _ in range(3):
+            derivatives.append(np.polynomial.polynomial.polyder(derivatives[-1]))
+        centre = stationary(derivatives[2], 1e-2 * float(T.step[self.mode]))
+        h1 = float(np.polynomial.polynomial.polyval(centre, derivatives[1]))
+        if abs(h1) <= SYMMETRIC * self.size(problem) * T.flat[0]:
+            return float(np.polynomial.polynomial.polyval(centre, derivatives[2]))
+        return float(derivatives[2][0])
+
+    def values(self, problem, x):
+        """Return A_g, the next maximum, det(E - I), det(E + I), s_1 .. s_6 scaled; NaN where there is none."""
+        _, tau = self.top(problem, x)
+        e, s, scene = problem.equations, problem.sequence, problem.scene
+        T = e.numbers_at(x[-1])
+        inside = x[0] + np.mod(tau - x[0], s.span)
+        y = np.empty((1, scene.ns))
+        e.motion.states(T, s.nodes, s.span, x[:-1], np.array([inside]), y)
+        touch = touch_at(problem, x, inside, self.mode, self.guard, y[0])
+        weights = problem.weights
+        E, h, B = touch.E * weights / weights[:, None], touch.h * weights, touch.B / weights
+        eye, size = np.eye(len(h)), float(np.linalg.norm(h))
+        others = [item[3] for item in maxima(problem, x, [(inside, self.mode, self.guard)], FAR)]
+        values = [self.apex(problem, x, tau) / (size * max(1.0, T.flat[0]**2)), max(others, default=-1.0),
+                  float(np.linalg.det(E - eye)), float(np.linalg.det(E + eye))]
+        if touch.restitution is None:
+            return values + [math.nan] * POWERS
+        found = powers(E, h, B)[0][:POWERS] / (size * float(np.linalg.norm(B)))
+        return values + found.tolist() + [math.nan] * (POWERS - found.size)
+
+
+def stationary(a, reach) -> float:
+    """Return the zero next to 0 of the derivative of the series ``a`` (k,), no farther than ``reach``."""
+    slope = np.polynomial.polynomial.polyder(a)
+    bend = np.polynomial.polynomial.polyder(slope)
+    t: float = 0.0
+    for _ in range(MAX_ITERATIONS):
+        f, g = np.polynomial.polynomial.polyval(t, slope), np.polynomial.polynomial.polyval(t, bend)
+        if g == 0.0:
+            break
+        step = float(f / g)
+        t -= step
+        if abs(t) > reach:
+            return math.copysign(reach, t)
+        if abs(step) <= 1e-16 * reach:
+            break
+    return float(t)
+
+
+def touching(problem, x):
+    """Return (problem, x, item) of the touch to follow from a grazing at ``x`` (n + 1,); None where it is not known."""
+    from .touch import unlisted
+
+    if problem.equations.path.tables.LU.shape[0]:
+        return None  # a law acts: no series
+    other, at = unlisted(problem, x)
+    if other is None:
+        return None
+    found = every_touch(other, at)
+    return (other, at, found[0]) if found else None

@@ -1,0 +1,83 @@
+"""A user's own numbers along a branch: `trace(monitors={"clearance": f})` locates where f(solution) is zero.
+
+The functions are not stored with a branch; one that was read from a file is as good as before, but is extended, and its points
+are followed as curves, only by a new trace.
+"""
+from .kinds import SpecialPointKind
+from .problem import Monitor
+from .watching import Watching
+
+TAKEN = ("bound", "listed", "unlisted", "leaving", "merges")  # names that monitors of the package have
+
+
+class WithMonitors(Watching):
+    """A problem that also watches functions of its solutions.
+
+    Parameters
+    ----------
+    problem : Problem
+    functions : dict of str to callable
+        ``f(solution) -> float``; zeros are special points of kind ``user`` with the name.
+    """
+
+    def __init__(self, problem, functions):
+        self.functions = dict(functions)
+        super().__init__(problem, (Monitor(SpecialPointKind.USER, name) for name in self.functions))
+
+    def around(self, inner):
+        """See `Watching.around`."""
+        return WithMonitors(inner, self.functions)
+
+    def values(self, c):
+        """See `Watching.values`."""
+        return self.values_at(c.x, c.tangent)
+
+    def values_at(self, x, tangent):
+        """See `Watching.values_at`."""
+        solution = self.inner.solution(x)
+        return [value_of(name, function, solution) for name, function in self.functions.items()]
+
+    def to_record(self) -> dict:
+        """Return the record of the inner problem with the names watched."""
+        return {**self.inner.to_record(), "monitors": list(self.functions)}
+
+
+def value_of(name, function, solution) -> float:
+    """Return ``function(solution)`` as a float.
+
+    Raises
+    ------
+    ValueError
+        When it is no number; NaN is allowed and never a zero.
+    """
+    value = function(solution)
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"monitor {name!r} must return a number, got {value!r}") from None
+
+
+def with_monitors(problem, functions):
+    """Return ``problem`` watching ``functions`` (None, or a dict of callables by name).
+
+    Raises
+    ------
+    ValueError
+        Naming what is no function, or a name that is taken.
+    """
+    if functions is None or len(functions) == 0:
+        return problem
+    taken = {*TAKEN, *(monitor.name for monitor in problem.monitors)}
+    for name, function in functions.items():
+        if not isinstance(name, str) or not name or name in taken:
+            raise ValueError(f"monitors: {name!r} is no free name; taken are {', '.join(sorted(filter(None, taken)))}")
+        if not callable(function):
+            raise ValueError(f"monitors[{name!r}] = {function!r} must be a function of a solution that returns a number")
+    return WithMonitors(problem, functions)
+
+
+def unknown(name):
+    """Return the function that stands for one that was not stored with a branch."""
+    def function(solution):
+        raise ValueError(f"the function of the monitor {name!r} is not stored with a branch; trace it anew")
+    return function

@@ -1,0 +1,176 @@
+"""Orbits that branch off at a special point: doubled ones, mirror images, crossing branches, those born at a graze."""
+import numpy as np
+
+from ...orbits.signature import Signature, repeated
+from ..branchpoint import other_direction
+from ..kinds import CorrectorStatus, SpecialPointKind
+from ..problem import Corrected
+from ..switching import Switched
+from .appearing import inserted
+from .autonomous import changed
+from .signature_change import admissible_side
+from .vanishing import dropped
+
+OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
+
+
+def halves(signature: Signature, x0, scale):
+    """Return (covector (n + 1,), constant) of the measure in which the two halves of a doubled orbit differ, or None.
+
+    It is positive at ``x0`` (n + 1,) and vanishes where the orbit becomes twice an orbit of half the period.
+    """
+    nodes = signature.nodes
+    count = len(nodes) // 2
+    if signature.closure < 0 or signature.clock or len(nodes) % 2 or abs(signature.span % 2.0) > 1e-9:
+        return None
+    if not np.array_equal(nodes[:count], nodes[count:]):
+        return None
+    half = (len(x0) - 1) // 2
+    shift = np.zeros(half)
+    shift[::half // count] = 0.5 * signature.span
+    difference = (x0[:half] - x0[half:-1] + shift) / scale[:half]
+    norm = np.sqrt(difference @ difference)
+    if norm == 0.0:
+        return None
+    row = difference / (norm * scale[:half])
+    return np.concatenate([row, -row, [0.0]]), float(row @ shift)
+
+
+def branches(problem, point, n_max: int):
+    """Return the audited orbits on the branches that meet at a special point; None for the general rule."""
+    if problem.sequence.clock and (point.kind is SpecialPointKind.PERIOD_DOUBLING
+                                   or point.kind is SpecialPointKind.BRANCH_POINT and problem.sequence.closure < 0):
+        return Switched((), "the orbits that branch off here are not constructed for an unknown period; simulate beside the point "
+                            "and give find_orbit a state of that motion")
+    if point.kind is SpecialPointKind.PERIOD_DOUBLING:
+        return doubled(problem, point)
+    if point.kind is SpecialPointKind.BRANCH_POINT and problem.sequence.closure < 0:
+        return symmetry_broken(problem, point)
+    if point.kind is SpecialPointKind.BRANCH_POINT and point.directions is not None:
+        return crossing(problem, point)
+    if point.kind is SpecialPointKind.GRAZING:
+        return grazing_orbits(problem, point, n_max)
+    return None
+
+
+def critical(problem, x):
+    """Return the null vector (n,), own units, of the Jacobian with multiplier -1."""
+    J, _ = problem.wrapped_jacobian(x, -1.0)
+    return np.linalg.svd(J * problem.scale[:-1])[2][-1] * problem.scale[:-1]
+
+
+def stepped_out(problem, x, direction):
+    """Return the first audited orbit on the branch through ``x`` in ``direction`` (n + 1,, own units), or None."""
+    tangent = direction / problem.scale
+    tangent /= np.sqrt(tangent @ tangent)
+    boundary = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
+    for step in OUT:
+        c = problem.correct(x + step * problem.scale * tangent, tangent)
+        if c.converged and all(c.monitors[k] < 0.0 for k in boundary):
+            orbit = problem.solution(c.x)
+            if orbit.success:
+                return orbit
+    return None
+
+
+def doubled(problem, point):
+    """Return the orbit of twice the period at a flip; a one-tuple, or empty when it is not admissible."""
+    s, x = problem.sequence, point.x
+    v = critical(problem, x)
+    rows = x[:-1].reshape(len(s.nodes), -1)
+    later = rows.copy()
+    later[:, 0] += s.span
+    signature = Signature(np.vstack([s.nodes, s.nodes]), np.concatenate([s.fixed, s.fixed + s.span]), 2.0 * s.span)
+    direction = np.concatenate([v, -v, [0.0]])
+    start = np.concatenate([rows.ravel(), later.ravel(), x[-1:]])
+    new = problem.with_sequence(signature, start + 1e-6 * direction)
+    orbit = stepped_out(new, start, direction)
+    return () if orbit is None else (orbit,)
+
+
+def merging(problem, a, b, t):
+    """Return the corrected point where the doubled orbits between rows ``a`` and ``b`` merge, near the part ``t``; or None.
+
+    It is the flip of the single orbit: secant on its flip test at fixed parameters, then written out twice.
+    """
+    s, x = problem.sequence, a.x + t * (b.x - a.x)
+    half = (len(x) - 1) // 2
+    count = len(s.nodes) // 2
+    shift = np.zeros(half)
+    shift[::half // count] = 0.5 * s.span
+    single = problem.with_sequence(Signature(s.nodes[:count], s.fixed[:count], 0.5 * s.span),
+                                   np.append(0.5 * (x[:half] + x[half:-1] - shift), x[-1]))
+    tangent = np.zeros(half + 1)
+    tangent[-1] = 1.0
+
+    def flip(guess, p):
+        c = single.correct(np.append(guess, p), tangent, True)
+        return c if c.converged and np.isfinite(c.monitors[0]) else None
+
+    old = flip(single.x0[:-1], x[-1])
+    if old is None:
+        return None
+    new = flip(old.x[:-1], x[-1] + 1e-5 * problem.scale[-1])
+    for _ in range(20):
+        if new is None or new.monitors[0] == old.monitors[0]:
+            break
+        step = -new.monitors[0] * (new.p - old.p) / (new.monitors[0] - old.monitors[0])
+        old, new = new, flip(new.x[:-1], new.p + step)
+        if new is None or abs(step) <= 1e-15 * problem.scale[-1] + 4e-16 * abs(new.p):
+            break
+    if new is None:
+        return None
+    v = critical(single, new.x)
+    direction = np.concatenate([v, -v, [0.0]]) / problem.scale
+    direction /= np.sqrt(direction @ direction)
+    if direction @ a.tangent < 0.0:
+        direction = -direction
+    joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
+    return Corrected(joined, direction, True, CorrectorStatus.CONVERGED, new.iterations, new.residual, 0.0, 0.0, a.det_sign,
+                     a.det_log, np.where(np.arange(len(a.tests) - 1) == problem._merges, 0.0, a.tests[1:]))
+
+
+def symmetry_broken(problem, point):
+    """Return the two mirror orbits at a pitchfork of a half-period orbit."""
+    s, x = problem.sequence, point.x
+    v = critical(problem, x).reshape(len(s.nodes), -1)
+    whole, U = repeated(problem.scene, s, x[:-1])
+    other = v.copy()
+    other[:, 0] = -v[:, 0]
+    direction = np.append(np.vstack([v, other]).ravel(), 0.0)
+    start = np.append(U, x[-1])
+    new = problem.with_sequence(whole, start)
+    found = [stepped_out(new, start, sign * direction) for sign in (1.0, -1.0)]
+    return tuple(orbit for orbit in found if orbit is not None)
+
+
+def crossing(problem, point):
+    """Return the orbits on both sides of the branch that crosses this one at a branch point."""
+    direction = other_direction(point.directions, point.tangent) * problem.scale
+    found = [stepped_out(problem, point.x, sign * direction) for sign in (1.0, -1.0)]
+    return tuple(orbit for orbit in found if orbit is not None)
+
+
+def grazing_orbits(problem, point, n_max: int):
+    """Return the orbits of 1 .. n_max times the period with one more event that are born at a graze."""
+    x = point.x
+    base = problem
+    if point.name == "listed":
+        found = changed(dropped, problem, x)
+        if found is None:
+            return ()
+        base = problem.with_sequence(*found)
+        x = base.x0
+    orbits = []
+    for n in range(1, n_max + 1):
+        found = changed(inserted, base, x, n)
+        if found is None:
+            continue
+        new = base.with_sequence(*found)
+        side = admissible_side(new, new.x0)
+        if side is None:
+            continue
+        orbit = stepped_out(new, new.x0, side * new.scale)
+        if orbit is not None:
+            orbits.append(orbit)
+    return tuple(orbits)

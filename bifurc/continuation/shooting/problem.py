@@ -1,0 +1,481 @@
+"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step."""
+import copy
+import dataclasses
+import math
+
+import numpy as np
+
+from ...compose.scene import scene_of
+from ...orbits import sequence
+from ...orbits.energy import conservative
+from ...orbits.equations import Equations
+from ...orbits.multipliers import nontrivial
+from ...orbits.orbit import HELD, INSTANT, NEUTRAL, PeriodicOrbit, closure_of
+from ...orbits.path import ParameterPath, parameter_path
+from ...orbits.repetition import repetition
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
+from ...orbits.signature import Signature, divided, repeated, sections
+from ...system import System
+from ..conditions import ASIDE, difference
+from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
+from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from . import autonomous, branching, signature_change
+from .extremes import extreme_gradient
+from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, UNLISTED
+from .successor import HELD_ROWS
+from .vanishing import listed_speeds
+
+ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
+SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
+SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
+NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
+STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+
+
+def orbit_problem(orbit: PeriodicOrbit, parameter: str, bounds: tuple[float, float]) -> "OrbitProblem":
+    """Return the problem that continues ``orbit`` in ``parameter`` over ``bounds``.
+
+    Raises
+    ------
+    ValueError
+        Unknown or discrete parameter, or an orbit that is no motion of its system.
+    """
+    name = orbit.system.parameter_name(parameter)
+    value = orbit.system.parameter(name)
+    if not orbit.success:
+        raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
+    if orbit.autonomous and conservative(orbit.system):
+        raise ValueError(f"{orbit.system!r} keeps its energy: its orbits form families along that; trace(orbit, 'energy', "
+                         "bounds=...), for each value of a parameter that matters")
+    path = parameter_path(orbit.scene, orbit.system, name, bounds)
+    signature, unknowns = orbit.sequence, orbit.unknowns
+    symmetric = signature.closure > 0 or signature.clock or all(
+        orbit.system.with_parameters(**{name: end}).symmetry == -1 for end in bounds)
+    if not symmetric:
+        signature, unknowns = repeated(orbit.scene, signature, unknowns)  # the parameter breaks the symmetry
+        if signature.events:
+            signature = Signature(divided(orbit.scene, signature.nodes[:, :ENDING]), signature.fixed, signature.span)
+        else:
+            signature = sections(int(signature.nodes[0, AFTER]), signature.span)
+            unknowns = unknowns[:1 + orbit.scene.ns]
+    return OrbitProblem(orbit.system, path, signature, orbit.weights, np.append(unknowns, value), 0.5 * abs(bounds[1] - bounds[0]))
+
+
+def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
+    """Return a signature with the orders at the starts of its intervals that hold along the path, where its first value is
+    special: a plastic impact of a restitution that varies."""
+    T = path.tables
+    kicks = signature.nodes[signature.nodes[:, GUARD] >= 0][:, :AFTER].T
+    if path.name is None or not signature.events or not np.any(T.ratio[tuple(kicks)] == 0.0):
+        return signature
+    sequence.set_parameter(T, path.index, path.series, path.low, path.high, 0.5 * (path.low + path.high))
+    if not np.any(T.ratio[tuple(kicks)] > 0.0):
+        return signature
+    return dataclasses.replace(signature, nodes=divided(scene, signature.nodes, T, signature.closure))
+
+
+class OrbitProblem(Problem):
+    """Event-sequence equations along one parameter.
+
+    Parameters
+    ----------
+    system : System
+        Any system of the family; its other parameters hold along the branch.
+    path : ParameterPath
+    sequence : Signature
+    weights : ndarray (ns,)
+        Natural sizes of the states.
+    x0 : ndarray (n + 1,)
+        Unknowns of the start and the parameter.
+    parameter_scale : float
+        Natural size of the parameter.
+    """
+
+    def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
+        self.system, self.path, self.sequence = system, path, sequence
+        self.scene = scene_of(system)
+        self.parameter = path.name or ""
+        self.parameter_scale = parameter_scale
+        sequence = generic(self.scene, path, sequence)
+        self.sequence = sequence
+        self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
+        self.weights = self.equations.weights
+        self.size, self.scale = self.equations.size, self.equations.scale
+        self.x0 = np.array(x0, float)
+        self.signature = sequence.text(self.scene)
+        self._kept = sequence.kept(self.scene)
+        self._halves = branching.halves(self.sequence, self.x0, self.scale)
+        flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
+        monitors = [Monitor(flip)]
+        self._hits = sequence.events > 0
+        if self._hits:
+            monitors.append(Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True))
+        monitors.append(Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True))
+        self._leaves = bool(np.any(self.sequence.nodes[:, STARTS:] < 0))
+        if self._leaves:
+            monitors.append(Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True))
+        self._holds = bool(np.any((self.sequence.nodes[:, GUARD] >= 0)
+                                  & (self.scene.tables.n_holds[self.sequence.nodes[:, AFTER]] > 0)))
+        if self._holds:
+            monitors.append(Monitor(SpecialPointKind.USER, HELD_ROWS, boundary=True, silent=True))
+        self._chatters = bool(np.any(self.sequence.nodes[:, CLOSES] == 1))
+        if self._chatters:
+            monitors.append(Monitor(SpecialPointKind.CHATTER_COMPLETION, COMPLETES, boundary=True))
+            monitors.append(Monitor(SpecialPointKind.CHATTER_COMPLETION, CLOSURE, boundary=True, silent=True))
+        if self._halves is not None:
+            self._merges = len(monitors)
+            monitors.append(Monitor(SpecialPointKind.PERIOD_DOUBLING, MERGES, boundary=True))
+        self._born = bool(sequence.clock) and not sequence.events
+        if self._born:
+            self._shrinks = len(monitors)
+            monitors.append(Monitor(SpecialPointKind.HOPF, autonomous.SHRINKS, boundary=True))
+        self._tori = self.scene.ns - len(self._kept) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
+        if self._tori:
+            monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
+        self.monitors = tuple(monitors)
+
+    # equations
+
+    def correct(self, x, tangent, fixed=False) -> Corrected:
+        """See `Problem.correct`; one compiled call."""
+        status, U, new, info = self.equations.correct(x, tangent, not fixed)
+        iterations, residual = int(info[sequence.ITERATIONS]), float(info[sequence.RESIDUAL])
+        if status != 1:
+            return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
+                             NO_MONITORS)
+        moved = (U - x) / self.scale
+        sign, log = float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG])
+        values = self._values(U, info)
+        odd = self._merges if self._halves is not None else self._shrinks if self._born else None
+        if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
+            apart = -values[odd]
+            sign *= math.copysign(1.0, apart)
+            log -= math.log(max(abs(apart), 1e-300) / (1.0 + abs(apart)))
+        return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
+                         float(info[sequence.CONTRACTION]), sign, log, values)
+
+    def _values(self, x, info) -> np.ndarray:
+        """Values of the monitors at a solution, from what the kernel found."""
+        values = [info[sequence.FLIP]]
+        if self._hits:
+            least = info[sequence.LISTED]
+            values.append(-least if least < np.inf else NO_PEAK)
+        peak = info[sequence.PEAK]
+        values.append(peak if peak > NO_PEAK else NO_PEAK)
+        if self._leaves:
+            values.append(info[sequence.LEAVING])
+        if self._holds:
+            values.append(info[sequence.BROKEN] - 0.5 * HELD)
+        if self._chatters:
+            values.append(-info[sequence.RESTS])
+            values.append(self._closure(x))
+        if self._halves is not None:
+            values.append(-float(np.dot(self._halves[0], x)) - self._halves[1])
+        if self._born:
+            values.append(autonomous.extent(self, x))
+        if self._tori:
+            values.append(self._torus(x))
+        return np.array(values)
+
+    def _torus(self, x) -> float:
+        """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
+
+        It also does for a real pair mu, 1/mu, which is no bifurcation: `confirm` tells.
+        """
+        mu = self._multipliers(x)
+        if not np.isfinite(mu).all():
+            return math.nan
+        product = 1.0
+        for i in range(len(mu)):
+            for j in range(i):
+                factor = 1.0 - mu[i] * mu[j]
+                product *= factor / (1.0 + abs(factor))
+        return float(np.real(product))
+
+    def _closure(self, x) -> float:
+        """How much too early the impacts of a complete chattering end in closed form, or how many are listed too many: at most 0,
+        logarithm of a ratio."""
+        s, unknowns = self.sequence.written_out(x[:-1])
+        rows = unknowns.reshape(len(s.nodes), 1 + self.scene.ns)
+        worst = -np.inf
+        for i in np.flatnonzero(s.nodes[:, CLOSES] == 1):
+            worst = max(worst, self._excess(s.nodes[i], rows[i]))
+            earlier = next((k for k in (i - 1, i - 2) if s.nodes[k, CLOSES] == 2 and self._kicks(s.nodes[k])), None)
+            if earlier is not None:  # one impact less closes it as well: soon the last ones are nothing but rounding
+                worst = max(worst, math.exp(SLACK - SPARE) / max(self._excess(s.nodes[earlier], rows[earlier]), 1e-30))
+        return math.log(min(max(worst, 1e-30), 1e30)) - SLACK
+
+    def _kicks(self, node) -> bool:
+        """Whether a node is an impact."""
+        return node[GUARD] >= 0 and bool(self.scene.tables.kick[node[BEFORE], node[GUARD]])
+
+    def _excess(self, node, row) -> float:
+        """Return the closure of an impact, see `flow.scan.closure`; ``row`` (1 + ns,) are its time and the state before."""
+        e, scene = self.equations, self.scene
+        T, engine = e.path.tables, e.kernel
+        z, out, slope = np.empty(T.A.shape[2]), np.empty(T.A.shape[2]), np.empty(T.A.shape[2])
+        f, dw = np.empty(scene.ns), np.empty(scene.nw)
+        z[:scene.ns] = row[1:]
+        engine.forcing(T, row[0] * 2.0 * np.pi / T.flat[0], z)
+        engine.field(T, node[BEFORE], z, f)
+        engine.forcing_rate(T, z, dw)
+        engine.guard_gradient(T, node[BEFORE], node[GUARD], z, slope)
+        return float(closure_of(scene)(T, node[BEFORE], node[GUARD], z, float(engine.guard_rate(slope, f, dw)), out)[0])
+
+    def kind_at(self, monitor, x) -> SpecialPointKind:
+        """Return what a zero of a monitor at ``x`` is: a change of the signature has the name of what begins or ends."""
+        if monitor.name == autonomous.SHRINKS and not autonomous.small(self, x):
+            return SpecialPointKind.USER
+        if monitor.name not in (LISTED, UNLISTED):
+            return monitor.kind
+        if autonomous.ends(self, monitor.name, x):
+            return SpecialPointKind.CYCLE_END
+        plain, at = autonomous.written_out(self, x)
+        return signature_change.kind_of(plain, monitor.name, at)
+
+    def change(self, kind, x, successor) -> SpecialPointKind:
+        """See `Problem.change`: what changes between the two sequences has one name from both sides."""
+        return signature_change.changed(self, x, getattr(successor, "inner", successor), kind) or kind
+
+    def confirm(self, kind, x) -> bool:
+        """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle."""
+        if kind is not SpecialPointKind.NEIMARK_SACKER:
+            return True
+        mu = self._multipliers(x)
+        return bool(np.any((np.abs(mu.imag) > 1e-7) & (np.abs(np.abs(mu) - 1.0) < 1e-6)))
+
+    def locate(self, kind, a, b):
+        """Return the point between two rows where a doubled orbit merges with its orbit of half the period, or where an orbit
+        shrinks onto an equilibrium; or None.
+
+        There the equations are singular; the flip of the single orbit, the Hopf point of the equilibrium, are located instead.
+        """
+        if kind is SpecialPointKind.HOPF:
+            return autonomous.shrunk(self, a, b)
+        if kind is not SpecialPointKind.PERIOD_DOUBLING or self._halves is None:
+            return None
+        f0, f1 = (float(np.dot(self._halves[0], row.x)) + self._halves[1] for row in (a, b))
+        return branching.merging(self, a, b, f0 / (f0 - f1)) if f0 * f1 <= 0.0 else None
+
+    def monitor_values(self, u, p, tangent) -> np.ndarray:
+        """Return the values of ``monitors`` at a solution; that of the flip is NaN, `wrapped_jacobian` decides it."""
+        e, (s, U), info = self.equations, self.sequence.written_out(u), np.zeros(sequence.INFO)
+        e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, U, e.weights, info)
+        info[sequence.FLIP] = math.nan
+        return self._values(np.append(u, p), info)
+
+    def residual(self, u, p):
+        """Return the scaled residual (n,)."""
+        return self.equations.residual(np.append(u, p))
+
+    def jacobian(self, u, p):
+        """Return the scaled F_u (n, n) and F_p (n,)."""
+        return self.wrapped_jacobian(np.append(u, p), 1.0)
+
+    def wrapped_jacobian(self, x, mu):
+        """Return F_u with the factor ``mu`` on the columns of the closing node, and F_p."""
+        return self.equations.jacobian(x, mu), difference(self.equations.residual, x, x.size - 1, ASIDE * self.scale[-1])
+
+    def null_tangent(self, x) -> np.ndarray:
+        """Return a unit null vector of [F_u F_p] in scaled unknowns (n + 1,)."""
+        fu, fp = self.jacobian(x[:-1], x[-1])
+        wide = np.column_stack([fu, fp]) * self.scale
+        return np.linalg.svd(wide)[2][-1]
+
+    # other equations
+
+    def bounded(self, low, high, made):
+        """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""
+        path = self.path
+        if path.low <= low and high <= path.high:
+            return self
+        if path not in made:
+            made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
+        return OrbitProblem(self.system, made[path], self.sequence, self.weights, self.x0, self.parameter_scale)
+
+    def family(self, name: str, bounds: tuple[float, float]):
+        """Return the same equations over a second parameter, see `families`."""
+        from ..families import orbit_family
+
+        return orbit_family(self, name, bounds)
+
+    def on_path(self, path: ParameterPath) -> "OrbitProblem":
+        """Return the problem with the numbers of another path along the same parameter."""
+        other = copy.copy(self)
+        other.path, other.equations = path, self.equations.on(path)
+        return other
+
+    def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
+        """Return the problem of another event signature along the same path."""
+        path = self.path
+        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
+            path = parameter_path(self.scene, self.system, self.parameter, (path.low, path.high), pad=0.0)
+        return OrbitProblem(self.system, path, signature, self.weights, x0, self.parameter_scale)
+
+    def switch(self, point, monitor):
+        """Return the equations that go on behind a grazing, see `orbit_switching`."""
+        ends = {MERGES: StopReason.MERGED, COMPLETES: StopReason.CHATTERING}
+        if monitor.name in ends:
+            return ends[monitor.name]
+        if monitor.name == autonomous.SHRINKS:
+            return autonomous.beyond_section(self, point)
+        if self.sequence.clock:
+            ended = autonomous.ends(self, monitor.name, point.x)
+            return StopReason.CYCLE_END if ended else autonomous.through_change(self, point, monitor)
+        answer = signature_change.through_grazing(self, point, monitor)
+        return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
+
+    def named_end(self, x, reason, message):
+        """See `Problem.named_end`: where the listed impacts fall like those of an infinite sequence, changes of their number
+        accumulate here."""
+        if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE) and self._train(x):
+            return StopReason.CHATTERING, message
+        return reason, message
+
+    def _train(self, x) -> bool:
+        """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may
+        turn between them."""
+        speeds, scene, kick = listed_speeds(self, x), self.scene, self.scene.tables.kick
+        impacts = [(scene.guard(int(before), int(guard)).element, speed)
+                   for (before, guard), speed in zip(self.sequence.nodes[:, :AFTER], speeds, strict=True)
+                   if guard >= 0 and kick[before, guard]]
+        for first, (element, fastest) in enumerate(impacts):
+            run = [fastest]
+            for other, speed in impacts[first + 1:] + impacts[:first]:
+                if other != element or not speed < 0.97 * run[-1]:
+                    break
+                run.append(speed)
+            if len(run) >= 3 and run[-1] < ACCUMULATED * run[0]:
+                return True
+        return False
+
+    def branches(self, point, n_max):
+        """Return the orbits that meet this branch in a special point."""
+        return branching.branches(self, point, n_max)
+
+    def alike(self, x, near):
+        """Return the orbit at ``x`` (n + 1,) moved by the whole number of forcing periods that brings it next to ``near``."""
+        if self.system.period is None or self.sequence.closure < 0 or np.any(self.sequence.nodes[:, GUARD] < 0):
+            return x
+        shift = round(float(near[0] - x[0]))
+        if shift == 0:
+            return x
+        moved = x.copy()
+        moved[:-1:1 + self.scene.ns] += shift
+        return moved
+
+    def same(self, other) -> bool:
+        """Whether two problems have the same equations."""
+        return self.sequence.key == other.sequence.key
+
+    # what is shown and stored
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Columns on demand."""
+        n = self.scene.n
+        each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
+        count = self.scene.ns - len(self._kept) - (self.sequence.clock > 0.0)
+        return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(count)))
+
+    def measure(self, name, xs):
+        """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
+        if name == "n_events":
+            return np.full(len(xs), self.sequence.events * (2 if self.sequence.closure < 0 else 1))
+        if name == "period":
+            return np.array([self._whole(x)[0].span * 2.0 * np.pi / self.equations.numbers_at(x[-1]).flat[0] for x in xs])
+        if name == "stable":
+            told = [self._stable(x) for x in xs]
+            return np.array(told, object if None in told else bool)
+        if name.startswith("multiplier_"):
+            return np.array([self._told(x)[int(name[11:])] for x in xs])
+        kind, dof = name.rsplit("_", 1)
+        rows = np.array([self._measured(x, int(dof)) for x in xs])
+        return {"max": lambda: rows[:, 0], "min": lambda: rows[:, 1], "rms": lambda: np.sqrt(rows[:, 2]),
+                "h1": lambda: np.hypot(rows[:, 3], rows[:, 4])}[kind]()
+
+    def measure_gradient(self, name, x):
+        """Return the gradient (n + 1,) of the largest or least displacement; None for other measures: they are differenced."""
+        kind, _, dof = name.rpartition("_")
+        if kind not in ("max", "min"):
+            return None
+        return extreme_gradient(self, x, int(dof), 1.0 if kind == "max" else -1.0)
+
+    def _whole(self, x):
+        return repeated(self.scene, self.sequence, x[:-1])
+
+    def _measured(self, x, dof) -> np.ndarray:
+        whole, U = self._whole(x)
+        out = np.empty(5)
+        h = 1.0 / whole.span if whole.clock else 1.0
+        self.equations.motion.measures(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, dof, h, out)
+        return out
+
+    def multipliers_at(self, x) -> np.ndarray:
+        """Return the multipliers at a solution, as those of `PeriodicOrbit`."""
+        return self._multipliers(x)
+
+    def repeated(self, x):
+        """Return the equations of the orbit run through twice, and their solution."""
+        s = self.sequence
+        later = x[:-1].reshape(len(s.nodes), -1).copy()
+        later[:, 0] += s.span
+        nodes = np.vstack([s.nodes, s.nodes])
+        start = np.concatenate([x[:-1], later.ravel(), x[-1:]])
+        return self.with_sequence(Signature(nodes, np.concatenate([s.fixed, s.fixed + s.span]), 2.0 * s.span), start), start
+
+    def _multipliers(self, x) -> np.ndarray:
+        whole, U = self._whole(x)
+        M = np.empty((self.scene.ns, self.scene.ns))
+        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
+        return nontrivial(self.equations, whole, U, M, self._kept)
+
+    def is_motion(self, x) -> bool:
+        """See `Problem.is_motion`."""
+        orbit = self.solution(x)
+        return orbit.success and repetition(orbit).repeated
+
+    def floquet_multipliers(self, x):
+        """See `Problem.floquet_multipliers`; None where two impacts of one instant leave them undefined."""
+        return None if self._together(x) else self._multipliers(x)
+
+    def _together(self, x) -> bool:
+        """Whether two impacts of different stops fall on one instant: then only the orbit tells its multipliers."""
+        whole, U = self._whole(x)
+        nodes, times = whole.nodes, U[::1 + self.scene.ns]
+        apart = np.abs(times - np.append(times[-1] - whole.span, times[:-1])) <= INSTANT
+        kick = [node[GUARD] >= 0 and bool(self.scene.tables.kick[node[BEFORE], node[GUARD]]) for node in nodes]
+        return len(nodes) > 1 and any(near and a and b for near, a, b in zip(apart, kick, [kick[-1], *kick[:-1]], strict=True))
+
+    def _told(self, x) -> np.ndarray:
+        """Multipliers as the orbit at ``x`` tells them."""
+        return self.solution(x).multipliers if self._together(x) else self._multipliers(x)
+
+    def _stable(self, x) -> bool | None:
+        """Stability as the orbit at ``x`` tells it."""
+        top = float(np.abs(self._multipliers(x)).max(initial=0.0))
+        if self._together(x) or self.sequence.clock:
+            return self.solution(x).stable
+        return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+
+    def solution(self, x) -> PeriodicOrbit:
+        """Return the orbit at ``x`` (n + 1,)."""
+        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
+        return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
+
+    def to_record(self) -> dict:
+        """Return a JSON-able description."""
+        s = self.sequence
+        return {"kind": "orbit", "system": self.system.to_record(), "parameter": self.parameter,
+                "path": [self.path.low, self.path.high], "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(), "span": s.span,
+                "closure": s.closure, "clock": s.clock, "weights": self.weights.tolist(), "parameter_scale": self.parameter_scale,
+                "x0": self.x0.tolist()}
+
+    @classmethod
+    def from_record(cls, record: dict, elements=()) -> "OrbitProblem":
+        """Make the problem that gave ``record``."""
+        system = System.from_record(record["system"], elements)
+        signature = Signature(np.array(record["nodes"], np.int64), np.array(record["fixed"]), record["span"], record["closure"],
+                              record.get("clock", 0.0))
+        path = parameter_path(scene_of(system), system, record["parameter"], tuple(record["path"]), pad=0.0)
+        return cls(system, path, signature, np.array(record["weights"]), np.array(record["x0"]), record["parameter_scale"])

@@ -1,0 +1,150 @@
+"""Where the event signature of an orbit changes: the equations that go on behind it.
+
+The equations of the new signature are regular there; their null vector is the tangent of the impacting orbit, and the
+side on which it is admissible is found by a step to either side, never assumed: the orbit may live on the impacting or the
+non-impacting side.
+"""
+import collections
+
+import numpy as np
+
+from ...compose.writer import kernels
+from ...elements import EventKind
+from ...orbits import sequence
+from ...orbits.sequence import AFTER, CLOSES, GUARD
+from ..kinds import SpecialPointKind, StopReason
+from .appearing import inserted, parted
+from .successor import cycle, jumps, successor, verified
+from .vanishing import dropped
+
+TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
+LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
+COMPLETES, CLOSURE = "completes", "closure"
+KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
+         EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
+ORDER = [SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION, SpecialPointKind.GRAZING]
+ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPointKind.STICK_ONSET,
+        EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
+
+
+def through_grazing(problem, point, monitor):
+    """Return (problem, x, tangent) behind a change of the event signature, or a sentence why none goes on.
+
+    The usual changes of one event are constructed; what simulation does not repeat, and everything else, is left to
+    `successor`.
+    """
+    constructed = {LISTED: dropped, UNLISTED: inserted, LEAVING: parted}.get(monitor.name)
+    found = None if constructed is None else constructed(problem, point.x)
+    if found is not None:
+        new = problem.with_sequence(*found)
+        side = admissible_side(new, new.x0)
+        if side is not None and cycle(new) != cycle(problem) and verified(problem, point, new, new.x0, side):
+            return new, new.x0, side
+    answer, search = successor(problem, point, monitor.silent)
+    lost = search.incomplete if answer is None else not np.any(answer[0].sequence.nodes[:, CLOSES] == 1)
+    if monitor.name == CLOSURE and lost:
+        return StopReason.CHATTERING  # it is released before it completes
+    if answer is None and jumps(problem, point):
+        return StopReason.JUMP
+    return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
+
+
+def admissible_side(problem, x):
+    """Return the unit tangent at ``x`` that points to admissible orbits, or None."""
+    tangent = problem.null_tangent(x)
+    boundary = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
+    for step in TRIALS:
+        good = []
+        for sign in (1.0, -1.0):
+            c = problem.correct(x + sign * step * problem.scale * tangent, sign * tangent)
+            if c.converged and all(c.monitors[k] < 0.0 for k in boundary):
+                good.append(sign)
+        if len(good) == 1:
+            return good[0] * tangent
+    return None
+
+
+def changed(problem, x, other, kind=None):
+    """Return the kind of the change from the sequence of ``problem``, which ends at ``x`` (n + 1,), to that of ``other``; None
+    where the events do not tell. ``kind`` is what the monitor of the end says."""
+    one, two = collections.Counter(named_events(problem)), collections.Counter(named_events(other))
+    apart = [event for event in {**one, **two} if one[event] != two[event]]
+    if not apart:
+        return exchanged(problem, other)
+    kinds = {EventKind(kind) for _, kind in apart}
+    if EventKind.IMPACT in kinds:
+        return SpecialPointKind.GRAZING
+    if kinds == {EventKind.RELEASE}:
+        return SpecialPointKind.SEPARATION  # between an impact and a rest on the stop
+    if kinds == {EventKind.SLIP} or kinds == {EventKind.STICK} and kind is SpecialPointKind.GRAZING:
+        return SpecialPointKind.STICK_ONSET  # between the two sides of a reversal
+    if kinds == {EventKind.STICK, EventKind.SLIP}:
+        richer, at = (other, other.x0) if two.total() > one.total() else (problem, x)
+        return shortest(richer, at)
+    return None
+
+
+def shortest(problem, x):
+    """Return stick or slip onset after the shortest interval of ``x`` (n + 1,) that ends in slip or stick; None without one."""
+    scene, s = problem.scene, problem.sequence
+    times = x[:-1:1 + scene.ns]
+    spans = times - np.append(times[-1] - s.span, times[:-1])
+    ending = [(span, ENDS[kind]) for span, node in zip(spans, s.nodes.tolist(), strict=True) if node[GUARD] >= 0
+              and (kind := scene.event_kind(*node[:AFTER])) in (EventKind.STICK, EventKind.SLIP)]
+    return min(ending)[1] if ending else None
+
+
+def exchanged(problem, other):
+    """Return the kind of the change between two sequences that differ in the order of two neighbours only, or None."""
+    one, two = named_events(problem), named_events(other)
+    if sorted(one) != sorted(two):
+        return None
+    for k in range(len(two)):
+        turned = two[k:] + two[:k]
+        apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
+        if len(apart) == 2 and (apart[1] - apart[0]) % len(one) in (1, len(one) - 1) and one[apart[0]] == turned[apart[1]]:
+            kinds = [KINDS.get(EventKind(one[i][1]), SpecialPointKind.GRAZING) for i in apart]
+            return min(kinds, key=ORDER.index)
+    return None
+
+
+def named_events(problem) -> list[tuple[int, str]]:
+    """Return element and kind of the events of a problem's sequence, in order."""
+    scene = problem.scene
+    events = [(int(m), int(g)) for m, g in problem.sequence.nodes[:, :AFTER] if g >= 0]
+    return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
+
+
+def kind_of(problem, name, x):
+    """Return what kind of change of signature happens at ``x``: grazing, or the onset of stick, slip or separation."""
+    scene, s, e = problem.scene, problem.sequence, problem.equations
+    if name == LEAVING:
+        return SpecialPointKind.STICK_ONSET
+    T, info = e.numbers_at(x[-1]), np.zeros(sequence.INFO)
+    e.kernel.monitor(T, s.nodes, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
+    if name == LISTED:
+        at = int(info[sequence.LISTED_AT])
+        if at < 0:
+            return SpecialPointKind.GRAZING
+        mode, guard = s.nodes[at, :GUARD + 1].tolist()
+        kinds = ENDS  # of what ends the interval that vanishes
+    else:
+        kinds = KINDS
+        at = int(info[sequence.PEAK_SEGMENT])
+        if at < 0:
+            return SpecialPointKind.GRAZING
+        mode, guard = int(s.nodes[at, AFTER]), int(info[sequence.PEAK_GUARD])
+    kind = scene.event_kind(mode, guard)
+    place = at * (1 + scene.ns) + 1
+    if kind in (EventKind.SEPARATION, EventKind.CONTACT) and is_surface(scene, T, mode, guard, x[place:place + scene.ns]):
+        return SpecialPointKind.GRAZING
+    return kinds.get(kind, SpecialPointKind.GRAZING)
+
+
+def is_surface(scene, T, mode, guard, y):
+    """Return whether a guard is a surface in space, straight or curved: at the state ``y`` (ns,) positions alone change it."""
+    if T.D[mode, guard].any() or not T.LG[mode, guard].any():
+        return bool(T.D[mode, guard].any())
+    n, row = scene.n, np.empty(T.A.shape[2])
+    kernels(scene.laws, n).guard_gradient(T, mode, guard, np.append(y, np.eye(1, row.size - y.size)), row)
+    return bool(row[:n].any() and not row[n:2 * n].any())

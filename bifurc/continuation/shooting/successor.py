@@ -1,0 +1,365 @@
+"""What goes on behind the end of validity of an event sequence: the sequence that simulation finds on the far side.
+
+The old equations are followed a little beyond their end, where their solution is no motion any more.  One period is
+simulated from a state of it far from what changes; the rule of `flow.settle` decides every event, so that several that
+begin, end, merge or change places together need no case of their own.  The equations of the sequence so read are solved,
+their solution is taken back to where the new sequence begins, and is accepted only if it is the same motion there and if
+simulation repeats it a little further on.
+"""
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...flow.scan import CHATTER, GRAZE, PASSED
+from ...flow.settle import Inconsistent, Penetration
+from ...flow.simulate import simulate
+from ...orbits.find import half_of, mark_trains
+from ...orbits.repetition import middles, repetition
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING
+from ...orbits.signature import Signature, divided, repeated, sections, translated
+from .vanishing import dropped
+
+BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end
+INSIDE = (1e-5, 1e-4, 1e-3, 1e-6, 1e-7, 1e-2)  # scaled lengths at which the new equations are tried
+JUMPS, JUMP = (1e-6, 1e-10), 1e-6  # scaled lengths beyond an end, and a scaled miss that is none of them
+VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may end together
+STARTS = 2  # intervals from which a period is simulated
+NEWTON = 12  # steps onto the new equations
+CONVERGED = 1e-11  # scaled residual
+SECANTS = 60
+ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
+SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
+HELD_ROWS = "held"  # name of the monitor of rows that modes hold
+ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
+SAME = 2e-6  # scaled distance of two motions that are one
+
+
+@dataclass
+class Search:
+    """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete no
+    chattering."""
+
+    reasons: dict[str, None] = field(default_factory=dict)
+    incomplete: bool = False
+
+    def say(self, reason: str) -> None:
+        """Note why a candidate was not taken."""
+        self.reasons[reason] = None
+
+    @property
+    def message(self) -> str:
+        """The reasons as one sentence."""
+        return "; ".join(self.reasons) or "simulation keeps the sequence of events"
+
+
+def successor(problem, point, through=False):
+    """Return ((problem, x, tangent) of the equations that go on behind a boundary, or None; and the `Search`).
+
+    Parameters
+    ----------
+    problem : OrbitProblem
+        Whose equations end.
+    point : Corrected
+        On the boundary, with the tangent in the direction of travel.
+    through : bool
+        The boundary is one of the equations and not of the motion: the parameter goes on as before.
+    """
+    search = Search()
+    tried = [cycle(problem)]
+    for step in BEYOND:
+        for x in _beyond(problem, point, step):
+            for signature, unknowns in _read(problem, x, search):
+                search.incomplete |= not np.any(signature.nodes[:, CLOSES] == 1)
+                if _cycle(problem.scene, signature) in tried:
+                    continue
+                found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
+                if found is not None:
+                    return found, search
+    for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
+        made = dropped(problem, point.x, near)
+        if made is not None and _cycle(problem.scene, made[0]) not in tried:
+            tried.append(_cycle(problem.scene, made[0]))
+            found = _begun(problem, point, *made, search, through)
+            if found is not None:
+                return found, search
+    return None, search
+
+
+def _beyond(problem, point, step):
+    """Yield solutions (n + 1,) of the old equations a little beyond their end, then their last one at other parameters: it
+    may be a fold of them."""
+    low, high = problem.path.low, problem.path.high
+    c = problem.correct(point.x + step * problem.scale * point.tangent, point.tangent)
+    if c.converged and low <= c.p <= high:
+        yield c.x
+    ahead = 1.0 if point.tangent[-1] >= 0.0 else -1.0
+    for sign in (ahead, -ahead):
+        x = point.x.copy()
+        x[-1] += sign * step * problem.scale[-1]
+        if low <= x[-1] <= high:
+            yield x
+
+
+def jumps(problem, point) -> bool:
+    """Whether motions beyond the end differ from it by an amount that does not fall with the distance from it."""
+    missed = [[repetition(problem.solution(x)).miss for x in _beyond(problem, point, step)] for step in JUMPS]
+    return any(np.isfinite(least) and least > max(JUMP, 0.3 * most) and np.isfinite(most)
+               for most, least in zip(missed[0], missed[-1], strict=False))
+
+
+def verified(problem, point, new, x, tangent) -> bool:
+    """Whether the orbits of the equations ``new`` a little inside from ``x`` (n + 1,) along ``tangent`` are admissible, other
+    than those through which the end ``point`` of ``problem`` was reached, and repeated by simulation."""
+    for step in () if rebounds(new) else INSIDE:
+        c = new.correct(x + step * new.scale * tangent, tangent)
+        if c.converged and inside(new, c):
+            orbit = new.solution(c.x)
+            if orbit.success and repetition(orbit).repeated:
+                return not retraces(problem, point, new, c)
+    return False
+
+
+def retraces(problem, point, new, c) -> bool:
+    """Whether ``c``, a point of the equations ``new`` near ``point``, is the motion that the old equations have before it.
+
+    Events that change places at one instant can be listed in either order: what is listed differently is no other motion.
+    """
+    back = c.p - float(point.x[-1])
+    if back * point.tangent[-1] > 0.0:
+        return False
+    away = (c.x[-1] - point.x[-1]) / problem.scale[-1]
+    length = min(abs(away / point.tangent[-1]), 10.0 * math.sqrt(abs(away))) if point.tangent[-1] else math.sqrt(abs(away))
+    x = point.x - length * problem.scale * point.tangent
+    x[-1] = c.p
+    old = problem.correct(x, point.tangent, True)
+    if not old.converged:
+        return False
+    here, there = problem.solution(old.x), new.solution(c.x)
+    return distance(here, there) <= ALIKE * max(distance(here, problem.solution(point.x)), SAME)
+
+
+def rebounds(problem) -> bool:
+    """Whether an impact with rebound is listed as one after which the row is held: only a complete chattering ends so."""
+    T = problem.scene.tables
+    for before, guard, after, _, closes in problem.sequence.nodes[:, :ENDING].tolist():
+        if guard >= 0 and T.kick[before, guard] and closes != 1 and T.ratio[before, guard] > 0.0:
+            speed = T.GT[before, guard, :, 1]
+            for row in T.H[after, :int(T.n_holds[after])]:
+                size = math.sqrt(float(row @ row) * float(speed @ speed))
+                if abs(abs(float(row @ speed)) - size) <= 1e-12 * size:
+                    return True
+    return False
+
+
+def inside(problem, c) -> bool:
+    """Whether a corrected point lies where the equations of the problem are valid."""
+    return all(c.monitors[k] < 0.0 for k in boundaries(problem))
+
+
+def boundaries(problem) -> list[int]:
+    """Return the numbers of the monitors that bound the validity."""
+    return [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
+
+
+def cycle(problem):
+    """Return what tells the cyclic event sequences of two problems apart: which event is listed first is chance."""
+    return _cycle(problem.scene, problem.sequence)
+
+
+def _cycle(scene, signature):
+    nodes = signature.nodes
+    if signature.closure < 0:
+        nodes = repeated(scene, signature, np.zeros(len(nodes) * (1 + scene.ns)))[0].nodes
+    rows = [(before, guard, after, int(closes == 1)) for before, guard, after, _, closes in nodes[:, :ENDING].tolist()]
+    return min(rows[k:] + rows[:k] for k in range(len(rows))), signature.span, signature.closure
+
+
+def _read(problem, x, search):
+    """Yield signatures and unknowns of the motions that simulation makes of the solution ``x`` (n + 1,) of the old equations."""
+    orbit = problem.solution(x)
+    at, spans = middles(orbit)
+    states = orbit._states(at)
+    seen = []
+    for k in np.argsort(-spans, kind="stable")[:STARTS]:
+        begin = at[k] % 1.0
+        try:
+            motion = simulate(orbit.system, states[k], periods=orbit.periods, t0=begin * orbit.forcing_period)
+        except (Penetration, Inconsistent, ValueError) as error:
+            search.say(f"simulation does not start beyond: {error}")
+            continue
+        if not motion.success:
+            search.say(f"simulation beyond ends: {motion.message}")
+            continue
+        made = sequence_of(orbit, motion)
+        if made is None:
+            search.say("the motion beyond does not come back to its mode in a period")
+            continue
+        signature, unknowns = made
+        candidates = [made]
+        if orbit.closure < 0:
+            half = half_of(orbit.scene, signature, unknowns)
+            if half is not None:
+                candidates.insert(0, (half[0], half[1].ravel()))
+        for signature, unknowns in candidates:
+            signature = translated(signature, orbit.scene, problem.scene)
+            key = _cycle(problem.scene, signature)
+            if key not in seen:
+                seen.append(key)
+                yield signature, unknowns
+
+
+def sequence_of(orbit, motion):
+    """Return (signature, unknowns) of one simulated period of the system of an orbit; None if it does not close in its mode."""
+    scene, R, period = orbit.scene, motion.recorded, orbit.forcing_period
+    listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
+    if not listed:
+        mode = int(R.rows[0, AFTER])
+        return sections(mode, 1.0), np.append(0.0, motion(np.ceil(motion.t[0] / period - 1e-12) * period))
+    nodes = np.array([[*R.rows[i, :3], 0, int(R.rows[i, 3] == CHATTER)] for i in listed], np.int64)
+    if nodes[-1, AFTER] != nodes[0, BEFORE] or np.any(nodes[1:, BEFORE] != nodes[:-1, AFTER]):
+        return None
+    times = R.rows[listed, 4] + R.times[listed] / period
+    turn = int(np.argmax(np.diff(np.append(times, times[0] + orbit.periods))))  # begin behind the longest interval
+    order = [*range(turn + 1, len(listed)), *range(turn + 1)]
+    times[:turn + 1] += orbit.periods
+    times = times[order] - np.floor(times[order[0]])
+    nodes = divided(scene, nodes[order])
+    mark_trains(nodes, R.speeds[listed][order])
+    unknowns = np.column_stack([times, R.before[listed][order]]).ravel()
+    return Signature(nodes, np.zeros(len(nodes)), float(orbit.periods)), unknowns
+
+
+def _begun(problem, point, signature, x, search, through):
+    """Return (problem, x, tangent) where the new sequence begins, at the old end, if it goes on from there as a motion."""
+    name = signature.text(problem.scene)
+    new = problem.with_sequence(signature, x)
+    x = onto(new, x)
+    if x is None:
+        search.say(f"no orbit {name!r} near")
+        return None
+    begin = at_beginning(new, x, float(point.x[-1]), through)
+    if begin is None:
+        search.say(f"the orbit {name!r} does not begin here")
+    else:
+        found = _from(problem, point, signature, begin, through)
+        if found is not None:
+            return found
+        search.say(f"the orbit {name!r} is no motion on either side")
+    # at their very beginning the equations may be singular (a swing of no amplitude lasts any time): next to it they are not
+    return None if through else _from(problem, point, signature, x, False, True)
+
+
+def _from(problem, point, signature, x, through, beside=False):
+    """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
+    where the orbits that follow are motions; or None."""
+    new = problem.with_sequence(signature, x)
+    if not abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale:
+        return None
+    if not distance(problem.solution(point.x), new.solution(x)) <= SAME:
+        return None
+    tangent = new.null_tangent(x)
+    here = new.correct(x, tangent) if beside else None
+    if here is not None and not (here.converged and inside(new, here)):
+        return None
+    for step in INSIDE:
+        good = []
+        for sign in (1.0, -1.0):
+            c = new.correct(x + sign * step * new.scale * tangent, sign * tangent)
+            if c.converged and inside(new, c):
+                good.append((sign, c))
+        if through or len(good) == 2:  # a change of the equations only: the branch goes on as it came
+            if here is None:
+                good = [(sign, c) for sign, c in good if sign * tangent[-1] * point.tangent[-1] > 0.0]
+            else:
+                good.sort(key=lambda item: nearest(new, item[1]))
+        for sign, c in good[:1] if beside else good:
+            orbit = new.solution(c.x)
+            if orbit.success and repetition(orbit).repeated and not retraces(problem, point, new, c):
+                return new, x, sign * tangent
+    return None
+
+
+def nearest(problem, c) -> float:
+    """Return the value of the monitor that is nearest to the end of validity of a problem, at a corrected point."""
+    return float(max(c.monitors[k] for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS))
+
+
+def onto(problem, x):
+    """Return the solution nearest to ``x`` (n + 1,) on the branch of a problem, parameter free; None where Newton fails."""
+    x = x.copy()
+    old = np.inf
+    for _ in range(NEWTON):
+        f = problem.residual(x[:-1], x[-1])
+        if not np.isfinite(f).all():
+            return None
+        fu, fp = problem.jacobian(x[:-1], x[-1])
+        if not (np.isfinite(fu).all() and np.isfinite(fp).all()):
+            return None
+        step = np.linalg.lstsq(np.column_stack([fu, fp]) * problem.scale, -f, rcond=1e-13)[0]
+        size = float(np.abs(step).max())
+        if size > 1.0:
+            return None
+        x += problem.scale * step
+        if size < CONVERGED or (old < 1e-7 and size >= old):
+            return x
+        old = size
+    return None
+
+
+def at_beginning(problem, x, p: float, through=False):
+    """Return the point of a branch near ``x`` (n + 1,) at which its sequence begins to be valid; where it is valid on both
+    sides (as it is ``through`` a change of the equations only), that at the parameter ``p``; or None."""
+    at = None if through else _first_valid(problem, x)
+    if at is not None:
+        return at
+    tangent = problem.null_tangent(x)
+    if abs(tangent[-1]) < 1e-6:
+        return None
+    guess = x + problem.scale * tangent * ((p - x[-1]) / (problem.scale[-1] * tangent[-1]))
+    guess[-1] = p
+    c = problem.correct(guess, tangent, True)
+    return c.x if c.converged and inside(problem, c) else None
+
+
+def _first_valid(problem, x):
+    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None."""
+    keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
+    tangent = problem.null_tangent(x)
+    made: dict[float, np.ndarray] = {}
+
+    def value(s):
+        c = problem.correct(x + s * problem.scale * tangent, tangent)
+        if not c.converged:
+            return None
+        made[s] = c.x
+        return float(max(c.monitors[k] for k in keys))
+
+    s0, f0 = 0.0, value(0.0)
+    if f0 is None:
+        return None
+    s1 = 1e-6 if abs(f0) < 1e-3 else 1e-4
+    f1 = value(s1)
+    step = s1
+    for _ in range(SECANTS):
+        if f1 is None or f1 == f0:
+            break
+        step = -f1 * (s1 - s0) / (f1 - f0)
+        if abs(step) > 0.3:
+            return None
+        s0, f0, s1 = s1, f1, s1 + step
+        f1 = value(s1)
+        if abs(step) <= ON_BOUNDARY:
+            break
+    return made.get(s1) if f1 is not None and abs(f1) <= 1e-9 and abs(step) <= SETTLED else None
+
+
+def distance(one, other) -> float:
+    """Largest scaled distance of two orbits in the middles of the longer intervals of both."""
+    away = 0.0
+    for orbit in (one, other):
+        at, spans = middles(orbit)
+        at = np.mod(at[spans > 1e-2], min(one.periods, other.periods))
+        if at.size:
+            away = max(away, float((np.abs(one._states(at) - other._states(at)) / one.weights).max()))
+    return away

@@ -1,0 +1,129 @@
+"""Events that vanish from an orbit: the equations without those that have lost their speed or their duration."""
+import numpy as np
+
+from ...orbits import sequence
+from ...orbits.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, TOGETHER
+from ...orbits.signature import Signature, divided, sections
+from .appearing import NEAR
+
+
+def dropped(problem, x, near=NEAR):
+    """Return (signature, x) without the listed events that have lost speed or duration, to ``near`` (scaled)."""
+    scene, s = problem.scene, problem.sequence
+    size = 1 + scene.ns
+    rows = x[:-1].reshape(-1, size)
+    speeds = listed_speeds(problem, x)
+    T = problem.equations.numbers_at(x[-1])
+    items = [[node[:ENDING].copy(), row.copy(), not T.kick[node[BEFORE], node[GUARD]] if node[GUARD] >= 0 else True]
+             for node, row in zip(s.nodes, rows, strict=True)]
+    kept = [item for item, speed in zip(items, speeds, strict=True)
+            if not (item[0][GUARD] >= 0 and not item[2] and speed is not None and abs(speed) <= near)]
+    changed = len(kept) < len(items)
+    if changed and kept:  # impacts that have lost their speed
+        join(kept, s)
+    while len(kept) > 1:
+        short = [i for i in range(len(kept)) if vanishing(kept, s, i, near)]
+        if not short:
+            break
+        changed = True
+        i = short[0]
+        if i == 0:  # the interval reaches round the period: begin one node earlier
+            kept = turned(scene, kept, s)
+            continue
+        merged = merging_nodes(scene, kept[i - 1][0], kept[i][0])
+        if merged is None:
+            return None
+        kept[i - 1:i + 1] = [[np.array(node, np.int64), kept[i - 1][1], True] for node in merged]
+        if len(merged) > 1:  # they changed places and meet still
+            kept[i][1] = kept[i - 1][1].copy()
+            break
+    if not changed:
+        return None
+    if not kept:
+        return free_of_events(problem, x)
+    fixed = s.fixed[[i for i in range(len(rows)) if s.nodes[i, GUARD] < 0] or [0] * 0]
+    fixed = np.zeros(len(kept)) if not fixed.size else np.resize(fixed, len(kept))
+    nodes = divided(scene, np.array([item[0] for item in kept], np.int64), problem.path.tables, s.closure)
+    return Signature(nodes, fixed, s.span, s.closure), np.append(np.concatenate([item[1] for item in kept]), x[-1])
+
+
+def join(items, s):
+    """Make every node end in the mode in which the next begins, where nodes between them are gone."""
+    for k, item in enumerate(items):
+        if s.closure > 0 or k + 1 < len(items):
+            item[0][AFTER] = items[(k + 1) % len(items)][0][BEFORE]
+
+
+def vanishing(items, s, i, near=NEAR) -> bool:
+    """Whether the interval that node ``i`` closes has no duration, and is no pair of kicks or coinciding stops."""
+    node, before = items[i][0], items[i - 1][0]
+    if node[GUARD] < 0 or before[GUARD] < 0 or not items[i][2] or node[DIVIDE] == TOGETHER or not items[i - 1][2]:
+        return False
+    return bool(abs(items[i][1][0] - items[i - 1][1][0] + (s.span if i == 0 else 0.0)) <= near)
+
+
+def turned(scene, items, s):
+    """Return the nodes with the last one first, a half-period orbit with its mirror image."""
+    node, row, free = items[-1]
+    node, row = node.copy(), row.copy()
+    row[0] -= s.span
+    if s.closure < 0:
+        row[1:] = -row[1:]
+        before, guard = int(node[BEFORE]), int(node[GUARD])
+        node[GUARD] = scene.mirror_guard(before, guard)
+        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(int(node[AFTER]))
+    return [[node, row, free], *items[:-1]]
+
+
+def merging_nodes(scene, first, second):
+    """Return the nodes that replace two at the same instant: none, one, or two in the other order; None: not known."""
+    if second[AFTER] == first[BEFORE]:
+        return []
+    a, b = scene.guard(int(first[BEFORE]), int(first[GUARD])), scene.guard(int(second[BEFORE]), int(second[GUARD]))
+    if a.element == b.element:
+        leading = [g for g in (int(first[GUARD]), *scene.guards_of(int(first[BEFORE]), a.element))
+                   if int(second[AFTER]) in scene.expand(int(first[BEFORE]), g).then[int(first[BEFORE]), g].tolist()]
+        return [[first[BEFORE], leading[0], second[AFTER], 0, 0]] if leading else None
+    own = scene.guards_of(int(first[BEFORE]), b.element)
+    middle = scene.combine(int(first[BEFORE]), b.element, scene.keys[int(second[AFTER])][b.element])
+    if middle is None or b.number >= len(own):
+        return None
+    other = scene.guards_of(middle, a.element)
+    if a.number >= len(other):
+        return None
+    return [[first[BEFORE], own[b.number], middle, 0, 0], [middle, other[a.number], second[AFTER], 0, 0]]
+
+
+def listed_speeds(problem, x):
+    """Return the scaled arriving speed, or duration of the interval it closes, of every node; None for sections."""
+    e, s = problem.equations, problem.sequence
+    T = e.numbers_at(x[-1])
+    found = []
+    for i, node in enumerate(s.nodes):
+        if node[GUARD] < 0:
+            found.append(None)
+            continue
+        info = np.zeros(sequence.INFO)
+        only = s.nodes.copy()
+        only[only[:, sequence.CLOSES] == 0, sequence.CLOSES] = 2
+        only[i, sequence.CLOSES] = node[sequence.CLOSES]
+        e.kernel.monitor(T, only, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
+        found.append(float(info[sequence.LISTED]))
+    return found
+
+
+def free_of_events(problem, x):
+    """Return (signature, x) of the orbit whose last event has vanished: one section at phase 0, least period."""
+    scene, s, e = problem.scene, problem.sequence, problem.equations
+    T = e.numbers_at(x[-1])
+    rows = x[:-1].reshape(len(s.nodes), 1 + scene.ns)
+    k = int(np.argmax(rows[:, 0] - np.append(rows[-1, 0] - s.span, rows[:-1, 0])))  # it ends the interval that stays
+    tau, mode = rows[k, 0], int(s.nodes[k, BEFORE])
+    joined = np.empty(T.A.shape[2])
+    joined[:scene.ns] = rows[k, 1:]
+    period = 2.0 * np.pi / T.flat[0]
+    e.kernel.forcing(T, tau * period, joined)
+    y = np.empty(scene.ns)
+    span = s.span if s.closure < 0 else 1.0
+    e.motion.advance(T, mode, joined, (np.ceil(tau) - tau) * period, y)
+    return sections(mode, span, s.closure), np.concatenate([[0.0], y, x[-1:]])

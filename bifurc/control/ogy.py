@@ -1,0 +1,247 @@
+"""Control of chaos by small changes of a parameter, once a period: Ott, Grebogi, Yorke (1990), with pole placement.
+
+On the section at a fixed phase the motion is a map z -> P(z, p).  Near the orbit z*, with M = dP/dz and g = dP/dp,
+
+    z' - z* = M (z - z*) + g dp,      dp = -gain . (z - z*)  while |dp| stays within a limit, 0 otherwise.
+
+For one unstable multiplier lambda_u with left eigenvector f_u the gain lambda_u f_u / (f_u . g) puts it to 0 and leaves the
+others; several unstable ones are placed at 0 together within their own left subspace (Ackermann 1972).
+"""
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from scipy.linalg import schur
+
+from ..elements.checks import choice, number
+from ..orbits.find import find_orbit
+from ..orbits.orbit import PeriodicOrbit
+from ..orbits.sequence import AFTER, BEFORE, GUARD
+from .linearization import NotSupported
+
+STENCIL = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)  # central differences of order 8
+STEPS = (3e-3, 1e-3, 3e-4, 1e-4, 1e-5)  # of the parameter, relative, until all orbits of the stencil have the same events
+UNSTABLE = 1.0 + 1e-8  # modulus
+WEAK = 1e-10  # part of its size along the unstable direction below which a parameter controls nothing
+ON_EVENT = 1e-9  # periods
+
+
+class ControlStatus(StrEnum):
+    """What a controller can do."""
+
+    READY = "ready"
+    STABLE_ALREADY = "stable_already"
+
+    @property
+    def sentence(self) -> str:
+        """What the status means, and what to try."""
+        return {"ready": "The closed loop is stable near the orbit; simulate(...) shows it.",
+                "stable_already": "The orbit is stable without control: the gain is zero."}[self.value]
+
+
+@dataclass(frozen=True)
+class OGYController:
+    """Feedback of the state on a section to a parameter.
+
+    Attributes
+    ----------
+    orbit : PeriodicOrbit
+    parameter : str
+    section : float
+        Phase of the section, forcing periods from 0.
+    state : ndarray (ns,)
+        The orbit on the section.
+    monodromy : ndarray (ns, ns)
+        M, derivative of the map from section to section.
+    sensitivity : ndarray (ns,)
+        g, derivative of the map in the parameter.
+    gain : ndarray (ns,)
+        dp = -gain . (z - state), per unit of the states.
+    closed_loop : ndarray (ns,)
+        Multipliers under control, complex, largest modulus first.
+    method : str
+        "ogy" or "deadbeat".
+    """
+
+    orbit: PeriodicOrbit = field(repr=False)
+    parameter: str
+    section: float
+    state: np.ndarray
+    monodromy: np.ndarray = field(repr=False)
+    sensitivity: np.ndarray = field(repr=False)
+    gain: np.ndarray
+    closed_loop: np.ndarray
+    method: str
+
+    @property
+    def status(self) -> ControlStatus:
+        """Whether there is anything to control."""
+        return ControlStatus.READY if self.gain.any() else ControlStatus.STABLE_ALREADY
+
+    @property
+    def message(self) -> str:
+        """The status as a sentence."""
+        return self.status.sentence
+
+    def correction(self, state, limit: float = np.inf) -> float:
+        """Return the change of the parameter for a state (ns,) on the section; 0 where it would exceed the limit."""
+        change = -float(self.gain @ (np.asarray(state, float) - self.state))
+        return change if abs(change) <= limit else 0.0
+
+    def window(self, limit: float) -> float:
+        """Return half the width of the strip around the orbit, along the gain, in which the correction stays within a limit.
+
+        In units of the state; chaos enters it sooner or later, the wider the sooner.
+        """
+        limit = number("window", "limit", limit, above=0.0)
+        size = float(np.linalg.norm(self.gain))
+        return np.inf if size == 0.0 else limit / size
+
+    def simulate(self, y0, periods: int, limit: float, noise: float = 0.0, seed: int = 0, start: int = 0):
+        """Return the motion under control; see `bifurc.control.ogy_motion.simulated`."""
+        from .ogy_motion import simulated
+
+        return simulated(self, y0, periods, limit, noise, seed, start)
+
+
+def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: str = "ogy") -> OGYController:
+    """Return the controller that holds an unstable orbit by small changes of a parameter at each passage of a section.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+    parameter : str
+        What is changed; the forcing frequency too: the window between sections is then a period of the changed forcing.
+    section : float
+        Phase at which the state is read and the parameter set, in forcing periods, 0 <= section < periods of the orbit.
+        The gain belongs to its section.
+    method : {"ogy", "deadbeat"}
+        "ogy": unstable multipliers go to 0, stable ones stay.  "deadbeat": all go to 0, in as many periods as there are
+        states; badly conditioned where g is nearly an eigenvector.
+
+    Returns
+    -------
+    OGYController
+
+    Raises
+    ------
+    ValueError
+        A section outside the orbit's period or on an event, a parameter that does not act on the unstable directions, a
+        failed orbit.
+
+    References
+    ----------
+    E. Ott, C. Grebogi, J. A. Yorke, Phys. Rev. Lett. 64 (1990) 1196; F. J. Romeiras, C. Grebogi, E. Ott, W. P. Dayawansa,
+    Physica D 58 (1992) 165.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=2.5, amplitude=12.0)
+    >>> orbit = bf.find_orbit(system, guess=(-6.3, 0.7))
+    >>> controller = bf.control.ogy(orbit, "amplitude", section=0.0)
+    >>> bool(abs(controller.closed_loop[0]) < 1)
+    True
+    """
+    choice("ogy", "method", method, ("ogy", "deadbeat"))
+    if not isinstance(orbit, PeriodicOrbit) or not orbit.success:
+        raise ValueError(f"orbit = {orbit!r} is not allowed; it must be a converged PeriodicOrbit")
+    if orbit._disputed is not None:
+        raise NotSupported(orbit.message)
+    parameter = orbit.system.parameter_name(parameter)
+    orbit.system.parameter(parameter)
+    section = _section(orbit, section)
+    M = section_monodromy(orbit, section)
+    g = (np.eye(len(M)) - M) @ orbit_derivative(orbit, parameter, section)
+    state = orbit._states(np.array([section]))[0]
+    V = np.eye(len(M)) if method == "deadbeat" else _unstable(M)
+    gain = np.zeros(len(M)) if V.shape[1] == 0 else placed(M, g, V, parameter)
+    closed = np.linalg.eigvals(M - np.outer(g, gain)).astype(complex)
+    return OGYController(orbit, parameter, section, state, M, g, gain, closed[np.argsort(-np.abs(closed), kind="stable")], method)
+
+
+def section_monodromy(orbit: PeriodicOrbit, section: float) -> np.ndarray:
+    """Return the derivative (ns, ns) of the map from a phase (forcing periods) to itself one period of the orbit later."""
+    whole, U = orbit._whole
+    ns = orbit.scene.ns
+    rows = U.reshape(len(whole.nodes), -1)
+    first = rows[0, 0]
+    at = first + (section - first) % whole.span
+    k = int(np.searchsorted(rows[:, 0], at, side="right"))
+    later = rows[:k].copy()
+    later[:, 0] += whole.span
+    here = whole.nodes[k - 1].copy()
+    here[BEFORE], here[GUARD] = here[AFTER], -1
+    nodes = np.vstack([here, whole.nodes[k:], whole.nodes[:k]])
+    start = np.concatenate(([at], orbit._states(np.array([section]))[0]))
+    M = np.empty((ns, ns))
+    orbit.equations.motion.monodromy(orbit.equations.path.tables, np.ascontiguousarray(nodes), whole.span,
+                                     np.vstack([start, rows[k:], later]).ravel(), M)
+    return M
+
+
+def orbit_derivative(orbit: PeriodicOrbit, parameter: str, section: float) -> np.ndarray:
+    """Return the derivative (ns,) of the orbit's state at a phase in a parameter, along its branch.
+
+    By central differences of order 8 of orbits that are solved to rounding and have the same events; the derivative of the
+    map in the parameter is (I - M) times it.
+
+    Raises
+    ------
+    ValueError
+        When the events change, or no orbit is found, however near: the orbit lies on a special point.
+    """
+    value = orbit.system.parameter(parameter)
+    for relative in STEPS:
+        step = relative * max(abs(value), 1e-3)
+        total, good = np.zeros(orbit.scene.ns), True
+        for k, weight in enumerate(STENCIL, 1):
+            for sign in (1.0, -1.0):
+                try:
+                    system = orbit.system.with_parameters(**{parameter: value + sign * k * step})
+                except ValueError:  # the builder's own bound
+                    good = False
+                    break
+                near = find_orbit(system, guess=orbit, periods=orbit.periods, closure=orbit.closure)
+                if not near.success or near.signature != orbit.signature:
+                    good = False
+                    break
+                total += sign * weight / step * near._states(np.array([section]))[0]
+            if not good:
+                break
+        if good:
+            return total
+    raise ValueError(f"the orbit has no smooth branch in {parameter!r} at {value:g}: its events change, or it ends there")
+
+
+def placed(M: np.ndarray, g: np.ndarray, V: np.ndarray, parameter: str) -> np.ndarray:
+    """Return the gain (ns,) that puts the multipliers of the left subspace ``V`` (ns, k), M^T V = V S, to 0."""
+    J, b = np.linalg.lstsq(V, M.T @ V, rcond=None)[0].T, V.T @ g
+    k = V.shape[1]
+    reach = np.column_stack([np.linalg.matrix_power(J, i) @ b for i in range(k)])
+    sizes = np.linalg.norm(reach, axis=0)
+    if not sizes.all() or np.linalg.norm(b) <= WEAK * np.linalg.norm(g) or np.linalg.svd(reach / sizes)[1][-1] < WEAK:
+        raise ValueError(f"parameter {parameter!r} does not act on the directions that are to be controlled (f . g = "
+                         f"{np.linalg.norm(b):.2g}); choose another parameter or section")
+    last = np.linalg.solve(reach.T, np.eye(k)[-1])
+    return (last @ np.linalg.matrix_power(J, k)) @ V.T
+
+
+def _unstable(M: np.ndarray) -> np.ndarray:
+    """Return an orthonormal basis (ns, k) of the left subspace of the unstable multipliers."""
+    _, Z, k = schur(M.T, output="real", sort=lambda real, imag=0.0: np.hypot(real, imag) > UNSTABLE)
+    return Z[:, :k]
+
+
+def _section(orbit: PeriodicOrbit, section) -> float:
+    """Return a section that is no event of the orbit."""
+    section = number("ogy", "section", section, least=0.0)
+    if not section < orbit.periods:
+        raise ValueError(f"ogy: section = {section!r} is not allowed; it must be below the {orbit.periods} forcing "
+                         "periods of the orbit")
+    for event in orbit.events:
+        apart = (event.time / orbit.forcing_period - section) % orbit.periods
+        if min(apart, orbit.periods - apart) < ON_EVENT:
+            raise ValueError(f"ogy: section = {section!r} is not allowed; {event.element!r} has its event there, and a correction "
+                             "that is switched on at an event is not smooth")
+    return section

@@ -1,0 +1,504 @@
+"""The text of a one-period batch step through several modes: stops, elastic stops, dry friction, on one to three masses.
+
+Every mode has a list of its own of the starts that are in it, so that a substep is the same straight line for all starts of
+a list, with the numbers of that mode.  On the fixed substep number k the motion of a mode and its guards are
+
+    q_i(s) = sum_c A_ic(s) y_c + C_k,i(s),     guard(s) = sum_c D_c(s) y_c + F_k(s),     polynomials of order ORDER in s,
+
+with the state y = (q, v) at the start of the substep.  An event is a zero of a guard at s.  The candidates of the guard are
+tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, since there its
+polynomials stand, and what they say of [s, h] decides.  The start then moves to the list of its new mode.
+
+Nothing is taken on trust, by the bounds of `bifurc.ensemble.batch.one_mode`: a start stays in the batch only while they prove
+that it met no guard, or one and only once, that the candidates before the one taken are forbidden, and that no guard of the
+one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order:
+leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes their whole
+period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
+"""
+from typing import NamedTuple
+
+from ...flow.polynomial import SLOPE_ERROR
+from .one_mode import CONVERGED, GUESSES
+
+ORDER = 14  # of the polynomials: two more than without modes, since a state is carried back by their slopes
+MANY = ORDER + 1
+NOISE = 7e-15  # of the sum of all terms of the polynomial of a guard: values below it are zero
+FAR = 1e150  # of a state; beyond it the motion is lost
+ANY, NONE = -1, -2  # in place of the mode of the batch step: all; none, so that all starts take the scalar integrator
+# integers of a mode: its guards; then of each guard: what it does (KICKS, STOPS), whether it counts as a hit, its candidates,
+# then they
+CANDIDATES = 6
+NOTHING, KICKS, STOPS, UNKNOWN = range(4)  # what an event does to the speeds; UNKNOWN: left to the scalar integrator
+SINGLE = ("BUSY", "S", "SPEED", "VERDICT", "LS", "LSPEED", "FATE")  # rows of scratch; those below: one for each state
+EACH = ("EY", "YS", "LY", "BY", "LE", "MY")
+
+
+class Places(NamedTuple):
+    """Where the numbers of a batch step are, for ``n`` masses and so many guards."""
+
+    n: int
+    guards: int
+
+    @property
+    def ns(self) -> int:
+        """States."""
+        return 2 * self.n
+
+    @property
+    def flow(self) -> int:
+        """Of a mode: 1 substep, the state after it by the state before (ns, ns), A (n, ns, MANY); then the guards'."""
+        return 1 + self.ns**2 + self.n * self.ns * MANY
+
+    @property
+    def forced(self) -> int:
+        """Of a mode on a substep: what the forcing adds to the state after it (ns), C (n, MANY); then the guards'."""
+        return self.ns + self.n * MANY
+
+    @property
+    def guard(self) -> int:
+        """Of a guard: by every state value, slope h/3, bound and 1, noise and 1; what it adds (ns), its constant; D (ns, MANY)."""
+        return 5 * self.ns + 3 + self.ns * MANY
+
+    @property
+    def guard_forced(self) -> int:
+        """Of a guard on a substep: what the forcing adds to value and slope h/3 at both ends (4), F (MANY)."""
+        return 4 + MANY
+
+    @property
+    def mode(self) -> int:
+        """Numbers of a mode."""
+        return self.flow + self.guards * self.guard
+
+    @property
+    def substep(self) -> int:
+        """Numbers of a mode on a substep."""
+        return self.forced + self.guards * self.guard_forced
+
+    @property
+    def rows(self) -> int:
+        """Rows of scratch behind those of the driver."""
+        return len(SINGLE) + self.ns * len(EACH)
+
+
+def modes_text(n: int, guards: int, size: int) -> str:
+    """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
+    cap, at, first = size + 8, Places(n, guards), (4 * n + 13) * size
+    numbers = {"CAP": cap, "FLOW": at.flow, "FORCED": at.forced, "OF_GUARD": at.guard, "OF_GUARD_FORCED": at.guard_forced,
+               "PER_MODE": at.mode, "PER_STEP": at.substep, "WHOLE": 3 + CANDIDATES,
+               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "TOPS": first + at.rows * cap,
+               "LISTS": first + (at.rows + guards) * cap, "STATE": at.ns * cap,
+               "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "FAR": FAR}
+    numbers |= {name: first + i * cap for i, name in enumerate(SINGLE)}
+    numbers |= {name: first + (len(SINGLE) + at.ns * i) * cap for i, name in enumerate(EACH)}
+    numbers |= {name: i * cap for i, name in enumerate(("LIST", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
+    numbers |= {name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
+    numbers["SIZE"] = size
+    head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
+    return f"{head}\n\n\n{_filled(n)}"
+
+
+def _filled(n: int) -> str:
+    """Return the template with the lines for ``n`` masses in the places of words in capitals."""
+    ns = 2 * n
+    states, positions = range(ns), range(n)
+    names = {kind: [f"{kind}{c}" for c in states] for kind in ("y", "x", "g", "s", "r", "z", "d", "b", "w", "v", "m")}
+
+    def taken(kind: str, array: str, place: str) -> str:
+        """One line that takes a number for each state."""
+        return f"{', '.join(names[kind])} = {', '.join(f'{array}[{place} + {c}]' for c in states)}"
+
+    def rows(kind: str, name: str, entry: str = "l") -> str:
+        return f"{', '.join(names[kind])} = {', '.join(f'W[AT_{name} + {c} * AT_CAP + {entry}]' for c in states)}"
+
+    def put(name: str, kind: str, entry: str = "l") -> str:
+        return f"{', '.join(f'W[AT_{name} + {c} * AT_CAP + {entry}]' for c in states)} = {', '.join(names[kind])}"
+
+    def end(kind: str) -> list[str]:
+        """The state at the end of the substep from that at its start."""
+        return [f"x{i} = {_dot([f'e{i}_{c}' for c in states], names[kind], f'w{i}')}" for i in states]
+
+    sizes = [f"abs({name})" for name in names["y"]]
+    flow = [f"e{i}_{c} = N[o + {1 + ns * i + c}]" for i in states for c in states] + [f"w{i} = F[t + {i}]" for i in states]
+    place = [f"a{i}_{c}_{j} = N[o + {1 + ns**2 + (i * ns + c) * MANY + j}]" for i in positions for c in states for j in range(MANY)]
+    place += [f"c{i}_{j} = F[t + {ns + i * MANY + j}]" for i in positions for j in range(MANY)]
+    series = [f"d{c}_{j} = N[i + {5 * ns + 3 + c * MANY + j}]" for c in states for j in range(MANY)]
+    series += [f"f_{j} = F[j + {4 + j}]" for j in range(MANY)]
+    guard = [taken("g", "N", "i"), taken("s", "N", f"i + {ns}"), taken("r", "N", f"i + {2 * ns}"), f"rest = N[i + {3 * ns}]",
+             "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
+    back = [line for i in positions for c in states for line in _horner(f"a{i}_{c}", "back", f"u{i}_{c}", f"u{n + i}_{c}")]
+    lines = {
+        "LOAD_FLOW": flow, "LOAD_PLACE": place, "LOAD_SERIES": series, "LOAD_GUARD": guard,
+        "LOAD_NOISE": [taken("z", "N", f"i + {3 * ns + 1}"), f"least = N[i + {4 * ns + 1}]"],
+        "OLD": [f"y{c} = old[{c} * AT_CAP + l]" for c in states],
+        "NEW": [f"x{c} = new[{c} * AT_CAP + l]" for c in states],
+        "WRITE_NEW": [f"new[{c} * AT_CAP + l] = x{c}" for c in states],
+        "ENDS": end("y"),
+        "LEFT": [f"left = {_dot(names['g'], names['y'], 'p')}"], "RIGHT": [f"right = {_dot(names['g'], names['x'], 'n')}"],
+        "RISE0": [f"rise0 = {_dot(names['s'], names['y'], 'slope0')}"],
+        "RISE1": [f"rise1 = {_dot(names['s'], names['x'], 'slope1')}"],
+        "BOUND": [f"bound = {_dot(names['r'], sizes, 'rest')}"], "NOISE": [f"noise = {_dot(names['z'], sizes, 'least')}"],
+        "TAKE_EY": [rows("y", "EY")], "TAKE_BY": [rows("y", "BY")], "TAKE_LE": [rows("x", "LE")], "TAKE_LY": [rows("m", "LY")],
+        "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
+                              "u = min(max(u, 0.0), 1.0)"],
+        "SUM_GUARD": [f"g_{j} = {_dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
+        "GUARD_AT": _horner("g", "s", "value", "slope"), "GUARD_BEND": _horner("g", "s", "value", "slope", "bend"),
+        "STATE_AT": [line for i in positions for line in (
+            *(f"p_{j} = {_dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
+            *_horner("p", "s", f"x{i}", f"x{n + i}"))],
+        "WRITE_YS": [put("YS", "x")],
+        "BACK": [*(line for i in positions for line in _horner(f"c{i}", "s", f"v{i}", f"v{n + i}")),
+                 *(f"m{c} = m{c} - v{c}" for c in states), *back,
+                 *(f"y{i} = {_dot([f'u{i}_{c}' for c in states], names['m'])}" for i in states)],
+        "WRITE_BY": [put("BY", "y")], "WRITE_LE": [put("LE", "x")],
+        "ENTER_LIST": [f"W[start + {c} * AT_CAP + n] = W[{c} * AT_SIZE + l]" for c in states],
+        "WAIT": [f"W[AT_MY + {c} * AT_CAP + c] = W[AT_LE + {c} * AT_CAP + e]" for c in states],
+        "KEEP": [f"W[AT_LY + {c} * AT_CAP + left] = W[AT_LY + {c} * AT_CAP + e]" for c in states],
+        "CHOOSE": [f"W[AT_EY + {c} * AT_CAP + e] = W[start + {c} * AT_CAP + l]" for c in states],
+        "TAKE_YS": [rows("y", "YS", "e")], "WRITE_LY": [put("LY", "y", "todo")],
+        "KICK": [f"y{c} += numbers[i + {4 * ns + 2 + c}] * speed" for c in states],
+        "AWAY": [f"away = {_dot([f'numbers[i + {c}]' for c in states], names['y'], f'numbers[i + {5 * ns + 2}]')}",
+                 *(f"y{c} -= numbers[i + {4 * ns + 2 + c}] * away" for c in states)],
+        "FILL_GAP": [f"W[b + {c} * AT_CAP + place] = W[b + {c} * AT_CAP + n]" for c in states],
+        "ARRIVE": [f"W[b + {c} * AT_CAP + n] = W[AT_MY + {c} * AT_CAP + i]" for c in states],
+        "LEAVE_LIST": [f"y{c} = W[a + {c} * AT_CAP + i]" for c in states],
+        "NEAR": [f"near = {' and '.join(f'abs(y{c}) < AT_FAR' for c in states)}"],
+        "RETAKE": (_DEFER if n == 1 else _RETAKE).split("\n"),
+        "STATE_BEFORE": [f"y[{c}] = W[start + {c} * AT_CAP + place]" for c in states],
+        "STATE_AFTER": [f"W[AT_MY + {c} * AT_CAP + c] = y[{c}]" for c in states],
+        "WRITE_STATE": [f"W[{c} * AT_SIZE + l] = y{c}" for c in states],
+    }
+
+    def spelled(line: str) -> str:
+        word = line.strip()
+        if word not in lines:
+            return line
+        indent = line[:len(line) - len(line.lstrip())]
+        return "\n".join(indent + made for made in lines[word])
+
+    text = "\n".join(map(spelled, _TEXT.split("\n")))
+    return "\n".join(map(spelled, text.split("\n")))
+
+
+def spaces(n: int, guards: int, size: int) -> tuple[int, int, int, int]:
+    """Return the floats and whole numbers of scratch of the step: behind the rows of the driver, and those for each mode."""
+    cap = size + 8
+    return (Places(n, guards).rows + guards) * cap, 4 * n * cap, 6 * cap, cap + 1
+
+
+def _dot(factors: list[str], values: list[str], last: str | None = None) -> str:
+    """Return the text of a sum of products, added from its end."""
+    pairs = list(zip(factors, values, strict=True))
+    text = last if last is not None else "{} * {}".format(*pairs.pop())
+    for factor, value in reversed(pairs):
+        text = f"{factor} * {value} + ({text})"
+    return text
+
+
+def _horner(name: str, at: str, value: str, slope: str, bend: str = "") -> list[str]:
+    """Lines for value, slope and half the second derivative of a polynomial."""
+    lines = [f"{made} = {name}_{ORDER}" for made in (value, slope, bend) if made]
+    for j in range(ORDER - 1, 0, -1):
+        lines += [f"{value} = {value} * {at} + {name}_{j}", f"{slope} = {slope} * {at} + {value}"]
+        if bend and j > 1:
+            lines.append(f"{bend} = {bend} * {at} + {slope}")
+    return [*lines, f"{value} = {value} * {at} + {name}_0"]
+
+
+_DEFER = '''@njit
+def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
+    """Leave the whole period of a start to the certified integrator."""
+    W[AT_ASIDE + l] = 1.0
+    return c
+
+'''
+_RETAKE = '''@njit
+def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
+    """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
+    if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
+        return c
+    y, x, floats, record, ints, rows, tally = spare
+    STATE_BEFORE
+    status, target = substep(P, k, steps, numbers[0], m, y, x, floats, record, ints, rows, tally, limit)
+    W[AT_TAKEN + l] = k
+    if status != DONE:
+        W[AT_ASIDE + l] = 1.0
+        return c
+    W[AT_EVENTS + l] += tally[EVENTS]
+    W[AT_HITS + l] += tally[HITS]
+    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[LEAST])
+    index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
+    STATE_AFTER
+    return c + 1
+
+'''
+_TEXT = '''@njit
+def screen(full, guards, old, new, top, N, o, F, t):
+    """Carry the starts of a mode over a substep; write the largest value that each guard may take."""
+    LOAD_FLOW
+    for l in range(full):
+        OLD
+        ENDS
+        WRITE_NEW
+    for g in range(guards):
+        i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+        LOAD_GUARD
+        u = top[g * AT_CAP:(g + 1) * AT_CAP]
+        for l in range(full):
+            OLD
+            NEW
+            LEFT
+            RIGHT
+            RISE0
+            RISE1
+            BOUND
+            u[l] = max(max(left, right), max(left + rise0, right - rise1)) + bound
+
+
+@njit
+def roots(W, full, g, N, o, F, t):
+    """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
+    h = N[o]
+    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    LOAD_FLOW
+    LOAD_PLACE
+    LOAD_GUARD
+    LOAD_SERIES
+    for l in range(full):
+        TAKE_EY
+        ENDS
+        LEFT
+        RIGHT
+        RISE0
+        RISE1
+        BOUND
+        inner0, inner1, rise = left + rise0, right - rise1, right - left
+        SUM_GUARD
+        bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
+        d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
+        u = -left / rise
+        GUESSES
+        s = h * u
+        GUARD_AT
+        s = min(max(s - value / slope, 0.0), h)
+        GUARD_BEND
+        unit = 1.0 / slope
+        step = value * unit
+        step = step * (1.0 + bend * unit * step)  # Chebyshev's, of third order
+        s = s - step
+        speed = slope - 2.0 * bend * step
+        STATE_AT
+        steep, middle = AT_STEEP * bound, inner1 - inner0
+        concave, convex = (bend0 < -allow) & (bend1 < -allow), (bend0 > allow) & (bend1 > allow)
+        rising = (rise0 > steep) & (middle > steep) & (rise1 > steep)
+        falling = (rise0 < -steep) & (middle < -steep) & (rise1 < -steep)
+        found = ((left < 0.0) & (right >= 0.0) & (concave | convex | rising) & (abs(step) <= AT_CONVERGED * h)
+                 & (s >= 0.0) & (s <= h) & (speed > 0.0))
+        none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
+        W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
+        W[AT_S + l], W[AT_SPEED + l] = s, speed
+        WRITE_YS
+
+
+@njit
+def back(W, full, N, o, F, t):
+    """Take states at s back to the start of the substep along the motion of a mode, and to its end."""
+    LOAD_FLOW
+    LOAD_PLACE
+    for l in range(full):
+        s = W[AT_LS + l]
+        back = -s
+        TAKE_LY
+        BACK
+        ENDS
+        WRITE_BY
+        WRITE_LE
+        W[AT_FATE + l] = 1.0
+
+
+@njit
+def admit(W, full, g, N, o, F, t):
+    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
+    h = N[o]
+    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    LOAD_GUARD
+    LOAD_NOISE
+    LOAD_SERIES
+    for l in range(full):
+        s = W[AT_LS + l]
+        TAKE_BY
+        TAKE_LE
+        SUM_GUARD
+        GUARD_AT
+        BOUND
+        NOISE
+        RIGHT
+        RISE1
+        span = h - s
+        rest_of = span / h
+        short = rest_of * rest_of
+        later = short * short * bound
+        inner, outer = slope * span / 3.0, right - rest_of * rise1
+        apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
+        leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
+        sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
+        W[AT_FATE + l] = min(W[AT_FATE + l], sign)
+
+
+@njit
+def fill(W, first, rows, count):
+    """Repeat the last entry of lists one after the other to a whole number of vectors."""
+    for r in range(rows):
+        at = first + r * AT_CAP
+        for e in range(count, (count + 7) // 8 * 8):
+            W[at + e] = W[at + count - 1]
+
+
+RETAKE
+@njit
+def follow(W, index, c, count, m, at, start, k, steps, P, numbers, grid, I, first, limit, spare):
+    """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
+
+    ``at`` is the place of the event in the integers of mode ``m``, ``start`` that of the mode's list, ``c`` how many starts
+    wait already.
+    """
+    for i in range(I[m, at + 2]):
+        if count == 0:
+            break
+        target = I[m, at + 3 + i]
+        o, t = target * AT_PER_MODE, (target * steps + k) * AT_PER_STEP
+        fill(W, AT_LY, AT_STATE // AT_CAP, count)
+        fill(W, AT_LS, 1, count)
+        full = (count + 7) // 8 * 8
+        back(W, full, numbers, o, grid, t)
+        for g in range(I[target, first]):
+            admit(W, full, g, numbers, o, grid, t)
+        left = 0
+        for e in range(count):
+            l, place = index[AT_TODO + e], index[AT_PLACE + e]
+            if W[AT_FATE + e] > 0.0:
+                W[AT_EVENTS + l] += 2.0 if i > 0 and I[m, at] == AT_KICKS else 1.0  # friction turns round at the same instant
+                if I[m, at + 1] == 1:
+                    W[AT_HITS + l] += 1.0
+                    W[AT_LEAST + l] = min(W[AT_LEAST + l], W[AT_LSPEED + e])
+                index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
+                WAIT
+                c += 1
+            elif W[AT_FATE + e] == 0.0:
+                c = retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare)
+            else:
+                index[AT_TODO + left], index[AT_PLACE + left] = l, place
+                KEEP
+                W[AT_LS + left], W[AT_LSPEED + left] = W[AT_LS + e], W[AT_LSPEED + e]
+                left += 1
+        count = left
+    for e in range(count):
+        c = retake(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], start, m, k, steps, P, numbers, limit, spare)
+    return c
+
+
+@njit
+def meet(W, index, c, n, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare):
+    """Take starts of mode ``m`` that may meet guard ``g`` in this substep through the event; return how many wait."""
+    guards, ids, start = I[m, first], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
+    top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
+    count = 0
+    for l in range(n):
+        index[count] = l
+        count += top[l] >= 0.0
+    if count == 0:
+        return c
+    for e in range(count):
+        l = index[e]
+        CHOOSE
+        busy = 0.0
+        for other in range(guards):
+            if other != g and W[AT_TOPS + other * AT_CAP + l] >= 0.0:
+                busy = 1.0
+        W[AT_BUSY + e] = busy
+    fill(W, AT_EY, AT_STATE // AT_CAP, count)
+    o = m * AT_PER_MODE
+    roots(W, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
+    at, i = first + 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
+    what = I[m, at]
+    todo = 0
+    for e in range(count):
+        if W[AT_VERDICT + e] == 0.0:
+            continue
+        place = index[e]
+        l = index[ids + place]
+        if W[AT_VERDICT + e] < 0.0 or W[AT_BUSY + e] > 0.0 or what == AT_UNKNOWN:
+            c = retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare)
+            continue
+        speed = W[AT_SPEED + e]
+        TAKE_YS
+        if what == AT_KICKS:
+            KICK
+        elif what == AT_STOPS:
+            AWAY
+        WRITE_LY
+        W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
+        index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
+        todo += 1
+    return follow(W, index, c, todo, m, at, start, k, steps, P, numbers, grid, I, first, limit, spare)
+
+
+@njit
+def period_step(W, index, count, P, numbers, grid, I, modes, limit):
+    """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
+    many, first, spare = I.shape[0], 3 + GUARDS * (4 + I[0, 2]), scratch()
+    steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
+    for m in range(many):
+        index[counts + m] = 0
+    for l in range(count):
+        W[AT_HITS + l], W[AT_LEAST + l], W[AT_ASIDE + l], W[AT_EVENTS + l] = 0.0, np.inf, 0.0, 0.0
+        W[AT_TAKEN + l] = -1.0
+        m = modes[l]
+        n, start = index[counts + m], AT_LISTS + 2 * m * AT_STATE
+        ENTER_LIST
+        index[AT_IDS + m * AT_CAP + n] = l
+        index[counts + m] += 1
+    now, top = 0, W[AT_TOPS:AT_LISTS]
+    for k in range(steps):
+        c = 0
+        for m in range(many):
+            n = index[counts + m]
+            if n == 0:
+                continue
+            a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
+            screen((n + 7) // 8 * 8, I[m, first], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
+                   (m * steps + k) * AT_PER_STEP)
+            begun = c
+            for g in range(I[m, first]):
+                c = meet(W, index, c, n, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare)
+            for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
+                place, j = index[AT_GONE + i], i
+                while j > begun and index[AT_GONE + j - 1] > place:
+                    index[AT_GONE + j] = index[AT_GONE + j - 1]
+                    j -= 1
+                index[AT_GONE + j] = place
+            ids = AT_IDS + m * AT_CAP
+            for i in range(c - 1, begun - 1, -1):  # the last start fills the last gap
+                n -= 1
+                place = index[AT_GONE + i]
+                FILL_GAP
+                index[ids + place] = index[ids + n]
+            index[counts + m] = n
+        for i in range(c):
+            m = index[AT_INTO + i]
+            n, b = index[counts + m], AT_LISTS + (2 * m + 1 - now) * AT_STATE
+            ARRIVE
+            index[AT_IDS + m * AT_CAP + n] = index[AT_WAITING + i]
+            index[counts + m] += 1
+        now = 1 - now
+    for m in range(many):
+        a = AT_LISTS + (2 * m + now) * AT_STATE
+        for i in range(index[counts + m]):
+            l = index[AT_IDS + m * AT_CAP + i]
+            LEAVE_LIST
+            NEAR
+            if W[AT_ASIDE + l] == 0.0 and near and W[AT_EVENTS + l] <= limit:
+                WRITE_STATE
+                modes[l] = m
+            else:
+                W[AT_ASIDE + l] = 1.0
+'''

@@ -1,0 +1,78 @@
+"""The written module of a kind of scene: templates of the package around its batch step, kept in the kernel cache."""
+import hashlib
+import importlib.util
+import pathlib
+import re
+import sys
+from functools import cache
+
+from ..._cache import cache_folder, closure_hash
+from ...compose.written import load, source
+
+SIZE = 512  # side by side: their rows fill most of a first-level cache
+DRIVER, CERTIFIED, DEFERRED, BLANK = (f"bifurc.ensemble.batch.{name}" for name in ("driver", "certified", "deferred", "blank"))
+
+
+@cache
+def written(step: str, states: int, guards: int, forcings: int, behind: str | None, spaces: tuple[int, ...] = (0, 0, 0, 0)):
+    """Return the module around a batch step, imported; its kernels are cached on disk like those of the package.
+
+    Parameters
+    ----------
+    step : str
+        Source of ``period_step``, and of what it calls.
+    states, guards, forcings : int
+        Literal numbers, see `bifurc.ensemble.batch.blank`.
+    behind : str or None
+        Full name of the template of ``period``, which takes starts that are deferred; None: they are lost.
+    spaces : tuple of int
+        Scratch of the step, see `bifurc.ensemble.batch.blank`.
+    """
+    import numba
+
+    templates = (DRIVER,) if behind is None else (behind, DRIVER)
+    parts = [f"SIZE = {SIZE}\nNS = {states}\nGUARDS = {guards}\nFORCINGS = {forcings}\n"
+             f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n",
+             _NO_PERIOD if behind is None else _body(behind), step, _body(DRIVER)]
+    text = "\n\n".join(["\n".join((f'"""Batch of one kind of scene, written by {__name__}."""', *_imports(*templates))), *parts])
+    whole = "\n".join((numba.__version__, sys.version, closure_hash(*templates), text))
+    key = hashlib.sha256(whole.encode()).hexdigest()[:20]
+    name = f"bifurc_written_batch_{key}"
+    return load(name, pathlib.Path(cache_folder()) / "written" / f"batch_{key}.py", text)
+
+
+_NO_PERIOD = '''ASIDE, EVENTS, HITS, LEAST = 100, 0, 1, 2
+
+
+@njit
+def scratch():
+    """Return arrays in the places of those of the certified march."""
+    none = np.zeros(3)
+    return np.zeros(2), none, none, none, none, none, none
+
+
+@njit
+def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tally, limit):
+    """Give a start up: there is nothing behind the batch step."""
+    return LOST, m
+'''
+
+
+def _body(name: str) -> str:
+    """Return the source of a template without its docstring and imports."""
+    template = source(name)
+    last = list(re.finditer(r"^(?:from|import) .*\n", template, re.MULTILINE))[-1]
+    return template[last.end():].strip() + "\n"
+
+
+def _imports(*names: str) -> list[str]:
+    """Return the imports of templates, but those of what is written in their place, with full names."""
+    found: dict[str, None] = {}
+    for name in names:
+        for line in re.findall(r"^(?:from|import) .*$", source(name), re.MULTILINE):
+            match = re.match(r"from (\.+\S*) (.*)", line)
+            if match:
+                line = f"from {importlib.util.resolve_name(match[1], name.rpartition('.')[0])} {match[2]}"
+            if not line.startswith(tuple(f"from {made} " for made in (BLANK, CERTIFIED, DEFERRED))):
+                found[line] = None
+    return list(found)

@@ -1,0 +1,251 @@
+"""Grid of starts: boxes over components of the state at phase 0, in any number of dimensions, some of them periodic."""
+import math
+import os
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+SHARE = 0.5  # of the machine's memory that a grid may need
+
+
+@dataclass(frozen=True, init=False)
+class Grid:
+    """Cells over components of the start; a cell stands for its centre.
+
+    Parameters
+    ----------
+    at : mapping of str to float, optional
+        Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0, memory is relaxed.
+    periodic : iterable of str, optional
+        Components that count modulo their range, such as an angle: ``periodic=("q0",)``.
+    **ranges : (low, high, cells)
+        Components by name (``q0`` is the first coordinate, ``v0`` its velocity, ``w0`` the first memory: where a slider is):
+        bounds and number of cells.  The first named one is the first axis of ``labels``.
+
+    Attributes
+    ----------
+    names : tuple of str
+    low, high : tuple of float
+        Bounds, in the unit of the component.
+    shape : tuple of int
+        Numbers of cells.
+    at : dict
+    periodic : tuple of str
+
+    Raises
+    ------
+    ValueError
+        No component, unknown names, an empty, reversed or infinite range, no cells.
+
+    Examples
+    --------
+    >>> Grid(q0=(-3, 1, 400), v0=(-4, 4, 400)).shape
+    (400, 400)
+    """
+
+    names: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    shape: tuple[int, ...]
+    at: dict[str, float]
+    periodic: tuple[str, ...]
+
+    def __init__(self, *, at: Mapping[str, float] | None = None, periodic: Iterable[str] = (), **ranges):
+        if not ranges:
+            raise ValueError("Grid: no components are given; write for example Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
+        if at is not None and not isinstance(at, Mapping):
+            raise ValueError(f"at = {at!r} is not allowed; it must be a mapping of components to values, such as {{'v0': 0.0}}")
+        sides = [_side(name, value) for name, value in ranges.items()]
+        fixed = {}
+        for name, value in (at or {}).items():
+            _named(name)
+            if name in ranges:
+                raise ValueError(f"Grid: at = {dict(at or {})!r} fixes {name}, which the grid runs over")
+            fixed[name] = _number(f"at[{name!r}]", value)
+        wraps = (periodic,) if isinstance(periodic, str) else tuple(periodic)
+        for name in wraps:
+            if name not in ranges:
+                raise ValueError(f"Grid: periodic = {wraps!r} names {name!r}, which the grid does not run over; it runs "
+                                 f"over {', '.join(ranges)}")
+        for field, content in (("names", tuple(ranges)), ("low", tuple(side[0] for side in sides)),
+                               ("high", tuple(side[1] for side in sides)), ("shape", tuple(side[2] for side in sides)),
+                               ("at", fixed), ("periodic", tuple(name for name in ranges if name in wraps))):
+            object.__setattr__(self, field, content)
+
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return math.prod(self.shape)
+
+    @property
+    def widths(self) -> np.ndarray:
+        """Sides of a cell, one a component, shape (d,)."""
+        return (np.array(self.high) - np.array(self.low)) / np.array(self.shape)
+
+    def centres(self, axis: int) -> np.ndarray:
+        """Return the centres of the cells along an axis, shape (cells,)."""
+        low, high, cells = self.low[axis], self.high[axis], self.shape[axis]
+        return low + (np.arange(cells) + 0.5) * ((high - low) / cells)
+
+    def points(self, cells: np.ndarray, offset=0.5) -> np.ndarray:
+        """Return points (k, d) of the grid's own components in cells given by number.
+
+        ``offset`` (scalar or d numbers in 0 .. 1) is the place in the cell: 0.5 its centre.
+        """
+        where = np.stack(np.unravel_index(np.asarray(cells), self.shape), axis=-1)
+        return np.array(self.low) + (where + offset) * self.widths
+
+    def wrapped(self, points: np.ndarray) -> np.ndarray:
+        """Return points (k, d) with periodic components brought into their range."""
+        if not self.periodic:
+            return points
+        points = np.array(points, float)
+        for axis, name in enumerate(self.names):
+            if name in self.periodic:
+                low, span = self.low[axis], self.high[axis] - self.low[axis]
+                points[:, axis] = low + np.mod(points[:, axis] - low, span)
+        return points
+
+    def cells_of(self, points: np.ndarray) -> np.ndarray:
+        """Return the numbers (k,) of the cells that hold points (k, d) of the grid's own components; -1: outside.
+
+        A cell holds its lower faces, not its upper ones.  Points that are not finite are outside.
+        """
+        points = np.asarray(points, float)
+        found = np.zeros(len(points), np.int64)
+        inside = np.isfinite(points).all(axis=1)
+        safe = self.wrapped(np.where(inside[:, None], points, 0.0))
+        for axis, cells in enumerate(self.shape):
+            place = np.floor((safe[:, axis] - self.low[axis]) / self.widths[axis])
+            if self.names[axis] in self.periodic:
+                place = np.minimum(place, cells - 1)  # rounding of the remainder may give the upper face itself
+            inside &= (place >= 0) & (place < cells)
+            found = found * cells + np.clip(place, 0, cells - 1).astype(np.int64)
+        return np.where(inside, found, -1)
+
+    def places(self, n: int, ns: int) -> tuple[int, ...]:
+        """Return the places of the components in the state (q, v, w) of ``n`` degrees of freedom.
+
+        Raises
+        ------
+        ValueError
+            When the system has not this component.
+        """
+        return tuple(place_of(name, n, ns) for name in self.names)
+
+    def base(self, n: int, ns: int) -> np.ndarray:
+        """Return the state (ns,) with the fixed components, 0 elsewhere."""
+        state = np.zeros(ns)
+        for name, value in self.at.items():
+            state[place_of(name, n, ns)] = value
+        return state
+
+    def starts(self, n: int, ns: int) -> np.ndarray:
+        """Return the starts (cells, ns), the last axis fastest; memory that is not named is 0."""
+        states = np.tile(self.base(n, ns), (self.size, 1))
+        after = self.size
+        for axis, place in enumerate(self.places(n, ns)):
+            before = self.size // after
+            after //= self.shape[axis]
+            states[:, place] = np.tile(np.repeat(self.centres(axis), after), before)
+        return states
+
+    def require(self, bytes_a_cell: float, what: str) -> None:
+        """Refuse work that would not fit: say the memory before it is taken.
+
+        Raises
+        ------
+        MemoryError
+            When ``bytes_a_cell`` times the number of cells exceeds half of the machine's memory.
+        """
+        need, have = bytes_a_cell * self.size, _memory()
+        if need > SHARE * have:
+            raise MemoryError(f"grid = {self!r} has {self.size:.3g} cells; {what} needs about {_bytes(need)}, and half of this "
+                              f"machine's memory, {_bytes(SHARE * have)}, is allowed: write at most "
+                              f"{int(SHARE * have / bytes_a_cell):.2g} cells, or map parts of the region one after the other")
+
+    def to_record(self) -> dict:
+        """Return the grid as JSON knows it."""
+        return {"ranges": {name: [low, high, cells] for name, low, high, cells in
+                           zip(self.names, self.low, self.high, self.shape, strict=True)},
+                "at": self.at, **({"periodic": list(self.periodic)} if self.periodic else {})}
+
+    @classmethod
+    def from_record(cls, record: dict) -> "Grid":
+        """Make the grid that `to_record` described."""
+        return cls(at=record["at"], periodic=record.get("periodic", ()), **record["ranges"])
+
+    def __hash__(self):
+        return hash((self.names, self.low, self.high, self.shape, tuple(sorted(self.at.items())), self.periodic))
+
+    def __repr__(self):
+        sides = [f"{name}=({low:g}, {high:g}, {cells})" for name, low, high, cells in
+                 zip(self.names, self.low, self.high, self.shape, strict=True)]
+        sides += [f"at={self.at}"] * bool(self.at) + [f"periodic={self.periodic}"] * bool(self.periodic)
+        return f"Grid({', '.join(sides)})"
+
+
+def _memory() -> float:
+    """Return the machine's memory in bytes; where it is not told, 8 GB."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return 8e9
+
+
+def _bytes(number: float) -> str:
+    for unit, size in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if number >= size:
+            return f"{number / size:.3g} {unit}"
+    return f"{number / 1e3:.3g} kB"
+
+
+def _named(name: str) -> tuple[str, int]:
+    match = re.fullmatch(r"([qvw])(0|[1-9]\d*)", name)
+    if match is None:
+        raise ValueError(f"Grid: component {name!r} is unknown; components are q0, q1, ... (coordinates), "
+                         "v0, v1, ... (velocities) and w0, w1, ... (memory)")
+    return match[1], int(match[2])
+
+
+def place_of(name: str, n: int, ns: int) -> int:
+    """Return the place of a component in the state (q, v, w) of ``n`` degrees of freedom and ``ns`` states.
+
+    Raises
+    ------
+    ValueError
+        When the system has not this component.
+    """
+    kind, index = _named(name)
+    if index >= (ns - 2 * n if kind == "w" else n):
+        memory = f", memory w0 .. w{ns - 2 * n - 1}" if ns > 2 * n else ", no memory"
+        raise ValueError(f"Grid: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
+                         f"freedom: q0 .. q{n - 1} and v0 .. v{n - 1}{memory}")
+    return index + {"q": 0, "v": n, "w": 2 * n}[kind]
+
+
+def _side(name: str, value) -> tuple[float, float, int]:
+    _named(name)
+    try:
+        low, high, cells = value
+    except (TypeError, ValueError):
+        raise ValueError(f"Grid: {name} = {value!r} is not allowed; it must be (low, high, cells)") from None
+    low, high = _number(name, low), _number(name, high)
+    if not low < high:
+        raise ValueError(f"Grid: {name} = {value!r} is not allowed; its low bound must be below its high bound")
+    if isinstance(cells, bool) or not isinstance(cells, (int, np.integer)) or cells < 1:
+        raise ValueError(f"Grid: {name} = {value!r} is not allowed; the number of cells must be a whole number of at "
+                         "least 1")
+    return low, high, int(cells)
+
+
+def _number(name: str, value) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"Grid: {name} = {value!r} is not allowed; it must be a finite number") from None
+    if not np.isfinite(number):
+        raise ValueError(f"Grid: {name} = {value!r} is not allowed; it must be finite")
+    return number

@@ -1,0 +1,232 @@
+"""From starts to labels: the compiled march, and the simulation with its joint decisions for what that leaves open."""
+import itertools
+import threading
+from contextlib import nullcontext
+from typing import NamedTuple
+
+import numpy as np
+from numba.core.errors import NumbaError
+
+from ..compose.scene import Scene
+from ..compose.tables import Tables
+from ..elements import EventKind
+from ..flow import settle
+from ..flow.scan import CHATTER, PASSED
+from ..flow.simulate import march
+from ..flow.status import Status
+from .batch import packing, smooth
+from .initial_conditions import BEYOND, begin, unloaded
+from .outcomes import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
+from .proximity import STAY, boxed, nearest
+from .scalar import carry, label
+
+MOST_START_MODES = 64  # tried by the compiled start; more go to Python
+BLOCK = 32  # forcing periods that the general march does at a time
+FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
+
+
+class Targets(NamedTuple):
+    """Attractors as the kernels see them, see `bifurc.ensemble.proximity`."""
+
+    inverse: np.ndarray  # (ns,) 1 / scale
+    points: np.ndarray  # (P, ns) section points of periodic attractors, scaled
+    squares: np.ndarray  # (P,) squared radii
+    owner: np.ndarray  # (P,) label
+    width: float  # of the boxes of chaotic attractors, scaled
+    keys: np.ndarray  # (K,) sorted hashes of their boxes, uint64
+    keepers: np.ndarray  # (K,) label
+    stay: int = STAY  # consecutive section points in boxes before their attractor counts as reached
+
+
+class Cells(NamedTuple):
+    """What became of starts, one entry each."""
+
+    labels: np.ndarray  # int64, -1: none
+    periods: np.ndarray  # int64, forcing periods until it was near the attractor
+    impacts: np.ndarray  # int64, impacts and elastic contacts until then
+    states: np.ndarray  # int64, code of `CellState`
+    speeds: np.ndarray  # float, least speed of arrival at a stop until then; 0: an infinite sequence; inf: no impact
+
+    @classmethod
+    def blank(cls, size: int, label: int = -1, state: int = ASK) -> "Cells":
+        """Return cells of which nothing is known yet."""
+        labels, periods, impacts, states = (np.full(size, value, np.int64) for value in (label, 0, 0, state))
+        return cls(labels, periods, impacts, states, np.full(size, np.inf))
+
+
+class Images(NamedTuple):
+    """Where starts went, one entry each."""
+
+    ends: np.ndarray  # (N, ns) states after the periods; where the outcome is not MAPPED, the last section point
+    outcomes: np.ndarray  # (N,) int64, MAPPED (0) or the code of the `CellState` that ended the motion
+    impacts: np.ndarray  # (N,) int64, impacts and elastic contacts on the way; an infinite sequence counts once
+    speeds: np.ndarray  # (N,) least speed of arrival at a stop; 0: an infinite sequence; inf: no impact
+
+
+class Marcher:
+    """Labels starts of one scene.  Safe to be called from several threads.
+
+    Parameters
+    ----------
+    scene : Scene
+    limit : int
+        Largest number of events a forcing period.
+    steps : int, optional
+        Runge-Kutta steps a period under smooth laws; default: as many as the measured error asks for.
+
+    Attributes
+    ----------
+    lean : bool
+        Whether starts are taken in batches: a period costs less than a microsecond.
+    chunk : int
+        Starts that are best handed over at once.
+    error : float
+        Measured error of one period in units of the region where the scene lives; 0: rounding only.
+    """
+
+    def __init__(self, scene: Scene, limit: int, steps: int | None = None):
+        self.scene, self.limit, self.steps, self.error = scene, limit, steps, 0.0
+        self._lock = threading.Lock()
+        self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
+        self._rows = np.empty((0, 0, 0))
+        self._module, self._numbers = self._batch()
+        self.lean = self._module is not None
+        self.chunk = 8192 if self.lean else 512
+
+    def _batch(self):
+        """Return written module and numbers of the batch, None where the scene has none."""
+        kind = packing.kind_of(self.scene)
+        if kind is not None:
+            return packing.module_of(kind), packing.numbers_of(self.scene.tables, kind)
+        law = smooth.kind_of(self.scene)
+        if law is not None:
+            try:
+                if self.steps is None:
+                    self.steps, self.error = smooth.steps_for(self.scene.tables, law)
+                return smooth.module_of(law), smooth.numbers_of(self.scene.tables, law, self.steps)
+            except (ArithmeticError, NumbaError):
+                pass  # a law that needs tiny steps, or one that only the simulation can compile
+        return None, None
+
+    def begin(self, X: np.ndarray):
+        """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside.
+
+        Memory beyond a limit is put, in ``X``, where the limit puts it.
+        """
+        with self._lock:
+            unloaded(self.scene, X)
+            T = self.scene.tables
+        modes = np.empty(len(X), np.int64)
+        begin(T, self._candidates, X, modes)
+        return T, modes
+
+    def _followers(self, T: Tables) -> np.ndarray:
+        """Return the rows (modes, nz, nx) that memory has in every mode: itself where it is frozen."""
+        if len(self._rows) < len(T.n_guards):
+            with self._lock:
+                first, nx = 2 * self.scene.n, T.A.shape[2]
+                rows = np.tile(np.eye(nx)[first:self.scene.ns], (len(T.n_guards), 1, 1))
+                for m in range(len(rows)):
+                    for place, row in self.scene.slaved(m):
+                        rows[m, place - first] = row
+                self._rows = rows
+        return self._rows
+
+    def label(self, X: np.ndarray, targets: Targets, most: int) -> Cells:
+        """Follow the starts ``X`` (N, ns), in place, until near an attractor or for ``most`` periods."""
+        cells = Cells.blank(len(X))
+        starts = X.copy()
+        T, modes = self.begin(X)
+        cells.states[modes == BEYOND] = OUTSIDE
+        if self._module is not None:
+            self._module.label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
+        elif self.scene.closed_form:
+            label(T, self._followers(T), self._candidates, modes, X, self.limit, most, *targets, *cells)
+        # Laws without a batch: a period is long beside Python's share of it, the simulation serves.
+        for i in np.flatnonzero(cells.states == ASK).tolist():
+            with nullcontext() if self.scene.complete else self._lock:
+                X[i] = starts[i]
+                self._follow(i, X, cells, targets, most)
+        return cells
+
+    def carry(self, X: np.ndarray, periods: int) -> Images:
+        """Carry the starts ``X`` (N, ns), in place, over forcing periods."""
+        outcomes, impacts = (np.full(len(X), value, np.int64) for value in (ASK, 0))
+        images = Images(X, outcomes, impacts, np.full(len(X), np.inf))
+        starts = X.copy()
+        T, modes = self.begin(X)
+        images.outcomes[modes == BEYOND] = OUTSIDE
+        if self._module is not None:
+            self._module.carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
+        elif self.scene.closed_form:
+            carry(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
+        for i in np.flatnonzero(images.outcomes == ASK).tolist():
+            with nullcontext() if self.scene.complete else self._lock:
+                self._carry(i, starts[i], images, periods)
+        return images
+
+    def _carry(self, i: int, start: np.ndarray, images: Images, periods: int) -> None:
+        """Carry one start with all decisions open to Python."""
+        y, images.impacts[i], images.speeds[i], images.ends[i] = start, 0, np.inf, start
+        for first in range(0, periods, BLOCK):
+            last = min(first + BLOCK, periods)
+            try:
+                motion = march(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            except settle.Penetration:
+                images.outcomes[i] = OUTSIDE
+                return
+            except settle.Inconsistent:
+                images.outcomes[i] = STUCK
+                return
+            _, speeds = self._arrivals(motion)
+            images.impacts[i] += speeds.size
+            images.speeds[i] = min(images.speeds[i], speeds.min(initial=np.inf))
+            y = images.ends[i] = motion.sections[-1]
+            if not motion.success:
+                images.outcomes[i] = FAILED[motion.status]
+                return
+        images.outcomes[i] = REACHED
+
+    def _arrivals(self, motion) -> tuple[np.ndarray, np.ndarray]:
+        """Return whole periods and speeds of the impacts and contacts of a motion."""
+        R, T = motion.recorded, self.scene.tables
+        events = np.flatnonzero((R.rows[:, 3] != PASSED) & (R.rows[:, 1] >= 0))
+        m, g = R.rows[events, 0], R.rows[events, 1]
+        hits = events[(T.kick[m, g] == 1) | (T.kind[m, g] == EventKind.CONTACT.code)]
+        return R.rows[hits, 4], np.where(R.rows[hits, 3] == CHATTER, 0.0, R.speeds[hits])
+
+    def _follow(self, i: int, X: np.ndarray, cells: Cells, targets: Targets, most: int) -> None:
+        """Follow one start with all decisions open to Python."""
+        y, visits, guest = X[i].copy(), 0, -1
+        cells.labels[i], cells.states[i], cells.periods[i], cells.impacts[i] = -1, UNSETTLED, 0, 0
+        cells.speeds[i] = np.inf
+        for first in range(0, most, BLOCK):
+            last = min(first + BLOCK, most)
+            try:
+                motion = march(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            except settle.Penetration:
+                cells.states[i] = OUTSIDE
+                return
+            except settle.Inconsistent:
+                cells.states[i] = STUCK
+                return
+            hits, speeds = self._arrivals(motion)
+            for k, y in enumerate(motion.sections[1:], first + 1):
+                found = nearest(y, targets.inverse, targets.points, targets.squares, targets.owner)
+                if found < 0 and targets.keys.size:
+                    keeper = boxed(y, targets.inverse, targets.width, targets.keys, targets.keepers)
+                    visits = visits + 1 if keeper >= 0 and (keeper == guest or visits == 0) else 0
+                    guest = keeper
+                    found = keeper if visits >= targets.stay else -1
+                if found >= 0:
+                    cells.labels[i], cells.states[i], cells.periods[i] = found, REACHED, k
+                    cells.impacts[i] += np.count_nonzero(hits < k)
+                    cells.speeds[i] = min(cells.speeds[i], speeds[hits < k].min(initial=np.inf))
+                    return
+            cells.periods[i] = last
+            cells.impacts[i] += hits.size
+            cells.speeds[i] = min(cells.speeds[i], speeds.min(initial=np.inf))
+            X[i] = y
+            if not motion.success:
+                cells.states[i] = FAILED[motion.status]
+                return

@@ -1,0 +1,310 @@
+"""Integrate a system with delayed feedback: collocated pieces that end at events, and wherever an event was one delay ago.
+
+The method of steps (Bellman 1963), with breaking points: an event at t leaves a corner or a jump in the feedback at t + tau,
+a weaker one at t + 2 tau, and so on (Baker, Paul, Wille 1995).  Near a periodic orbit the piece between an impact and the
+delayed impact is as short as the distance from the orbit; it carries the impulse of the feedback and is never dropped.
+Collocation is in the integrated form, whose rows do not grow as a piece shrinks.
+"""
+import heapq
+import math
+
+import numpy as np
+
+from ...compose.scene import Scene, scene_of
+from ...compose.tables import rebuild
+from ...compose.writer import kernels
+from ...elements import ConstantForce, DelayedFeedback, LinearSpring
+from ...system import System
+from .. import settle
+from ..status import Status
+from ..trajectory import Event
+from .history import COUNT, History, collocation, points
+from .motion import DelayedMotion
+
+AGES = 4  # times that a breaking point is carried on: the derivative that then jumps is of order AGES or higher
+ANGLE = 1.0  # largest scaled angle of a piece
+ITERATIONS = 40
+CLOSED = 4e-15  # relative change of the last iteration under a law
+SAME = 4e-16  # relative distance of times that are one
+ON_SURFACE = 64 * 2.2e-16  # of the sizes of its terms: a guard so small at the start of a piece is zero there
+
+
+def integrate(system: System, y0: np.ndarray, start: float, stop: float, history=None, breaks=(),
+              max_events: int = 2000) -> DelayedMotion:
+    """Return the motion of a system with one `DelayedFeedback` from ``y0`` (ns,) at ``start``.
+
+    Parameters
+    ----------
+    history : callable or None
+        States (k, ns) at times (k,) before the start; None: the feedback begins one delay after it.
+    breaks : sequence of float
+        Times of the events of that history.
+    """
+    return _March(system, start, history, breaks).run(np.array(y0, float), stop, max_events)
+
+
+def without_feedback(system: System) -> System:
+    """Return the system without its delayed feedback, as a hand-made one."""
+    kept = [element for element in system.elements if not isinstance(element, DelayedFeedback)]
+    return System(system.mass, system.damping, system.stiffness, kept, omega=system.omega)
+
+
+def feedback_of(system: System) -> DelayedFeedback:
+    """Return the delayed feedback of a system, or raise ValueError when there is not exactly one."""
+    found = [element for element in system.elements if isinstance(element, DelayedFeedback)]
+    if len(found) != 1:
+        raise ValueError(f"{system!r} has {len(found)} delayed feedbacks; simulate treats one")
+    return found[0]
+
+
+class _March:
+    """State of an integration."""
+
+    def __init__(self, system: System, start: float, history, breaks):
+        self.feedback = feedback_of(system)
+        self.system, self.delay = system, self.feedback.delay_of(system.omega)
+        where = {"dof": self.feedback.dof} if self.feedback.row is None else {"row": self.feedback.row}
+        shown = self.feedback.of == "displacement"
+        gain = self.feedback.gain
+        present = LinearSpring(stiffness=gain if shown else 0.0, damping=0.0 if shown else gain, **where)
+        free = without_feedback(system)
+
+        def loaded(force):
+            return System(free.mass, free.damping, free.stiffness, (*free.elements, present, ConstantForce(force, **where)),
+                          omega=free.omega)
+
+        self.scene: Scene = scene_of(loaded(0.0))
+        self.one = loaded(1.0)
+        n = self.scene.n
+        self.row = np.zeros(self.scene.ns)
+        self.row[slice(0, n) if shown else slice(n, 2 * n)] = present.site(n).R[0]
+        self.history = History(history, start, self.scene.ns)
+        self.start = start
+        self.breaks = [(start + self.delay, 1), *((t + self.delay, 1) for t in breaks if t + self.delay > start)]
+        heapq.heapify(self.breaks)
+        self._take()
+
+    def _take(self) -> None:
+        """Read the tables again: they grow when a new mode is reached."""
+        T = self.T = self.scene.tables
+        self.still = T.flat.copy()
+        self.change = self.scene.flat_of(self.one) - self.still
+        ns = self.scene.ns
+        with_one = self.scene.refill(self.one)
+        self.push = with_one.A[:, :, ns] - T.A[:, :, ns]  # (modes, ns) rate of the state per unit of force
+        self.felt = with_one.G[:, :, ns] - T.G[:, :, ns]  # (modes, guards) guards that are reactions feel the force
+        self.engine = kernels(self.scene.laws, self.scene.n)
+
+    def run(self, y: np.ndarray, stop: float, max_events: int) -> DelayedMotion:
+        """March to ``stop``."""
+        scene, t, period = self.scene, self.start, self.scene.period
+        events: list[Event] = []
+        status, message, count, since = Status.COMPLETED, Status.COMPLETED.sentence, 0, -1
+        first = self._joined(np.array([t]), y[None])[0]
+        mode, x = self._settled(lambda t, x: settle.start(scene, x), t, first)
+        y = x[:scene.ns].copy()
+        while t < stop:
+            h, broken = self._reach(mode, t, stop)
+            piece = self._piece(mode, t, h, y)
+            if piece is None:
+                status, message = Status.DIVERGED, Status.DIVERGED.sentence
+                break
+            values, end, delayed = piece
+            hit = self._first(mode, t, h, y, values, delayed)
+            if hit is not None and hit[0] < 1.0:
+                if broken is not None:
+                    heapq.heappush(self.breaks, broken)
+                h = hit[0] * h
+                piece = self._piece(mode, t, h, y)
+                if piece is None:
+                    status, message = Status.DIVERGED, Status.DIVERGED.sentence
+                    break
+                values, end, delayed = piece
+            if h > 0.0:
+                self.history.append(t, h, np.vstack((y[None], values)), delayed, mode)
+            if hit is None:
+                t = broken[0] if broken is not None else min(t + h, stop)
+                if broken is not None:
+                    self._carry_on(broken)
+                y = end
+                continue
+            t, g = t + h, hit[1]
+            turn = 0 if period is None else math.floor(t / period)
+            count, since = (count + 1 if turn == since else 1), turn
+            if count > max_events:
+                status, message = Status.TOO_MANY_EVENTS, (f"{Status.TOO_MANY_EVENTS.sentence} Element "
+                                                           f"{scene.element_name(mode, g)!r} at t = {t:.12g}.")
+                break
+            try:
+                mode, y = self._event(events, mode, g, t, end)
+            except settle.Inconsistent as error:
+                status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
+                break
+            heapq.heappush(self.breaks, (t + self.delay, 1))
+        return DelayedMotion(self.system, self.start, t, y.copy(), status, message, tuple(events), self.history,
+                             self.feedback.gain, self.row)
+
+    # parts of a step
+
+    def _reach(self, mode: int, t: float, stop: float):
+        """Return how long the next piece may be, and the breaking point at its end, if there is one."""
+        while self.breaks and self.breaks[0][0] <= t * (1.0 + math.copysign(SAME, t)):
+            self._carry_on(heapq.heappop(self.breaks))
+        h = min(float(self.T.step[mode]) * ANGLE / 0.8, stop - t)
+        if self.breaks and self.breaks[0][0] <= t + h:
+            broken = heapq.heappop(self.breaks)
+            return broken[0] - t, broken
+        return h, None
+
+    def _carry_on(self, broken: tuple[float, int]) -> None:
+        if broken[1] < AGES:
+            heapq.heappush(self.breaks, (broken[0] + self.delay, broken[1] + 1))
+
+    def _past(self, t: np.ndarray) -> np.ndarray:
+        """Return what the past adds to the force at times ``t`` (k,)."""
+        states, delayed, known = self.history.at(t - self.delay)
+        seen = self.feedback.gain * (states @ self.row)
+        force = seen + self.feedback.repeat * (delayed - seen)
+        return np.where(known, force, 0.0)
+
+    def _joined(self, t: np.ndarray, states: np.ndarray) -> np.ndarray:
+        period = self.scene.period
+        return np.hstack((states, self.scene.forcing(t if period is None else t % period)))
+
+    def _piece(self, mode: int, t: float, h: float, y: np.ndarray):
+        """Return states (COUNT, ns) at the Gauss points, the state at the end, and the delayed force (COUNT + 1,); None where
+        they are not finite."""
+        c, inner, ends = collocation()
+        ns, T = y.size, self.T
+        times = t + h * c
+        delayed = self._past(t + h * points())
+        delayed[0] = self._past(np.array([t + h * 1e-9 * c[0]]))[0] if h > 0.0 else delayed[0]  # just after a jump at the start
+        drive = delayed[1:, None] * self.push[mode][None]
+        forcing = self._joined(times, np.zeros((COUNT, 0)))
+        A = T.A[mode, :, :ns]
+        fixed = forcing @ T.A[mode, :, ns:].T + drive
+        system = np.eye(COUNT * ns) - h * np.kron(inner, A)
+        values = np.linalg.solve(system, (y[None] + h * inner @ fixed).ravel()).reshape(COUNT, ns)
+        if T.acts.shape[1] and T.acts[mode].any():
+            solved = self._with_laws(mode, h, y, values, fixed, forcing, system, inner)
+            if solved is None:
+                return None
+            values, rate = solved
+        else:
+            rate = values @ A.T + fixed
+        end = y + h * ends @ rate
+        return (values, end, delayed) if np.isfinite(end).all() else None
+
+    def _with_laws(self, mode, h, y, values, fixed, forcing, system, inner):
+        """Iterate the collocation equations under a law: the affine part is solved, the law is taken from the last values."""
+        ns, T, A = y.size, self.T, self.T.A[mode, :, :y.size]
+        f = np.empty(ns)
+        size = np.abs(values).max() + 1e-300
+        rate = np.zeros_like(values)
+        for _ in range(ITERATIONS):
+            for j in range(COUNT):
+                x = np.concatenate((values[j], forcing[j]))
+                self.engine.field(T, mode, x, f)
+                rate[j] = f - T.A[mode] @ x  # of the laws alone
+            new = np.linalg.solve(system, (y[None] + h * inner @ (fixed + rate)).ravel()).reshape(values.shape)
+            change = np.abs(new - values).max()
+            values = new
+            if not np.isfinite(change):
+                return None
+            if change <= CLOSED * size:
+                break
+        return values, values @ A.T + fixed + rate
+
+    # events
+
+    def _first(self, mode: int, t: float, h: float, y: np.ndarray, values: np.ndarray, delayed: np.ndarray):
+        """Return (part of the piece, guard) of the first guard that fires, or None."""
+        c, _, _ = collocation()
+        inside = self._joined(t + h * c, values)
+        begin = self._joined(np.array([t]), y[None])[0]
+        first = None
+        for g in range(self.T.n_guards[mode]):
+            value = np.array([self.engine.guard_value(self.T, mode, g, x) for x in inside]) + self.felt[mode, g] * delayed[1:]
+            start = float(self.engine.guard_value(self.T, mode, g, begin)) + self.felt[mode, g] * delayed[0]
+            size = float(np.abs(self.T.G[mode, g]) @ settle.plain(begin, self.scene.ns))
+            root = first_root(value, start, ON_SURFACE * size)
+            if root is not None and (first is None or root < first[0]):
+                first = root, g
+        return first
+
+    def _event(self, events: list, mode: int, g: int, t: float, y: np.ndarray):
+        """Note an event and return mode and state (ns,) after it."""
+        scene = self.scene
+        if scene.expand(mode, g) is not self.T:
+            self._take()
+        x = self._joined(np.array([t]), y[None])[0]
+        value = float(self.engine.guard_value(self.T, mode, g, x))
+        x[:scene.ns] -= self.T.D[mode, g] * value if not self.felt[mode, g] else 0.0
+        before = x[:scene.ns].copy()
+        speed = 0.0
+
+        def decided(t, x):
+            nonlocal speed
+            speed = settle.Rule(scene).rate(mode, g, x)[0]
+            return settle.decide(scene, mode, g, x, speed)
+
+        new, z = self._settled(decided, t, x)
+        events.append(Event(t, scene.element_name(mode, g), scene.event_kind(mode, g), speed, before, z[:scene.ns].copy()))
+        return new, z[:scene.ns].copy()
+
+    def _settled(self, decide, t: float, x: np.ndarray):
+        """Return what ``decide(t, x)`` says while the delayed part of the force acts as a constant one."""
+        force = float(self._past(np.array([t]))[0])
+        if force:
+            self.T.flat[:] = self.still + force * self.change
+            rebuild(self.T)
+        try:
+            return decide(t, x)
+        finally:
+            self.T.flat[:] = self.still
+            if force:
+                rebuild(self.T)
+            if self.scene.tables is not self.T:
+                self._take()
+
+
+def first_root(value: np.ndarray, start: float, noise: float) -> float | None:
+    """Return where in (0, 1] a guard first becomes positive, from its values (COUNT,) at the Gauss points of a piece.
+
+    ``start`` is its value at 0: within ``noise`` it is zero there (a mass that has just hit its stop), which is divided out.
+    0 where it is positive, or becomes so at once.
+    """
+    c, _, _ = collocation()
+    if start > noise:
+        return 0.0
+    if abs(start) <= noise:
+        value = value / c
+    terms = _legendre() @ value
+    if terms[0] + np.abs(terms[1:]).sum() < 0.0:
+        return None
+    rounding = 1e-13 * np.abs(terms).sum()
+    if abs(start) <= noise and np.polynomial.legendre.legval(-1.0, terms) > rounding:
+        return 0.0
+    slope = np.polynomial.legendre.legder(terms)
+    found = []
+    for root in np.polynomial.legendre.legroots(terms):
+        if abs(root.imag) > 1e-7 or not -1.0 < root.real <= 1.0 + 1e-12:
+            continue
+        at = float(root.real)
+        for _ in range(3):
+            rate = np.polynomial.legendre.legval(at, slope)
+            at -= float(np.polynomial.legendre.legval(at, terms) / rate) if rate else 0.0
+        if -1.0 < at <= 1.0 and np.polynomial.legendre.legval(at, slope) > 0.0:
+            found.append(0.5 * (at + 1.0))
+    return min(found, default=None)
+
+
+def _legendre() -> np.ndarray:
+    """Return the matrix (COUNT, COUNT) from values at the Gauss points to coefficients of Legendre polynomials."""
+    if not _MATRIX:
+        roots, weights = np.polynomial.legendre.leggauss(COUNT)
+        _MATRIX.append((np.polynomial.legendre.legvander(roots, COUNT - 1) * weights[:, None] * (2 * np.arange(COUNT) + 1) / 2.0).T)
+    return _MATRIX[0]
+
+
+_MATRIX: list[np.ndarray] = []  # filled once

@@ -1,0 +1,47 @@
+"""What `simulate` does with a system that has delayed feedback: arguments checked, the past made callable."""
+import numpy as np
+
+from ...compose.scene import scene_of
+from ...system import System
+from ..simulate import checked_length, checked_state
+from .march import feedback_of, integrate, without_feedback
+from .motion import DelayedMotion
+
+
+def simulate_delayed(system: System, y0, periods, duration, t0, max_events, history) -> DelayedMotion:
+    """Return the motion of a system with one `DelayedFeedback`; the arguments are those of `simulate`.
+
+    Raises
+    ------
+    ValueError
+        As `simulate`; for more than one delayed feedback, and for a history that does not reach one delay back.
+    """
+    feedback_of(system)
+    free = scene_of(without_feedback(system))
+    t0, length = checked_length(free, periods, duration, t0, max_events)
+    y0 = checked_state(free, y0, t0)
+    if periods is not None:
+        length *= free.period or 1.0
+    delay = feedback_of(system).delay_of(system.omega)
+    past, events = _past(history, t0, delay)
+    return integrate(system, y0, t0, t0 + length, past, events, max_events)
+
+
+def _past(history, t0: float, delay: float):
+    """Return the past as a callable, and the times of its events."""
+    if history is None:
+        return None, []
+    if hasattr(history, "forcing_period"):  # a periodic orbit
+        period = history.period
+        first = np.floor((t0 - delay) / period) * period
+        times = [first + k * period + event.time for k in range(int(np.ceil(delay / period)) + 2) for event in history.events]
+        return (lambda t: history._states(t / history.forcing_period)), [t for t in times if t0 - delay < t < t0]
+    if hasattr(history, "start") and hasattr(history, "stop"):
+        slack = 1e-9 * delay
+        if history.start > t0 - delay + slack or history.stop < t0 - slack:
+            raise ValueError(f"history must reach from {t0 - delay:g} to {t0:g}, one delay back from the start; it is known from "
+                             f"{history.start:g} to {history.stop:g}")
+        return (lambda t: history(np.clip(t, history.start, history.stop))), [e.time for e in history.events if e.time > t0 - delay]
+    if callable(history):
+        return (lambda t: np.asarray(history(t), float)), []
+    raise ValueError(f"history = {history!r} is not allowed; it must be a motion, an orbit, or a function of time")

@@ -1,0 +1,338 @@
+"""The linear part of a balance as a few rows see it: receptances at any frequency, and the motion behind them.
+
+    Z_k q_k = e_k + B^T f_k,   Z_k = K - w^2 M + i w C,   w = k nu;   y_k = O q_k = O Z_k^-1 e_k + (O Z_k^-1 B^T) f_k
+
+for every harmonic k, with rows B through which forces enter and rows O that are looked at (Krack & Gross 2019, section 2.5).
+Three ways, for n degrees of freedom, m rows and K harmonics, all exact:
+
+* modes of (M, K), where they diagonalise the damping: after one eigenproblem of size n, O(K n m^2) a frequency,
+* poles of the first-order system, for any other damping: after one eigenproblem of size 2 n, the same (Z^-1 is a sum of
+  residues over i w - s); made where many frequencies are asked, left aside where eigenvectors are nearly dependent (critical
+  damping),
+* one factorisation a harmonic, O(K n^3): for those, for a single frequency, and where the core itself changes.
+"""
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..layout import Layout
+from ..parts import Numbers
+
+MODES, POLES, FACTORS = "by modes", "by poles", "by factorisation"
+MODAL = 1e-13  # largest coupling of modes by damping, over the largest damping, that is rounding
+NEAR = 1e-6  # distance of a harmonic from an undamped resonance, relative, below which contacts are held by a spring
+RIGID = 1e-12  # stiffness of a mode, or speed of a pole, over the largest, below which it is free
+LIGHT = 1e-4  # damping ratio below which a resonance that a step passes may be one between branches that hardly touch
+SINGULAR = 1e13  # growth of a solution above which a harmonic has none
+DEPENDENT = 1e5  # condition of an eigenvalue from which on poles are left aside
+RESIDUE = 1e-12  # relative residual of the sum over poles from which on it is left aside
+
+
+def phasors(layout: Layout, x) -> np.ndarray:
+    """Return a - ib (K, ...) of packed slots (slots, ...)."""
+    first = int(layout.mean)
+    out = x[first::2] - 1j * x[first + 1::2]
+    return np.concatenate([x[:1].astype(complex), out]) if first else out
+
+
+def packed(layout: Layout, found) -> np.ndarray:
+    """Return packed slots (slots, ...) of phasors (K, ...)."""
+    first = int(layout.mean)
+    out = np.empty((layout.slots, *found.shape[1:]))
+    out[first::2], out[first + 1::2] = found.real[first:], -found.imag[first:]
+    if first:
+        out[0] = found.real[0]
+    return out
+
+
+class Receptance(NamedTuple):
+    """Response of the rows O, m of which are B, at a frequency; phasors a - ib.
+
+    ``shift`` (K,) is the stiffness added along B to the linear part and taken from the forces: the equations are the same, and
+    finite where the linear part alone is singular (a free body, an undamped resonance).
+    """
+
+    H: np.ndarray  # (K, o, m) to forces along B
+    free: np.ndarray  # (K, o) to the load
+    dH: np.ndarray  # derivatives by the parameter
+    dfree: np.ndarray
+    shift: np.ndarray
+    regular: bool  # whether every harmonic could be solved
+    sign: float  # of the determinant of the mean's stiffness; 1 where it cannot change
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Z^-1 = sum over j of out[:, j] into[j] / d_j,   d_j = a_j + i w b_j - w^2 c_j: modes (real), or poles."""
+
+    out: np.ndarray  # (n, N)
+    into: np.ndarray  # (N, n)
+    a: np.ndarray  # (N,)
+    b: np.ndarray
+    c: np.ndarray
+    floor: float  # of |d|, below which it counts as zero
+    light: np.ndarray  # which are nearly undamped
+    name: str
+
+    def divisors(self, w) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return d (K, N) at frequencies ``w`` (K,), where one is nearly zero (K,), and the derivative by w."""
+        w = w[:, None]
+        square, turn = w * w * self.c, w * self.b
+        d = (self.a - square) + 1j * turn
+        near = (np.abs(d) <= NEAR * (np.abs(self.a) + np.abs(turn) + square) + self.floor).any(axis=1)
+        if near.any():
+            d[near] = 1.0
+        return d, near, 1j * self.b - 2.0 * w * self.c
+
+
+def modes(M, C, K) -> Terms | None:
+    """Return the terms of undamped modes; None where they do not diagonalise the damping."""
+    from scipy.linalg import eigh
+
+    if np.abs(K - K.T).max() > MODAL * np.abs(K).max():
+        return None
+    stiffness, shapes = eigh(0.5 * (K + K.T), M)
+    damping = shapes.T @ C @ shapes
+    own = np.diag(damping).copy()
+    if np.abs(damping - np.diag(own)).max() > MODAL * np.abs(damping).max(initial=0.0):
+        return None
+    return Terms(shapes, shapes.T.copy(), stiffness, own, np.ones(len(own)), RIGID * float(np.abs(stiffness).max()),
+                 np.abs(own) < 2.0 * LIGHT * np.sqrt(np.abs(stiffness)), MODES)
+
+
+def poles(M, C, K) -> Terms | None:
+    """Return the terms of complex poles; None where their eigenvectors are nearly dependent."""
+    from scipy.linalg import eigh
+
+    n = len(M)
+    try:
+        even, shapes = eigh(0.5 * (K + K.T), M)  # coordinates in which light damping is nearly normal
+        top = float(np.abs(even).max()) or 1.0
+        free = np.abs(even) <= RIGID * top
+        size = np.sqrt(np.where(free, top, np.abs(even)))
+        A = np.zeros((2 * n, 2 * n))  # of (size y, y')
+        A[:n, n:] = np.diag(size)
+        A[n:, :n] = -(np.diag(np.where(free, 0.0, even)) + _clean(shapes.T @ (0.5 * (K - K.T)) @ shapes)) / size
+        A[n:, n:] = -_clean(shapes.T @ C @ shapes)
+        s, V = np.linalg.eig(A)
+        W = np.linalg.inv(V)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.isfinite(W).all() or np.linalg.norm(W, axis=1).max() > DEPENDENT:
+        return None
+    return Terms(shapes @ (V[:n] / size[:, None]), W[:, n:] @ shapes.T, -s, np.ones(2 * n), np.zeros(2 * n),
+                 RIGID * float(np.abs(s).max()), np.abs(s.real) < LIGHT * s.imag, POLES)
+
+
+def _clean(matrix) -> np.ndarray:
+    """Return a matrix without entries that are rounding, to which the eigenvalue solver's scaling would give weight."""
+    return np.where(np.abs(matrix) > 4e-16 * np.abs(matrix).max(), matrix, 0.0)
+
+
+class LinearPart:
+    """Linear core, frequencies and rows of a condensed balance.
+
+    Parameters
+    ----------
+    T : Numbers
+        Of the system: its core.  Frequency and load are given with every call.
+    layout : Layout
+        Of the balance.
+    rows : ndarray (m, n)
+        B.
+    outputs : ndarray (o, n)
+        O; its first m rows are B.
+    sweep : bool
+        Whether many frequencies will be asked, for which poles pay.
+    like : LinearPart, optional
+        Whose eigenvectors are shared if the core is the same.
+    """
+
+    def __init__(self, T: Numbers, layout: Layout, rows, outputs, sweep: bool = False, like: "LinearPart | None" = None):
+        self.M, self.C, self.K, self.layout, self.rows, self.outputs = T.M, T.C, T.K, layout, rows, outputs
+        self.harmonics = np.array(layout.harmonics) * 1.0
+        known: Terms | None = like.terms if like is not None and self.same_core(like) else None
+        self.terms: Terms | None = known if known is not None and (sweep or known.name == MODES) else modes(T.M, T.C, T.K)
+        if self.terms is None and sweep:
+            found = poles(T.M, T.C, T.K)
+            self.terms = found if found is not None and self._residue(T, found) <= RESIDUE else None
+        top = max(float(np.abs(T.K).max()), float(T.omega[0] * layout.periods)**2 * float(np.abs(T.M).max()))
+        self._spring = np.where(self.harmonics == 0.0, top, 1j * top)  # constant, or its slopes would be needed
+        self._kept: tuple | None = None
+
+    def same_core(self, other) -> bool:
+        """Whether mass, damping and stiffness are those of ``other`` (a `LinearPart`, or `Numbers`)."""
+        return all(a is b or np.array_equal(a, b) for a, b in ((self.M, other.M), (self.C, other.C), (self.K, other.K)))
+
+    @property
+    def way(self) -> str:
+        """How receptances are found, in words."""
+        return FACTORS if self.terms is None else self.terms.name
+
+    # receptances
+
+    def receptance(self, T: Numbers, dT: Numbers, moved: bool) -> Receptance:
+        """Return the receptances for frequency and load ``T`` and their derivatives for ``dT``.
+
+        ``moved``: the core is that of ``T`` and changes with ``dT``; else both are taken to be the own core, and still.
+        """
+        if moved:
+            return self._direct(T, dT, range(len(self.harmonics)), True)
+        if self._kept is not None and all(np.array_equal(a, b) for a, b in zip(self._kept[0], (T.omega, dT.omega, T.E, dT.E),
+                                                                               strict=True)):
+            return self._kept[1]
+        found = self._summed(T, dT) if self.terms is not None else self._direct(T, dT, range(len(self.harmonics)), False)
+        self._kept = tuple(np.array(value) for value in (T.omega, dT.omega, T.E, dT.E)), found
+        return found
+
+    def _residue(self, T, terms: Terms) -> float:
+        """Return the largest relative residual of Z X = B^T for the X that the terms give."""
+        worst = 0.0
+        d, near, _ = terms.divisors(self.harmonics * T.omega[0])
+        right = terms.into @ self.rows.T
+        for i in np.flatnonzero(~near).tolist():
+            Z, X = self._stiffness(T, i, 0.0, False), terms.out @ (right / d[i][:, None])
+            worst = max(worst, float((np.abs(Z @ X - self.rows.T).max(axis=0) / (np.abs(Z) @ np.abs(X)).max(axis=0)).max()))
+        return worst
+
+    def _summed(self, T, dT) -> Receptance:
+        """Return receptances from the terms; harmonics at an undamped resonance from direct solutions."""
+        terms = self.terms
+        assert terms is not None
+        left, pairs = self._seen(terms)
+        d, near, slope = terms.divisors(self.harmonics * T.omega[0])
+        inverse = 1.0 / d
+        o, m = len(self.outputs), len(self.rows)
+        H, free = (inverse @ pairs).reshape(-1, o, m), np.zeros((len(d), o), complex)
+        dH, dfree = np.zeros_like(H), np.zeros_like(free)
+        load, turn = phasors(self.layout, T.E), phasors(self.layout, dT.E)
+        excited, turned = load.any(axis=1), turn.any(axis=1)  # few of the harmonics
+        load = load[excited] @ terms.into.T
+        free[excited] = (inverse[excited] * load) @ left.T
+        if dT.omega[0]:
+            change = (-dT.omega[0] * self.harmonics)[:, None] * slope * inverse * inverse
+            dH, dfree[excited] = (change @ pairs).reshape(-1, o, m), (change[excited] * load) @ left.T
+        if turned.any():
+            dfree[turned] += (inverse[turned] * (turn[turned] @ terms.into.T)) @ left.T
+        found = Receptance(H, free, dH, dfree, np.zeros(len(d), complex), True, 1.0)
+        if near.any():
+            other = self._direct(T, dT, np.flatnonzero(near), False, True)
+            for mine, others in zip(found[:5], other[:5], strict=True):
+                mine[near] = others[near]
+            found = found._replace(regular=other.regular)
+        return found
+
+    def _seen(self, terms) -> tuple[np.ndarray, np.ndarray]:
+        """Return the terms at the outputs (o, N), and their products with those at the rows (N, o m); made once."""
+        kept = self.__dict__.get("_products")
+        if kept is None or kept[0] is not terms:
+            left, right = self.outputs @ terms.out, terms.into @ self.rows.T
+            pairs = np.ascontiguousarray((left.T[:, :, None] * right[:, None, :]).reshape(len(right), -1), complex)
+            kept = self.__dict__["_products"] = terms, left.astype(complex), pairs
+        return kept[1:]
+
+    def _stiffness(self, T, i: int, shift: complex, moved: bool) -> np.ndarray:
+        M, C, K = (T.M, T.C, T.K) if moved else (self.M, self.C, self.K)
+        w = self.harmonics[i] * T.omega[0]
+        Z = K - w * w * M + 1j * w * C
+        return Z + shift * (self.rows.T @ self.rows) if shift else Z
+
+    def _solved(self, T, i: int, load, shift: complex, moved: bool):
+        """Return factors of harmonic number ``i``, Z^-1 [B^T e], and by how much the solution grows, relative to 1 / |Z|."""
+        from scipy.linalg import lapack
+
+        Z = self._stiffness(T, i, shift, moved)
+        right = np.concatenate([self.rows.T, load[i][:, None]], axis=1).astype(complex)
+        lu, pivots, info = lapack.zgetrf(Z)
+        if info:
+            return None, right, np.inf
+        found, _ = lapack.zgetrs(lu, pivots, right)
+        growth = np.abs(found[:, :-1]).max() * np.abs(Z).max() / np.abs(self.rows).max()
+        return (lu, pivots), found, float(growth) if np.isfinite(found).all() else np.inf
+
+    def _direct(self, T, dT, which, moved: bool, held: bool = False) -> Receptance:
+        """Return receptances from one factorisation for each of the harmonics with numbers ``which``; the others are zero.
+
+        ``held``: with the spring in any case; else where it is needed.
+        """
+        from scipy.linalg import lapack
+
+        count, m, o, nu, dnu = len(self.harmonics), len(self.rows), len(self.outputs), T.omega[0], dT.omega[0]
+        M, C = (T.M, T.C) if moved else (self.M, self.C)
+        load, turn = phasors(self.layout, T.E), phasors(self.layout, dT.E)
+        H, dH = np.zeros((count, o, m), complex), np.zeros((count, o, m), complex)
+        free, dfree = np.zeros((count, o), complex), np.zeros((count, o), complex)
+        shift, regular, sign = np.zeros(count, complex), True, 1.0
+        seen = np.asfortranarray(self.outputs.T, complex)
+        for i in which:
+            factors, found, growth = (None, None, np.inf) if held else self._solved(T, i, load, 0.0, moved)
+            if not growth < 1.0 / NEAR:
+                shift[i] = self._spring[i]
+                factors, found, growth = self._solved(T, i, load, shift[i], moved)
+            if factors is None or not growth < SINGULAR:
+                regular = False
+                continue
+            if moved and self.harmonics[i] == 0.0:
+                sign = _sign(*factors)
+            both = self.outputs @ found
+            H[i], free[i] = both[:, :-1], both[:, -1]
+            w, dw = self.harmonics[i] * nu, self.harmonics[i] * dnu
+            if not (dw or moved or turn[i].any()):
+                continue
+            left, _ = lapack.zgetrs(*factors, seen, trans=1)
+            dZ = dw * (1j * C - 2.0 * w * M)
+            if moved:
+                dZ = dZ + (dT.K - w * w * dT.M + 1j * w * dT.C)
+            change = left.T @ (dZ @ found)
+            dH[i], dfree[i] = -change[:, :-1], left.T @ turn[i] - change[:, -1]
+        return Receptance(H, free, dH, dfree, shift, regular, sign)
+
+    def log_determinant(self, T: Numbers, moved: bool) -> float:
+        """Return the logarithm of the factors d, over their sizes, by which nearly undamped modes enter the determinant.
+
+        That of the whole balance is the condensed one times that of the linear part.  It falls where a harmonic comes near a
+        resonance, which is how a branch is kept from stepping over an undamped one onto another branch; damped ones are many
+        in a large system, and harmless.
+        """
+        if moved or self.terms is None or not self.terms.light.any():
+            return 0.0
+        terms, w = self.terms, (self.harmonics * T.omega[0])[:, None]
+        a, b, c = terms.a[terms.light], w * terms.b[terms.light], w * w * terms.c[terms.light]
+        part = np.abs(a - c + 1j * b) / (np.abs(a) + np.abs(b) + c)
+        return 2.0 * float(np.log(np.maximum(part[w[:, 0] > 0.0], NEAR)).sum())
+
+    # motions of all coordinates
+
+    def motion(self, T: Numbers, load, shift, moved: bool, transposed: bool = False) -> np.ndarray:
+        """Return q (K, n) with (Z_k + shift_k B^T B) q_k = load_k (K, n), or the same with the transposed matrix."""
+        out, left = np.zeros((len(load), len(self.M)), complex), np.ones(len(load), bool)
+        if self.terms is not None and not moved:
+            d, near, _ = self.terms.divisors(self.harmonics * T.omega[0])
+            into, back = (self.terms.out.T, self.terms.into.T) if transposed else (self.terms.into, self.terms.out)
+            out = ((load @ into.T) / d) @ back.T
+            left = near | (shift != 0.0)
+        left &= load.any(axis=1)
+        for i in np.flatnonzero(left).tolist():
+            Z = self._stiffness(T, i, shift[i], moved)
+            out[i] = np.linalg.solve(Z.T if transposed else Z, load[i])
+        return out
+
+    def stiffnesses(self, T: Numbers, moved: bool):
+        """Return the dynamic stiffness (n, n) of every harmonic, one after the other."""
+        return (self._stiffness(T, i, 0.0, moved) for i in range(len(self.harmonics)))
+
+    def derived(self, T: Numbers, dT: Numbers, q, moved: bool) -> np.ndarray:
+        """Return dZ_k q_k (K, n), the derivative of the dynamic stiffness by the parameter acting on a motion (K, n)."""
+        M, C = (T.M, T.C) if moved else (self.M, self.C)
+        w, dw = (self.harmonics * T.omega[0])[:, None], (self.harmonics * dT.omega[0])[:, None]
+        out = -2.0 * w * dw * (q @ M.T) + 1j * dw * (q @ C.T)
+        if moved:
+            out += q @ dT.K.T - w * w * (q @ dT.M.T) + 1j * w * (q @ dT.C.T)
+        return out
+
+
+def _sign(lu, pivots) -> float:
+    """Return the sign of the determinant of a real matrix from its factors."""
+    swaps = int(np.count_nonzero(pivots != np.arange(len(pivots))))
+    return float(np.prod(np.sign(np.diag(lu).real))) * (-1.0 if swaps % 2 else 1.0)

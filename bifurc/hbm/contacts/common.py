@@ -1,0 +1,255 @@
+"""What following a contact along a given periodic motion needs, event by event (`exactly`) or at samples (`sampling`).
+
+The motion of the contact's rows is a trigonometric polynomial, so that guards are too once memory is frozen or put in.
+Rows are followed with c (nr, mi), the coefficients of the coordinates u, and v (nr, mi), those of the speeds s.  A contact
+comes as ``A`` (modes + 1, guards + 1, columns), its structure, and ``X`` (modes, Q + G + Z, columns), its expressions: one
+entry of each array that `tables.structure` and `tables.expressions` return.
+"""
+import numpy as np
+
+from ..._jit import leaf
+from ..tables import COUNT, FORGETS, GUARDS, MEMORY, PAIRS, ROWS, SLAVED, THEN, TRIAL, WIDTH, WRITES
+from ..waves import jet, powers, size
+
+FOLLOWED, INCONSISTENT, TOO_MANY, NOT_SETTLED, NOT_FINITE = range(5)  # codes, see `MarchStatus`
+PERIODS = 8  # most periods until memory has to repeat
+ROUNDING = 1e-12  # of the size of a guard or its derivative (times the top harmonic): zero
+REPEATS = 1e-11  # relative difference of memory after a period
+
+# columns of a path: segments of one mode, in order, from 0 to 2 pi
+MODE, GUARD, AFTER, WROTE = 0, 1, 2, 3  # mode, guard that ended it (-1: end of the period), successor, mode that wrote memory
+FIELDS = 4
+# columns of a source: mode that wrote the memory at phase 0 (-1: a relaxed start) and phase of it; with touches: how near, as
+# part of its size, the guard came that is next to touch (-inf: none), the number of events that were only counted, and how
+# near a touch has to come (0: none is looked for)
+WRITER, WRITTEN, NEXT, PASSED, TOUCHED = 0, 1, 2, 3, 4
+SOURCE = 5
+RESTING = 1e-4  # radians
+
+
+@leaf
+def expression(row, own, excited, c, v, z, out):
+    """Write an affine expression along the motion as a polynomial: ``out`` (mi,); ``own`` is the row of the contact."""
+    for j in range(out.size):
+        out[j] = 0.0
+    nx = excited.size
+    for q in range(own[WIDTH]):
+        r, a, b = own[ROWS + q], row[nx + 2 * q], row[nx + 2 * q + 1]
+        if a != 0.0:
+            for j in range(out.size):
+                out[j] += a * c[r, j]
+        if b != 0.0:
+            for j in range(out.size):
+                out[j] += b * v[r, j]
+    for x in range(nx):
+        out[excited[x]] += row[x]
+    first = nx + 2 * own[PAIRS]
+    for i in range(z.size):
+        out[0] += row[first + i] * z[i]
+
+
+@leaf
+def slaves(waves, excited, A, X, m, c, v, p, z, a):
+    """Write the memory that mode ``m`` slaves, at the phase of the powers ``p``, into ``z``; ``a`` (mi,) is overwritten."""
+    own = A[A.shape[0] - 1, 0]
+    if A[m, 0, WRITES] <= 0:
+        return
+    first = own[PAIRS] + A.shape[1] - 1
+    for i in range(own[MEMORY]):
+        if A[m, 0, SLAVED + i] > 0:
+            expression(X[m, first + i], own, excited, c, v, z[:0], a)
+            z[i] = jet(waves, a, p)[0]
+
+
+@leaf
+def guard_of(excited, A, X, m, g, c, v, z, a):
+    """Write guard ``g`` of mode ``m`` as a polynomial into ``a`` (mi,)."""
+    own = A[A.shape[0] - 1, 0]
+    expression(X[m, own[PAIRS] + g], own, excited, c, v, z, a)
+
+
+@leaf
+def admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
+    """Return whether mode ``m`` may hold from the phase of the powers ``p`` on; ``slack``: part of a guard that is forgiven."""
+    top = waves[-1]
+    for g in range(A[m, 0, GUARDS]):
+        guard_of(excited, A, X, m, g, c, v, z, a)
+        j = jet(waves, a, p)
+        bound = ROUNDING * (size(a) + 1e-300)
+        if j[0] < -bound or 0.0 < j[0] < slack * size(a):
+            continue
+        if j[0] > bound:
+            return False
+        for order in range(1, 4):
+            bound *= top
+            if j[order] < -bound:
+                break
+            if j[order] > bound:
+                return False
+    return True
+
+
+@leaf
+def relaxed(own, loose, c, v, z):
+    """Write the memory of a relaxed start, from the means of coordinates and speeds."""
+    for i in range(own[MEMORY]):
+        z[i] = 0.0
+        for q in range(own[WIDTH]):
+            z[i] += loose[i, 2 * q] * c[own[ROWS + q], 0] + loose[i, 2 * q + 1] * v[own[ROWS + q], 0]
+
+
+@leaf
+def writer(A, m, g):
+    """Return the first successor of a guard that writes memory, of a mode that does not; -1: none."""
+    if A[m, 0, WRITES] > 0:
+        return -1
+    for i in range(THEN, A.shape[2]):
+        b = A[m, 1 + g, i]
+        if b >= 0 and A[b, 0, WRITES] > 0:
+            return b
+    return -1
+
+
+@leaf
+def writes_all(A, b):
+    """Return whether mode ``b`` writes all memory of the contact."""
+    for i in range(A[A.shape[0] - 1, 0, MEMORY]):
+        if A[b, 0, SLAVED + i] <= 0:
+            return False
+    return True
+
+
+@leaf
+def holding(waves, excited, A, X, c, v, still, slack, z, p, a):
+    """Return the first mode that may hold at phase 0 with memory ``z``, or -1; ``still``: of those that keep memory."""
+    for s in range(A[A.shape[0] - 1, 0, COUNT]):
+        m = A[A.shape[0] - 1, 1, s]
+        if m >= 0 and not (still and A[m, 0, WRITES] > 0) and admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
+            return m
+    return -1
+
+
+@leaf
+def begin(waves, excited, A, X, loose, c, v, slack, z, p, a):
+    """Return (mode, mode that wrote the memory) at phase 0: of a start with relaxed memory (-1), or as a mode writes it.
+
+    Mode -1: none may hold; ``slack`` as in `admissible`; ``loose`` (Z, 2 Q): memory of a relaxed start, from the means of
+    coordinates and speeds; ``p`` and ``a`` are overwritten.  Where a mode that keeps relaxed memory is beyond a guard at phase
+    0, memory is as the mode writes it that this guard leads to: the limit that was passed on the way there, whatever the
+    direction in which the motion goes now (of one slider; in a set others may have passed theirs).
+    """
+    powers(0.0, p.shape[0], p)
+    own = A[A.shape[0] - 1, 0]
+    relaxed(own, loose, c, v, z)
+    m = holding(waves, excited, A, X, c, v, True, slack, z, p, a)
+    if m >= 0:
+        return m, -1
+    for s in range(own[COUNT]):
+        still = A[A.shape[0] - 1, 1, s]
+        if still < 0 or A[still, 0, WRITES] > 0:
+            continue
+        for g in range(A[still, 0, GUARDS]):
+            b = writer(A, still, g)
+            if b < 0 or not writes_all(A, b):
+                continue
+            relaxed(own, loose, c, v, z)
+            guard_of(excited, A, X, still, g, c, v, z, a)
+            if jet(waves, a, p)[0] > ROUNDING * size(a):
+                slaves(waves, excited, A, X, b, c, v, p, z, a)
+                m = holding(waves, excited, A, X, c, v, False, slack, z, p, a)
+                if m >= 0:
+                    return m, b
+    for b in range(-1, own[COUNT]):
+        relaxed(own, loose, c, v, z)
+        if b >= 0:
+            slaves(waves, excited, A, X, b, c, v, p, z, a)
+        m = holding(waves, excited, A, X, c, v, False, slack, z, p, a)
+        if m >= 0:
+            return m, b
+    return -1, -1
+
+
+@leaf
+def further(A, m, g):
+    """Return the mode that follows a guard of a mode that writes memory, if it writes too (more sliders slip); -1: it does not."""
+    b = A[m, 1 + g, THEN]
+    return b if b >= 0 and b != m and A[m, 0, WRITES] > 0 and A[b, 0, WRITES] > 0 else -1
+
+
+@leaf
+def missed(height, touch, followed, source):
+    """Return whether a guard that stays below zero, by ``height`` of its size, is a touch to be followed; note it if not."""
+    if height <= -touch:
+        source[NEXT] = max(source[NEXT], height)
+        return False
+    if not followed:
+        source[PASSED] += 2.0
+    return followed
+
+
+@leaf
+def resting(A, m, g, t, source, near):
+    """Return whether guard ``g`` of mode ``m`` is zero at phase ``t`` because it wrote the memory there, a period ago.
+
+    A slider that always sticks but slipped to one side before it came to rest touches that limit once a period.
+    """
+    if not (source[WRITER] >= 0.0 and writer(A, m, g) == int(source[WRITER])):
+        return False
+    away = abs(t - source[WRITTEN])
+    return min(away, 2.0 * np.pi - away) < near
+
+
+@leaf
+def back(A, b):
+    """Return the guard by which a mode that writes memory goes back to one that keeps it."""
+    for g in range(A[b, 0, GUARDS]):
+        if A[b, 1 + g, TRIAL] >= 0:
+            return g
+    return 0
+
+
+@leaf
+def filled(row, own, U, V, excite, constant, out):
+    """Write an expression on a grid, without the part of memory; ``constant`` is 1, or 0 with tables of derivatives."""
+    first, nx = constant * row[0], excite.shape[0]
+    for n in range(out.size):
+        out[n] = first
+    for q in range(own[WIDTH]):
+        r, a, b = own[ROWS + q], row[nx + 2 * q], row[nx + 2 * q + 1]
+        if a != 0.0:
+            for n in range(out.size):
+                out[n] += a * U[r, n]
+        if b != 0.0:
+            for n in range(out.size):
+                out[n] += b * V[r, n]
+    for x in range(1, nx):
+        a = row[x]
+        if a != 0.0:
+            for n in range(out.size):
+                out[n] += a * excite[x, n]
+
+
+@leaf
+def repeats(A, m, z, z0, c):
+    """Return whether the memory that mode ``m`` keeps came back."""
+    bound = size(c[A[A.shape[0] - 1, 0, ROWS]])
+    for i in range(z.size):
+        if A[m, 0, SLAVED + i] <= 0 and not abs(z[i] - z0[i]) <= REPEATS * (abs(z[i]) + abs(z0[i]) + bound):
+            return False
+    return True
+
+
+@leaf
+def ended(path, ends, zs, n, m, g, after, stop, wrote_at, z):
+    """Write segment ``n``."""
+    path[n, MODE], path[n, GUARD], path[n, AFTER], path[n, WROTE] = m, g, after, -1
+    ends[n, 0], ends[n, 1] = stop, wrote_at
+    for i in range(z.size):
+        zs[n, i] = z[i]
+
+
+@leaf
+def again(A, m, g, after, path, ends, n, count, stop, tolerance):
+    """Return whether event ``n`` is that of the period before, and all memory was written by it: then so is what follows."""
+    return A[m, 0, FORGETS] > 0 and n < count - 1 and path[n, MODE] == m and path[n, GUARD] == g and path[n, AFTER] == after \
+        and abs(ends[n, 0] - stop) <= tolerance

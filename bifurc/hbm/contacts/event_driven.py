@@ -1,0 +1,330 @@
+"""Contacts followed event by event: guards are polynomials, their zeros are found on a grid and polished.
+
+Guards are scanned on a grid finer than an eighth of the shortest wave, sign changes and interior maxima (from the Hermite
+cubic of a cell) are polished by Newton on the polynomial; what follows an event is decided as in `flow.settle`: the first
+candidate whose guards are all negative, or zero with a negative first non-zero derivative.
+"""
+import numpy as np
+
+from ..._jit import leaf
+from ..tables import GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
+from ..waves import jet, powers, size, turn, value
+from .common import (
+    FOLLOWED,
+    INCONSISTENT,
+    NEXT,
+    NOT_SETTLED,
+    PASSED,
+    PERIODS,
+    RESTING,
+    ROUNDING,
+    TOO_MANY,
+    TOUCHED,
+    WRITER,
+    WROTE,
+    admissible,
+    again,
+    back,
+    begin,
+    ended,
+    expression,
+    filled,
+    further,
+    guard_of,
+    missed,
+    repeats,
+    resting,
+    slaves,
+    writer,
+)
+
+TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
+SAME = 1e-14  # difference of phases that is none
+SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
+
+
+@leaf
+def root(waves, a, low, high, guess):
+    """Return the zero of a polynomial that is negative at ``low`` and not at ``high``: Newton kept inside by halving."""
+    t = guess if low < guess < high else 0.5 * (low + high)
+    for _ in range(80):
+        g, d = value(waves, a, t)
+        if g < 0.0:
+            low = t
+        else:
+            high = t
+        new = t - g / d if d != 0.0 else low
+        if not low < new < high:
+            if abs(new - t) <= 4e-16 * (1.0 + t):
+                return t
+            new = 0.5 * (low + high)
+        if abs(new - t) <= 4e-16 * (1.0 + t) or high - low <= 4e-16 * (1.0 + t):
+            return new
+        t = new
+    return t
+
+
+@leaf
+def summit(waves, a, low, high):
+    """Return the phase of a maximum between a rise at ``low`` and a fall at ``high``, from the side on which it falls.
+
+    Up to 1e-9 behind it, where a rate has a sign: on the top itself it would be that of rounding.
+    """
+    t = 0.5 * (low + high)
+    for _ in range(60):
+        g1, g2 = turn(waves, a, t)
+        if g1 > 0.0:
+            low = t
+        else:
+            high = t
+        new = t - g1 / g2 if g2 < 0.0 else low
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - t) < 1e-9 or high - low < 1e-9:
+            return min(new + 1e-9, high)
+        t = new
+    return high
+
+
+@leaf
+def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
+    """Return the first phase in (t0, t1] where a guard that is negative behind t0 is not, or inf.
+
+    ``v``, ``d`` are values and derivatives at the ends; ``fresh``: the value at t0 is zero but for rounding.
+    """
+    h = t1 - t0
+    high = t1
+    if v1 < 0.0:
+        if not (d0 > 0.0 and d1 < 0.0) or fresh:
+            return np.inf
+        cross = (d0 * t0 - d1 * t1 + v1 - v0) / (d0 - d1)  # the tangents of both ends meet above the maximum
+        top = v0 + d0 * (min(max(cross, t0), t1) - t0)
+        if top < 0.0 and top < SLACK * max(v0, v1):
+            return np.inf
+        high = summit(waves, a, t0, t1)
+        if value(waves, a, high)[0] < 0.0:
+            return np.inf
+        return root(waves, a, t0, high, 0.5 * (t0 + high))
+    low, guess = t0, t0 + h * v0 / (v0 - v1)
+    if fresh:
+        step, small, rising = h, ROUNDING * waves[-1] * size(a), np.inf
+        for _ in range(48):
+            step *= 0.5
+            g, d = value(waves, a, t0 + step)
+            if g < 0.0:
+                low = t0 + step
+                break
+            high = t0 + step
+            if d > small:
+                rising = high
+            else:
+                small = np.inf
+        if low == t0:  # it dips by less than rounding, if at all: where it clearly rises
+            return rising
+        guess = 0.5 * (low + high)
+    return root(waves, a, low, high, guess)
+
+
+@leaf
+def crest(waves, a, t):
+    """Return the phase of the first maximum of a guard behind its zero at ``t``."""
+    h = 2.0 * np.pi / max(64, 8 * waves[-1])
+    end = t
+    for _ in range(int(2.0 * np.pi / h) + 2):
+        end += h
+        if value(waves, a, end)[1] <= 0.0:
+            break
+    return summit(waves, a, max(end - h, t), end)
+
+
+@leaf
+def overshoot(waves, a, t):
+    """Return how high a guard would rise behind its zero at ``t``, as part of its size."""
+    return value(waves, a, crest(waves, a, t))[0] / size(a)
+
+
+@leaf
+def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
+    """Write guards of mode ``m``, their rates, and whether they are zero, behind an event; and what memory adds to them."""
+    own = A[A.shape[0] - 1, 0]
+    first = excited.size + 2 * own[PAIRS]
+    for g in range(A[m, 0, GUARDS]):
+        row = X[m, own[PAIRS] + g]
+        expression(row, own, excited, c, v, z, a)
+        here = jet(waves, a, p)
+        g0[g], d0[g] = here[0], here[1]
+        fresh[g] = 1 if here[0] >= -ROUNDING * size(a) else 0
+        offset[g] = 0.0
+        for i in range(z.size):
+            offset[g] += row[first + i] * z[i]
+
+
+@leaf
+def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
+    """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none.
+
+    One that is above zero there by rounding was not found before the end of the mode: it counts too.
+    """
+    for g in range(A[m, 0, GUARDS]):
+        if g == which or A[m, 1 + g, SILENT] > 0:
+            continue
+        if further(A, m, g) < 0:
+            continue
+        guard_of(excited, A, X, m, g, c, v, z, a)
+        here = jet(waves, a, p)
+        if here[0] < ROUNDING * size(a) and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, True, source):
+            return g
+    return -1
+
+
+@leaf
+def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip, touch, path, ends, zs, source,
+          count, scratch, flags, p, tables):
+    """Follow a contact along the motion event by event over one period that repeats.
+
+    Parameters
+    ----------
+    waves, excited, A, X, loose
+        Harmonics, and the contact, see `march`.
+    c, v : (nr, mi)
+        Coefficients of coordinates and speeds.
+    U, V, dU, dV : (nr, grid + 1)
+        The same on the grid, and their derivatives by phase.
+    excite, dexcite : (nx, grid + 1)
+        Columns of excitation on the grid, and their derivatives.
+    skip : float
+        Events whose guard rises no higher than this part of its size are ignored; 0: none.  This and `touch` extend an order
+        of events beyond where it holds, see `residual.followed`.
+    touch : float
+        A guard that comes to within this part of its size below zero counts as events at its maximum (there and back): they
+        are followed if the mode behind it writes memory, and only counted if not; 0: no.
+    path : int (most, FIELDS), ends : (most, 2), zs : (most, Z)
+        Segments, overwritten: mode, guard, successor and the mode that wrote memory at the end (-1: none); phases of the end
+        and of the writing; memory.
+    source : (SOURCE,)
+        Overwritten, see `march`.
+    count : int (2,)
+        Overwritten by the number of segments, and of periods that were followed.
+    scratch (8, .), flags : int (3, .), p (top + 1, 2), tables (2, M, G, grid + 1)
+        Overwritten; as long as internal slots, guards, modes and memories.
+
+    Returns
+    -------
+    int
+        Code of a `MarchStatus`.
+    """
+    grid, most, own = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0]
+    whole, Q = 2.0 * np.pi, own[PAIRS]
+    a, g0, d0, g1, d1, offset = scratch[0, :waves.size], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
+    z, z0 = scratch[6, :own[MEMORY]], scratch[7, :own[MEMORY]]
+    fresh, ignored, ready = flags[0], flags[1], flags[2]
+    values, slopes = tables[0], tables[1]
+    z[:] = 0.0
+    flags[:] = 0
+    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z, p, a)
+    if m < 0:
+        return INCONSISTENT
+    at = 0.0
+    for period in range(PERIODS):
+        m0, events, t, begun = m, 0, 0.0, True
+        for i in range(z.size):
+            z0[i] = z[i]
+        source[0], source[1], source[NEXT], source[PASSED], source[TOUCHED] = wrote, at, -np.inf, 0.0, touch
+        for j in range(1, grid + 1):
+            t1 = whole * j / grid
+            while True:  # events within the cell
+                if begun:  # a mode that was entered
+                    if ready[m] == 0:
+                        for g in range(A[m, 0, GUARDS]):
+                            filled(X[m, Q + g], own, U, V, excite, 1.0, values[m, g])
+                            filled(X[m, Q + g], own, dU, dV, dexcite, 0.0, slopes[m, g])
+                        ready[m] = 1
+                    powers(t, p.shape[0], p)
+                    entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset)
+                    if t == 0.0:
+                        for g in range(A[m, 0, GUARDS]):
+                            g0[g] = values[m, g, 0] + offset[g]
+                            fresh[g] = 1 if g0[g] >= 0.0 else 0
+                    begun = False
+                    if t >= t1:
+                        break
+                soonest, which, beside = np.inf, -1, False
+                for g in range(A[m, 0, GUARDS]):
+                    g1[g], d1[g] = values[m, g, j] + offset[g], slopes[m, g, j]
+                    if g1[g] < 0.0 and (ignored[g] > 0 or not (d0[g] > 0.0 and d1[g] < 0.0)):
+                        ignored[g] = 0
+                        continue
+                    if ignored[g] > 0:
+                        continue
+                    guard_of(excited, A, X, m, g, c, v, z, a)
+                    found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g] > 0)
+                    nearly = False
+                    if touch > 0.0 and found == np.inf and g1[g] < 0.0 and fresh[g] == 0 and A[m, 1 + g, SILENT] == 0 \
+                            and further(A, m, g) < 0:
+                        top = summit(waves, a, t, t1)
+                        nearly = missed(value(waves, a, top)[0] / size(a), touch, writer(A, m, g) >= 0, source)
+                        if not nearly:
+                            continue
+                        found = top
+                    if found < np.inf and ((skip > 0.0 and not nearly and overshoot(waves, a, found) < skip) or (
+                            period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
+                        ignored[g] = 1 if g1[g] >= 0.0 else 0
+                        continue
+                    if found < soonest:
+                        soonest, which, beside = found, g, nearly
+                if which < 0:
+                    break
+                if events >= most - (2 if beside else 1):
+                    return TOO_MANY
+                powers(soonest, p.shape[0], p)
+                t, begun = soonest, True
+                for i in range(z.size):
+                    zs[events, i] = z[i]
+                if beside:  # there and back at one instant
+                    b = writer(A, m, which)
+                    slaves(waves, excited, A, X, b, c, v, p, z, a)
+                    ended(path, ends, zs, events, m, which, b, soonest, soonest, z[:0])
+                    events += 1
+                    ended(path, ends, zs, events, b, back(A, b), m, soonest, soonest, z)
+                    path[events, WROTE] = b
+                    wrote, at = b, soonest
+                    events += 1
+                    continue
+                slaves(waves, excited, A, X, m, c, v, p, z, a)
+                if touch > 0.0 and A[m, 0, WRITES] > 0:
+                    g = beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a)
+                    if g >= 0 and events < most - 2:
+                        b = further(A, m, g)
+                        ended(path, ends, zs, events, m, g, b, soonest, soonest, z[:0])
+                        path[events, WROTE] = m
+                        events += 1
+                        m, which = b, back(A, b)
+                        for i in range(z.size):
+                            zs[events, i] = z[i]
+                        slaves(waves, excited, A, X, m, c, v, p, z, a)
+                after = -1
+                for i in range(THEN, A.shape[2]):
+                    b = A[m, 1 + which, i]
+                    if b >= 0 and admissible(waves, excited, A, X, b, c, v, z, p, 0.0, a):
+                        after = b
+                        break
+                if after < 0:
+                    return INCONSISTENT
+                closed = period > 0 and touch == 0.0 and again(A, m, which, after, path, ends, events, count[0], soonest, SAME)
+                ended(path, ends, zs, events, m, which, after, soonest, soonest, z[:0])
+                if A[m, 0, WRITES] > 0:
+                    wrote, at, path[events, WROTE] = m, soonest, m
+                if closed:  # all memory is that of the period before, which was followed from here on
+                    count[1] = period + 1
+                    return FOLLOWED
+                events += 1
+                m = after
+            if t < t1:
+                for g in range(A[m, 0, GUARDS]):
+                    g0[g], d0[g], fresh[g] = g1[g], d1[g], 0
+            t = t1
+        ended(path, ends, zs, events, m, -1, m, whole, whole, z)
+        count[0], count[1] = events + 1, period + 1
+        if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
+            return FOLLOWED
+    return NOT_SETTLED

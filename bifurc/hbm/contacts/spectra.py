@@ -1,0 +1,371 @@
+"""Forces of contacts and their derivatives as Fourier coefficients, from the segments of their modes, in closed form.
+
+Within a segment the force is affine in the motion, so that its coefficients and their derivatives follow from the spectrum
+of the segment's indicator up to twice the top harmonic (a Toeplitz and a Hankel part), one rank-one term a segment with
+frozen memory, and one an event at which the force jumps.  Exact and sampled segments differ in one list of numbers:
+
+    (1/2 pi) int_a^b e^{il theta} = d_l (e^{ilb} - e^{ila}),  d_l = 1/(2 pi i l)
+    (1/N) sum_{a <= theta_j < b} e^{il theta_j} = the same with d_l = 1/(N (e^{2 pi il/N} - 1))
+"""
+import numpy as np
+
+from ..._jit import leaf, njit
+from ..tables import FORGETS, MEMORY, PAIRS, ROWS, SILENT, SLAVED, WIDTH, moved, structure
+from ..waves import jet, powers, size, spectrum, turned
+from .common import AFTER, GUARD, MODE, WROTE, expression
+
+NEGLIGIBLE = 1e-11  # relative: a force without jump, a memory without slope
+
+
+@leaf
+def divisors(count, samples, out):
+    """Write d_l, l = 0 .. count - 1, into ``out`` (count, 2) as real and imaginary part; samples = 0: exact."""
+    out[0] = 0.0
+    for l in range(1, count):
+        if samples:
+            half = np.pi * l / samples  # 1/(e^{2ix} - 1) = -1/2 - i/(2 tan x)
+            out[l, 0], out[l, 1] = -0.5 / samples, -0.5 / (samples * np.tan(half))
+        else:
+            out[l, 0], out[l, 1] = 0.0, -0.5 / (np.pi * l)
+
+
+@leaf
+def add(out, factor, spectrum):
+    """Add a multiple of a spectrum (count, 2)."""
+    for l in range(len(out)):
+        out[l, 0] += factor * spectrum[l, 0]
+        out[l, 1] += factor * spectrum[l, 1]
+
+
+@leaf
+def nonzero(spectrum):
+    """Return whether a spectrum (count, 2) has an entry that is not zero."""
+    for l in range(len(spectrum)):
+        if spectrum[l, 0] != 0.0 or spectrum[l, 1] != 0.0:
+            return True
+    return False
+
+
+@leaf
+def indicator(a, b, Ea, Eb, D, out):
+    """Write the spectrum of the indicator of [a, b] into ``out`` (count, 2), from powers at both ends and divisors."""
+    out[0, 0], out[0, 1] = (b - a) / (2.0 * np.pi), 0.0
+    for l in range(1, len(out)):
+        c, s = Eb[l, 0] - Ea[l, 0], Eb[l, 1] - Ea[l, 1]
+        out[l, 0], out[l, 1] = D[l, 0] * c - D[l, 1] * s, D[l, 0] * s + D[l, 1] * c
+
+
+@leaf
+def coefficients(T, waves, place, out):
+    """Write the coefficients (slots,) of a signal with spectrum ``T`` into ``out``."""
+    for i in range(place.size):
+        a = place[i]
+        if a == 0:
+            out[i] = T[0, 0]
+        else:
+            out[i] = 2.0 * T[waves[a], 1 - a % 2]
+
+
+@leaf
+def local_slopes(waves, excited, own, row, drow, rate, p, c, v, cp, vp, z, dz, out):
+    """Write the derivative of an expression at one phase by the coefficients of the contact's rows, and by the parameter.
+
+    ``row`` and ``drow`` are the expression and its derivative by the parameter; ``out`` (Q mi + 1,): row by row, the parameter
+    last; ``dz`` (Z, Q mi + 1) the derivative of the memory ``z``.
+    """
+    mi, Q, nx = waves.size, own[WIDTH], excited.size
+    for q in range(Q):
+        first = q * mi
+        fu, fs = row[nx + 2 * q], row[nx + 2 * q + 1] * rate
+        out[first] = fu
+        for j in range(1, mi, 2):
+            n = waves[j]
+            co, si = p[n, 0], p[n, 1]
+            out[first + j] = fu * co - fs * n * si
+            out[first + j + 1] = fu * si + fs * n * co
+    total = 0.0
+    for q in range(Q):  # of the parameter: motion that is prescribed, and the numbers of the expression
+        r = own[ROWS + q]
+        total += row[nx + 2 * q] * jet(waves, cp[r], p)[0] + row[nx + 2 * q + 1] * jet(waves, vp[r], p)[0]
+        fu, fs = drow[nx + 2 * q], drow[nx + 2 * q + 1]
+        if fu != 0.0 or fs != 0.0:
+            total += fu * jet(waves, c[r], p)[0] + fs * jet(waves, v[r], p)[0]
+    for x in range(nx):
+        s = excited[x]
+        total += drow[x] * (1.0 if s == 0 else p[waves[s], 1 - s % 2])
+    first = nx + 2 * own[PAIRS]
+    for i in range(z.size):
+        total += drow[first + i] * z[i]
+    out[Q * mi] = total
+    for i in range(z.size):
+        w = row[first + i]
+        if w != 0.0:
+            for j in range(out.size):
+                out[j] += w * dz[i, j]
+
+
+@leaf
+def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, moves, scratch, p):
+    """Change ``dz`` to the derivatives of the memory that mode ``m`` wrote when its guard ``g`` (-1: none) was reached."""
+    own, mi = A[A.shape[0] - 1, 0], waves.size
+    Q, first = own[WIDTH], own[PAIRS] + A.shape[1] - 1
+    a, new, shift = scratch[0, :mi], scratch[1, :Q * mi + 1], scratch[2, :Q * mi + 1]
+    powers(theta, p.shape[0], p)
+    none = z[:0]
+    known = False
+    for i in range(own[MEMORY]):
+        if A[m, 0, SLAVED + i] <= 0:
+            continue
+        local_slopes(waves, excited, own, X[m, first + i], dX[m, first + i], rate, p, c, v, cp, vp, none, dz, new)
+        if moves and g >= 0:
+            expression(X[m, first + i], own, excited, c, v, none, a)
+            slope = jet(waves, a, p)[1]
+            if abs(slope) > NEGLIGIBLE * waves[-1] * size(a):
+                if not known:
+                    delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, shift, a)
+                    known = True
+                for j in range(new.size):
+                    new[j] += slope * shift[j]
+        for j in range(new.size):
+            dz[i, j] = new[j]
+
+
+@leaf
+def delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, out, a):
+    """Write the derivative of the phase of an event by the coefficients of the rows and by the parameter; ``a`` is overwritten."""
+    own = A[A.shape[0] - 1, 0]
+    r = own[PAIRS] + g
+    expression(X[m, r], own, excited, c, v, z, a)
+    speed = jet(waves, a, p)[1]
+    local_slopes(waves, excited, own, X[m, r], dX[m, r], rate, p, c, v, cp, vp, z, dz, out)
+    for j in range(out.size):  # a touch moves like a root, and its effect vanishes with the speed of the guard
+        out[j] = -out[j] / speed if speed != 0.0 else 0.0
+
+
+@leaf
+def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs, source, count, c, v, cp, vp, samples, D, slopes,
+           spectra, F, J, scratch, p, total, E, dz):
+    """Add what a contact gives along its segments.
+
+    Parameters
+    ----------
+    waves, place, excited, A, X, loose
+        Harmonics, and the contact, see `march`; ``dX``, ``dloose``: derivatives by the parameter.
+    rate : float
+        Frequency of the slowest harmonic.
+    path, ends, zs, source, count
+        As `exactly.exact` and `sampling.sampled` leave them; ``count`` the number of segments.
+    c, v, cp, vp : (nr, mi)
+        Coefficients of coordinates and speeds, and their derivatives by the parameter at fixed unknowns.
+    samples : int
+        0: exact.
+    D : (L, 2)
+        See `divisors`.
+    slopes : bool
+        Derivatives are wanted.
+    spectra : (4, nr, nr, L, 2)
+        By which the rows' coordinates and speeds act on the rows' forces, and their derivatives by the parameter.
+    F : (nr, slots)
+        Forces that are not proportional to the rows' motion.
+    J : (nr, slots, nr, mi + 1)
+        Rank-one terms of the derivatives; the last column of row 0 is that by the parameter.
+    scratch (4, Q mi + 1), p (L, 2), total (M, L, 2), E (3, L, 2), dz (Z, Q mi + 1)
+        Overwritten.
+    """
+    own, mi, m_slots = A[A.shape[0] - 1, 0], waves.size, place.size
+    Q, Z, L, nx = own[WIDTH], own[MEMORY], len(D), excited.size
+    modes, frozen = A.shape[0] - 1, nx + 2 * own[PAIRS]
+    Ea, Eb, I, e = E[0], E[1], E[2], scratch[3, :m_slots]
+    total[:] = 0.0
+    dz[:] = 0.0
+    none = zs[0, :0]
+    if slopes and Z:
+        if source[0] < 0.0:
+            for i in range(Z):
+                for q in range(Q):
+                    dz[i, q * mi] = loose[i, 2 * q]
+                    row = own[ROWS + q]
+                    dz[i, Q * mi] += loose[i, 2 * q] * cp[row, 0] + loose[i, 2 * q + 1] * vp[row, 0] \
+                        + dloose[i, 2 * q] * c[row, 0] + dloose[i, 2 * q + 1] * v[row, 0]
+        else:
+            written(waves, excited, A, X, dX, rate, int(source[0]), path[count - 1, GUARD], source[1], c, v, cp, vp, none, dz,
+                    samples < 0, scratch, p)
+        first = 0
+        for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
+            if path[n, WROTE] >= 0 and A[path[n, WROTE], 0, FORGETS] > 0:
+                first = n
+        for n in range(first, count - 1):
+            if path[n, WROTE] >= 0:
+                written(waves, excited, A, X, dX, rate, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1,
+                        ends[n, 1], c, v, cp, vp, zs[n, :Z], dz, samples == 0, scratch, p)
+    start = 0.0
+    powers(0.0, L, Ea)
+    for n in range(count):
+        m, stop = path[n, MODE], ends[n, 0]
+        if n < count - 1:
+            powers(stop, L, Eb)
+        else:
+            powers(0.0, L, Eb)
+        indicator(start, stop, Ea, Eb, D, I)
+        add(total[m], 1.0, I)
+        for q in range(Q):
+            for i in range(Z):
+                weight, turn = X[m, q, frozen + i], dX[m, q, frozen + i]
+                if weight != 0.0 or turn != 0.0:
+                    row = own[ROWS + q]
+                    coefficients(I, waves, place, e)
+                    for j in range(m_slots):
+                        F[row, j] += weight * zs[n, i] * e[j]
+                    if slopes:
+                        for j in range(m_slots):
+                            w = weight * e[j]
+                            for other in range(Q):
+                                target, first = own[ROWS + other], other * mi
+                                for b in range(mi):
+                                    J[row, j, target, b] += w * dz[i, first + b]
+                            J[row, j, 0, mi] += (weight * dz[i, Q * mi] + turn * zs[n, i]) * e[j]
+        if slopes and n < count - 1:
+            g, after = path[n, GUARD], path[n, AFTER]
+            if samples == 0 and A[m, 1 + g, SILENT] == 0:
+                if path[n + 1, WROTE] >= 0 and ends[n + 1, 0] == stop:  # a touch: the instant is that of the way on
+                    jumps(waves, place, excited, A, X, dX, rate, m, path[n + 1, AFTER], after, path[n + 1, GUARD], stop, zs[n, :Z],
+                          zs[n + 2, :Z], c, v, cp, vp, dz, J, scratch, p)
+                else:
+                    jumps(waves, place, excited, A, X, dX, rate, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], c, v, cp, vp, dz,
+                          J, scratch, p)
+            if path[n, WROTE] >= 0:
+                written(waves, excited, A, X, dX, rate, path[n, WROTE], g if path[n, WROTE] == m else -1, ends[n, 1], c, v, cp, vp,
+                        zs[n, :Z], dz, samples == 0, scratch, p)
+        start = stop
+        Ea, Eb = Eb, Ea
+    for m in range(modes):
+        if not nonzero(total[m]):
+            continue
+        for q in range(Q):
+            row = own[ROWS + q]
+            for other in range(Q):
+                target = own[ROWS + other]
+                for part in range(2):
+                    weight, turn = X[m, q, nx + 2 * other + part], dX[m, q, nx + 2 * other + part]
+                    if weight != 0.0:
+                        add(spectra[part, row, target], weight, total[m])
+                    if turn != 0.0:
+                        add(spectra[2 + part, row, target], turn, total[m])
+            for x in range(nx):
+                weight, turn = X[m, q, x], dX[m, q, x]
+                if weight == 0.0 and turn == 0.0:
+                    continue
+                slot = excited[x]
+                if slot == 0:
+                    coefficients(total[m], waves, place, e)
+                else:
+                    modulated(total[m], waves, place, slot, e)
+                for j in range(m_slots):
+                    F[row, j] += weight * e[j]
+                    J[row, j, 0, mi] += turn * e[j]
+
+
+@leaf
+def modulated(T, waves, place, slot, out):
+    """Write the coefficients (slots,) of a signal with spectrum ``T`` times the wave of an internal slot."""
+    k, sine = waves[slot], slot % 2 == 0
+    for i in range(place.size):
+        a = place[i]
+        j = waves[a]
+        if a == 0:
+            out[i] = T[k, 1] if sine else T[k, 0]
+            continue
+        d = k - j
+        odd = T[d, 1] if d >= 0 else -T[-d, 1]
+        if a % 2 == 0:  # sine row
+            out[i] = T[abs(d), 0] - T[j + k, 0] if sine else T[j + k, 1] - odd
+        else:
+            out[i] = T[j + k, 1] + odd if sine else T[abs(d), 0] + T[j + k, 0]
+
+
+@leaf
+def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, znew, c, v, cp, vp, dz, J, scratch, p):
+    """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase."""
+    own, mi = A[A.shape[0] - 1, 0], waves.size
+    Q = own[WIDTH]
+    a, b, shift = scratch[0, :mi], scratch[1, :mi], scratch[2, :Q * mi + 1]
+    powers(theta, p.shape[0], p)
+    known = False
+    for q in range(Q):
+        expression(X[m, q], own, excited, c, v, z, a)
+        expression(X[after, q], own, excited, c, v, znew, b)
+        gap = jet(waves, a, p)[0] - jet(waves, b, p)[0]
+        if abs(gap) <= NEGLIGIBLE * (size(a) + size(b)):
+            continue
+        if not known:
+            delay(waves, excited, A, X, dX, rate, mode, g, p, c, v, cp, vp, z, dz, shift, a)
+            known = True
+        row = own[ROWS + q]
+        for i in range(place.size):
+            s = place[i]
+            w = gap / (2.0 * np.pi) if s == 0 else gap / np.pi * p[waves[s], 1 - s % 2]
+            for other in range(Q):
+                target = own[ROWS + other]
+                for n in range(mi):
+                    J[row, i, target, n] += w * shift[other * mi + n]
+            J[row, i, 0, mi] += w * shift[Q * mi]
+
+
+@leaf
+def joined(waves, place, rate, spectra, c, v, cp, vp, slopes, F, J, B):
+    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``B`` (slots, mi)."""
+    mi, m_slots = waves.size, place.size
+    for row in range(spectra.shape[1]):
+        for target in range(spectra.shape[1]):
+            for part in range(4):
+                S = spectra[part, row, target]
+                if part > 1 and not slopes or not nonzero(S):
+                    continue
+                signal, shifted = (c[target], cp[target]) if part % 2 == 0 else (v[target], vp[target])
+                B[:] = 0.0
+                spectrum(S, waves, place, m_slots, B)
+                for i in range(m_slots):
+                    total, slope = 0.0, 0.0
+                    for b in range(mi):
+                        total += B[i, b] * signal[b]
+                        slope += B[i, b] * shifted[b]
+                    if part > 1:
+                        J[row, i, 0, mi] += total
+                    else:
+                        F[row, i] += total
+                        J[row, i, 0, mi] += slope
+                if slopes and part == 0:
+                    for i in range(m_slots):
+                        for b in range(mi):
+                            J[row, i, target, b] += B[i, b]
+                elif slopes and part == 1:
+                    for i in range(m_slots):
+                        for b in range(1, mi, 2):
+                            turn = rate * waves[b]
+                            J[row, i, target, b] -= turn * B[i, b + 1]
+                            J[row, i, target, b + 1] += turn * B[i, b]
+
+
+@njit
+def signals(S, flat, dflat, c, v, cp, vp):
+    """Add base motion and drift to the rows' coordinates ``c``; write speeds ``v`` and both derivatives by the parameter."""
+    waves, _, excited, _ = structure(S)
+    base, drift = moved(S, flat)
+    dbase, ddrift = moved(S, dflat)
+    a = np.empty(waves.size)
+    rate, drate = flat[0], dflat[0]
+    for row in range(len(c)):
+        for j in range(a.size):
+            cp[row, j] = 0.0
+        for x in range(excited.size):
+            c[row, excited[x]] += base[row, x]
+            cp[row, excited[x]] += dbase[row, x]
+        turned(waves, c[row], a)
+        for j in range(a.size):
+            v[row, j] = rate * a[j]
+            vp[row, j] = drate * a[j]
+        v[row, 0] += drift[row]
+        turned(waves, cp[row], a)
+        for j in range(a.size):
+            vp[row, j] += rate * a[j]
+        vp[row, 0] += ddrift[row]

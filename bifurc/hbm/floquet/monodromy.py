@@ -1,0 +1,349 @@
+"""Monodromy matrix of (q, v, memory) along a harmonic motion: what a small perturbation becomes after one period.
+
+    M dq'' + C dq' + K dq = sum R^T (f_u R dq + f_s R dq' + f_z dz),   dz' = 0
+
+Between events the coefficients of contacts are constant and the propagator is one matrix exponential: exact.  At an event a
+mode that slaves its memory writes it, dz = z_u R dq + z_s R dq' + z' dt, with the shift dt = -dg/g' of the event itself: a
+slider is perturbed with the displacement at the start of stick.  Where the force jumps, dv jumps by M^-1 R^T (f- - f+) dt.
+Laws have coefficients that vary in time; a Magnus series of order six with three Gauss nodes a step carries them (Blanes,
+Casas and Ros, BIT 40 (2000) 434, eq. 3.14).
+"""
+import numpy as np
+
+from ..._jit import both, leaf, njit
+from ...solve.dense import lu, lu_solve
+from ..contacts.common import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of
+from ..residual import Room, followed, motion
+from ..tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, core, expressions, numbers_at, structure
+from ..waves import jet, powers, size
+
+TAYLOR = 13  # terms of the exponential of a matrix of norm at most a half: 6e-16
+NODES = np.array([0.5 - np.sqrt(15.0) / 10.0, 0.5, 0.5 + np.sqrt(15.0) / 10.0])  # Gauss, in a step
+JUMP = 1e-9  # relative: a force or memory that is continuous across an event but for rounding
+GRAZE = 1e-9  # rate of a guard, relative to its size, below which the shift of its event has no derivative
+
+
+@leaf
+def product(a, b, out):
+    """Write a b (square matrices) into ``out``."""
+    n = a.shape[0]
+    for i in range(n):
+        for j in range(n):
+            out[i, j] = 0.0
+        for k in range(n):
+            x = a[i, k]
+            if x != 0.0:
+                for j in range(n):
+                    out[i, j] += x * b[k, j]
+
+
+@leaf
+def identity(out):
+    """Write the identity."""
+    out[:] = 0.0
+    for i in range(len(out)):
+        out[i, i] = 1.0
+
+
+@njit
+def exponential(a, out):
+    """Write the exponential of ``a`` (n, n) into ``out``: Taylor series after scaling, then squaring."""
+    n = a.shape[0]
+    norm = 0.0
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += abs(a[i, j])
+        norm = max(norm, total)
+    halvings = 0
+    while norm > 0.5 and halvings < 60:
+        norm *= 0.5
+        halvings += 1
+    small = a * 0.5**halvings
+    term, room = np.empty((n, n)), np.empty((n, n))
+    identity(term)
+    identity(out)
+    for k in range(1, TAYLOR + 1):
+        product(term, small, room)
+        for i in range(n):
+            for j in range(n):
+                term[i, j] = room[i, j] / k
+                out[i, j] += term[i, j]
+    for _ in range(halvings):
+        product(out, out, room)
+        out[:] = room
+
+
+@njit
+def commutator(a, b, out, room):
+    """Write a b - b a into ``out``."""
+    product(a, b, out)
+    product(b, a, room)
+    out -= room
+
+
+@njit
+def magnus(A, h, out):
+    """Write the propagator over a step ``h`` from the generators ``A`` (3, n, n) at its Gauss nodes."""
+    n = A.shape[1]
+    first = h * A[1]
+    second = (np.sqrt(15.0) / 3.0 * h) * (A[2] - A[0])
+    third = (10.0 / 3.0 * h) * (A[2] - 2.0 * A[1] + A[0])
+    c1, c2, last, room = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    commutator(first, second, c1, room)
+    commutator(first, 2.0 * third + c1, c2, room)
+    commutator(-20.0 * first - third + c1, second - c2 / 60.0, last, room)
+    exponential(first + third / 12.0 + last / 240.0, out)
+
+
+@both
+def cuts_of(ends, counts, steps):
+    """Return the phases (count,) at which contacts have events, with 0, 2 pi and ``steps`` equal parts of the period."""
+    total = 1 + steps
+    for k in range(len(counts)):
+        total += counts[k, 0]
+    out = np.empty(total)
+    n = 0
+    for j in range(steps + 1):
+        out[n] = 2.0 * np.pi * j / steps
+        n += 1
+    for k in range(len(counts)):
+        for i in range(counts[k, 0] - 1):
+            j = n  # sorted by insertion
+            while j > 0 and out[j - 1] > ends[k, i, 0]:
+                out[j] = out[j - 1]
+                j -= 1
+            out[j] = ends[k, i, 0]
+            n += 1
+    m = 1
+    for i in range(1, n):
+        if out[i] > out[m - 1]:
+            out[m] = out[i]
+            m += 1
+    return out[:m]
+
+
+@both
+def states(S, paths, counts, kept):
+    """Mark in ``kept`` (2 n + memories,) what is a state: q, v, and memory that is written in the period."""
+    contacts, start = structure(S)[3], 2 * S[DOFS]
+    kept[:start] = 1
+    for k in range(len(contacts)):
+        for z in range(contacts[k, contacts.shape[1] - 1, 0, MEMORY]):
+            kept[start] = 0
+            for i in range(counts[k, 0]):
+                wrote = paths[k, i, WROTE]
+                if wrote >= 0 and contacts[k, wrote, 0, SLAVED + z] > 0:
+                    kept[start] = 1
+            start += 1
+
+
+@both
+def along(S, R, base, index, series, low, high, xs, cosines, sines, room: Room, out, kept, codes):
+    """Write the monodromy matrices ``out`` (m, size, size) of the motions ``xs`` (m, n + 1) along a parameter, without laws.
+
+    Parameters
+    ----------
+    S, R
+        Structure, see `tables`, and rows.
+    base, index, series, low, high
+        Numbers of the system along the parameter, see `tables.numbers_at`.
+    cosines, sines
+        Tables of the waves for exact events, see `residual.Grid`.
+    kept : int (m, size)
+        Overwritten: 1 for states, 0 for memory that is not written.
+    codes : int (m,)
+        Overwritten: 1, 0 where an event grazes and there is no matrix, -1 where the contacts cannot be followed.
+    """
+    flat, dflat = np.empty_like(base), np.empty_like(base)
+    signals = np.empty((4, len(R), S[INTERNAL]))
+    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
+    listed = np.full(len(room.counts), -1)
+    size, exact = xs.shape[1] - 1, 0 * len(xs)  # no literal, which would compile all of it once more
+    for i in range(len(xs)):
+        numbers_at(base, index, series, low, high, xs[i, size], flat, dflat)
+        motion(S, R, flat, dflat, xs[i, :size], c, v, cp, vp)
+        status = followed(S, flat, exact, cosines, sines, c, v, listed, room.paths, room.ends, room.zs, room.sources, room.counts)
+        codes[i] = -1
+        if status == FOLLOWED:
+            states(S, room.paths, room.counts, kept[i])
+            codes[i] = plain(S, R, flat, room.paths, room.ends, room.zs, room.counts, c, v, out[i])
+
+
+@njit
+def plain(S, R, flat, paths, ends, zs, counts, c, v, P):
+    """Write the monodromy matrix (2 n + memories) of a scene without laws into ``P``; return 1, or 0 where an event grazes."""
+    size = len(P)
+    A, E, room, none = np.empty((size, size)), np.empty((size, size)), np.empty((size, size)), np.empty((0, size, size))
+    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(counts), np.int64)
+    if lu(mass, pivot)[0] == 0.0:
+        return 0
+    cuts = cuts_of(ends, counts, 1)
+    identity(P)
+    for j in range(cuts.size - 1):
+        generator(S, R, flat, paths, at, none, none, 0, mass, pivot, A)
+        A *= (cuts[j + 1] - cuts[j]) / flat[0]
+        exponential(A, E)
+        product(E, P, room)
+        P[:] = room
+        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], paths, ends, zs, counts, c, v, mass, pivot, at, P) < 0:
+            return 0
+    return 1
+
+
+@both
+def with_laws(S, R, flat, paths, ends, zs, counts, c, v, cuts, KL, CL, P):
+    """Write the monodromy matrix (2 n + memories) into ``P``; return 1, or 0 where an event grazes and it has none.
+
+    Parameters
+    ----------
+    paths, ends, zs, counts
+        Segments of the contacts as `exactly.exact` writes them.
+    c, v : (nr, mi)
+        Coefficients of the rows' coordinates and speeds.
+    cuts : (S + 1,)
+        Phases from 0 to 2 pi that hold every event, see `cuts_of`.
+    KL, CL : (3 S, n, n)
+        What laws add to -K and -C at the Gauss nodes of every step.
+    """
+    size = len(P)
+    A, E, room = np.empty((3, size, size)), np.empty((size, size)), np.empty((size, size))
+    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(counts), np.int64)
+    if lu(mass, pivot)[0] == 0.0:
+        return 0
+    identity(P)
+    for j in range(cuts.size - 1):
+        for g in range(3):
+            generator(S, R, flat, paths, at, KL, CL, 3 * j + g, mass, pivot, A[g])
+        magnus(A, (cuts[j + 1] - cuts[j]) / flat[0], E)
+        product(E, P, room)
+        P[:] = room
+        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], paths, ends, zs, counts, c, v, mass, pivot, at, P) < 0:
+            return 0
+    return 1
+
+
+@njit
+def passed(S, R, flat, cut, paths, ends, zs, counts, c, v, mass, pivot, at, P):
+    """Apply the events up to a phase to the perturbations ``P`` and move on ``at`` (nc,); return -1 where one grazes, else 0."""
+    waves, _, excited, contacts = structure(S)
+    X, _ = expressions(S, flat)
+    offset = 2 * S[DOFS]
+    for k in range(len(contacts)):
+        while at[k] < counts[k, 0] - 1 and ends[k, at[k], 0] <= cut:
+            i = at[k]
+            if event(waves, excited, contacts[k], X[k], R, flat[0], paths[k, i], ends[k, i, 0], zs[k, i], zs[k, i + 1], offset,
+                     c, v, mass, pivot, P) == 0:
+                return -1
+            at[k] += 1
+        offset += contacts[k, contacts.shape[1] - 1, 0, MEMORY]
+    return 0
+
+
+@njit
+def generator(S, R, flat, paths, at, KL, CL, node, mass, pivot, A):
+    """Write the linear generator of (q, v, z) in the present modes into ``A``; ``KL``, ``CL`` may be empty."""
+    n, nx, contacts = S[DOFS], S[EXCITED], structure(S)[3]
+    X, (_, C, K) = expressions(S, flat)[0], core(S, flat)[0]
+    A[:] = 0.0
+    for i in range(n):
+        A[i, n + i] = 1.0
+    force = A[n:2 * n]
+    for a in range(n):
+        for b in range(n):
+            force[a, b] = -K[a, b]
+            force[a, n + b] = -C[a, b]
+            if KL.shape[0] > 0:
+                force[a, b] += KL[node, a, b]
+                force[a, n + b] += CL[node, a, b]
+    offset = 2 * n
+    for k in range(at.size):
+        m, own = paths[k, at[k], MODE], contacts[k, contacts.shape[1] - 1, 0]
+        for q in range(own[WIDTH]):
+            left, row = R[own[ROWS + q]], X[k, m, q]
+            for p in range(own[WIDTH]):
+                right = R[own[ROWS + p]]
+                fu, fs = row[nx + 2 * p], row[nx + 2 * p + 1]
+                if fu != 0.0 or fs != 0.0:
+                    for a in range(n):
+                        for b in range(n):
+                            force[a, b] += left[a] * fu * right[b]
+                            force[a, n + b] += left[a] * fs * right[b]
+            for i in range(own[MEMORY]):
+                for a in range(n):
+                    force[a, offset + i] += left[a] * row[nx + 2 * own[PAIRS] + i]
+        offset += own[MEMORY]
+    column = np.empty(n)
+    for j in range(A.shape[1]):
+        for a in range(n):
+            column[a] = force[a, j]
+        lu_solve(mass, pivot, column)
+        for a in range(n):
+            force[a, j] = column[a]
+
+
+@leaf
+def gradient(row, own, nx, memory, R, offset, P, out):
+    """Write the perturbation (columns of ``P``) of an affine expression, with its first ``memory`` memories."""
+    n = R.shape[1]
+    out[:] = 0.0
+    for q in range(own[WIDTH]):
+        r = R[own[ROWS + q]]
+        for a in range(n):
+            x, y = row[nx + 2 * q] * r[a], row[nx + 2 * q + 1] * r[a]
+            if x != 0.0 or y != 0.0:
+                for j in range(out.size):
+                    out[j] += x * P[a, j] + y * P[n + a, j]
+    for i in range(memory):
+        z = row[nx + 2 * own[PAIRS] + i]
+        if z != 0.0:
+            for j in range(out.size):
+                out[j] += z * P[offset + i, j]
+
+
+@njit
+def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, v, mass, pivot, P):
+    """Apply an event of a contact to the perturbations ``P``; return 0 where its shift has no derivative."""
+    own, n, nx = A[A.shape[0] - 1, 0], R.shape[1], excited.size
+    Z, slave = own[MEMORY], own[PAIRS] + A.shape[1] - 1
+    m, g, b = path[MODE], path[GUARD], path[AFTER]
+    a = np.empty(waves.size)
+    p = np.empty((waves[-1] + 1, 2))
+    powers(phase, p.shape[0], p)
+    dz = np.zeros((Z, P.shape[1]))
+    dt, row = np.zeros(P.shape[1]), np.empty(P.shape[1])
+    guard_of(excited, A, X, m, g, c, v, before[:Z], a)
+    speed = rate * jet(waves, a, p)[1]
+    regular = abs(speed) > GRAZE * rate * (size(a) + 1e-300)
+    if regular:
+        gradient(X[m, own[PAIRS] + g], own, nx, Z, R, offset, P, dt)
+        dt *= -1.0 / speed
+    wrote = path[WROTE] >= 0
+    for i in range(Z):
+        if wrote and A[m, 0, SLAVED + i] > 0:
+            gradient(X[m, slave + i], own, nx, 0 * Z, R, offset, P, row)
+            expression(X[m, slave + i], own, excited, c, v, before[:0], a)
+            moving = rate * jet(waves, a, p)[1]
+            if abs(moving) > JUMP * rate * (size(a) + 1e-300):
+                if not regular:
+                    return 0
+                row += moving * dt
+            dz[i] = row
+        else:
+            dz[i] = P[offset + i]
+    for q in range(own[WIDTH]):
+        expression(X[m, q], own, excited, c, v, before[:Z], a)
+        old, bound = jet(waves, a, p)[0], size(a)
+        expression(X[b, q], own, excited, c, v, after[:Z], a)
+        jump = old - jet(waves, a, p)[0]
+        if abs(jump) > JUMP * (bound + size(a) + 1e-300):
+            if not regular:
+                return 0
+            push = R[own[ROWS + q]] * jump
+            lu_solve(mass, pivot, push)
+            for i in range(n):
+                for j in range(P.shape[1]):
+                    P[n + i, j] += push[i] * dt[j]
+    for i in range(Z):
+        P[offset + i] = dz[i]
+    return 1

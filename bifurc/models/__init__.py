@@ -1,0 +1,1 @@
+"""Models from elsewhere: systems from matrices, files of finite-element programs, rotors, and reduced models of them."""

@@ -1,0 +1,312 @@
+"""Periodic orbits of systems without excitation: where a motion returns, its period and its states are solved for together.
+
+A motion returns where one of its events happens again with the same modes on both sides, or, without events, where a
+coordinate has a maximum again.  Between two such returns lies a guess of the period; the equations are those of any event
+sequence, with the period in the place of the first time (`sequence`), the phase being fixed by the event or by the section
+through the maximum.
+"""
+import dataclasses
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..compose.scene import Scene, scene_of
+from ..elements.checks import state
+from ..flow.scan import CHATTER, GRAZE, PASSED
+from ..flow.simulate import simulate
+from ..flow.trajectory import Trajectory
+from ..system import System
+from .energy import conservative, corrected, energy
+from .equilibrium import find_equilibrium
+from .find import half_of, mark_trains, resting_start, solve
+from .kinds import OrbitStatus
+from .orbit import PeriodicOrbit
+from .sequence import AFTER, BEFORE, GUARD
+from .signature import Signature, divided, sections
+
+CHUNK = 24  # slowest periods simulated between attempts
+FIRST = 6  # slowest periods simulated from a guess
+SAMPLES = 64  # points a fastest period, at which the slope of a coordinate is looked at
+MANY = 100_000  # events of one simulation
+NEAR = 0.25  # scaled distance of two returns that are taken for a guess
+MOST = 12  # returns of one motion that are compared
+TRIALS = 6  # pairs of them that Newton starts from
+CLOSE = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
+SHORTEST = 1e-2  # of the guess of the period: every state comes back after no time
+ASIDE = 1e-3  # of the size of the states: how far beside an unstable state of rest a search begins
+STILL = 1e-7  # of the size at the start: a motion that has become so small has come to rest
+SAME = 1e-8  # scaled difference of repeated parts of an orbit
+
+
+class Return(NamedTuple):
+    """A passage of a motion that may come again: its time, what happens, the state before."""
+
+    time: float
+    node: tuple  # mode before, guard, mode after, 0, closing; guard -1: a maximum
+    state: np.ndarray
+    speed: float
+
+
+def autonomous_orbit(system: System, guess, closure, transient: int, period: float | None) -> PeriodicOrbit:
+    """Return an orbit of a system without excitation; the arguments are those of `find_orbit`."""
+    if isinstance(guess, PeriodicOrbit):
+        found = from_orbit(system, guess)
+    elif guess is not None:
+        scene = scene_of(system)
+        found = from_state(system, state("guess", guess, (2 * scene.n, scene.ns)), period)
+    else:
+        found = settled(system, transient)
+    return symmetric(found, closure) if found.success else found
+
+
+def symmetric(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
+    """Return the orbit solved with the closure asked for."""
+    if closure != 1 and orbit.system.symmetry == -1 and orbit.closure == 1:
+        half = halved(orbit)
+        if half is not None:
+            return half
+    if closure == -1 and orbit.closure == 1:
+        return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
+    return orbit
+
+
+def halved(orbit: PeriodicOrbit) -> PeriodicOrbit | None:
+    """Return the orbit solved on half its period with y -> -y, or None when it has not this symmetry."""
+    s, U = orbit.sequence.written_out(orbit.unknowns)
+    y0, y1 = orbit._states(np.array([0.0, 0.5 * s.span]))
+    if np.abs((y1 + y0) / orbit.weights).max() > SAME:
+        return None
+    made = half_of(orbit.scene, s, U)
+    if made is None:
+        return None
+    found = solution(orbit.system, *wound(made[0], made[1].ravel(), s.clock, orbit.sequence.fixed), orbit.weights, orbit.how)
+    return found if found.success else None
+
+
+def wound(signature: Signature, unknowns, clock: float, section) -> tuple[Signature, np.ndarray]:
+    """Return signature and unknowns with the period unknown, from those with the period as a number; see
+    `Signature.written_out`.  ``section`` (ns + 1,) is that of an orbit without events."""
+    rows = np.array(unknowns, float).reshape(len(signature.nodes), -1)
+    rows[:, 0] -= rows[0, 0]
+    rows[0, 0] = signature.span
+    fixed = np.zeros(len(rows)) if signature.events else np.array(section, float)
+    return dataclasses.replace(signature, span=0.0, fixed=fixed, clock=clock), rows.ravel()
+
+
+def solution(system: System, signature: Signature, unknowns, weights, how) -> PeriodicOrbit:
+    """Return the orbit of an event signature near ``unknowns``; without damping that of the energy they have."""
+    if not conservative(system):
+        orbit = solve(system, signature, unknowns, weights, how)
+        if orbit.unknowns[0] > SHORTEST * unknowns[0]:
+            return orbit
+        return PeriodicOrbit(system, signature, unknowns, weights, orbit.how, OrbitStatus.NOT_CONVERGED)
+    E = energy(system, unknowns[1:1 + len(weights)])
+    made = corrected(system, signature, unknowns, weights, E)
+    how = {"method": "event sequence of given energy, Newton", "energy": E, "iterations": made.iterations, **how}
+    if made.success and made.x[0] > SHORTEST * unknowns[0]:
+        return PeriodicOrbit(system, signature, made.x[:-1], weights, how)
+    return PeriodicOrbit(system, signature, unknowns, weights, how, OrbitStatus.NOT_CONVERGED)
+
+
+# from a guess
+
+def from_orbit(system: System, guess: PeriodicOrbit) -> PeriodicOrbit:
+    """Return the orbit near an orbit of other parameters, in its signature or one found by simulation."""
+    scene = scene_of(system)
+    if guess.autonomous and scene.keys == guess.scene.keys and scene.same_structure(guess.system):
+        found = solution(system, guess.sequence, guess.unknowns, guess.weights, {"guess": "orbit"})
+        if found.success:
+            return found
+    return from_state(system, guess.state, guess.period)
+
+
+def from_state(system: System, y0, period: float | None) -> PeriodicOrbit:
+    """Return the orbit near the motion from a state: its first returns are tried first, later ones then."""
+    slow = slowest(scene_of(system)) if period is None else period
+    best = None
+    for length in (FIRST, 4 * FIRST, 16 * FIRST):
+        motion = simulate(system, y0, duration=length * slow, max_events=MANY)
+        for found in from_motion(system, motion, period, early=True):
+            if found.success:
+                return found
+            best = best or found
+        if not motion.success or at_rest(motion, y0):
+            break
+    return best or failed(system, motion, y0)
+
+
+def settled(system: System, transient: int) -> PeriodicOrbit:
+    """Return the orbit on which the motion from rest settles."""
+    slow = slowest(scene_of(system))
+    first = y = aside(system, resting_start(system))
+    done, best = 0, None
+    while done < max(transient, 1):
+        motion = simulate(system, y, duration=CHUNK * slow, max_events=MANY)
+        done += CHUNK
+        for found in from_motion(system, motion, None, early=False):
+            if not found.success or found.stable is False:
+                continue
+            away = distance_to(found, motion.final)
+            if away <= CLOSE:
+                found.how["transient"] = done * slow
+                return found
+            best = found
+        if not motion.success or at_rest(motion, first):
+            break
+        y = motion.final
+    if best is not None:
+        best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
+        return best
+    return failed(system, motion, first)
+
+
+def aside(system: System, y) -> np.ndarray:
+    """Return a start; where ``y`` is an unstable state of rest one a little beside it, in the direction that grows fastest."""
+    rest = find_equilibrium(system, y)
+    if not rest.success or rest.stable is not False or np.abs(rest.state - y).max() > STILL * max(1.0, float(np.abs(y).max())):
+        return y
+    A, Z = rest._small
+    values, vectors = np.linalg.eig(A)
+    direction = Z @ np.real(vectors[:, int(np.argmax(values.real))])
+    return rest.state + ASIDE * max(1.0, float(np.abs(y).max())) * direction / np.abs(direction).max()
+
+
+def failed(system: System, motion: Trajectory, start) -> PeriodicOrbit:
+    """Return what a search from the state ``start`` without result says."""
+    scene, y = scene_of(system), motion.final
+    status = OrbitStatus.AT_REST if motion.success and at_rest(motion, start) else OrbitStatus.NOT_FOUND
+    nothing = dataclasses.replace(sections(0, 0.0), fixed=np.zeros(scene.ns + 1), clock=slowest(scene))
+    return PeriodicOrbit(system, nothing, np.append(1.0, y), np.maximum(np.abs(y), 1.0), {"method": "simulation"}, status)
+
+
+def at_rest(motion: Trajectory, start) -> bool:
+    """Whether all speeds have died in the last fifth of a motion of a search that began at the state ``start``."""
+    n = motion.system.n
+    states = motion(np.linspace(motion.start, motion.stop, 257))
+    speeds, first = np.abs(states[:, n:2 * n]).max(axis=1), np.abs(np.asarray(start, float))
+    rate = 2.0 * np.pi / slowest(scene_of(motion.system))
+    size = max(rate * np.abs(states[:, :n]).max(), rate * first[:n].max(), speeds.max(), first[n:2 * n].max())
+    return bool(speeds[-52:].max() <= STILL * size)
+
+
+def distance_to(orbit: PeriodicOrbit, y) -> float:
+    """Return the scaled distance of a state from an orbit."""
+    return float(np.abs((orbit.sample(400)[1] - y) / orbit.weights).max(axis=1).min())
+
+
+# returns of a motion
+
+def from_motion(system: System, motion: Trajectory, period: float | None, early: bool) -> Iterator[PeriodicOrbit]:
+    """Yield the orbits that Newton finds between two returns of a motion, the nearest pairs first; ``early``: those at its
+    beginning first."""
+    scene = scene_of(system)
+    found = returns(motion)
+    found = found[:MOST] if early else found[-MOST:]
+    length = float(max((np.abs(item.state[:scene.n]).max() for item in found), default=0.0))
+    pairs = []
+    for i, first in enumerate(found):
+        for j in range(i + 1, len(found)):
+            if found[j].node != first.node or found[j - 1].node[AFTER] != first.node[BEFORE]:
+                continue
+            T = found[j].time - first.time
+            if T <= 0.0 or (period is not None and not 0.6 < T / period < 1.6):
+                continue
+            weights = sizes(scene, [item.state for item in found[i:j + 1]], T, length)
+            gap = float(np.abs((found[j].state - first.state) / weights).max())
+            if gap < NEAR or period is not None:
+                pairs.append((gap * (j - i), i if early else -i, i, j, weights))
+            break
+    for _, _, i, j, weights in sorted(pairs, key=lambda pair: pair[1] if early else pair[0])[:TRIALS]:
+        yield between(system, found[i:j], found[j].time - found[i].time, weights)
+
+
+def between(system: System, chosen: list[Return], T: float, weights) -> PeriodicOrbit:
+    """Return the orbit that Newton finds from the returns of one period ``T``."""
+    scene = scene_of(system)
+    first = chosen[0]
+    rows = np.array([np.append((item.time - first.time) / T, item.state) for item in chosen])
+    rows[0, 0] = 1.0
+    nodes = np.array([item.node for item in chosen], np.int64)
+    if first.node[GUARD] < 0:
+        plane = section(scene, first.state, weights)
+        signature = dataclasses.replace(sections(first.node[AFTER], 0.0), fixed=plane, clock=T)
+    else:
+        nodes = divided(scene, nodes)
+        mark_trains(nodes, np.array([item.speed for item in chosen]))
+        signature = Signature(nodes, np.zeros(len(nodes)), 0.0, clock=T)
+    found = solution(system, signature, rows.ravel(), weights, {"guess": "simulation"})
+    return rested(found) if found.success else found
+
+
+def rested(orbit: PeriodicOrbit) -> PeriodicOrbit:
+    """Return the orbit, as a failure where it is an equilibrium: that has any period."""
+    speed = np.abs(orbit._states(np.linspace(0.0, orbit._whole[0].span, 64, endpoint=False))[:, orbit.scene.n:2 * orbit.scene.n])
+    if speed.max() > STILL * orbit.weights[orbit.scene.n:2 * orbit.scene.n].max():
+        return orbit
+    return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.AT_REST)
+
+
+def section(scene: Scene, y, weights) -> np.ndarray:
+    """Return normal and value (ns + 1,) of the section on which the coordinate with the largest extent has no speed."""
+    plane = np.zeros(scene.ns + 1)
+    i = scene.n + int(np.argmin(np.abs(y[scene.n:2 * scene.n] / weights[scene.n:2 * scene.n])))
+    plane[i] = 1.0 / weights[i]
+    return plane
+
+
+def returns(motion: Trajectory) -> list[Return]:
+    """Return the listed events of a motion; the maxima of its widest coordinate where it has none that repeats."""
+    R = motion.recorded
+    found = []
+    for row, time, before, speed in zip(R.rows[1:].tolist(), R.times[1:], R.before[1:], R.speeds[1:], strict=True):
+        m, g, after, what, _ = row
+        if what not in (PASSED, GRAZE):
+            found.append(Return(float(time), (m, g, after, 0, 1 if what == CHATTER else 0), before, float(speed)))
+    if len({item.node for item in found}) < len(found):
+        return found
+    return maxima(motion, found[-1].time if found else motion.start)
+
+
+def maxima(motion: Trajectory, begin: float) -> list[Return]:
+    """Return the maxima, after ``begin``, of the coordinate with the largest extent."""
+    scene = scene_of(motion.system)
+    count = int(np.ceil(SAMPLES * (motion.stop - begin) / fastest(scene)))
+    if count < 2:
+        return []
+    t = np.linspace(begin, motion.stop, min(count, 200_000) + 1)
+    y = motion(t)
+    i = scene.n + int(np.argmax(np.ptp(y[:, :scene.n], axis=0)))
+    mode = int(motion.recorded.rows[-1, 2])
+    found = []
+    for k in np.flatnonzero((y[:-1, i] > 0.0) & (y[1:, i] <= 0.0)).tolist():
+        at = t[k + 1] if y[k + 1, i] == 0.0 else brentq(lambda s: float(motion(s)[i]), t[k], t[k + 1], xtol=1e-15)
+        found.append(Return(float(at), (mode, -1, mode, 0, 0), motion(at), 0.0))
+    return found
+
+
+# natural times and sizes
+
+def sizes(scene: Scene, states, T: float, length: float) -> np.ndarray:
+    """Return natural sizes (ns,) of the states: one length for all coordinates, times 2 pi / T for velocities."""
+    n, omega = scene.n, 2.0 * np.pi / T
+    length = max(length, max(float(np.abs(y[n:2 * n]).max()) for y in states) / omega)
+    weights = np.full(scene.ns, length if length > 0.0 else 1.0)
+    weights[n:2 * n] *= omega
+    return weights
+
+
+def slowest(scene: Scene) -> float:
+    """Return the longest period of oscillation among the modes built so far (affine part), time."""
+    T = scene.tables
+    turns = np.concatenate([np.abs(np.linalg.eigvals(T.A[m, :, :scene.ns]).imag) for m in range(len(scene.keys))])
+    turns = turns[turns > 1e-9 * turns.max(initial=0.0)]
+    return 2.0 * np.pi / float(turns.min()) if turns.size else fastest(scene)
+
+
+def fastest(scene: Scene) -> float:
+    """Return the shortest period of oscillation that the step of the modes allows for, time."""
+    from ..compose.tables import TURN
+
+    return 2.0 * np.pi / TURN * float(scene.tables.step.min())

@@ -1,0 +1,59 @@
+"""Floquet multipliers of a monodromy matrix without those that say nothing of stability.
+
+A state that nothing changes in a period has the multiplier 1.  Where nothing depends on time a shift of the phase has it
+too: with the vector field f, M f = f.  Both are taken out of the matrix, not out of the list of eigenvalues, so that a
+multiplier that happens to be near 1 keeps its digits (Nayfeh & Balachandran 1995, section 3.2).
+"""
+import numpy as np
+
+from .sequence import BEFORE
+
+
+def nontrivial(equations, whole, U, M, kept, gradient=None) -> np.ndarray:
+    """Return the multipliers, complex, largest modulus first; infinite where the matrix is.
+
+    Parameters
+    ----------
+    equations : Equations
+        Kernels, tables and weights of the orbit.
+    whole : Signature
+    U : ndarray (m (1 + ns),)
+        The orbit over its full period, as `repeated` gives it.
+    M : ndarray (ns, ns)
+        Derivative of the map over a period just before the first node.
+    kept : list of int
+        States that nothing changes.
+    gradient : ndarray (ns,), optional
+        Of an energy that the motion keeps, just before the first node: its multiplier 1 is left out as well.
+    """
+    rest = np.setdiff1d(np.arange(len(M)), kept)
+    M = M[np.ix_(rest, rest)]
+    if not np.isfinite(M).all():
+        return np.full(len(M) - (whole.clock > 0.0) - (gradient is not None), complex(np.inf))
+    if whole.clock:
+        row = None if gradient is None else gradient[rest]
+        M = without(M, field_before(equations, whole, U)[rest], equations.weights[rest], row)
+    found = np.linalg.eigvals(M).astype(complex) if len(M) else np.empty(0, complex)
+    return found[np.lexsort((-found.imag, -found.real, -np.abs(found).round(14)))]
+
+
+def field_before(equations, whole, U) -> np.ndarray:
+    """Return the rate (ns,) of the state just before the first node."""
+    T, ns = equations.path.tables, equations.scene.ns
+    x, f = np.zeros(T.A.shape[2]), np.empty(ns)
+    x[:ns] = U[1:1 + ns]
+    equations.kernel.forcing(T, U[0] * 2.0 * np.pi / T.flat[0], x)
+    equations.kernel.field(T, int(whole.nodes[0, BEFORE]), x, f)
+    return f
+
+
+def without(M, direction, weights, row=None) -> np.ndarray:
+    """Return the matrix of ``M`` (n, n) on the states modulo its eigenvector ``direction`` (n,), and among them on those that
+    its left eigenvector ``row`` (n,) does not see; the two are one Jordan block where M f = f and E M = E."""
+    unit = (direction / weights)[:, None]
+    if not unit.any():
+        return M
+    Q = np.linalg.qr(unit, mode="complete")[0][:, 1:]
+    if row is not None:
+        Q = Q @ np.linalg.qr((Q.T @ (row * weights))[:, None], mode="complete")[0][:, 1:]
+    return Q.T @ (M * weights / weights[:, None]) @ Q

@@ -1,0 +1,94 @@
+"""Whether simulation repeats an orbit: one period from one of its own states, compared in the middle of every interval.
+
+The event-sequence equations know only the events that they list; simulation knows none of them and decides everything by
+the rule of `flow.settle`.  An orbit that it does not repeat is a solution of equations and no motion.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..flow.settle import Inconsistent, Penetration
+from ..flow.simulate import simulate
+
+ALLOWED = 1e-6  # scaled miss for each unit of the largest multiplier
+MOST = 0.02  # scaled miss that is never rounding
+GROWTH = 1e10  # largest multiplier above which rounding alone may miss by as much
+STARTS = 3  # states tried: where a held row or a slider begins, rounding may put one start on the wrong side
+
+
+@dataclass(frozen=True, slots=True)
+class Repetition:
+    """How simulation repeats an orbit.
+
+    Attributes
+    ----------
+    miss : float
+        Largest scaled difference (dimensionless, natural sizes of the states) after a period and in the middle of the
+        intervals between events; infinite where the simulation failed.
+    allowed : float
+        What rounding may make of it: 1e-6 times the largest multiplier (at least 1), at most .02; infinite where the
+        multipliers are infinite or too large to tell.
+    message : str
+        How the simulation failed; empty if it did not.
+    """
+
+    miss: float
+    allowed: float
+    message: str = ""
+
+    @property
+    def repeated(self) -> bool:
+        """Whether the motion is that of the orbit."""
+        return self.miss <= self.allowed
+
+
+def repetition(orbit) -> Repetition:
+    """Return how simulation repeats a `PeriodicOrbit` over one period.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> repetition(bf.find_orbit(bf.systems.impact_oscillator())).repeated
+    True
+    """
+    with np.errstate(all="ignore"):
+        top = float(np.abs(orbit.multipliers).max(initial=1.0))
+    allowed = min(ALLOWED * max(top, 1.0), MOST) if top <= GROWTH else np.inf
+    best, message = np.inf, ""
+    at, spans = middles(orbit)
+    states = orbit._states(at)
+    for k in np.argsort(-spans, kind="stable")[:STARTS]:
+        miss, message = _missed(orbit, at, spans, states, int(k))
+        best = min(best, miss)
+        if best <= allowed:
+            return Repetition(best, allowed)
+    return Repetition(best, allowed, message if best == np.inf else "")
+
+
+def middles(orbit):
+    """Return the middles (k,) of the intervals between events, forcing periods, and their durations."""
+    whole, unknowns = orbit._whole
+    times = unknowns.reshape(len(whole.nodes), -1)[:, 0]
+    spans = np.diff(np.append(times, times[0] + whole.span))
+    return times + 0.5 * spans, spans
+
+
+def _missed(orbit, at, spans, states, k: int) -> tuple[float, str]:
+    """Return the scaled miss of the motion from state ``k`` and what went wrong with it."""
+    period = orbit.forcing_period
+    begin = at[k] % 1.0
+    span = orbit._whole[0].span
+    length = {"duration": orbit.period} if orbit.autonomous else {"periods": orbit.periods}
+    try:
+        motion = simulate(orbit.system, states[k], t0=begin * period, **length)
+    except (Penetration, Inconsistent, ValueError) as error:
+        return np.inf, str(error)
+    if not motion.success:
+        return np.inf, motion.message
+    later = np.mod(at - at[k], span)
+    known = spans > 1e-6
+    known[k] = False
+    there = [motion((begin + late) * period) for late in later[known]]
+    found = np.array([*there, motion.final])
+    wanted = np.concatenate([states[known], states[k][None]])
+    return float((np.abs(found - wanted) / orbit.weights).max()), ""

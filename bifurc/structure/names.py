@@ -1,0 +1,49 @@
+"""Names of degrees of freedom: ``node.direction``, such as ``tip.uy``."""
+from collections.abc import Iterable, Sequence
+
+
+def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str, ...] | None:
+    """Return names of ``n`` degrees of freedom, from names or from pairs (node, direction); None stays None.
+
+    Raises
+    ------
+    ValueError
+        Wrong number, doubled names, names that are no text.
+    """
+    if dofs is None:
+        return None
+    made = []
+    for item in dofs:
+        name = item if isinstance(item, str) else ".".join(str(part) for part in item) if isinstance(item, tuple | list) else None
+        if not name:
+            raise ValueError(f"{owner}: dofs contain {item!r}; they must be names such as 'tip.uy', or pairs such as ('tip', 'uy')")
+        made.append(name)
+    if len(made) != n:
+        raise ValueError(f"{owner}: dofs has {len(made)} names; there are {n} degrees of freedom")
+    doubled = sorted({name for name in made if made.count(name) > 1}) if len(set(made)) < n else []
+    if doubled:
+        raise ValueError(f"{owner}: dofs names {', '.join(doubled[:5])} more than once")
+    return tuple(made)
+
+
+def place_of(dof: str | int, names: Sequence[str] | None, n: int, owner: str = "System") -> int:
+    """Return the number of a degree of freedom given by name or number.
+
+    Raises
+    ------
+    ValueError
+        When there is none of that name or number; similar names are told.
+    """
+    if isinstance(dof, str):
+        if names is None:
+            raise ValueError(f"{owner}: dof = {dof!r} is a name, and this system has no names; give them with dofs=[...]")
+        if dof in names:
+            return names.index(dof)
+        node = dof.split(".")[0]
+        near = [name for name in names if name.split(".")[0] == node] or list(names[:8])
+        raise ValueError(f"{owner}: there is no degree of freedom {dof!r}; there are {', '.join(near[:8])}"
+                         f"{' ...' if len(names) > len(near[:8]) else ''}")
+    place = int(dof)
+    if not 0 <= place < n:
+        raise ValueError(f"{owner}: dof = {dof!r} is not allowed; it must be 0 .. {n - 1}")
+    return place
