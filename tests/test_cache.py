@@ -18,13 +18,13 @@ def hashes(folder, *modules):
 @pytest.mark.parametrize("edited, changed", [
     ("flow/affine.py", (True, True, True)),  # everybody builds on the engine
     ("orbits/sequence.py", (False, True, False)),
-    ("basins/near.py", (False, False, True)),
+    ("ensemble/proximity.py", (False, False, True)),
     ("elements/kinds.py", (True, True, True)),  # its codes are frozen in kernels
     ("elements/stops.py", (False, False, False)),  # composed into numbers, never compiled
 ])
 def test_an_edit_changes_the_keys_of_those_that_see_it(tmp_path, edited, changed):
     shutil.copytree(_cache._PACKAGE, tmp_path / "bifurc", ignore=shutil.ignore_patterns("__pycache__"))
-    modules = ("bifurc.flow.simulate", "bifurc.orbits.find", "bifurc.basins.marcher")
+    modules = ("bifurc.flow.simulate", "bifurc.orbits.find", "bifurc.ensemble.marcher")
     before = hashes(tmp_path, *modules)
     with open(tmp_path / "bifurc" / edited, "a") as file:
         file.write("# edited\n")

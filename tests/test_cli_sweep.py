@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc import cli
-from bifurc.basins import sweeps
+from bifurc.basins.sweeps import attractor_sweep as sweeps
 
 STEM = "impact_oscillator_omega_sweep"
 

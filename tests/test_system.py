@@ -124,7 +124,7 @@ def test_records_of_unknown_classes_and_builders_are_refused():
     record["elements"][0]["class"] = "Magic"
     with pytest.raises(ValueError, match=r"element 'Magic'; hand its class over in .* Known: BaseMotion"):
         System.from_record(record)
-    with pytest.raises(ValueError, match="builder 'os_system'.*Known: bilinear_oscillator"):
+    with pytest.raises(ValueError, match="builder 'os_system'.*Known: belt_oscillator"):
         System.from_record({"builder": "os_system", "parameters": {}})
 
 
@@ -139,6 +139,7 @@ def test_laws_are_looked_up_by_name_and_never_imported():
 
 
 def test_a_builder_of_a_user():
+    assert systems.builder is builder and "builder" not in systems.__all__
     @builder
     def pendulum(*, length: float = 2.0, gap: float = 0.3, beads: int = 2) -> System:
         return System(length**2, 0.0, length, [RigidStop(gap)] * beads)

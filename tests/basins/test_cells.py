@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 import bifurc as bf
-from bifurc.basins.cellmap import Audit, CellFate, GroupKind
-from bifurc.basins.cells import cell_mapping
-from bifurc.basins.generalized import _sorted, components, period, solved, stationary, transition
-from bifurc.basins.simple import colour, cycles
+from bifurc.basins.cells.cell_map import Audit, CellFate, GroupKind
+from bifurc.basins.cells.compute import cell_mapping
+from bifurc.basins.cells.generalized import _sorted, components, period, solved, stationary, transition
+from bifurc.basins.cells.simple import colour, cycles
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 
@@ -88,7 +88,7 @@ def test_the_gambler_is_ruined_with_the_known_probability_and_in_the_known_time(
 def test_large_groups_are_iterated_to_the_same(monkeypatch):
     grid = bf.Grid(q0=(-2, 2, 101))
     direct = cell_mapping(bistable, grid, samples=5).absorption()
-    from bifurc.basins import generalized
+    from bifurc.basins.cells import generalized
     monkeypatch.setattr(generalized, "DIRECT", 0)
     again = cell_mapping(bistable, grid, samples=5).absorption()
     np.testing.assert_allclose(again.probability, direct.probability, rtol=0, atol=1e-11)
@@ -116,7 +116,7 @@ def test_stationary_weights_of_a_periodic_chain_solved_and_iterated(monkeypatch)
     np.testing.assert_allclose(stationary(matrix, cells), [0.5, 0.125, 0.375], rtol=1e-14)
     big = cell_mapping(lambda x: np.mod(x + 0.25, 1.0), bf.Grid(q0=(0, 1, 8), periodic=("q0",)), audit=0)
     assert [len(group.cells) for group in big.groups] == [4, 4] and {group.period for group in big.groups} == {4}
-    from bifurc.basins import generalized
+    from bifurc.basins.cells import generalized
     monkeypatch.setattr(generalized, "DIRECT", 2)
     np.testing.assert_allclose(stationary(matrix, cells), [0.5, 0.125, 0.375], rtol=1e-9)
 

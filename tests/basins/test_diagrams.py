@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins import diagrams
-from bifurc.basins.chunks import fingerprint
-from bifurc.basins.diagrams import RESTARTED
-from bifurc.basins.sections import groups, period_of
+from bifurc.basins.sweeps import diagram as diagrams
+from bifurc.basins.sweeps.diagram import RESTARTED
+from bifurc.basins.sweeps.sections import groups, period_of
+from bifurc.jobs.store import fingerprint
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 STORY = bf.systems.impact_oscillator()  # grazes at .696191 and 1.226914, flips at .710690, .824134, .923529, folds at 1.527621
@@ -88,7 +88,7 @@ def test_a_state_behind_a_stop_that_moved_in_starts_anew():
 
 @pytest.mark.parametrize(("change", "words"), [
     ({"directions": "left"}, "directions = .* is not allowed; it must be 'up', 'down', or both"),
-    ({"starts": [0.0]}, "starts has shape"),
+    ({"starts": [0.0]}, "starts = .* is not allowed"),
     ({"keep": 1}, "keep = 1 is not allowed"),
     ({"parameter": "mass"}, "mass"),
 ])

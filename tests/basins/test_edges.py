@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.edges import EdgeStatus, _Search
-from bifurc.basins.periodmap import PeriodMap
+from bifurc.basins.boundaries.search import EdgeStatus, Search
+from bifurc.ensemble.period_map import PeriodMap
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 
@@ -40,7 +40,7 @@ def test_the_multipliers_are_those_of_differences_of_the_map(edge):
 
 def test_the_motion_on_the_boundary_stays_between_the_two(edge, basins):
     """Just beside each point on either side along the unstable direction labels differ (points are within LOOSE of it)."""
-    search = _Search(basins, (0, 1))
+    search = Search(basins, (0, 1))
     found = edge.unstable_set(periods=3)
     assert {found.labels[0], found.labels[1]} == {(0,), (1,)}
     assert edge.gap < 1e-4 and edge.third == {} and edge.jumps == 0

@@ -4,8 +4,8 @@ import pytest
 
 import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
-from bifurc.basins.marcher import Marcher
 from bifurc.elements import Coulomb, HarmonicForce, Iwan, Jenkins, RigidStop
+from bifurc.ensemble.marcher import Marcher
 
 DRY = bf.systems.dry_friction_oscillator()
 JENKINS = bf.systems.jenkins_oscillator()
@@ -17,9 +17,9 @@ def forced(omega, *elements):
 
 
 SCENES = {
-    "sticks twice a period": (DRY, Kernel.LANES),
-    "load that vanishes": (bf.systems.dry_friction_oscillator(load_amplitude=1.3, load_phase=0.7), Kernel.LANES),
-    "friction and a stop": (forced(2.6, Coulomb(0.2), CHATTER_FREE), Kernel.LANES),
+    "sticks twice a period": (DRY, Kernel.BATCH),
+    "load that vanishes": (bf.systems.dry_friction_oscillator(load_amplitude=1.3, load_phase=0.7), Kernel.BATCH),
+    "friction and a stop": (forced(2.6, Coulomb(0.2), CHATTER_FREE), Kernel.BATCH),
     "one slider": (JENKINS, Kernel.SCALAR),
     "one slider, load that vanishes": (forced(0.8, Jenkins(1.0, 0.5, load_amplitude=1.4)), Kernel.SCALAR),
     "three sliders": (forced(0.8, Iwan((1.0, 0.5, 0.5), (0.3, 0.3, 0.6))), Kernel.SCALAR),
@@ -70,7 +70,7 @@ def test_memory_is_a_coordinate_of_a_cell_map():
 
 
 @pytest.mark.parametrize("friction", [Coulomb(0.1), Coulomb(0.1, belt_speed=0.2, friction_negative=0.15, static_ratio=1.2)])
-def test_rebounds_turn_friction_round_in_lanes(friction, rng, monkeypatch):
+def test_rebounds_turn_friction_round_in_a_batch(friction, rng, monkeypatch):
     """A stop on the row that slides: every rebound turns the friction; the simulation has only those that come to rest there."""
     left, carry = [], Marcher._carry
     monkeypatch.setattr(Marcher, "_carry", lambda self, i, *rest: (left.append(i), carry(self, i, *rest)))
@@ -78,7 +78,7 @@ def test_rebounds_turn_friction_round_in_lanes(friction, rng, monkeypatch):
     period_map = PeriodMap(system)
     X = np.column_stack((rng.uniform(-2.0, 0.19, 200), rng.uniform(-1.5, 1.5, 200)))
     images, once = period_map.apply(X, 3), period_map.apply(X, 1)
-    assert period_map.kernel == Kernel.LANES and len(left) <= 4
+    assert period_map.kernel == Kernel.BATCH and len(left) <= 4
     done = np.flatnonzero((images.outcomes == 0) & (once.outcomes == 0))
     assert len(done) >= 198
     impacts = 0

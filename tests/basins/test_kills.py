@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from bifurc import io
-from bifurc.basins.chunks import ChunkStore
-from bifurc.basins.executors import run_chunks
+from bifurc.jobs.executors import run_chunks
+from bifurc.jobs.store import ChunkStore
 from studies import kill
 from tests.basins.work import JOB, payloads, squares
 
@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 SLOW = {f"at{i}": {"wait": 0.05} for i in range(40)}
 DRIVER = """
 import sys
-from bifurc.basins.chunks import ChunkStore
-from bifurc.basins.executors import run_chunks
+from bifurc.jobs.store import ChunkStore
+from bifurc.jobs.executors import run_chunks
 from tests.basins.test_kills import SLOW
 from tests.basins.work import JOB, payloads, squares
 run_chunks(ChunkStore(sys.argv[1], JOB), squares, payloads(40, **SLOW), workers=2)
@@ -49,7 +49,7 @@ KILLED_WRITER = """
 import os, sys
 from pathlib import Path
 from bifurc import io
-from bifurc.basins.chunks import ChunkStore
+from bifurc.jobs.store import ChunkStore
 from tests.basins.work import JOB
 
 class Result:

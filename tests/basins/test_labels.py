@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.attractors import targets_of
-from bifurc.basins.marcher import Marcher
+from bifurc.basins.attractors.attractors import targets_of
 from bifurc.compose.scene import scene_of
+from bifurc.ensemble.marcher import Marcher
 
 from .second import SectionMap
 

@@ -8,8 +8,9 @@ import pytest
 
 import bifurc as bf
 from bifurc import io
-from bifurc.basins import labelling, mapping
-from bifurc.basins.noise import LADDER, ROUNDING, extrapolated, measure
+from bifurc.basins.maps import compute as mapping
+from bifurc.basins.maps import labelling
+from bifurc.basins.maps.label_noise import LADDER, ROUNDING, extrapolated, measure
 
 ARRAYS = ("labels", "states", "periods", "impacts")
 SYSTEM = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
@@ -46,7 +47,7 @@ def test_saved_and_loaded(basins, tmp_path):
 
 
 def test_an_interrupt_loses_no_finished_chunk(basins, tmp_path, monkeypatch):
-    file, work, sizes = tmp_path / "map.npz", mapping.label_part, []
+    file, work, sizes = tmp_path / "map.npz", labelling.label_part, []
     monkeypatch.setattr(labelling, "LEAN", 512)
 
     def interrupted(payload):
@@ -55,7 +56,7 @@ def test_an_interrupt_loses_no_finished_chunk(basins, tmp_path, monkeypatch):
         sizes.append(len(payload["starts"]))
         return work(payload)
 
-    monkeypatch.setattr(mapping, "label_part", interrupted)
+    monkeypatch.setattr(labelling, "label_part", interrupted)
     for _ in range(2):  # twice, the second time at once
         with pytest.raises(KeyboardInterrupt):
             bf.basins_of_attraction(SYSTEM, GRID, workers=1, file=file)
@@ -67,7 +68,7 @@ def test_an_interrupt_loses_no_finished_chunk(basins, tmp_path, monkeypatch):
         return work(payload)
 
     sizes.clear()
-    monkeypatch.setattr(mapping, "label_part", counted)
+    monkeypatch.setattr(labelling, "label_part", counted)
     monkeypatch.setattr(mapping._Work, "_noise", lambda self, cells: basins.noise)
     resumed = bf.basins_of_attraction(SYSTEM, GRID, workers=2, file=file)
     assert sum(sizes) == GRID.size - 3 * 512
@@ -88,7 +89,7 @@ def test_processes_and_any_chunk_size_change_no_bit(basins, monkeypatch):
 
 
 def test_a_chunk_that_fails_is_named_and_the_others_are_kept(basins, tmp_path, monkeypatch):
-    work = mapping.label_part
+    work = labelling.label_part
     monkeypatch.setattr(labelling, "LEAN", 512)
 
     def failing(payload):
@@ -97,7 +98,7 @@ def test_a_chunk_that_fails_is_named_and_the_others_are_kept(basins, tmp_path, m
         return work(payload)
 
     with monkeypatch.context() as patch:
-        patch.setattr(mapping, "label_part", failing)
+        patch.setattr(labelling, "label_part", failing)
         with pytest.raises(RuntimeError, match=r"1 of 6 chunks of starts failed; .* no luck"):
             bf.basins_of_attraction(SYSTEM, GRID, file=tmp_path / "map.npz")
     assert len(list((tmp_path / "map.npz.chunks").glob("*.npz"))) == 5
@@ -107,7 +108,7 @@ def test_a_chunk_that_fails_is_named_and_the_others_are_kept(basins, tmp_path, m
 def test_a_map_of_another_job_or_a_damaged_one_is_not_used(basins, tmp_path):
     chunks = tmp_path / "map.npz.chunks"
     chunks.mkdir()
-    io.write(chunks / "0.npz", {"kind": "chunk", "key": "other"}, {"labels": np.zeros(3)})
+    io.write(chunks / f"{'0' * 32}.npz", {"kind": "chunk", "key": "other"}, {"labels": np.zeros(3)})
     (tmp_path / "map.npz").write_bytes(b"PK\x03\x04 cut short")
     same(basins, bf.basins_of_attraction(SYSTEM, GRID, file=tmp_path / "map.npz"))
     assert [path.name for path in tmp_path.iterdir()] == ["map.npz"]

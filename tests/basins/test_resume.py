@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.executors import SerialExecutor
+from bifurc.jobs.executors import SerialExecutor
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 GRID = bf.Grid(q0=(-2.5, 0.0, 200), v0=(-3.0, 3.0, 200))

@@ -4,10 +4,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 import bifurc as bf
-from bifurc.basins.attractors import section_points
-from bifurc.basins.periodmap import PeriodMap
-from bifurc.basins.reversal import Backwards, reversed_system
+from bifurc.basins.attractors.attractors import section_points
+from bifurc.basins.boundaries.time_reversal import Backwards, reversed_system
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, LinearSpring, RigidStop
+from bifurc.ensemble.period_map import PeriodMap
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 DUFFING = bf.systems.duffing_oscillator(zeta=0.075, omega=1.0, amplitude=0.3, alpha=-1.0, beta=1.0)

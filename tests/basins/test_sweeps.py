@@ -3,13 +3,13 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins import sweeps
-from bifurc.basins.attractors import same
-from bifurc.basins.chunks import ChunkStore, fingerprint
-from bifurc.basins.executors import SerialExecutor
-from bifurc.basins.following import Links, follow
-from bifurc.basins.region import Region
+from bifurc.basins.attractors.attractors import same
+from bifurc.basins.attractors.matching import Links, follow
+from bifurc.basins.sweeps import attractor_sweep as sweeps
 from bifurc.compose.scene import scene_of
+from bifurc.ensemble.region import Region
+from bifurc.jobs.executors import SerialExecutor
+from bifurc.jobs.store import ChunkStore, fingerprint
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 REGION = {"q0": (-2.5, 0.0), "v0": (-3.0, 3.0)}

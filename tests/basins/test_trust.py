@@ -6,10 +6,11 @@ import pytest
 from scipy.stats import linregress
 
 import bifurc as bf
-from bifurc.basins.basinmap import CellState
-from bifurc.basins.entropy import basin_entropy
-from bifurc.basins.trust import TrustKind, fraction_errors
-from bifurc.basins.uncertainty import fitted, uncertainty_exponent
+from bifurc.basins.maps.basin_map import CellState
+from bifurc.basins.maps.entropy import basin_entropy
+from bifurc.basins.maps.reliability import TrustKind, fraction_errors, trust
+from bifurc.basins.maps.uncertainty_exponent import fitted, uncertainty_exponent
+from bifurc.ensemble.outcomes import DIVERGED, REACHED, UNSETTLED
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 B = bf.systems.impact_oscillator(zeta=0.05, omega=4.25, amplitude=1.0, gap=0.1, restitution=0.8)
@@ -75,7 +76,8 @@ def cantor(points):
 
 @pytest.mark.parametrize(("law", "exponent", "low"), [(smooth, 1.0, 1e-3), (cantor, 1 - np.log(2) / np.log(3), 1e-5)])
 def test_uncertainty_exponents_that_are_known(law, exponent, low):
-    basins = SimpleNamespace(grid=bf.Grid(q0=(-1, 1, 4), v0=(-1, 1, 4)), attractors=(1, 2), labeller=lambda workers: law, system=A)
+    basins = SimpleNamespace(grid=bf.Grid(q0=(-1, 1, 4), v0=(-1, 1, 4)), attractors=(1, 2), system=A,
+                             labeller=lambda workers, executor: law)
     found = uncertainty_exponent(basins, low, 3e-2, rungs=8, samples=40000, seed=3)
     assert abs(found.exponent - exponent) <= 3.0 * found.error and found.error < 0.04
     assert found.boundary_dimension == 2 - found.exponent
@@ -123,12 +125,27 @@ def test_the_map_says_what_it_promises(problem_a, problem_b):
     assert "No single label is promised" in problem_b.report() and "Fractions hold: 0.44" in problem_b.report()
     assert "Every label can be trusted" in problem_a.report() and "boundary entropy 0.5016" in problem_a.report()
     few = SimpleNamespace(starts=np.ones((10, 10), bool), labels=np.zeros((10, 10), int), label_uncertainty=7e-4,
-                          fractions={0: 1.0}, noise=SimpleNamespace(exponent=0.5, size=5e-16))
-    from bifurc.basins.trust import trust
+                          states=np.zeros((10, 10), int), fractions={0: 1.0}, noise=SimpleNamespace(exponent=0.5, size=5e-16))
     assert trust(few).kind is TrustKind.CELLS
     few.starts = np.ones((100, 100), bool)
-    few.labels = np.zeros((100, 100), int)
+    few.labels, few.states = np.zeros((100, 100), int), np.zeros((100, 100), int)
     assert trust(few).kind is TrustKind.MOST_CELLS and "about 7 of 10000" in trust(few).statement
+
+
+def test_starts_without_a_label_are_no_certainty():
+    """63 % of unresolved starts, some, or no start at all: nothing says that every label can be trusted."""
+    made = SimpleNamespace(starts=np.ones((10, 100), bool), labels=np.zeros((10, 100), int), label_uncertainty=0.0,
+                           states=np.full((10, 100), REACHED), fractions={0: 0.37, -1: 0.63},
+                           noise=SimpleNamespace(exponent=1.0, size=5e-16))
+    made.labels.ravel()[:630], made.states.ravel()[:630] = -1, UNSETTLED
+    assert trust(made).kind is TrustKind.UNRESOLVED and trust(made).unresolved == 630
+    assert "630 of 1000 starts (63 %) have no label" in trust(made).statement and "Every" not in trust(made).statement
+    made.labels.ravel()[2:630], made.states.ravel()[2:630] = 0, REACHED
+    assert trust(made).kind is TrustKind.CELLS and "2 of 1000 starts (0.2 %) have no label" in trust(made).statement
+    made.states.ravel()[:2] = DIVERGED  # infinity is where a start leads
+    assert trust(made).unresolved == 0 and "no label" not in trust(made).statement
+    made.starts[:] = False
+    assert trust(made).kind is TrustKind.NO_STARTS and "Every" not in trust(made).statement
 
 
 def test_errors_of_fractions_hold_the_fractions_of_finer_grids(problem_a, problem_b):

@@ -79,7 +79,7 @@ def test_bad_arguments():
             ("unknown parameter 'q'", {"parameter": "q"})):
         with pytest.raises(ValueError, match=words):
             trace(start, **arguments)
-    with pytest.raises(TypeError, match="PeriodicOrbit or a Problem"):
+    with pytest.raises(TypeError, match="an Equilibrium or a Problem"):
         trace(3, bounds=(0, 1))
     with pytest.raises(TypeError, match="stop must be callable"):
         trace(start, stop=3)

@@ -6,6 +6,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.continuation import Monitor, Problem, SpecialPointKind, StopReason, trace, trace_curve
+from bifurc.continuation.conditions import difference
 
 
 class Cusp(Problem):
@@ -219,3 +220,15 @@ def test_curves_of_impact_orbits_keep_their_multiplier(impacts, kind, multiplier
     other = curve.orbits[len(curve) // 2]
     branch = bf.trace(other, "omega", bounds=(other.parameters["omega"] - 0.02, other.parameters["omega"] + 0.02))
     assert min(abs(p.parameter - other.parameters["omega"]) for p in branch.special_points.of(kind)) < 1e-9
+
+
+def test_differences_at_the_end_of_a_range_are_one_sided():
+    """sin at 0 where negative arguments are refused: its derivative is 1; what always refuses raises."""
+    def refused(x):
+        if x[0] < 0.0:
+            raise ValueError("negative")
+        return np.sin(x[0]) * np.ones(2)
+
+    np.testing.assert_allclose(difference(refused, np.array([0.0, 2.0]), 0, 1e-3), np.ones(2), rtol=0, atol=1e-11)
+    with pytest.raises(ValueError, match="negative"):
+        difference(refused, np.array([-1.0, 2.0]), 0, 1e-3)

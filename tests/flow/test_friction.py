@@ -213,7 +213,9 @@ def test_an_impact_turns_sliding_round():
     rest = 1.5 - hit
     expected = [f + (gap - f) * np.cos(rest) - r * speed * np.sin(rest), -(gap - f) * np.sin(rest) - r * speed * np.cos(rest)]
     np.testing.assert_allclose(motion.final, expected, rtol=0, atol=1e-13)
-    assert [event.element for event in motion.events] == ["rigid_stop", "coulomb"]
+    (event,) = motion.events  # the friction turns in the instant of the impact
+    assert event.element == "rigid_stop"
+    assert event.mode_before == ("slip+", "free") and event.mode_after == ("slip-", "free")
 
 
 def test_rest_on_a_stop_with_friction_ends_where_the_load_exceeds_it():
@@ -225,11 +227,12 @@ def test_rest_on_a_stop_with_friction_ends_where_the_load_exceeds_it():
         kinds = [event.kind for event in motion.events]
         assert motion.success and len(kinds) < 100
         rest = kinds.index("chatter")
-        assert kinds[rest + 1:rest + 4] == ["release", "stick", "slip"]  # first off the stop, still stuck
-        times = [event.time for event in motion.events[rest + 1:rest + 4]]
+        assert kinds[rest + 1:rest + 3] == ["release", "slip"]
+        assert "stick" in motion.events[rest + 1].mode_after  # first off the stop, still stuck
+        times = [event.time for event in motion.events[rest + 1:rest + 3]]
         leaves = np.arccos(0.1) / 2.0 + np.pi
-        assert times[0] == times[1] < times[2] and abs(times[2] - leaves) <= 1e-14 * leaves
-        np.testing.assert_allclose(motion.events[rest + 3].after, [0.2, 0.0], rtol=0, atol=1e-15)
+        assert times[0] < times[1] and abs(times[1] - leaves) <= 1e-14 * leaves
+        np.testing.assert_allclose(motion.events[rest + 2].after, [0.2, 0.0], rtol=0, atol=1e-15)
         after = bf.simulate(system, [0.2, 0.0], t0=leaves, duration=3.0 * np.pi - leaves).final
         np.testing.assert_allclose(motion.final, after, rtol=0, atol=1e-12)
         np.testing.assert_allclose(motion.final, [-1.162259, 0.661421], rtol=0, atol=2e-5)  # time stepping of Moreau, h = 2e-5

@@ -7,9 +7,9 @@ from bifurc import HarmonicBalance, System
 from bifurc.elements import BaseMotion, CubicSpring, ElasticStop, HarmonicForce, Jenkins, LinearSpring
 from bifurc.elements.driven import Driven
 from bifurc.hbm.balance import Balance
-from bifurc.hbm.condense import Condensed
+from bifurc.hbm.condensation.condensed import Condensed
+from bifurc.hbm.condensation.receptance import FACTORS, MODES, POLES
 from bifurc.hbm.layout import Layout, listed
-from bifurc.hbm.receptance import FACTORS, MODES, POLES
 from bifurc.hbm.status import BalanceStatus, MarchStatus
 from bifurc.orbits.balance import relative_residual
 

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 
 from bifurc.hbm.layout import Layout
-from bifurc.hbm.setvalued import solve
-from bifurc.hbm.setvalued_parts import Balance, Contact, Linear, SetValuedStatus
-from bifurc.hbm.setvalued_pattern import derivative_matrix, evaluate, pattern, roots
-from bifurc.hbm.setvalued_splitting import split
+from bifurc.hbm.setvalued.douglas_rachford import split
+from bifurc.hbm.setvalued.equations import Balance, Contact, Linear, SetValuedStatus
+from bifurc.hbm.setvalued.sign_pattern import derivative_matrix, evaluate, pattern, roots
+from bifurc.hbm.setvalued.solution import solve
 from tests.reference.coulomb import SlipOnly
 from tests.reference.fourier_friction import SteadyFriction
 

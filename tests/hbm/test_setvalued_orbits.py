@@ -132,8 +132,8 @@ def chain(n, omega=0.7):
 
 def test_condensed_to_the_touched_coordinates():
     """Three masses, one contact: the condensed solution solves the whole balance."""
-    from bifurc.hbm.setvalued import solve
-    from bifurc.hbm.setvalued_system import contacts_of, rest_of
+    from bifurc.hbm.setvalued.solution import solve
+    from bifurc.hbm.setvalued.system_contacts import contacts_of, rest_of
 
     orbit = bf.find_orbit(chain(3), method=HarmonicBalance(15))
     assert orbit.success and orbit.how["condensed to coordinates"] == [0]

@@ -4,8 +4,8 @@ import pytest
 from scipy.linalg import expm
 
 import bifurc as bf
-from bifurc.hbm.hill import Hill, hill_multipliers
-from bifurc.hbm.stability import StabilityStatus, multipliers_of
+from bifurc.hbm.floquet.hill import Hill, hill_multipliers
+from bifurc.hbm.floquet.stability import StabilityStatus, multipliers_of
 from tests.hbm.test_examples import duffing, unilateral
 
 

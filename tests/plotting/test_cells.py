@@ -70,6 +70,24 @@ def test_a_basin_map_shows_stop_saddle_and_promise(basins):
     assert ax.figure.get_supxlabel().startswith("Every label can be trusted")
 
 
+@pytest.mark.parametrize("size", [(3.2, 2.6), (4.2, 3.3), (7.0, 5.0)])
+def test_the_legend_of_a_basin_map_keeps_clear_of_the_axis(basins, size):
+    figure, ax = plt.subplots(figsize=size, layout="constrained")
+    basins.plot(ax)
+    figure.canvas.draw()
+    legend, label = ax.get_legend().get_window_extent(), ax.xaxis.label.get_window_extent()
+    assert legend.y1 <= label.y0 + 1.0
+    assert legend.x1 <= figure.bbox.x1 + 1.0 and legend.y0 >= -1.0
+    plt.close(figure)
+
+
+def test_a_sweep_tells_motions_of_one_period_by_their_impacts():
+    found = bf.sweep(bf.systems.impact_oscillator(), "omega", [1.35, 1.4, 1.45], {"q0": (-3, 1), "v0": (-4, 4)}, samples=60)
+    above, below = found.plot()
+    assert {text.get_text() for text in below.get_legend().get_texts()} == {"period 1, no impact", "period 1, 1 impact"}
+    plt.close(below.figure)
+
+
 @pytest.mark.parametrize("field", ["periods", "impacts", "speeds"])
 def test_records_of_a_basin_map(basins, field):
     ax = basins.plot(field=field)

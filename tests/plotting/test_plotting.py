@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bifurc import plotting
-from bifurc.elements import ElasticStop, HarmonicForce, RigidStop
+from bifurc.elements import CubicSpring, ElasticStop, HarmonicForce, RigidStop
 from bifurc.plotting import style
 from tests.plotting import fakes
 
@@ -49,6 +49,17 @@ def test_the_legend_says_what_happens_at_the_events(ax, kind, word):
     assert f"{word}, stable" in {text.get_text() for text in ax.get_legend().get_texts()}
 
 
+@pytest.mark.parametrize(("elements", "words"), [((HarmonicForce(1.0), CubicSpring(0.1)), {"stable"}),
+                                                 ((HarmonicForce(1.0), RigidStop(1.0, 0.7)), {"free, stable"})])
+def test_motions_without_events_are_called_free_only_where_something_can_happen(ax, elements, words):
+    x = np.linspace(0.5, 0.9, 9)
+    branch = fakes.FakeBranch({"s": x, "omega": x, "rms_0": x**2, "stable": np.ones(9, bool), "n_events": np.zeros(9, int)}, [])
+    for orbit in branch.orbits:
+        orbit.system = SimpleNamespace(elements=elements)
+    plotting.plot_branch(branch, ax)
+    assert {text.get_text() for text in ax.get_legend().get_texts()} == words
+
+
 def test_every_part_of_the_branch_is_drawn_once():
     branch = fakes.branch()
     s, x, y = (branch.columns[name] for name in ("s", "omega", "rms_0"))
@@ -60,11 +71,11 @@ def test_every_part_of_the_branch_is_drawn_once():
 
 
 def test_lines_are_smooth_but_keep_their_corners(ax):
-    """A half circle of twelve rows, then a straight line: errors below a pixel, a sharp corner where contact begins."""
-    angle = np.append(np.linspace(0, np.pi, 12), np.pi + np.array([0.5, 1.0]))
+    """A half circle of 13 rows, its top among them, then a straight line: errors below a pixel, a corner where contact begins."""
+    angle = np.append(np.linspace(0, np.pi, 13), np.pi + np.array([0.5, 1.0]))
     x, y = np.cos(angle), np.sin(angle)
     x[-2:], y[-2:] = [-0.5, 0.0], [0.0, 0.0]
-    columns = {"s": angle, "p": x, "u_0": y, "stable": np.ones(14), "n_events": np.array([0] * 12 + [1] * 2)}
+    columns = {"s": angle, "p": x, "u_0": y, "stable": np.ones(15), "n_events": np.array([0] * 13 + [1] * 2)}
     point = SimpleNamespace(kind="grazing", parameter=-1.0, s=np.pi, measures={"u_0": 0.0})
     plotting.plot_branch(fakes.FakeBranch(columns, [point], "p"), ax)
     circle, line = drawn(ax, "free, stable"), drawn(ax, "impacting, stable")
@@ -72,6 +83,51 @@ def test_lines_are_smooth_but_keep_their_corners(ax):
     assert len(circle) > 80
     np.testing.assert_allclose(line[:, 1], 0.0, atol=1e-12)
     assert line[0, 0] == -1.0
+
+
+def test_no_line_leaves_the_range_of_its_data(ax, rng):
+    """Rows beside a fast change: between two of them nothing is drawn that lies beyond both."""
+    s = np.cumsum(rng.uniform(1e-4, 1.0, 40))
+    y = np.where(np.arange(40) < 20, 0.1, 5.0) + 1e-3 * rng.standard_normal(40)
+    x = np.cumsum(rng.standard_normal(40))
+    columns = {"s": s, "p": x, "u_0": y, "stable": np.ones(40)}
+    plotting.plot_branch(fakes.FakeBranch(columns, [], "p"), ax)
+    line = drawn(ax, "stable")
+    assert len(line) == 39 * 8 + 1
+    for values, seen in ((x, line[:, 0]), (y, line[:, 1])):
+        ends = np.stack([values[:-1], values[1:]])
+        inner = seen[:-1].reshape(39, 8)
+        assert np.all(inner >= ends.min(axis=0)[:, None]) and np.all(inner <= ends.max(axis=0)[:, None])
+        assert seen.min() == values.min() and seen.max() == values.max()
+
+
+def test_unstable_motions_are_seen_where_stable_ones_cover_them(ax):
+    """The same values, one branch unstable, the other stable: neither hides the other, in any order."""
+    s = np.linspace(0.0, 1.0, 30)
+    for stable in (np.zeros(30), np.ones(30)):
+        plotting.plot_branch(fakes.FakeBranch({"s": s, "p": s, "u_0": s, "stable": stable}, [], "p"), ax)
+    dashed, full = ax.get_lines()
+    assert dashed.get_zorder() > full.get_zorder() and dashed.get_linewidth() < full.get_linewidth()
+    assert dashed.get_path_effects() and not full.get_path_effects()
+
+
+def test_curves_of_one_kind_share_a_colour(ax):
+    for kind, shift in (("fold", 0.0), ("grazing", 1.0), ("fold", 2.0)):
+        values = {"s": np.arange(5.0), "a": np.arange(5.0), "b": np.arange(5.0) + shift}
+        plotting.plot_curve(SimpleNamespace(parameters=("a", "b"), kind=kind, special_points=(), column=values.__getitem__), ax)
+    first, other, again = ax.get_lines()
+    assert first.get_color() == again.get_color() != other.get_color()
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["fold", "grazing"]
+
+
+@pytest.mark.parametrize(("kinds", "element", "words"), [
+    ((), RigidStop(1.0, 0.5), "no impact"), (("impact",), RigidStop(1.0, 0.5), "1 impact"),
+    ((), ElasticStop(1.0, 2.0), "no contact"), (("contact", "separation") * 2, ElasticStop(1.0, 2.0), "2 contacts"),
+    (("impact", "contact"), RigidStop(1.0, 0.5), "1 impact, 1 contact"), ((), HarmonicForce(1.0), "no impact")])
+def test_words_for_a_motion_name_what_it_touches(kinds, element, words):
+    events = [SimpleNamespace(kind=kind) for kind in kinds]
+    motion = SimpleNamespace(periods=2, events=events, system=SimpleNamespace(elements=(element,)))
+    assert plotting.motions.describe(motion) == f"period 2, {words}"
 
 
 def test_one_legend_entry_a_label_for_several_branches(ax):
@@ -159,6 +215,18 @@ def test_basins_show_every_cell_attractors_and_fractions(ax):
     assert "predicted label noise" in ax.get_title(loc="right")
 
 
+@pytest.mark.parametrize(("height", "columns"), [(2.6, 1), (6.0, 1), (4.0, 2)])
+def test_the_legend_of_a_map_is_clear_of_the_label_of_its_axis_and_within_the_picture(height, columns):
+    figure, axes = plotting.figure(6.8, height, columns=columns)
+    ax = axes[-1]
+    plotting.plot_basins(fakes.basins(), ax)
+    figure.draw_without_rendering()
+    label, legend = ax.xaxis.label.get_window_extent(), ax.get_legend().get_window_extent()
+    assert legend.y1 <= label.y0 and legend.y0 >= 0.0 and legend.x1 <= figure.bbox.width
+    title = ax._right_title.get_window_extent()
+    assert title.x0 >= (0.5 * figure.bbox.width if columns == 2 else 0.0)
+
+
 def test_section_points_of_a_longer_period():
     orbit = fakes.FakeOrbit()
     twice = SimpleNamespace(periods=2, period=2 * orbit.period, events=orbit.events * 2,
@@ -166,6 +234,16 @@ def test_section_points_of_a_longer_period():
                                               orbit.at(np.linspace(0, 2 * orbit.period, n) % orbit.period)))
     np.testing.assert_allclose(plotting.basins.section_points(twice), [orbit.state, orbit.state], atol=1e-12)
     assert plotting.basins.describe(twice) == "period 2, 2 impacts"
+    elastic = SimpleNamespace(periods=1, events=[SimpleNamespace(kind=kind) for kind in ("contact", "separation")])
+    assert plotting.basins.describe(elastic) == "period 1, 1 contact"
+
+
+def test_words_above_an_orbit_do_not_overlap():
+    figure, axes = plotting.figure(6.0, 3.0, columns=2)
+    plotting.plot_orbit(fakes.FakeOrbit(), axes)
+    figure.draw_without_rendering()
+    assert not axes[1].get_title(loc="right")
+    assert axes[1].get_legend().get_title().get_text() == "period 1, 1 impact, stable"
 
 
 def test_chaotic_attractors_and_empty_maps(ax, rng):

@@ -35,31 +35,31 @@ def pieces(zeta, omega, force, gap, ratio):
     return apart, apart.with_(stiffness=ratio, constant=(ratio - 1) * gap)
 
 
-def equations(zeta, omega, force, gap, ratio, unknowns):
+def equations(zeta, omega, force, gap, ratio, unknowns, periods=1):
     """Residuals of the closed orbit with k contacts; unknowns (entry, its speed, exit, its speed) for each, in order."""
     apart, contact = pieces(zeta, omega, force, gap, ratio)
     gap, rows = number(gap), []
     for i in range(0, len(unknowns), 4):
         t0, v0, t1, v1 = unknowns[i:i + 4]
         last = i + 4 == len(unknowns)
-        after, speed = (unknowns[0] + apart.period, unknowns[1]) if last else (unknowns[i + 4], unknowns[i + 5])
+        after, speed = (unknowns[0] + periods * apart.period, unknowns[1]) if last else (unknowns[i + 4], unknowns[i + 5])
         x, v = contact.flow(t0, gap, v0, t1)
         y, w = apart.flow(t1, gap, v1, after)
         rows += [x - gap, v - v1, y - gap, w - speed]
     return tuple(rows)
 
 
-def monodromy(zeta, omega, force, gap, ratio, unknowns):
-    """Trace and determinant of the map over one period."""
+def monodromy(zeta, omega, force, gap, ratio, unknowns, periods=1):
+    """Trace and determinant of the map over the period of the orbit."""
     apart, contact = pieces(zeta, omega, force, gap, ratio)
     m = mp.eye(2)
     for i in range(0, len(unknowns), 4):
         t0, t1 = unknowns[i], unknowns[i + 2]
-        after = unknowns[0] + apart.period if i + 4 == len(unknowns) else unknowns[i + 4]
+        after = unknowns[0] + periods * apart.period if i + 4 == len(unknowns) else unknowns[i + 4]
         for motion, span in ((contact, t1 - t0), (apart, after - t1)):
             e11, e12, e21, e22 = motion.homogeneous(span)
             m = matrix([[e11, e12], [e21, e22]]) * m
-    return m[0, 0] + m[1, 1], mp.exp(-2 * apart.zeta * apart.period)
+    return m[0, 0] + m[1, 1], mp.exp(-2 * apart.zeta * periods * apart.period)
 
 
 def orbit(zeta, omega, force, gap, ratio, guess):
@@ -75,13 +75,13 @@ def orbit(zeta, omega, force, gap, ratio, guess):
     return ContactOrbit(*u, roots_of(trace, det), trace, det, bool(good), number(gap) - top)
 
 
-def special_point(kind, zeta, force, gap, ratio, guess):
+def special_point(kind, zeta, force, gap, ratio, guess, periods=1):
     """Fold ('fold') or flip ('period_doubling') in omega; guess = (omega, then entry, speed, exit, speed of each contact)."""
     sign = {"fold": -1, "period_doubling": 1}[kind]
 
     def system(w, *u):
-        trace, det = monodromy(zeta, w, force, gap, ratio, u)
-        return *equations(zeta, w, force, gap, ratio, u), 1 + sign * trace + det
+        trace, det = monodromy(zeta, w, force, gap, ratio, u, periods)
+        return *equations(zeta, w, force, gap, ratio, u, periods), 1 + sign * trace + det
 
     solution = mp.findroot(system, [number(g) for g in guess], tol=mpf(10) ** (-2 * mp.dps + 14), maxsteps=40)
     return solution[0], [solution[i] for i in range(1, len(guess))]

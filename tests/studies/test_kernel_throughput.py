@@ -1,4 +1,4 @@
-"""Accuracy of the lanes against 34 digits, agreement of all kernels, and what the peer's rates become."""
+"""Accuracy of the batch against 34 digits, agreement of all kernels, and what the peer's rates become."""
 import dataclasses
 import json
 import sys
@@ -18,14 +18,14 @@ def result():
 
 def test_accuracy(result):
     """One period: 1e-14 in the median, 1e-13 at most; ten periods, with grown differences: 1e-12."""
-    one, ten = result.errors["lanes, 1 period"], result.errors["lanes, 10 periods"]
+    one, ten = result.errors["batch, 1 period"], result.errors["batch, 10 periods"]
     assert np.median(one) <= 1e-14 and one.max() <= 1e-13
     assert ten.max() <= 1e-12
 
 
 def test_the_smooth_kernels_err_as_they_are_known_to(result):
     """100 classical steps leave 1.3e-5 in the median; the steps of order 8 were chosen for 1e-9 of the region."""
-    four, eight = (found for name, found in result.errors.items() if "lanes" not in name)
+    four, eight = (found for name, found in result.errors.items() if "batch" not in name)
     assert 5e-6 <= np.median(four) <= 3e-5
     assert np.quantile(eight, 0.99) <= 3e-8
 
@@ -54,4 +54,4 @@ def test_peer_is_optional(result, tmp_path):
     found = study.limit_of(str(script), sys.executable)
     assert found == {"impact_f64": 12.5, "duffing_f64": 8.0}
     measured = dataclasses.replace(result, limits={name: [value] for name, value in found.items()})
-    assert measured.share("lanes") == measured.rate("lanes") / 12.5 and "C: impacts" in study.report(measured)
+    assert measured.share("batch") == measured.rate("batch") / 12.5 and "C: impacts" in study.report(measured)

@@ -7,6 +7,8 @@ import pytest
 from bifurc import systems
 from bifurc.compose import scene_of
 
+# read by another law of the belt, and with a casing: not by the defaults
+UNREAD = {"belt_oscillator": ("decay_speed", "falling", "rising"), "rotating_frame_rotor": ("casing_damping", "casing_stiffness")}
 ALL = [getattr(systems, name) for name in systems.__all__]
 
 
@@ -37,7 +39,7 @@ def test_builders_have_keywords_with_defaults_that_can_vary(build):
     assert list(system.parameters) == list(inspect.signature(build).parameters)
     assert repr(system).startswith(build.__name__ + "(")
     for name, value in system.parameters.items():
-        if type(value) is float:
+        if type(value) is float and value and name not in UNREAD.get(build.__name__, ()):
             changed = system.with_parameters(**{name: 0.9 * value})
             assert changed.parameters[name] == 0.9 * value
             assert changed.structure == system.structure

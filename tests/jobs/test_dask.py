@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.chunks import ChunkStore, fingerprint
-from bifurc.basins.executors import run_chunks
+from bifurc.jobs.executors import run_chunks
+from bifurc.jobs.store import ChunkStore, fingerprint
 from tests.basins.work import JOB, hardening, payloads, squares
 
 distributed = pytest.importorskip("dask.distributed")

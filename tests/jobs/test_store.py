@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bifurc.basins.chunks import MANIFEST, ChunkStore, code_hash, fingerprint
-from bifurc.basins.executors import SerialExecutor, check_executor, run_chunks
+from bifurc.jobs.executors import SerialExecutor, check_executor, run_chunks
+from bifurc.jobs.store import MANIFEST, ChunkStore, code_hash, fingerprint
 from tests.basins.work import JOB, payloads, squares
 
 
@@ -178,8 +178,8 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_work(tmp_path):
 
 FULL = """
 import resource, signal, sys
-from bifurc.basins.chunks import ChunkStore
-from bifurc.basins.executors import run_chunks
+from bifurc.jobs.store import ChunkStore
+from bifurc.jobs.executors import run_chunks
 from tests.basins.work import JOB, payloads, squares
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 store = ChunkStore(sys.argv[1], JOB)

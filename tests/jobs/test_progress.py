@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from bifurc.progress import Progress
+from bifurc.jobs.progress import Progress
 
 
 class Screen(io.StringIO):

@@ -4,17 +4,26 @@ import pytest
 from mpmath import mp
 
 import bifurc as bf
-from bifurc.basins import Kernel, PeriodMap, lanes, lanesmodes, lanessmooth
-from bifurc.basins.lanesmethods import Method
-from bifurc.basins.states import CellState
+from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
+from bifurc.ensemble.batch import packing, several_modes, smooth
+from bifurc.ensemble.batch.runge_kutta import Method
+from bifurc.ensemble.outcomes import CellState
+from tests.basins.second import SectionMap
 from tests.reference.oscillator import Oscillator, first_arrival
-
-from .second import SectionMap
 
 A = {"zeta": 0.02, "omega": 2.6, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
 DUFFING = {"zeta": 0.075, "omega": 1.0, "amplitude": 0.3, "alpha": -1.0, "beta": 1.0}
 FORCE = bf.elements.HarmonicForce(1.0)
+
+
+def chain(n, *elements, omega=1.3):
+    """A chain of masses with coupled inertia, forced at its first."""
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    M = np.eye(n) + 0.1 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    return bf.System(M, 0.05 * K + 0.02 * np.eye(n), K, [bf.elements.HarmonicForce(1.0, dof=0), *elements], omega=omega)
+
+
 SCENES = {
     "one stop": (bf.systems.impact_oscillator(**A), (-2.5, -3.0), (0.0, 3.0)),
     "slow load, rest on the stop": (bf.systems.impact_oscillator(zeta=0.05, omega=0.3, amplitude=1.0, gap=0.1, restitution=0.6),
@@ -32,21 +41,28 @@ SCENES = {
                                             omega=0.8), (-2.0, -2.0), (2.0, 2.0)),
     "friction and an elastic stop": (bf.System(1.0, 0.04, 1.0, [FORCE, bf.elements.Coulomb(0.2), bf.elements.ElasticStop(0.5, 6.0)],
                                                omega=1.3), (-2.0, -2.0), (2.0, 2.0)),
+    "two masses, one hits, one rubs": (chain(2, bf.elements.RigidStop(0.6, 0.7), bf.elements.Coulomb(0.15, dof=1)),
+                                       (-1.0, -1.0, -1.5, -1.5), (0.6, 1.0, 1.5, 1.5)),
+    "a slider and an elastic stop": (chain(2, bf.elements.ElasticStop(0.5, 6.0), bf.elements.Coulomb(0.1, dof=1)),
+                                     (-1.0, -1.0, -1.5, -1.5), (1.0, 1.0, 1.5, 1.5)),
+    "a stop between two masses": (chain(2, bf.elements.RigidStop(0.4, 0.6, row=(-1.0, 1.0)), omega=0.9),
+                                  (-0.5, -0.5, -1.0, -1.0), (0.0, -0.1, 1.0, 1.0)),
+    "three masses": (chain(3, bf.elements.RigidStop(0.8, 0.7, dof=2)), (-0.8,) * 3 + (-1.0,) * 3, (0.8,) * 3 + (1.0,) * 3),
     "smooth": (bf.systems.duffing_oscillator(**DUFFING), (-2.2, -2.2), (2.2, 2.2)),
 }
 
 
 def carried(system, X, periods, home=None):
-    """Carry starts by the written module itself, with another mode for the lap if wished; all must have a clear start."""
+    """Carry starts by the written module itself, with another mode for the batch step if wished; all must have a clear start."""
     scene = scene_of(system)
-    kind = lanes.kind_of(scene)
-    numbers = lanes.numbers_of(scene.tables, kind)
+    kind = packing.kind_of(scene)
+    numbers = packing.numbers_of(scene.tables, kind)
     if home is not None:
         numbers = numbers._replace(home=home)
     Y, codes, impacts, speeds = X.copy(), np.full(len(X), 6), np.zeros(len(X), np.int64), np.full(len(X), np.inf)
     modes = PeriodMap(system)._marcher.begin(X)[1]
     kept = modes >= 0
-    lanes.module_of(kind).carry(*numbers, modes, Y, 2000, periods, codes, impacts, speeds)
+    packing.module_of(kind).carry(*numbers, modes, Y, 2000, periods, codes, impacts, speeds)
     return Y[kept], codes[kept], impacts[kept], speeds[kept]
 
 
@@ -125,11 +141,11 @@ def test_one_period_through_modes_errs_by_less_than_1e_13(name, rng):
 
 
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "smooth"])
-def test_the_lap_agrees_with_the_certified_march(name, rng):
-    """Without the lap every period is that of the certified march: same impacts, same states to rounding grown by the flow."""
+def test_the_batch_step_agrees_with_the_scalar_integrator(name, rng):
+    """Without it every period is that of the scalar integrator: same impacts, same states to rounding grown by the flow."""
     system, low, high = SCENES[name]
-    X = rng.uniform(low, high, (3000, 2))
-    fast, slow = carried(system, X, 1), carried(system, X, 1, home=lanesmodes.NONE)
+    X = rng.uniform(low, high, (3000, len(low)))
+    fast, slow = carried(system, X, 1), carried(system, X, 1, home=several_modes.NONE)
     np.testing.assert_array_equal(fast[1], slow[1])
     done = fast[1] == 0
     # a start that all but grazes has neighbours on both sides of the graze: rounding may count one touch more
@@ -142,10 +158,10 @@ def test_the_lap_agrees_with_the_certified_march(name, rng):
 @pytest.mark.parametrize("name", list(SCENES))
 def test_images_are_those_of_simulations(name, rng):
     system, low, high = SCENES[name]
-    X = rng.uniform(low, high, (24, 2))
+    X = rng.uniform(low, high, (24, len(low)))
     period_map = PeriodMap(system)
     images = period_map.apply(X, 2)
-    assert period_map.kernel == (Kernel.SMOOTH if name == "smooth" else Kernel.LANES)
+    assert period_map.kernel == (Kernel.SMOOTH if name == "smooth" else Kernel.BATCH)
     for start, end, code, impacts, least in zip(X, *images, strict=True):
         if code == CellState.OUTSIDE.code:
             continue
@@ -158,11 +174,11 @@ def test_images_are_those_of_simulations(name, rng):
 
 
 @pytest.mark.parametrize("name", ["one stop", "slow load, rest on the stop", "release by force",
-                                  "friction and an elastic stop", "smooth"])
+                                  "friction and an elastic stop", "two masses, one hits, one rubs", "smooth"])
 def test_the_image_of_a_start_does_not_depend_on_its_company(name, rng):
     """Bit by bit: any order, any number of starts at once, period by period or all together."""
     system, low, high = SCENES[name]
-    X = rng.uniform(low, high, (1500, 2))
+    X = rng.uniform(low, high, (1500, len(low)))
     period_map = PeriodMap(system)
     whole = period_map.apply(X, 3)
     order = rng.permutation(len(X))
@@ -233,11 +249,11 @@ def test_an_autonomous_system_has_no_map_over_periods():
 @pytest.mark.parametrize("method", list(Method))
 def test_methods_converge_at_their_order(method, rng):
     scene = scene_of(bf.systems.duffing_oscillator(**DUFFING))
-    kind, order = lanessmooth.kind_of(scene, method), {Method.RK4: 4, Method.RK8: 8}[method]
+    kind, order = smooth.kind_of(scene, method), {Method.RK4: 4, Method.RK8: 8}[method]
     X = rng.uniform(-1.5, 1.5, (200, 2))
-    exact = lanessmooth.images(scene.tables, lanessmooth.kind_of(scene, Method.RK8), 400, X)
+    exact = smooth.images(scene.tables, smooth.kind_of(scene, Method.RK8), 400, X)
     steps = np.array([56, 72, 96]) * (4 if method == Method.RK4 else 1)
-    errors = [np.median(np.abs(lanessmooth.images(scene.tables, kind, int(n), X) - exact).max(axis=1)) for n in steps]
+    errors = [np.median(np.abs(smooth.images(scene.tables, kind, int(n), X) - exact).max(axis=1)) for n in steps]
     rate = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert abs(rate - order) <= 0.35
 
@@ -246,12 +262,12 @@ def test_the_measured_error_is_one(rng):
     """The step count comes with an error that starts of the region have: against seven times as many steps."""
     system = bf.systems.duffing_oscillator(**DUFFING)
     period_map, scene = PeriodMap(system), scene_of(system)
-    kind = lanessmooth.kind_of(scene)
-    scale = lanessmooth.region(scene.tables, kind)
+    kind = smooth.kind_of(scene)
+    scale = smooth.region(scene.tables, kind)
     X = rng.uniform(-1.0, 1.0, (2000, 2)) * scale
-    right = lanessmooth.images(scene.tables, kind, 7 * period_map.steps, X)
+    right = smooth.images(scene.tables, kind, 7 * period_map.steps, X)
     error = np.quantile(np.abs((period_map.apply(X).ends - right) / scale).max(axis=1), 0.99)
-    assert 0.0 < period_map.error <= lanessmooth.WISH and error <= 3.0 * lanessmooth.WISH
+    assert 0.0 < period_map.error <= smooth.WISH and error <= 3.0 * smooth.WISH
 
 
 def test_a_law_of_the_user_with_its_own_mass_and_row(rng):

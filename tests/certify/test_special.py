@@ -1,0 +1,98 @@
+"""Certificates of special points: closed forms lie in the enclosures, points that are none are not proved."""
+import dataclasses
+
+import pytest
+from mpmath import mp
+
+import bifurc as bf
+from bifurc.certify import Verdict
+from tests.reference import digits, one_stop
+
+pytest.importorskip("flint")
+
+
+@pytest.fixture(scope="module")
+def branch():
+    """The branch of the README."""
+    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
+
+
+def test_every_special_point_of_the_readme_is_proved(branch):
+    for point in branch.special_points:
+        found = point.certify()
+        assert found.proved, found.message
+        low, high = found.parameter
+        assert low <= point.parameter + point.error and point.parameter - point.error <= high
+        assert high - low < 1e-13
+
+
+def test_grazings_of_the_free_motion_are_where_its_amplitude_is_the_gap(branch):
+    """0.52 |receptance(omega)| = 1: a quadratic in omega^2."""
+    x, load = mp.mpf(2) * mp.mpf(0.05), mp.mpf(0.52)
+    b = x * x - 2
+    root = mp.sqrt(b * b - 4 * (1 - load * load))
+    exact = sorted(mp.sqrt((-b + sign * root) / 2) for sign in (-1, 1))
+    found = sorted(point.certify().parameter for point in branch.special_points if point.kind == "grazing")
+    for omega, (low, high) in zip(exact, found, strict=True):
+        assert low <= omega <= high
+
+
+def test_the_flip_has_a_multiplier_minus_one_in_closed_form(branch):
+    for point in branch.special_points:
+        if point.kind != "period_doubling":
+            continue
+        low, high = point.certify().parameter
+        signs = []
+        for omega in (low - 1e-12, high + 1e-12):
+            orbits = one_stop.orbits(0.05, omega, 0.52, 1.0, 0.7, 1, samples=10)
+            reference = min(orbits, key=lambda o: abs(float(abs(o.multipliers[0])) - 1.0))
+            signs.append(reference.multipliers[0].real < -1)
+        assert signs[0] != signs[1]
+
+
+@pytest.mark.parametrize("shift", [1e-3, 1e-5])
+def test_shifted_points_are_not_proved(branch, shift):
+    for point in branch.special_points:
+        if point.kind == "fold":
+            continue
+        x = point.x.copy()
+        x[-1] += shift
+        moved = dataclasses.replace(point, parameter=float(x[-1]), x=x)
+        assert not moved.certify().proved
+
+
+def test_a_symmetric_branch_point_is_proved_at_the_published_value():
+    system = bf.systems.two_sided_impact_oscillator()
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(3.0, 3.6))
+    points = [point for point in branch.special_points if point.kind == "branch_point"]
+    assert points
+    found = points[0].certify()
+    assert found.proved, found.message
+    assert abs(found.parameter[0] - 3.397988672) < 1e-9
+
+
+def test_a_torus_point_of_the_chain_is_proved_at_the_value_of_the_reference():
+    """Eight masses; the value in 17 digits is that of an implementation of its own."""
+    start = [-0.54, -1.001, -1.424, -1.805, -2.035, -2.046, -1.837, -1.472, -0.055, -0.01, 0.085, 0.159, 0.146, 0.058, -0.032,
+             -0.088]
+    orbit = bf.find_orbit(bf.systems.impact_chain(amplitude=0.45), start, periods=1)
+    branch = bf.trace(orbit, "amplitude", bounds=(0.42, 0.45), audit="fast")
+    (point,) = branch.special_points.of("neimark_sacker")
+    found = point.certify()
+    assert found.proved, found.message
+    assert any(found.parameter[0] - 1e-15 <= value <= found.parameter[1] + 1e-15 for value in digits.CHAIN_TORUS)
+    x = point.x.copy()
+    x[-1] += 1e-5
+    assert not dataclasses.replace(point, parameter=float(x[-1]), x=x).certify().proved
+
+
+def test_point_certificates_are_stored(branch, tmp_path):
+    found = branch.special_points[0].certify()
+    found.save(tmp_path / "point.npz")
+    assert bf.load(tmp_path / "point.npz") == found
+
+
+def test_peaks_have_no_extended_system(branch):
+    point = dataclasses.replace(branch.special_points[0], kind=bf.continuation.SpecialPointKind.PEAK)
+    found = point.certify()
+    assert found.exists is Verdict.UNDECIDED and "peak" in found.message

@@ -1,0 +1,177 @@
+"""Codimension-2 points on curves: closed forms and reference digits; the curves that leave them."""
+import math
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.continuation.maps import SmoothMap
+from bifurc.elements import HarmonicForce, RigidStop
+from bifurc.system import System
+
+ZETA, R = 0.05, 0.7
+
+
+def free_force(omega):
+    return math.hypot(1.0 - omega**2, 2.0 * ZETA * omega)
+
+
+def resonance(n, k):
+    """Frequency, load, and coefficients of fold and flip of resonant grazing: wc = 2 n wd / k."""
+    wd = math.sqrt(1.0 - ZETA**2)
+    w, t = 2.0 * n * wd / k, k * math.pi / wd
+    q = (-1.0)**k * math.exp(-ZETA * t)
+    fold = ((1.0 + R) * q * t / ((1.0 - q) * (1.0 + R * q)))**2 / 2.0
+    flip = ((1.0 + R) * q * t / ((1.0 - q) * (1.0 - R * q)))**2 / 2.0 * (2.0 + ((1.0 + R * q) / (1.0 - R * q))**2)
+    return w, free_force(w), fold, flip
+
+
+@pytest.fixture(scope="module")
+def grazings():
+    system = bf.systems.impact_oscillator(zeta=ZETA, omega=1.9, amplitude=0.3, restitution=R)
+    point = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.3, 6.0)).special_points.of("grazing")[0]
+    return bf.trace_curve(point, ("amplitude", "omega"), bounds={"amplitude": (0.05, 6.0), "omega": (1.25, 2.1)})
+
+
+@pytest.mark.parametrize(("n", "k"), [(1, 1), (2, 3), (3, 4), (4, 5), (5, 6)])
+def test_resonant_grazing(grazings, n, k):
+    w, force = resonance(n, k)[:2]
+    points = [p for p in grazings.special_points.of("resonant_grazing") if p.name == f"s_{n}"]
+    point = min(points, key=lambda p: abs(p.parameters["omega"] - w))
+    assert point.parameters["omega"] == pytest.approx(w, abs=1e-10)
+    assert point.parameters["amplitude"] == pytest.approx(force, abs=1e-10)
+
+
+def test_numbers_of_resonant_grazing():
+    assert resonance(1, 1) == pytest.approx((1.99749843554382, 2.99666481275434, 18.7945107585377, 2.45207225196651), rel=1e-13)
+    assert resonance(2, 3) == pytest.approx((1.33166562369588, 0.784715093796149, 59.8546897684572, 19.8166898178109), rel=1e-9)
+
+
+def test_fold_and_flip_curves_leave_a_resonant_grazing_quadratically(grazings):
+    w, _, fold, flip = resonance(1, 1)
+    point = next(p for p in grazings.special_points.of("resonant_grazing") if p.name == "s_1")
+    starts = {str(start.kind): start for start in bf.switch_branch(point)}
+    assert set(starts) == {"fold", "period_doubling"}
+    for kind, want, side in (("fold", -fold, -1.0), ("period_doubling", flip, 1.0)):
+        curve = bf.trace_curve(starts[kind], ("amplitude", "omega"), bounds={"amplitude": (2.5, 3.5), "omega": (1.9, 2.1)})
+        omega, amplitude = curve.column("omega"), curve.column("amplitude")
+        near = (side * (omega - w) > 5e-4) & (side * (omega - w) < 4e-2)
+        assert near.sum() >= 6
+        d = omega[near] - w
+        ratio = (amplitude[near] / [free_force(value) for value in omega[near]] - 1.0) / d**2
+        fitted = np.polynomial.polynomial.polyfit(d, ratio, min(6, near.sum() - 1))
+        assert fitted[0] == pytest.approx(want, rel=1e-6), kind
+
+
+def test_flip_orbit_that_touches_inside_its_period_ends_the_curve():
+    free = bf.find_orbit(bf.systems.impact_oscillator(zeta=ZETA, omega=2.5, amplitude=0.3, restitution=R))
+    point = bf.trace(free, "amplitude", bounds=(0.3, 6.0)).special_points.of("grazing")[0]
+    branch = bf.trace(bf.switch_branch(point, n_max=2)[-1], "amplitude", bounds=(0.3, 6.0))
+    (flip,) = [p for p in branch.special_points.of("period_doubling") if not p.name]
+    curve = bf.trace_curve(flip, ("amplitude", "omega"), bounds={"amplitude": (0.3, 6.0), "omega": (2.0, 2.6)})
+    (end,) = curve.special_points.of("grazing")
+    assert end.parameters["omega"] == pytest.approx(2.15405401940522, abs=1e-11)
+    assert end.parameters["amplitude"] == pytest.approx(2.12794290618093, abs=1e-11)
+    assert "codimension two" in " ".join(item.message for item in curve.ends)
+    assert end.solution.events[0].speed == pytest.approx(0.515311586304512, abs=1e-10)
+
+
+def test_cusp_of_the_duffing_oscillator():
+    orbit = bf.find_orbit(bf.systems.duffing_oscillator(zeta=0.05, omega=0.9, amplitude=0.1, beta=1.0))
+    fold = bf.trace(orbit, "omega", bounds=(0.8, 1.6)).special_points.of("fold")[0]
+    curve = bf.trace_curve(fold, ("omega", "amplitude"), bounds={"omega": (0.9, 1.6), "amplitude": (0.02, 0.12)})
+    (cusp,) = curve.special_points.of("cusp")
+    assert cusp.parameters["omega"] == pytest.approx(1.09010950261775654689911, abs=1e-11)
+    assert cusp.parameters["amplitude"] == pytest.approx(0.0513635020789035622417387, abs=1e-12)
+    assert abs(cusp.solution.harmonic(1)) == pytest.approx(0.408207450507482253, abs=1e-9)
+
+
+def two_loads(a1, a2, fraction=1.0):
+    """Oscillator (w 1.5) whose free response is a1 cos th + a2 cos 2 th, times ``fraction``, with the stop at 1."""
+    w = 1.5
+    G = [1.0 - (k * w)**2 + 2j * ZETA * k * w for k in (1, 2)]
+    sign = 1.0 if a2 > 0.0 else -1.0
+    loads = (HarmonicForce(fraction * a1 * abs(G[0])),
+             HarmonicForce(fraction * abs(a2) * abs(G[1]), harmonic=2, phase=np.angle(sign * G[1]) - 2.0 * np.angle(G[0])))
+    return System(1.0, 2.0 * ZETA, 1.0, (*loads, RigidStop(1.0, R)), omega=w), a1 * abs(G[0]), abs(a2) * abs(G[1])
+
+
+def test_fourth_order_graze_ends_a_grazing_curve():
+    system, f1, f2 = two_loads(4.0 / 3.0, -1.0 / 3.0, 0.5)
+    assert (f1, f2) == pytest.approx((1.67862377493522, 2.66854100795006), rel=1e-14)
+    names = ("harmonic_force.amplitude", "harmonic_force_2.amplitude")
+    point = bf.trace(bf.find_orbit(system), names[0], bounds=(0.1, 6.0)).special_points.of("grazing")[0]
+    curve = bf.trace_curve(point, names, bounds={names[0]: (0.1, 6.0), names[1]: (0.5, 4.0)})
+    (flat,) = curve.special_points.of("degenerate_grazing")
+    assert flat.parameters[names[0]] == pytest.approx(f1, abs=1e-10) and flat.parameters[names[1]] == pytest.approx(f2, abs=1e-10)
+    assert any("degenerate_grazing" in end.message for end in curve.ends)
+
+
+def test_two_equal_tops_are_a_double_grazing():
+    level = 0.75  # -a1^2 / (8 a2) - a2 for a1 = 1, a2 = -1/2
+    system, f1, _ = two_loads(1.0 / level, -0.5 / level)
+    names = ("harmonic_force.amplitude", "harmonic_force_2.phase")
+    phase = system.parameter(names[1])
+    start = bf.find_orbit(system.with_parameters(**{names[0]: 0.4 * f1, names[1]: phase + 0.3, "harmonic_force_2.amplitude": 0.5}))
+    branch = bf.trace(start, "harmonic_force_2.amplitude", bounds=(0.5, system.parameter("harmonic_force_2.amplitude")))
+    orbit = branch.orbits[int(np.argmax(branch.column("harmonic_force_2.amplitude")))]
+    point = bf.trace(orbit, names[0], bounds=(0.1, 3.0)).special_points.of("grazing")[0]
+    curve = bf.trace_curve(point, names, bounds={names[0]: (0.1, 6.0), names[1]: (phase - 0.5, phase + 0.5)})
+    (double,) = curve.special_points.of("double_grazing")
+    assert double.parameters[names[0]] == pytest.approx(f1, abs=1e-9)
+    assert double.parameters[names[1]] == pytest.approx(phase, abs=1e-9)
+
+
+def quadratic(x, al, be, R):
+    """x' = y, y' = al - be x - y^2 + R x y."""
+    return np.stack([x[..., 1], al - be * x[..., 0] - x[..., 1]**2 + R * x[..., 0] * x[..., 1]], axis=-1)
+
+
+def test_strong_resonances_of_a_map():
+    theta = math.acos(0.3)
+    y = 2.0 * math.cos(theta) / (-0.1 - 2.0)
+    be = 1.0 - 0.1 * y
+    system = SmoothMap(quadratic, 2, al=(1.0 + be) * y + 1.1 * y * y, be=be - 0.02, R=-0.1)
+    (torus,) = bf.trace(system.find(1, guess=(y, y)), "be", bounds=(0.5, 1.5)).special_points.of("neimark_sacker")
+    assert torus.parameter == pytest.approx(be, abs=1e-12)
+    curve = bf.trace_curve(torus, ("be", "al"), bounds={"be": (0.5, 1.5), "al": (-1.0, 4.0)})
+    for kind, cosine in (("resonance_1_1", 1.0), ("resonance_1_2", -1.0), ("resonance_1_3", -0.5), ("resonance_1_4", 0.0)):
+        (point,) = curve.special_points.of(kind)
+        y = 2.0 * cosine / -2.1
+        be = 1.0 - 0.1 * y
+        assert point.parameters["be"] == pytest.approx(be, abs=1e-11)
+        assert point.parameters["al"] == pytest.approx((1.0 + be) * y + 1.1 * y * y, abs=1e-11)
+    (two,) = curve.special_points.of("resonance_1_2")
+    assert tuple(two.parameters.values()) == pytest.approx((0.904761904761905, 2.81179138321995), abs=1e-11)
+    assert [str(start.kind) for start in bf.switch_branch(two)] == ["period_doubling"]
+
+
+def test_fold_flip_of_a_map_on_both_curves():
+    branch = bf.trace(SmoothMap(quadratic, 2, al=0.3, be=-0.8, R=-0.1).find(1, guess=(-0.5, -0.5)), "al", bounds=(-0.5, 1.5))
+    for kind, other in (("fold", "period_doubling"), ("period_doubling", "fold")):
+        (point,) = branch.special_points.of(kind)
+        curve = bf.trace_curve(point, ("al", "be"), bounds={"al": (-2.0, 2.0), "be": (-1.5, 0.5)})
+        (both,) = curve.special_points.of("fold_flip")
+        assert tuple(both.parameters.values()) == pytest.approx((0.0, -1.0), abs=1e-10)
+        (start,) = bf.switch_branch(both)
+        assert start.kind == other
+        crossing = bf.trace_curve(start, ("al", "be"), bounds={"al": (-2.0, 2.0), "be": (-1.5, 0.5)})
+        assert len(crossing) > 5 and crossing.kind == other
+
+
+def test_generalised_flip_and_the_fold_that_leaves_it():
+    def cubic(x, m, p, q):
+        return -(1.0 + m) * x + p * x**2 + q * x**3
+    system = SmoothMap(cubic, 1, m=-0.1, p=0.5, q=-0.3)
+    (flip,) = bf.trace(system.find(1, guess=(0.0,)), "m", bounds=(-0.5, 0.5)).special_points.of("period_doubling")
+    curve = bf.trace_curve(flip, ("m", "q"), bounds={"m": (-0.5, 0.5), "q": (-1.0, 1.0)})
+    (point,) = curve.special_points.of("generalized_flip")
+    assert point.parameters["q"] == pytest.approx(-0.25, abs=1e-9) and point.parameters["m"] == pytest.approx(0.0, abs=1e-12)
+    (start,) = bf.switch_branch(point)
+    assert start.kind == "fold"
+    folds = bf.trace_curve(start, ("m", "q"), bounds={"m": (-0.5, 0.5), "q": (-1.0, -0.2)})
+    assert folds.column("q").min() == pytest.approx(-0.25, abs=1e-4)
+    system = system.with_parameters(q=-0.23)
+    (flip,) = bf.trace(system.find(1, guess=(0.0,)), "m", bounds=(-0.5, 0.5)).special_points.of("period_doubling")
+    doubled = bf.trace(bf.switch_branch(flip)[0], "m", bounds=(-0.05, 0.05), ds=1e-3)
+    assert doubled.special_points.of("fold")[0].parameter == pytest.approx(0.000896770839102661, abs=1e-13)

@@ -1,0 +1,109 @@
+"""Curves in two parameters of what changes the sequence of events, of peaks of orbits, of Hopf points and boundary equilibria."""
+import math
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import Coulomb, HarmonicForce
+from bifurc.systems import belt_oscillator, bilinear_oscillator, impact_oscillator
+
+
+def rubbing():
+    """One mass with dry friction: it stops once a half-period, longer, and twice."""
+    return bf.System(1.0, 0.05, 1.0, [HarmonicForce(1.0), Coulomb(0.4)], omega=0.9)
+
+
+def rubbing_neighbour():
+    """Two masses, the second rubs."""
+    return bf.System(np.eye(2), [[0.1, -0.05], [-0.05, 0.1]], [[2.0, -1.0], [-1.0, 2.0]], [
+        HarmonicForce(0.5), Coulomb(0.3, dof=1)], omega=0.8)
+
+
+def plastic():
+    """A plastic impact that begins to rest."""
+    return impact_oscillator(zeta=0.01737, omega=2.1, amplitude=6.268, gap=0.0, restitution=0.0)
+
+
+@pytest.mark.parametrize(("make", "bounds", "kind", "second", "width"), [
+    (rubbing, (0.2, 1.3), "stick_onset", "coulomb.friction", 0.1),
+    (rubbing, (0.2, 1.3), "slip_onset", "coulomb.friction", 0.1),
+    (rubbing_neighbour, (0.5, 1.3), "stick_onset", "coulomb.friction", 0.05),
+    (rubbing_neighbour, (0.5, 1.3), "slip_onset", "coulomb.friction", 0.03),
+    (plastic, (1.9, 2.2), "separation", "zeta", 0.007)])
+def test_changes_of_the_sequence_are_followed_under_every_name(make, bounds, kind, second, width):
+    """The last point of the curve is the special point of a separate branch."""
+    system = make()
+    (point,) = bf.trace(bf.find_orbit(system), "omega", bounds=bounds).special_points.of(kind)
+    value = system.parameter(second)
+    curve = bf.trace_curve(point, ("omega", second), bounds={second: (value - width, value + width), "omega": (0.15, 2.5)})
+    assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
+    for k in (0, -1):
+        omega, at = float(curve.column("omega")[k]), float(curve.column(second)[k])
+        beside = system.with_parameters(**{second: at, "omega": 1.01 * omega})
+        branch = bf.trace(bf.find_orbit(beside), "omega", bounds=(0.9 * omega, 1.1 * omega))
+        assert min(abs(p.parameter - omega) for p in branch.special_points.of(kind)) < 1e-10
+
+
+def test_peaks_of_orbits_against_the_linear_oscillator():
+    """Below its stop the oscillator is linear: omega^2 = 1 - 2 zeta^2 where the amplitude is largest."""
+    branch = bf.trace(bf.find_orbit(impact_oscillator(zeta=0.05, omega=0.9, amplitude=0.05, gap=1.0, restitution=0.7)), "omega",
+                      bounds=(0.5, 1.5), peaks="max_0")
+    (peak,) = branch.special_points.of("peak")
+    assert peak.parameter == pytest.approx(math.sqrt(1.0 - 2.0 * 0.05**2), abs=1e-11) and peak.error < 1e-10
+    curve = bf.trace_curve(peak, ("omega", "zeta"), bounds={"zeta": (0.03, 0.1), "omega": (0.5, 1.5)})
+    assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
+    assert np.abs(curve.column("omega") - np.sqrt(1.0 - 2.0 * curve.column("zeta")**2)).max() < 1e-11
+
+
+def test_peaks_on_a_contact_are_followed():
+    """On an elastic stop, against a branch at the other load."""
+    system = bilinear_oscillator(zeta=0.05, omega=0.9, amplitude=0.3, gap=0.5, stiffness_ratio=4)
+    (peak,) = bf.trace(bf.find_orbit(system), "omega", bounds=(0.9, 1.7), peaks="max_0").special_points.of("peak")
+    curve = bf.trace_curve(peak, ("omega", "amplitude"), bounds={"amplitude": (0.25, 0.4), "omega": (0.5, 1.9)})
+    other = system.with_parameters(amplitude=float(curve.column("amplitude")[-1]))
+    (there,) = bf.trace(bf.find_orbit(other), "omega", bounds=(0.9, 1.8), peaks="max_0").special_points.of("peak")
+    assert there.parameter == pytest.approx(float(curve.column("omega")[-1]), abs=1e-10)
+
+
+def test_a_height_that_the_stop_holds_has_no_peak():
+    """With an impact the largest displacement is the gap, at every frequency."""
+    orbit = bf.find_orbit(impact_oscillator(zeta=0.05, omega=1.0, amplitude=0.52, gap=0.5, restitution=0.7))
+    assert "impact" in orbit.signature
+    branch = bf.trace(orbit, "omega", bounds=(0.9, 1.1), peaks="max_0")
+    assert not branch.special_points.of("peak")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_slope_of_a_top_is_that_of_the_branch(sign):
+    """The gradient along the tangent against heights of neighbouring solutions; half-period orbits too."""
+    branch = bf.trace(bf.find_orbit(rubbing_neighbour()), "omega", bounds=(0.7, 0.85))
+    name = "max_0" if sign > 0.0 else "min_0"
+    problem, x = branch.problems[0], branch.x(3)
+    tangent = problem.null_tangent(x)
+    slope = problem.measure_gradient(name, x) * problem.scale @ tangent
+    ends = [problem.correct(x + step * problem.scale * tangent, tangent).x for step in (-1e-4, 1e-4)]
+    heights = [problem.measure(name, end[None])[0] for end in ends]
+    assert slope == pytest.approx((heights[1] - heights[0]) / 2e-4, rel=1e-6)
+
+
+def test_hopf_points_against_the_closed_form():
+    """Exponential friction on a belt: 2 zeta = (static - kinetic) / decay exp(-V / decay)."""
+    system = belt_oscillator(law="exponential")
+    (point,) = bf.trace(bf.find_equilibrium(system), "belt_speed", bounds=(0.1, 2.5)).special_points.of("hopf")
+    curve = bf.trace_curve(point, ("belt_speed", "zeta"), bounds={"zeta": (0.03, 0.1), "belt_speed": (0.05, 4.0)})
+    assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
+    exact = 0.5 * np.log(0.4 / (0.5 * 2.0 * curve.column("zeta")))
+    assert np.abs(curve.column("belt_speed") - exact).max() < 1e-10
+
+
+@pytest.mark.slow  # compiles the law
+def test_a_curve_that_cannot_move_says_what_to_follow():
+    """Where an orbit shrinks onto an equilibrium its own equations are singular."""
+    system = belt_oscillator(law="exponential")
+    (point,) = bf.trace(bf.find_equilibrium(system), "belt_speed", bounds=(0.1, 2.5)).special_points.of("hopf")
+    (orbit, *_) = bf.switch_branch(point)
+    branch = bf.trace(orbit, "belt_speed", bounds=(1.0, 1.1))
+    (end,) = branch.special_points.of("hopf")
+    with pytest.raises(ValueError, match="find_equilibrium"):
+        bf.trace_curve(end, ("belt_speed", "zeta"), bounds={"zeta": (0.03, 0.1)})

@@ -1,0 +1,100 @@
+"""Free vibration without damping along its energy, against closed forms, and long arithmetic for the chain with a stop."""
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import bifurc as bf
+from bifurc import System
+from bifurc import elements as el
+
+
+def bilinear(E, gap, k):
+    """Frequency of x'' + x + k (x - gap)+ = 0."""
+    wb = math.sqrt(1.0 + k)
+    if 2.0 * E <= gap * gap:
+        return 1.0 if gap > 0.0 else wb
+    T = 2.0 * (math.pi - math.acos(gap / math.sqrt(2.0 * E))) + 2.0 / wb * math.atan2(wb * math.sqrt(2.0 * E - gap * gap), gap)
+    return 2.0 * math.pi / T
+
+
+@pytest.mark.parametrize("gap, k, E", [(0.5, 4.0, 0.5), (0.0, 4.0, 0.5), (-0.3, 4.0, 0.5), (1.0, 9.0, 3.0), (-1.0, 2.0, 0.7),
+                                       (-0.8, 2.0, 0.3), (1.0, 4.0, 0.4), (1.0, 4.0, 0.5 + 1e-9), (0.3, -0.5, 2.0)])
+def test_bilinear(gap, k, E):
+    system = System(1.0, 0.0, 1.0, [el.ElasticStop(gap, k)])
+    x = 0.0 if gap > 0.0 else k * gap / (1.0 + k)
+    v = math.sqrt(2.0 * (E - bf.energy(system, (x, 0.0))))
+    orbit = bf.find_orbit(system, guess=(x, v))
+    assert orbit.success and orbit.energy == pytest.approx(E, rel=1e-14)
+    assert orbit.omega == pytest.approx(bilinear(E, gap, k), abs=1e-12)
+    assert orbit.multipliers.size == 0 and orbit.stable is None
+
+
+@pytest.mark.parametrize("gap, E", [(0.5, 0.5), (-0.5, 0.5), (0.0, 1.3), (1.0, 7.0), (-0.9, 0.42)])
+def test_rigid(gap, E):
+    orbit = bf.find_orbit(System(1.0, 0.0, 1.0, [el.RigidStop(gap, 1.0)]), guess=(-math.sqrt(2.0 * E), 0.0))
+    assert orbit.omega == pytest.approx(math.pi / (math.pi - math.acos(gap / math.sqrt(2.0 * E))), abs=1e-12)
+
+
+@pytest.mark.parametrize("beta, A", [(1.0, 1.0), (-0.2, 1.0), (0.5, 3.0)])
+def test_duffing(beta, A):
+    m = beta * A * A / (2.0 * (1.0 + beta * A * A))
+    orbit = bf.find_orbit(System(1.0, 0.0, 1.0, [el.CubicSpring(beta)]), guess=(A, 0.0))
+    assert orbit.omega == pytest.approx(math.pi * math.sqrt(1.0 + beta * A * A) / (2.0 * ellipk(m)), abs=1e-11)
+    assert orbit.closure == -1  # solved on half the period
+
+
+CHAIN = System(np.eye(2), np.zeros((2, 2)), [[2.0, -1.0], [-1.0, 1.0]], [el.ElasticStop(1.0, 5.0, dof=1)])
+MODE = {0.3: (0.633855140326657, 0.652884687101919, 1.0527021489722, -0.851295672521691 + 0.524686266206717j),
+        0.6: (0.698291119726815, 0.918719990713214, 1.22813087593356, -0.843582332504289 + 0.536999858738853j),
+        2.0: (0.748744010746782, 1.70901518365391, 1.44991918509209, -0.726976409800175 + 0.686662434966446j)}
+
+
+@pytest.mark.parametrize("E", MODE)
+def test_chain_with_a_stop(E):
+    orbit = bf.nonlinear_mode(CHAIN, 0, energy=E)
+    omega, q1, q2, multiplier = MODE[E]
+    assert orbit.omega == pytest.approx(omega, abs=1e-11)
+    assert (orbit.maximum(0), orbit.maximum(1)) == pytest.approx((q1, q2), abs=1e-11)
+    assert orbit.multipliers == pytest.approx([multiplier, np.conj(multiplier)], abs=1e-9)
+
+
+@pytest.mark.parametrize("stop, start, frequency", [
+    (el.ElasticStop(1.0, 4.0), (0.5, 0.0), lambda E: bilinear(E, 1.0, 4.0)),
+    (el.RigidStop(1.0, 1.0), (0.5, 0.0), lambda E: 1.0 if E <= 0.5 else math.pi / (math.pi - math.acos(1.0 / math.sqrt(2.0 * E)))),
+    (el.RigidStop(1.0, 1.0), (-2.0, 0.0), lambda E: 1.0 if E <= 0.5 else math.pi / (math.pi - math.acos(1.0 / math.sqrt(2.0 * E)))),
+])
+def test_branch_over_energy(stop, start, frequency, tmp_path):
+    branch = bf.trace(bf.find_orbit(System(1.0, 0.0, 1.0, [stop]), guess=start), "energy", bounds=(0.01, 5.0))
+    (point,) = branch.special_points
+    assert point.kind == "grazing" and point.parameter == pytest.approx(0.5, abs=1e-13)
+    assert [end.reason for end in branch.ends] == ["bound", "bound"]
+    found = branch.column("omega")
+    assert found == pytest.approx([frequency(E) for E in branch.column("energy")], abs=1e-12)
+    branch.save(tmp_path / "free.npz")
+    assert bf.load(tmp_path / "free.npz").column("omega") == pytest.approx(found, abs=1e-14)
+
+
+def test_what_keeps_no_energy():
+    damped = System(1.0, 0.1, 1.0, [el.ElasticStop(1.0, 4.0)])
+    with pytest.raises(ValueError, match="does not keep its energy"):
+        bf.nonlinear_mode(damped)
+    with pytest.raises(ValueError, match="energy"):
+        bf.energy(System(1.0, 0.0, 1.0, [el.RigidStop(1.0, 0.7)]), (0.0, 0.0))
+    with pytest.raises(ValueError, match="no linear modes"):
+        bf.nonlinear_mode(System(1.0, 0.0, 1.0, [el.ElasticStop(0.0, 4.0)]))
+    with pytest.raises(ValueError, match="above that of rest"):
+        bf.nonlinear_mode(System(1.0, 0.0, 1.0), energy=0.0)
+    belt = bf.find_orbit(bf.systems.belt_oscillator())
+    with pytest.raises(ValueError, match="does not keep its energy"):
+        bf.trace(belt, "energy", bounds=(0.1, 1.0))
+
+
+def test_energy_of_elements():
+    y = (0.7, 0.3)
+    assert bf.energy(System(1.0, 0.0, 0.0, [el.ConstantForce(2.0)]), y) == pytest.approx(0.045 - 1.4)
+    spring = el.PolynomialSpring(0.3, 0.2, -0.1, 0.05)
+    force = el.Force(lambda u, s: -u * u * (0.3 + u * (0.2 + u * (-0.1 + u * 0.05))))
+    assert bf.energy(System(1.0, 0.0, 1.0, [force]), y) == pytest.approx(bf.energy(System(1.0, 0.0, 1.0, [spring]), y), rel=1e-12)
+    assert bf.energy(System(1.0, 0.0, 1.0, [el.LinearSpring(2.0)]), y) == pytest.approx(0.045 + 1.5 * 0.49)

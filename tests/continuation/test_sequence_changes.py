@@ -1,0 +1,135 @@
+"""Where the event sequence of a branch changes, the branch goes on with what simulation does beyond; it holds only motions."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.continuation.kinds import StopReason
+from bifurc.elements import Coulomb, HarmonicForce, RigidStop, Stribeck
+from bifurc.orbits.repetition import repetition
+
+
+def assert_motions(branch):
+    """Every orbit between the changes is admissible and repeated by simulation; the audit says so."""
+    changes = np.array([point.s for point in branch.special_points] or [np.inf])
+    for s, orbit in zip(branch.column("s"), branch.orbits, strict=True):
+        if np.abs(changes - s).min() < 1e-9:  # there both sequences are right
+            continue
+        assert orbit.success, orbit
+        assert repetition(orbit).repeated, (orbit, repetition(orbit))
+    assert branch.audit.ok and branch.audit.resimulated.rows > 0, branch.audit
+
+
+def test_release_from_a_preloaded_stop_is_a_complete_chattering():
+    """The mass rests on its stop up to amplitude = -gap; beyond it leaves it once a period and comes back to rest."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.1, gap=-0.3, restitution=0.5)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.05, 0.6))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert [p.parameter for p in branch.special_points] == pytest.approx([0.3], abs=1e-12)
+    assert_motions(branch)
+    assert np.abs(branch.orbits[-1].multipliers).max() < 1e-9  # superstable: it forgets everything at rest
+
+
+def test_plastic_impacts_become_chattering_where_restitution_grows():
+    """No row keeps a rest after an impact with rebound."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.6, gap=0.0, restitution=0.0)
+    orbit = bf.find_orbit(system)
+    assert "release" in orbit.signature
+    branch = bf.trace(orbit, "restitution", bounds=(0.0, 0.5))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.CHATTERING)
+    assert all(orbit.success and repetition(orbit).repeated for orbit in list(branch.orbits)[::4])
+
+
+def test_listed_impacts_of_a_chattering_follow_its_closure():
+    """From r = .3 to .7 a complete chattering needs more and more listed impacts; the accumulation stays right."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.4, amplitude=0.6, gap=0.0, restitution=0.3)
+    branch = bf.trace(bf.find_orbit(system), "restitution", bounds=(0.3, 0.7))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    counts = branch.column("n_events")
+    assert counts[-1] > counts[0] + 10
+    assert not branch.special_points  # a change of the equations is none of the motion
+    orbit = branch.orbits[-1]
+    (end,) = [event.end for event in orbit.events if event.kind == "chatter"]
+    motion = bf.simulate(orbit.system, orbit.state, periods=1)
+    assert [event.end for event in motion.events if event.kind == "chatter"] == pytest.approx([end], abs=1e-9)
+
+
+def test_a_plastic_impact_that_begins_to_rest_is_a_special_point():
+    """At r = 0 the mass rests behind its impact as soon as it is pressed there; that is located."""
+    system = bf.systems.impact_oscillator(zeta=0.01737, omega=2.1, amplitude=6.268, gap=0.0, restitution=0.0)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(1.9, 2.2))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    (point,) = branch.special_points
+    assert point.kind == "separation" and "release" in point.before and "release" not in point.after
+    (event,) = point.solution.events
+    load = 6.268 * np.cos(point.parameter * event.time)  # at the stop, at rest: the acceleration is the load
+    assert abs(load) < 1e-9
+    assert_motions(branch)
+
+
+def test_jumps_of_static_friction_end_a_branch_and_say_so():
+    """Static friction above kinetic: a slip that is born has a finite size at once."""
+    system = bf.System(1.0, 0.153, 1.0, [HarmonicForce(0.433), Coulomb(0.247, static_ratio=1.3, belt_speed=0.191)], omega=0.623)
+    branch = bf.trace(bf.find_orbit(system), "harmonic_force.amplitude", bounds=(0.2165, 0.6495))
+    assert StopReason.JUMP in branch.stop_reason
+    assert all(reason in (StopReason.JUMP, StopReason.CYCLE_END, StopReason.BOUND) for reason in branch.stop_reason)
+    assert "not continuous" in StopReason.JUMP.sentence
+
+
+def test_a_parameter_that_breaks_the_symmetry_is_followed_on_the_whole_period():
+    """Two equal stops: the orbit is solved on its half period, the gap of one of them is not."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.8), RigidStop(0.6, 0.5), RigidStop(0.6, 0.5, side=-1)], omega=1.04)
+    orbit = bf.find_orbit(system)
+    assert orbit.closure == -1
+    branch = bf.trace(orbit, "rigid_stop.gap", bounds=(0.5, 0.7))
+    assert branch.orbits[0].closure == 1
+    assert_motions(branch)
+
+
+def test_a_mass_that_a_belt_carries_along_is_no_rest():
+    """A held row with drift moves: no orbit of constant position."""
+    system = bf.System(1, 0.05, 1, [HarmonicForce(0.3), Stribeck(kinetic=0.5, static=1, speed=0.4, belt_speed=0.3)], omega=2)
+    orbit = bf.find_orbit(system, transient=80)
+    assert not orbit.success or orbit.sequence.events
+
+
+@pytest.mark.parametrize("kind", ["record", "stop"])
+def test_time_limits_of_the_caller_pass_through(kind):
+    """A TimeoutError is not taken for a step that failed."""
+    def ends(point):
+        raise TimeoutError("enough")
+
+    with pytest.raises(TimeoutError, match="enough"):
+        bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.4, 0.6), **{kind: ends})
+
+
+def test_fast_audits_simulate_nothing():
+    """The cost of the full audit is reported, the fast one has none."""
+    orbit = bf.find_orbit(bf.systems.impact_oscillator())
+    full = bf.trace(orbit, "omega", bounds=(0.45, 0.55)).audit
+    fast = bf.trace(orbit, "omega", bounds=(0.45, 0.55), audit="fast").audit
+    assert full.resimulated.rows > 5 and full.resimulated.seconds > 0.0 and "simulated again" in repr(full)
+    assert fast.resimulated is None and fast.ok
+    with pytest.raises(ValueError, match="audit"):
+        bf.trace(orbit, "omega", bounds=(0.45, 0.55), audit="slow")
+
+
+def test_column_stable_is_that_of_the_orbits():
+    """Same order, same neutral band."""
+    branch = bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.45, 0.7))
+    assert list(branch.column("stable")) == [orbit.stable for orbit in branch.orbits]
+    first = np.array([orbit.multipliers[0] for orbit in branch.orbits])
+    clear = np.abs(first) < 1e6  # at a graze itself it is infinite, to rounding
+    assert np.count_nonzero(~clear) <= 2
+    assert np.allclose(branch.column("multiplier_0")[clear], first[clear], rtol=1e-8, atol=1e-12)
+
+
+def test_nearly_rigid_stops_are_traced_through_grazing():
+    """Stiffness ratio 1e8: Newton stops at the rounding of contact forces and does not crawl; the grazings of the free motion
+    are those of every stiffness."""
+    system = bf.systems.bilinear_oscillator(zeta=0.05, omega=0.5, amplitude=0.3, gap=0.5, stiffness_ratio=1e8)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5, 2.5), max_steps=400)
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    grazings = [point.parameter for point in branch.special_points.of("grazing")]
+    assert grazings[0] == pytest.approx(0.63511486615490092382, abs=1e-11)
+    assert grazings[-1] == pytest.approx(1.2596146659947407444, abs=1e-11)
+    assert branch.audit.ok, branch.audit

@@ -1,0 +1,163 @@
+"""Gains of delayed feedback: closed forms, two methods against each other, limits that are named."""
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import bifurc as bf
+from bifurc.control.characteristic import Characteristic
+from bifurc.control.collocated import Collocated
+from bifurc.control.impact_order import ImpactOrder
+from bifurc.control.linearization import linearized
+from tests.reference.impacting_orbit import FORCE, GAP, RATIO, ZETA, closed_form, impacting
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    return impacting()
+
+
+def test_the_orbit_is_that_of_the_closed_form(orbit):
+    v, _ = closed_form()
+    assert orbit.events[0].speed == pytest.approx(v, rel=1e-13)
+    np.testing.assert_allclose(orbit.multipliers.real, (-1.16885409830315, -0.326051098548087), rtol=1e-11)
+
+
+def test_displacement_gains_end_where_the_two_by_two_equation_says(orbit):
+    found = bf.control.feedback_range(orbit, "displacement", (-2.0, 0.5))
+    np.testing.assert_allclose([end.gain for end in found.ends], (0.00889700738219574, 0.112742011752238), atol=1e-12)
+    assert [end.kind for end in found.ends] == ["period_doubling", "neimark_sacker"]
+    assert abs(np.angle(found.ends[1].multiplier)) == pytest.approx(1.9659569822698, abs=1e-11)
+    assert found.intervals == ((found.ends[0].gain, found.ends[1].gain),)
+    assert found.status == "found" and found.success
+
+
+def own_equation(orbit, lam, gain):
+    """h(lambda) = lambda^2 - lambda tr(E S) + r^2 exp(-2 zeta T) with the flight of stiffness 1 + K (1 - 1/lambda)."""
+    v, t = closed_form()
+    T = orbit.period
+    push = FORCE * np.cos(2.5 * t) - GAP
+    S = np.array([[-RATIO, 0.0], [(1.0 + RATIO) * push / v, -RATIO]])
+    E = expm(np.array([[0.0, 1.0], [-1.0 - gain * (1.0 - 1.0 / lam), -2.0 * ZETA]]) * T)
+    return lam**2 - lam * np.trace(E @ S) + RATIO**2 * np.exp(-2.0 * ZETA * T)
+
+
+@pytest.mark.parametrize("gain", [0.004, 0.03, 0.2, -0.7])
+def test_multipliers_solve_the_equation_of_the_single_flight(orbit, gain):
+    found = bf.control.controlled_multipliers(orbit, "displacement", gain)
+    for value in found:
+        assert abs(own_equation(orbit, value, gain)) < 1e-11 * max(1.0, abs(value) ** 2)
+
+
+def test_slow_growth_below_the_first_gain(orbit):
+    assert bf.control.controlled_multipliers(orbit, "displacement", 0.004)[0] == pytest.approx(-1.099036, abs=1e-6)
+    assert bf.control.controlled_multipliers(orbit, "displacement", 0.0089)[0] == pytest.approx(-0.999933, abs=1e-6)
+
+
+def test_the_best_gain_lies_where_two_multipliers_meet_or_none_is_better(orbit):
+    found = bf.control.feedback_range(orbit, "displacement", (0.0, 0.2))
+    around = [abs(bf.control.controlled_multipliers(orbit, "displacement", found.best_gain * q)[0]) for q in (0.98, 1.0, 1.02)]
+    assert around[1] == pytest.approx(found.best_modulus, abs=1e-9)
+    assert around[1] < min(around[0], around[2])
+
+
+def test_argument_principle_counts_what_collocation_finds_in_fifty_random_cases():
+    rng = np.random.default_rng(4)
+    cases = [(bf.systems.impact_oscillator(omega=w, amplitude=F), (-2.0, 1.0)) for w, F in
+             ((2.5, 11.0), (2.5, 12.0), (0.8, 0.52), (0.75, 0.52))]
+    cases.append((bf.systems.bilinear_oscillator(omega=1.29), (0.0, 0.0)))
+    cases.append((bf.systems.two_sided_impact_oscillator(amplitude=3.0), (0.0, 0.0)))
+    cases.append((bf.systems.duffing_oscillator(omega=1.0, amplitude=0.3), (0.5, 0.0)))
+    done = counted = 0
+    while done < 50:
+        system, guess = cases[done % len(cases)]
+        orbit = bf.find_orbit(system, guess=guess)
+        assert orbit.success, system
+        of = "displacement" if orbit.events or done % 2 else "velocity"
+        memory = float(rng.choice([0.0, rng.uniform(0.1, 0.6)]))
+        gain = float(rng.uniform(-1.0, 1.0))
+        linear = linearized(orbit, of, 0, 1.0)
+        values = np.abs(Collocated(linear, memory).multipliers(gain))
+        if np.abs(values - 1.0).min() < 1e-6:
+            continue
+        count = Characteristic(linear, memory).count(gain)
+        assert count == np.count_nonzero(values > 1.0), (system, of, memory, gain)
+        counted += count > 0
+        done += 1
+    assert counted >= 10  # the draw holds stable and unstable cases
+
+
+def test_collocation_and_equation_give_the_same_multipliers(orbit):
+    for memory in (0.0, 0.35):
+        for gain in (0.05, -0.4):
+            exact = bf.control.controlled_multipliers(orbit, "displacement", gain, memory=memory, least=0.4)
+            rough = Collocated(linearized(orbit, "displacement", 0, 1.0), memory).multipliers(gain)
+            np.testing.assert_allclose(np.sort(np.abs(rough[:len(exact)])), np.sort(np.abs(exact)), rtol=1e-10)
+
+
+def test_the_transition_without_feedback_is_the_monodromy():
+    for system in (bf.systems.bilinear_oscillator(omega=1.29), bf.systems.duffing_oscillator(omega=1.3),
+                   bf.systems.dry_friction_oscillator(), bf.systems.jenkins_oscillator()):
+        orbit = bf.find_orbit(system)
+        linear = linearized(orbit, "displacement")
+        np.testing.assert_allclose(linear.transition(np.zeros(1))[0], orbit.monodromy, atol=1e-11)
+
+
+# velocity at a rigid stop
+
+def test_velocity_gain_at_a_rigid_stop(orbit):
+    found = bf.control.feedback_range(orbit, "velocity", (0.0, 0.8), samples=17)
+    assert [end.gain for end in found.ends] == pytest.approx([0.11974245320865], abs=1e-12)
+    assert found.ends[0].pattern == ((1,), (-1,))
+    assert found.intervals == ((found.ends[0].gain, 0.8),)
+
+
+@pytest.mark.parametrize("ratio, growth", [(0.9, 1.00929), (0.97, 1.00265), (1.03, 0.99746), (1.1, 0.99194)])
+def test_growth_a_period_near_the_velocity_gain(orbit, ratio, growth):
+    order = ImpactOrder(linearized(orbit, "velocity", 0, 0.2))
+    gain = ratio * 0.11974245320865
+    (top, pattern), = order.growths(gain)
+    assert np.sqrt(top) == pytest.approx(growth, abs=6e-6) and pattern == ((1,), (-1,))
+    assert order.iterated(gain) == pytest.approx(np.sqrt(top), abs=1e-9)
+
+
+def test_one_characteristic_equation_would_give_wrong_velocity_gains(orbit):
+    equation = ImpactOrder(linearized(orbit, "velocity", 0, 0.8)).without_pulses()
+    assert all(equation.count(gain) > 0 for gain in (0.02, 0.12, 0.3, 0.8))
+
+
+# limits, named
+
+def test_an_odd_number_of_multipliers_above_one_is_told():
+    fold = bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
+    leading = np.array([complex(orbit.multipliers[0]).real for orbit in fold.orbits])
+    at = int(np.flatnonzero((leading > 1.5) & (leading < 50.0))[0])
+    orbit = fold.orbits[at]
+    found = bf.control.feedback_range(orbit, "displacement", (-1.0, 1.0))
+    assert found.status == "odd_number" and "Nakajima" in found.message and not found.intervals
+    equation = Characteristic(linearized(orbit, "displacement", 0, 1.0))
+    for gain in (-0.9, -0.1, 0.1, 0.9):  # F(0) = 1, F(1) < 0 whatever the gain: a real multiplier above 1 is left
+        assert equation(1.0, gain)[0].real == pytest.approx(equation(1.0, 0.0)[0].real) and equation(1.0, gain)[0].real < 0.0
+        found = bf.control.controlled_multipliers(orbit, "displacement", gain, least=0.9)
+        assert any(abs(value.imag) < 1e-12 and value.real > 1.0 for value in found)
+
+
+def test_bad_arguments_are_named(orbit):
+    with pytest.raises(ValueError, match="delay = 0.5 periods"):
+        bf.control.feedback_range(orbit, "displacement", (0.0, 1.0), delay=0.5)
+    with pytest.raises(ValueError, match="memory = 1.0"):
+        bf.control.feedback_range(orbit, "displacement", (0.0, 1.0), memory=1.0)
+    with pytest.raises(ValueError, match="of = 'acceleration'"):
+        bf.control.feedback_range(orbit, "acceleration", (0.0, 1.0))
+    with pytest.raises(ValueError, match="low gain must be below"):
+        bf.control.feedback_range(orbit, "displacement", (1.0, 0.0))
+    with pytest.raises(bf.control.NotSupported, match="'rigid_stop'"):
+        bf.control.controlled_multipliers(orbit, "velocity", 0.1)
+    with pytest.raises(bf.control.NotSupported, match="memory 0.3"):
+        bf.control.feedback_range(orbit, "velocity", (0.0, 1.0), memory=0.3)
+    with pytest.raises(ValueError, match="degree of freedom 1"):
+        bf.control.feedback_range(orbit, "displacement", (0.0, 1.0), row=1)
+
+
+def test_gains_that_destabilise_are_told(orbit):
+    found = bf.control.feedback_range(orbit, "displacement", (-2.0, 0.0), samples=17)
+    assert found.status == "never_stable" and found.best_gain is None

@@ -1,0 +1,84 @@
+"""Gains of Ott, Grebogi and Yorke: closed forms, the closed loop by differences of the exact map, motions that are caught."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from tests.reference.impacting_orbit import closed_form, impacting
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    return impacting()
+
+
+@pytest.fixture(scope="module")
+def section(orbit):
+    return (closed_form()[1] / orbit.forcing_period + 0.5) % 1.0  # half a period after the impact
+
+
+def test_gain_on_the_section_half_a_period_after_the_impact(orbit, section):
+    found = bf.control.ogy(orbit, "amplitude", section=section)
+    np.testing.assert_allclose(found.state, (-6.30682069286358, -0.765602049463289), rtol=1e-12)
+    M = [[-0.956616080317260, -4.18326963783281], [-0.0319916891638215, -0.538289116533979]]
+    np.testing.assert_allclose(found.monodromy, M, rtol=1e-11)
+    np.testing.assert_allclose(found.sensitivity, (-1.69887698755325, -0.0866821515356910), rtol=1e-10)
+    np.testing.assert_allclose(found.gain, (0.514021444402009, 3.41010104228882), rtol=1e-9)
+    np.testing.assert_allclose(found.closed_loop, (-0.326051098548087, 0.0), atol=1e-11)
+
+
+def test_dead_beat_is_there_but_not_the_default(orbit, section):
+    found = bf.control.ogy(orbit, "amplitude", section=section, method="deadbeat")
+    np.testing.assert_allclose(found.gain, (13.7814022853258, -252.854845127811), rtol=1e-8)
+    assert np.abs(found.closed_loop).max() < 1e-5  # a double root: its square is at rounding level
+    assert bf.control.ogy(orbit, "amplitude", section=section).method == "ogy"
+
+
+@pytest.mark.parametrize("parameter", ["amplitude", "omega", "gap", "zeta"])
+def test_one_turn_of_the_exact_map_confirms_the_closed_loop(orbit, parameter):
+    found = bf.control.ogy(orbit, parameter, section=0.1)
+    value, h = orbit.system.parameter(parameter), 1e-6
+
+    def turned(away):
+        system = orbit.system.with_parameters(**{parameter: value - float(found.gain @ away)})
+        return bf.simulate(system, found.state + away, periods=1, t0=0.1 * system.period).final
+
+    columns = [(turned(h * e) - turned(-h * e)) / (2.0 * h) for e in np.eye(2)]
+    np.testing.assert_allclose(np.array(columns).T, found.monodromy - np.outer(found.sensitivity, found.gain), atol=2e-6)
+    assert np.abs(found.closed_loop).max() < 0.33
+
+
+def test_chaos_is_caught_and_held_under_noise():
+    system = bf.systems.impact_oscillator(omega=2.5, amplitude=8.0)
+    orbit = bf.find_orbit(system, guess=(-4.7, 0.0))
+    assert orbit.success and orbit.periods == 1 and len(orbit.events) == 1 and orbit.stable is False
+    controller = bf.control.ogy(orbit, "amplitude")
+    starts = bf.simulate(system, (0.3, -1.0), periods=80).sections[50::6]  # how long each waits is chance
+    motions = [controller.simulate(start, 400, limit=1.0) for start in starts]
+    held = [motion for motion in motions if motion.captured is not None]
+    assert len(held) >= 3 and all(motion.distances[-1] < 1e-12 for motion in held if motion.captured < 300)
+    assert all(motion.success and np.abs(motion.corrections).max() <= 1.0 for motion in motions)
+    caught = min(held, key=lambda motion: motion.captured)
+    noisy = controller.simulate(orbit.state, 100, limit=0.4, noise=1e-3)
+    assert noisy.captured == 0 and 1e-5 < noisy.distances[-50:].mean() < 2e-2
+    without = controller.simulate(caught.states[-1] + 1e-9, 100, limit=0.4, start=100)
+    assert without.distances[-1] > 1e-2  # nothing holds it
+
+
+def test_a_stable_orbit_needs_no_gain():
+    found = bf.control.ogy(bf.find_orbit(bf.systems.impact_oscillator()), "amplitude")
+    assert not found.gain.any() and found.status == "stable_already"
+
+
+def test_bad_arguments_are_named(orbit):
+    with pytest.raises(ValueError, match="section = 1.0"):
+        bf.control.ogy(orbit, "amplitude", section=1.0)
+    at = orbit.events[0].time / orbit.forcing_period
+    with pytest.raises(ValueError, match="has its event there"):
+        bf.control.ogy(orbit, "amplitude", section=at)
+    with pytest.raises(ValueError, match="method = 'fast'"):
+        bf.control.ogy(orbit, "amplitude", method="fast")
+    with pytest.raises(ValueError, match="unknown"):
+        bf.control.ogy(orbit, "colour")
+    controller = bf.control.ogy(orbit, "amplitude")
+    with pytest.raises(ValueError, match="limit"):
+        controller.simulate(orbit.state, 5, limit=0.0)

@@ -1,0 +1,122 @@
+"""Motions under delayed feedback: exact delay equations by steps, growth rates of the linear theory, refusals by name."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import DelayedFeedback
+from tests.reference.impacting_orbit import impacting
+
+VELOCITY_GAIN = 0.11974245320865
+
+
+def controlled(system, gain, **options):
+    """Return the system with a delayed feedback."""
+    return bf.System(system.mass, system.damping, system.stiffness, (*system.elements, DelayedFeedback(gain, **options)),
+                     omega=system.omega)
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    return impacting()
+
+
+def test_without_gain_it_is_the_motion_of_the_system(orbit):
+    start = orbit.state + (1e-3, 0.0)
+    plain = bf.simulate(orbit.system, start, periods=5)
+    delayed = bf.simulate(controlled(orbit.system, 0.0), start, periods=5)
+    np.testing.assert_allclose(delayed.final, plain.final, atol=1e-11)
+    assert [e.kind for e in delayed.events] == [e.kind for e in plain.events]
+    np.testing.assert_allclose([e.time for e in delayed.events], [e.time for e in plain.events], atol=1e-12)
+
+
+@pytest.mark.parametrize("repeat", [0.0, 0.5])
+def test_a_linear_delay_equation_by_the_method_of_steps(repeat):
+    """x'' + 2 zeta x' + x = p, p = K (x(t-1) - x(t)) + R p(t-1), against Taylor series a step in 40 digits."""
+    mp = pytest.importorskip("mpmath").mp
+    mp.dps = 40
+    zeta, K, tau = mp.mpf("0.1"), mp.mpf("0.7"), 1
+    terms, steps = 60, 5
+    past, force, y = None, None, (mp.mpf(1), mp.mpf(0))
+    for _ in range(steps):
+        a = [y[0], y[1]]
+        known = [K * past[j] + mp.mpf(repeat) * force[j] if past else mp.mpf(0) for j in range(terms)]
+        for j in range(terms - 2):
+            p = known[j] - K * a[j]
+            a.append((p - a[j] - 2 * zeta * (j + 1) * a[j + 1]) / ((j + 1) * (j + 2)))
+        past, force = a, [known[j] - K * a[j] for j in range(terms)]
+        y = sum(a), sum(j * a[j] for j in range(1, terms))
+    system = bf.System(1.0, 0.2, 1.0, (DelayedFeedback(0.7, delay=float(tau), repeat=repeat),))
+    motion = bf.simulate(system, (1.0, 0.0), duration=float(steps))
+    np.testing.assert_allclose(motion.final, [float(v) for v in y], atol=1e-13)
+
+
+@pytest.mark.parametrize("gain, growth", [(0.004, 1.099036), (0.0089, 0.999933)])
+def test_growth_under_displacement_feedback(orbit, gain, growth):
+    motion = bf.simulate(controlled(orbit.system, gain), orbit.state + 1e-6 * np.array([1.0, 0.3]), periods=45, history=orbit)
+    away = np.linalg.norm(motion.sections - orbit.state, axis=1)
+    assert (away[-1] / away[20]) ** (1 / (len(away) - 21)) == pytest.approx(growth, abs=2e-5)
+
+
+@pytest.mark.parametrize("ratio, growth", [(0.9, 1.00929), (1.1, 0.99194)])
+def test_growth_under_velocity_feedback_at_a_rigid_stop(orbit, ratio, growth):
+    system = controlled(orbit.system, ratio * VELOCITY_GAIN, of="velocity")
+    motion = bf.simulate(system, orbit.state + 1e-6 * np.array([1.0, 0.3]), periods=80, history=orbit)
+    away = np.linalg.norm(motion.sections - orbit.state, axis=1)
+    assert (away[-1] / away[40]) ** (1 / (len(away) - 41)) == pytest.approx(growth, abs=1e-5)
+
+
+def test_the_feedback_vanishes_when_the_orbit_is_reached(orbit):
+    motion = bf.simulate(controlled(orbit.system, 0.05), orbit.state + (0.01, 0.0), periods=150, history=orbit)
+    assert np.abs(motion.sections[-1] - orbit.state).max() < 1e-9
+    times = np.linspace(motion.stop - orbit.period, motion.stop, 50)
+    assert np.abs(motion.feedback(times)).max() < 1e-9
+    assert np.abs(motion.feedback(np.linspace(0.0, orbit.period, 50))).max() > 1e-4
+
+
+def test_a_law_that_is_not_affine():
+    """Duffing with velocity feedback, against DOP853 from period to period with the past interpolated."""
+    from scipy.integrate import solve_ivp
+
+    system = controlled(bf.systems.duffing_oscillator(omega=1.2, amplitude=0.4), 0.3, of="velocity")
+    period = system.period
+    motion = bf.simulate(system, (0.4, 0.1), periods=3)
+
+    def rates(past):
+        def rate(t, y):
+            p = 0.3 * ((0.0 if past is None else past(t - period)[1]) - y[1])
+            return y[1], 0.4 * np.cos(1.2 * t) - 0.1 * y[1] - y[0] - y[0] ** 3 + p
+        return rate
+
+    past, y = None, (0.4, 0.1)
+    for k in range(3):
+        solved = solve_ivp(rates(past), (k * period, (k + 1) * period), y, method="DOP853", rtol=1e-12, atol=1e-13,
+                           dense_output=True)
+        past, y = solved.sol, solved.y[:, -1]
+    np.testing.assert_allclose(motion.final, y, atol=1e-8)
+
+
+def test_what_cannot_treat_it_refuses_by_name():
+    system = controlled(bf.systems.duffing_oscillator(), 0.1)
+    for call in (lambda: bf.find_orbit(system), lambda: bf.find_orbit(system, method=bf.HarmonicBalance(harmonics=3)),
+                 lambda: bf.basins_of_attraction(system, bf.Grid(q0=(-1, 1, 4), v0=(-1, 1, 4))),
+                 lambda: bf.lyapunov_exponents(system, (0.0, 0.0))):
+        with pytest.raises(ValueError, match="'delayed_feedback': delayed feedback is not supported here"):
+            call()
+
+
+def test_bad_arguments_are_named():
+    with pytest.raises(ValueError, match="repeat = 1.0"):
+        DelayedFeedback(0.1, repeat=1.0)
+    with pytest.raises(ValueError, match="delay = 0.0"):
+        DelayedFeedback(0.1, delay=0.0)
+    with pytest.raises(ValueError, match="of = 'force'"):
+        DelayedFeedback(0.1, of="force")
+    system = bf.systems.impact_oscillator()
+    with pytest.raises(ValueError, match="has no delayed feedback"):
+        bf.simulate(system, (0.0, 0.0), periods=1, history=lambda t: t)
+    two = controlled(controlled(system, 0.1), 0.2)
+    with pytest.raises(ValueError, match="2 delayed feedbacks"):
+        bf.simulate(two, (0.0, 0.0), periods=1)
+    short = bf.simulate(system, (0.0, 0.0), periods=0.5)
+    with pytest.raises(ValueError, match="history must reach"):
+        bf.simulate(controlled(system, 0.1), (0.0, 0.0), periods=1, history=short)

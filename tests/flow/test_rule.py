@@ -1,0 +1,138 @@
+"""The rule at an event: coupled inertia, several contacts on one mass, many kicks at one instant."""
+import itertools
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.compose.scene import scene_of
+from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.flow.settle import Rule
+
+M = np.array([[1.0, 0.25], [0.25, 1.44]])
+C = np.array([[0.11, -0.019], [-0.019, 0.11]])
+K = np.array([[1.38, -0.38], [-0.38, 1.38]])
+
+
+def stop_and_friction(mu, omega):
+    return bf.System(M, C, K, (HarmonicForce(2.1), RigidStop(gap=0.12, restitution=0.0, dof=0), Coulomb(mu, dof=1)), omega=omega)
+
+
+def time_stepping(mu, omega, duration, h):
+    """Moreau's scheme for `stop_and_friction` from rest: plastic impacts and friction as impulses, Gauss-Seidel."""
+    inverse = np.linalg.inv(M)
+    q, v = np.zeros(2), np.zeros(2)
+    for i in range(round(duration / h)):
+        middle = q + 0.5 * h * v
+        v = v + h * inverse @ (np.array([2.1 * np.cos(omega * (i + 0.5) * h), 0.0]) - C @ v - K @ middle)
+        push = np.zeros(2)
+        for _ in range(12):
+            if middle[0] >= 0.12:
+                change = max(0.0, push[0] + v[0] / inverse[0, 0]) - push[0]
+                push[0] += change
+                v = v - inverse[:, 0] * change
+            change = np.clip(push[1] + v[1] / inverse[1, 1], -mu * h, mu * h) - push[1]
+            push[1] += change
+            v = v - inverse[:, 1] * change
+        q = middle + 0.5 * h * v
+    return np.concatenate([q, v])
+
+
+@pytest.mark.parametrize(("mu", "omega"), list(itertools.product((0.4, 0.8, 1.2), (0.4, 0.7, 1.2))))
+def test_coupled_inertia_with_a_stop_and_friction(mu, omega):
+    """An impulse on one mass moves the other: friction lets go in the same instant, rest on the stop is rest to rounding."""
+    motion = bf.simulate(stop_and_friction(mu, omega), np.zeros(4), periods=30)
+    assert motion.success, motion.message
+    assert motion.y[:, 0].max() <= 0.12 + 1e-14
+
+
+def test_coupled_inertia_agrees_with_time_stepping():
+    for mu, omega, duration in ((0.4, 0.5, 8.0), (0.8, 0.6, 6.0)):
+        motion = bf.simulate(stop_and_friction(mu, omega), np.zeros(4), duration=duration)
+        found = [time_stepping(mu, omega, duration, h) for h in (8e-4, 4e-4)]
+        assert np.abs(found[1] - motion.final).max() < 4e-3
+        assert any(event.kind == "impact" for event in motion.events)
+
+
+def test_two_frictions_on_one_mass_are_one_with_the_sum_of_the_limits():
+    """A mass between two surfaces: one of them holds it, the share of the two in the reaction is not unique, the motion is."""
+    def system(*limits):
+        return bf.System(1.0, 0.02, 1.0, (HarmonicForce(1.3), *(Coulomb(limit) for limit in limits)), omega=0.6)
+
+    whole = bf.simulate(system(0.7), (0.4, 0.0), periods=6)
+    for limits in ((0.5, 0.2), (0.2, 0.5), (0.1, 0.25, 0.35)):
+        shared = bf.simulate(system(*limits), (0.4, 0.0), periods=6)
+        assert shared.success
+        t = np.linspace(0.0, shared.stop, 300)
+        np.testing.assert_allclose(shared(t), whole(t), rtol=0, atol=1e-12)
+    orbits = [bf.find_orbit(system(*limits)) for limits in ((0.7,), (0.5, 0.2))]
+    assert all(orbit.success for orbit in orbits)
+    assert abs(orbits[0].maximum(0) - orbits[1].maximum(0)) < 1e-12
+
+
+def test_floor_and_belt_on_one_mass():
+    """A belt that drags with .1 moves a mass on a floor of limit .3 once the load exceeds .2: v = .25 sin t - .2 t."""
+    def system(load):
+        return bf.System(1.0, 0.0, 0.0, (HarmonicForce(load), Coulomb(0.3), Coulomb(0.1, belt_speed=2.0)), omega=1.0)
+
+    assert bf.simulate(system(0.15), (0.0, 0.0), periods=3).y.any() == np.False_
+    t = 0.3
+    moved = bf.simulate(system(0.25), (0.0, 0.0), duration=t).final
+    np.testing.assert_allclose(moved, [0.25 * (1.0 - np.cos(t)) - 0.1 * t * t, 0.25 * np.sin(t) - 0.2 * t], rtol=0, atol=1e-15)
+
+
+def test_infinitely_many_kicks_at_one_instant_end_in_rest():
+    """A mass hits another one that touches a wall, all plastic: blow follows blow at one instant, until both are at rest."""
+    stops = (RigidStop(gap=0.0, restitution=0.0, row=(1.0, -1.0)), RigidStop(gap=0.0, restitution=0.0, dof=1))
+    for mass in (0.1, 1.0, 10.0):
+        system = bf.System(np.diag([1.0, mass]), np.zeros((2, 2)), np.zeros((2, 2)), (ConstantForce(1e-3, dof=1), *stops))
+        motion = bf.simulate(system, (-0.5, 0.0, 1.0, 0.0), duration=2.0)
+        assert motion.success, motion.message
+        np.testing.assert_allclose(motion.final, np.zeros(4), rtol=0, atol=1e-14)
+
+
+def test_a_mass_that_is_caught_says_so():
+    """A wall that moves beyond the other one leaves no room: that is said, not a number of events."""
+    walls = (RigidStop(gap=0.07, restitution=0.3, amplitude=0.14, harmonic=1), RigidStop(gap=0.0, restitution=0.0, side=-1))
+    motion = bf.simulate(bf.System(1.0, 0.1, 1.0, (HarmonicForce(0.1), *walls), omega=1.0), (0.01, 0.0), periods=3)
+    assert motion.status == "inconsistent"
+    assert "caught between 'rigid_stop' and 'rigid_stop_2'" in motion.message
+
+
+def test_a_second_stop_in_the_same_step_is_hit_too():
+    """Two masses fly freely onto their stops, 1e-3 to 1e-12 one after the other: both impacts, in their order, at their time."""
+    for late in (1e-3, 1e-6, 1e-12):
+        for order in ((0, 1), (1, 0)):
+            stops = tuple(RigidStop(gap=0.0, restitution=0.5, dof=dof) for dof in order)
+            system = bf.System(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), stops)
+            motion = bf.simulate(system, (-0.1, -0.1 - late, 1.0, 1.0), duration=1.0)
+            times = [event.time for event in motion.events]
+            np.testing.assert_allclose(times, [0.1, 0.1 + late], rtol=1e-14)
+            assert [event.element for event in motion.events] == [system.labels[order.index(dof)] for dof in (0, 1)]
+            np.testing.assert_allclose(motion.final[2:], [-0.5, -0.5], rtol=1e-15)
+
+
+def test_rest_is_told_by_the_rounding_of_the_terms():
+    """A speed that is the rounding of what was added up counts as rest; one ten thousand times larger does not."""
+    system = stop_and_friction(0.8, 0.6)
+    scene, rule = scene_of(system), Rule(scene_of(system))
+    mode = scene.index(("always", "rest", "stick"))
+    x = np.concatenate([[0.12, 0.3, 0.0, 0.0], scene.forcing(np.array([2.0]))[0]])
+    scale = rule.sizes(x)
+    for speed, held in ((2e-17, True), (2e-12, False)):
+        x[2] = speed
+        assert (("hold", 1) in rule.broken(mode, x, scale)) is not held
+
+
+def test_the_mode_after_an_event_may_start_there():
+    """The dashpot of a stop loads a friction that holds: whatever an event takes along, the mode its row tells may start."""
+    elements = (HarmonicForce(1.0, dof=0), ElasticStop(gap=0.2, stiffness=5.0, damping=4.0, dof=0), Coulomb(0.5, row=(1.0, -1.0)))
+    system = bf.System(np.eye(2), 0.02 * np.eye(2), np.eye(2), elements, omega=0.7)
+    motion = bf.simulate(system, np.zeros(4), periods=4)
+    assert motion.success and {"contact", "separation", "stick", "slip"} <= {event.kind for event in motion.events}
+    scene, rule = scene_of(system), Rule(scene_of(system))
+    for first, second in itertools.pairwise(motion.events):
+        assert first.mode_after == second.mode_before
+    for event in motion.events:
+        x = np.concatenate([event.after, scene.forcing(np.array([event.time]))[0]])
+        assert rule.broken(scene.index(event.mode_after), x, rule.sizes(x)) == []

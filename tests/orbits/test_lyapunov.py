@@ -1,0 +1,64 @@
+"""Lyapunov exponents: through friction, laws, from rest, motions and orbits; their errors."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import CubicSpring, HarmonicForce, Stribeck
+
+CHAOTIC = {"omega": 2.8, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
+
+
+def test_dry_friction_that_sticks_forgets_one_direction():
+    """The other one shrinks by .46865052 a period, the multiplier of the orbit."""
+    system = bf.systems.dry_friction_oscillator()
+    found = bf.lyapunov_exponents(system, periods=80, transient=60)
+    np.testing.assert_allclose(found.values[0], np.log(0.46865052) / system.period, rtol=0, atol=1e-8)
+    assert found.values[1] == -np.inf and found.errors[1] == 0.0 and found.sum_rule == -np.inf and not found.chaotic
+
+
+def test_of_an_orbit_from_its_multipliers():
+    system = bf.systems.dry_friction_oscillator()
+    orbit = bf.find_orbit(system)
+    found = bf.lyapunov_exponents(system, orbit)
+    np.testing.assert_allclose(found.values[0], np.log(abs(orbit.multipliers[0])) / orbit.period, rtol=1e-14)
+    assert found.values[1] == -np.inf and not found.errors.any()
+    with pytest.raises(ValueError, match="another system"):
+        bf.lyapunov_exponents(system.with_parameters(omega=1.1 * system.omega), orbit)
+
+
+def test_from_rest_and_from_a_motion():
+    system = bf.systems.impact_oscillator(omega=1.5, amplitude=0.9)
+    motion = bf.simulate(system, (0.0, 0.0), periods=120)
+    orbit = bf.find_orbit(system)
+    exact = bf.lyapunov_exponents(system, orbit)
+    for start in (None, motion):
+        found = bf.lyapunov_exponents(system, start, periods=40, transient=400)
+        np.testing.assert_allclose(found.values.sum(), exact.values.sum(), rtol=0, atol=1e-7)
+        np.testing.assert_allclose(found.values, exact.values, rtol=0, atol=0.05)  # complex multipliers turn: averages wander
+
+
+def test_errors_are_those_of_independent_pieces():
+    """The spread of the exponent over pieces of a chaotic motion is what each piece says of its own error."""
+    system = bf.systems.impact_oscillator(**CHAOTIC)
+    pieces, y = [], (-0.5, 0.0)
+    for _ in range(24):
+        pieces.append(bf.lyapunov_exponents(system, y, periods=400, transient=40))
+        y = pieces[-1].state
+    spread = np.std([piece.values[0] for piece in pieces], ddof=1)
+    told = np.median([piece.errors[0] for piece in pieces])
+    assert 0.6 < spread / told < 1.6
+    for piece in pieces:
+        np.testing.assert_allclose(piece.values.sum(), piece.sum_rule, rtol=0, atol=1e-12)
+
+
+def test_a_law_loses_what_its_dashpot_takes():
+    """Duffing: the exponents add up to -c; a falling friction on a belt has one that dies in stick."""
+    duffing = bf.System(1.0, 0.2, -1.0, (HarmonicForce(0.3), CubicSpring(1.0)), omega=1.2)
+    found = bf.lyapunov_exponents(duffing, (0.1, 0.0), periods=200)
+    np.testing.assert_allclose(found.values.sum(), -0.2, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.sum_rule, -0.2, rtol=0, atol=1e-11)
+    belt = bf.System(1.0, 0.05, 1.0, (HarmonicForce(0.3), Stribeck(kinetic=0.5, static=1.0, speed=0.4, belt_speed=0.3)), omega=2.0)
+    found = bf.lyapunov_exponents(belt, periods=60, transient=20)
+    assert np.isfinite(found.values[0]) and found.values[1] == -np.inf
+    orbit = bf.find_orbit(belt, transient=80)
+    assert not orbit.success and orbit.signature.startswith("carried")  # the mass on the belt is not at rest

@@ -1,0 +1,43 @@
+"""Random branches: what they hold is motion, their ends are named, both directions of travel see the same."""
+import pytest
+
+from studies import branch_audit
+from studies.common import Setting
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """Return the audited scenes of the small setting."""
+    return branch_audit.study(Setting.SMALL)
+
+
+def test_every_row_is_a_motion(rows):
+    """No row that simulation does not repeat, none without success."""
+    assert sum(row.rows for row in rows) > 150
+    for row in rows:
+        assert (row.not_repeated, row.failed) == (0, 0), row
+
+
+def test_ends_are_explained(rows):
+    """Bounds, loops, largest numbers of steps, and physical ends that are named."""
+    assert [row.ends for row in rows if row.ends] == []
+
+
+def test_both_directions_see_the_same(rows):
+    """Traced back from either end the special points are the same.
+
+    Not yet where two masses chatter and rub: a stick onset that meets the accumulating impacts of a chattering is passed in
+    one order from one side and in another from the other (the study's table counts them).
+    """
+    assert [row.one_way for row in rows if row.one_way and row.kind != "two_masses"] == []
+
+
+def test_the_table_has_a_line_for_every_kind(rows):
+    """One line for each kind of scene and one for all."""
+    assert branch_audit.report(rows).count("\n") == len(branch_audit.KINDS) + 3
+
+
+def test_points_without_a_partner_are_seen():
+    """Lists of points are compared kind by kind."""
+    assert branch_audit.unmatched([("fold", 1.0), ("grazing", 2.0)], [("fold", 1.0)], 1.0) == [("grazing", 2.0)]
+    assert branch_audit.unmatched([("fold", 1.0)], [("fold", 1.0 + 1e-9)], 1.0) == []
