@@ -69,7 +69,7 @@ def starts():
 
 def branch_of(orbit, ds_max: float):
     """Return the branch in omega, audited; the default step is ds_max = 0.2."""
-    branch = bf.trace(orbit, "omega", bounds=BOUNDS, ds_max=ds_max, ds=min(0.02, ds_max))
+    branch = bf.trace(orbit, "omega", bounds=BOUNDS, ds_max=ds_max, ds=min(0.02, ds_max), audit="fast")
     _ = branch.audit
     return branch
 

@@ -20,9 +20,9 @@ import numpy as np
 import bifurc as bf
 from bifurc._jit import njit
 from bifurc.hbm.balance import Balance as Core
-from bifurc.hbm.galerkin import FirstJacobian, Sampled, galerkin_broyden, one_harmonic
 from bifurc.hbm.layout import Layout
-from bifurc.hbm.setvalued_parts import Balance, Contact, Linear
+from bifurc.hbm.setvalued.equations import Balance, Contact, Linear
+from bifurc.hbm.setvalued.li2019 import FirstJacobian, Sampled, galerkin_broyden, one_harmonic
 from bifurc.solve.broyden import broyden
 from bifurc.solve.newton import newton
 

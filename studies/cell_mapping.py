@@ -10,7 +10,7 @@ import numpy as np
 
 import bifurc as bf
 from bifurc.basins import GroupKind
-from bifurc.basins.generalized import components, transition
+from bifurc.basins.cells.generalized import components, transition
 
 from .common import Setting, parser, publish, table
 from .label_noise import problem

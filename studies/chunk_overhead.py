@@ -28,8 +28,8 @@ def labels(payload) -> tuple[dict, dict[str, np.ndarray]]:
 
 def measured(count: int, wait: float, executor=None, workers: int = 1, filed: bool = True) -> tuple[float, float]:
     """Return wall and CPU seconds of the driver a chunk."""
-    from bifurc.basins.chunks import ChunkStore
-    from bifurc.basins.executors import run_chunks
+    from bifurc.jobs.executors import run_chunks
+    from bifurc.jobs.store import ChunkStore
     starts = np.zeros((CELLS, 2))
     payloads = [{"number": i, "wait": wait, "starts": starts} for i in range(count)]
     with tempfile.TemporaryDirectory() as base:
@@ -52,7 +52,7 @@ def parts(count: int) -> dict[str, tuple[float, float]]:
     """Return median wall and CPU seconds of what the layer does with one chunk: name, write, read, hand to a thread."""
     from concurrent.futures import ThreadPoolExecutor
 
-    from bifurc.basins.chunks import ChunkStore
+    from bifurc.jobs.store import ChunkStore
     payload = {"number": 0, "wait": 0.0, "starts": np.random.default_rng(0).random((CELLS, 2))}
     meta, arrays = labels(payload)
     with tempfile.TemporaryDirectory() as base, ThreadPoolExecutor(1) as pool:

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import bifurc as bf
-from bifurc.continuation.balance_problem import path_over
-from bifurc.continuation.condensed_problem import Along
+from bifurc.continuation.balance.condensed import Along
+from bifurc.continuation.balance.problem import path_over
 from bifurc.elements import HarmonicForce, Jenkins
-from bifurc.hbm.condense import Condensed
+from bifurc.hbm.condensation.condensed import Condensed
 from bifurc.orbits.balance import relative_residual
 
 from .common import Setting, interleaved, parser, publish, table

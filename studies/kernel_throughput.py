@@ -4,10 +4,11 @@ x'' + .04 x' + x = cos(2.6 t), x <= 0, restitution .8 (a motion of period one an
 at the cell centres of a grid over (-2.5, 0) x (-3, 3), sticking and infinite sequences of impacts included. Accuracy:
 states after one and ten periods of random cells against 34-digit arithmetic. Smooth field: x'' + .15 x' - x + x^3 =
 .3 cos t by 100 classical Runge-Kutta steps a period, and by the method of order 8 that basin maps take, each with its
-error. Scenes of several modes (elastic stops, dry friction) run in lanes through all modes, and once more by the certified
-march alone, from starts over (-2, 2.0371) x (-2, 1.9413). A measure of what the machine can do may be run beside: ``--limit
-SCRIPT`` names a program that prints one JSON object with ``impact_f64`` and ``duffing_f64`` in 1e6 starts x periods a
-CPU-second of hand-written vectorised C; it runs in turn with the kernels, and ratios are those of medians.
+error. Scenes of several modes (elastic stops, dry friction) run in batches through all modes, and once more by the scalar
+integrator alone, from starts over (-2, 2.0371) x (-2, 1.9413); chains of two and three masses
+from random starts. A measure of what the machine can do may be run beside: ``--limit SCRIPT`` names a program that prints one
+JSON object with ``impact_f64`` and ``duffing_f64`` in 1e6 starts x periods a CPU-second of hand-written vectorised C; it runs in
+turn with the kernels, and ratios are those of medians.
 """
 import json
 import statistics
@@ -20,10 +21,11 @@ import numpy as np
 
 import bifurc as bf
 from bifurc._jit import njit
-from bifurc.basins import PeriodMap, lanes, lanesmodes, lanessmooth
-from bifurc.basins.lanesmethods import Method
-from bifurc.basins.starting import begin
+from bifurc.basins import PeriodMap
 from bifurc.compose.scene import scene_of
+from bifurc.ensemble.batch import packing, several_modes, smooth
+from bifurc.ensemble.batch.runge_kutta import Method
+from bifurc.ensemble.initial_conditions import begin
 from bifurc.flow.scan import DONE, MODE, STATE, TAU, run, workspace
 from bifurc.flow.single import pack, period, scratch
 
@@ -52,7 +54,25 @@ def scenes_of_modes() -> dict[str, bf.System]:
             "two elastic stops": bf.System(1.0, 0.1, 1.0, [force, e.ElasticStop(0.5, 4.0, damping=0.05),
                                                            e.ElasticStop(0.6, 9.0, side=-1)], omega=1.1),
             "dry friction": bf.System(1.0, 0.04, 1.0, [force, e.Coulomb(0.3)], omega=0.8),
-            "friction and elastic stop": bf.System(1.0, 0.04, 1.0, [force, e.Coulomb(0.2), e.ElasticStop(0.5, 6.0)], omega=1.3)}
+            "friction and elastic stop": bf.System(1.0, 0.04, 1.0, [force, e.Coulomb(0.2), e.ElasticStop(0.5, 6.0)], omega=1.3),
+            "two masses, stop": chain(2, e.RigidStop(0.6, 0.7, dof=1)),
+            "two masses, stop and friction": chain(2, e.RigidStop(0.6, 0.7), e.Coulomb(0.15, dof=1)),
+            "three masses, stop": chain(3, e.RigidStop(0.8, 0.7, dof=2))}
+
+
+def chain(n: int, *elements) -> bf.System:
+    """Return a chain of unit masses and springs, fixed at its first mass, which is forced."""
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    return bf.System(np.eye(n), 0.05 * K + 0.02 * np.eye(n), K, [bf.elements.HarmonicForce(1.0, dof=0), *elements], omega=1.3)
+
+
+def starts_of(system: bf.System, cells: int) -> np.ndarray:
+    """Return as many starts as a grid has: its centres for one mass, random ones within the stops for several."""
+    if system.n == 1:
+        return grid(cells, MODES_BOX)
+    X = np.random.default_rng(3).uniform(-1.0, 1.0, (cells**2, 2 * system.n))
+    X[:, :system.n] *= 0.55
+    return X
 
 
 @njit
@@ -100,7 +120,7 @@ def general(T, modes, X, periods, limit):
 
 
 def side_by_side(module, numbers, X: np.ndarray, periods: int, modes: np.ndarray | None = None) -> int:
-    """Carry the starts ``X`` (N, 2) in place in lanes; return those left to the caller."""
+    """Carry the starts ``X`` (N, ns) in place in a batch; return those left to the caller."""
     codes = np.full(len(X), 6)
     modes = np.zeros(len(X), np.int64) if modes is None else modes
     module.carry(*numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
@@ -150,7 +170,7 @@ class Result:
 
     def share(self, kernel: str) -> float | None:
         """Return the rate of a kernel over that of vectorised C."""
-        if kernel.endswith((", lanes", ", march")):  # the peer program has no such scene
+        if kernel.endswith((", batch", ", march")):  # the peer program has no such scene
             return None
         found = self.limits.get(SMOOTH if "Runge" in kernel or "order 8" in kernel else IMPACTS)
         return self.rate(kernel) / statistics.median(found) if found else None
@@ -169,27 +189,29 @@ def errors(setting: Setting, periods: int, X: np.ndarray, carry) -> np.ndarray:
 def smooth_kernels(scene):
     """Return the calls of the smooth kernels, steps of the method of order 8 that the wished error takes, and its error."""
     T, calls = scene.tables, {}
-    eight = lanessmooth.kind_of(scene, Method.RK8)
-    steps, error = lanessmooth.steps_for(T, eight)
-    for name, kind, count in (("Runge-Kutta, 100 steps", lanessmooth.kind_of(scene, Method.RK4), 100),
+    eight = smooth.kind_of(scene, Method.RK8)
+    steps, error = smooth.steps_for(T, eight)
+    for name, kind, count in (("Runge-Kutta, 100 steps", smooth.kind_of(scene, Method.RK4), 100),
                               (f"order 8, {steps} steps", eight, steps)):
-        module, numbers = lanessmooth.module_of(kind), lanessmooth.numbers_of(T, kind, count)
+        module, numbers = smooth.module_of(kind), smooth.numbers_of(T, kind, count)
         calls[name] = lambda Y, n, module=module, numbers=numbers: side_by_side(module, numbers, Y, n)
     return calls, error
 
 
-def mode_kernels(X: np.ndarray) -> dict:
-    """Return the calls of the lanes through several modes, and of the certified march alone."""
-    calls = {}
+def mode_kernels(cells: int) -> tuple[dict, dict]:
+    """Return the calls of the batches through several modes, and of the scalar integrator alone, and their starts."""
+    calls, starts = {}, {}
     for name, system in scenes_of_modes().items():
+        X = starts_of(system, cells)
         scene = scene_of(system)
-        kind = lanes.kind_of(scene)
-        module, numbers = lanes.module_of(kind), lanes.numbers_of(scene.tables, kind)
+        kind = packing.kind_of(scene)
+        module, numbers = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
         modes = PeriodMap(system)._marcher.begin(X)[1]
-        for what, home in (("lanes", lanesmodes.ANY), ("march", lanesmodes.NONE)):
+        for what, home in (("batch", several_modes.ANY), ("march", several_modes.NONE)):
             given = module, numbers._replace(home=home), modes
             calls[f"{name}, {what}"] = lambda Y, n, given=given: side_by_side(*given[:2], Y, n, given[2])
-    return calls
+            starts[f"{name}, {what}"] = X
+    return calls, starts
 
 
 def study(setting: Setting = Setting.FULL, limit=None) -> Result:
@@ -198,16 +220,15 @@ def study(setting: Setting = Setting.FULL, limit=None) -> Result:
     X, D = grid(cells), grid(cells, DUFFING_BOX)
     T, packed, modes = prepared(X)
     scene = scene_of(bf.systems.impact_oscillator(**NUMBERS))
-    kind = lanes.kind_of(scene)
-    module, numbers = lanes.module_of(kind), lanes.numbers_of(scene.tables, kind)
-    calls = {"lanes": lambda Y, n: side_by_side(module, numbers, Y, n),
+    kind = packing.kind_of(scene)
+    module, numbers = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
+    calls = {"batch": lambda Y, n: side_by_side(module, numbers, Y, n),
              "period kernel": lambda Y, n: lean(*packed, modes, Y, n, 2000),
              "general march": lambda Y, n: general(T, modes, Y, n, 2000)}
-    smooth, _ = smooth_kernels(scene_of(bf.systems.duffing_oscillator(**DUFFING)))
-    M = grid(cells, MODES_BOX)
-    modal = mode_kernels(M)
-    starts = dict.fromkeys(calls, X) | dict.fromkeys(smooth, D) | dict.fromkeys(modal, M)
-    calls |= smooth | modal
+    fields, _ = smooth_kernels(scene_of(bf.systems.duffing_oscillator(**DUFFING)))
+    modal, theirs = mode_kernels(cells)
+    starts = dict.fromkeys(calls, X) | dict.fromkeys(fields, D) | theirs
+    calls |= fields | modal
     aside = {name: call(starts[name].copy(), PERIODS) for name, call in calls.items()}
     rates: dict[str, list[float]] = {name: [] for name in calls}
     limits: dict[str, list[float]] = {}
@@ -220,11 +241,11 @@ def study(setting: Setting = Setting.FULL, limit=None) -> Result:
             start = time.process_time()
             call(Y, PERIODS)
             rates[name].append(len(Y) * PERIODS / 1e6 / (time.process_time() - start))
-    found = {f"lanes, {n} period{'s' if n > 1 else ''}": errors(setting, n, X, calls["lanes"]) for n in (1, 10)}
+    found = {f"batch, {n} period{'s' if n > 1 else ''}": errors(setting, n, X, calls["batch"]) for n in (1, 10)}
     right = D.copy()
     duffing = scene_of(bf.systems.duffing_oscillator(**DUFFING))
-    right = lanessmooth.images(duffing.tables, lanessmooth.kind_of(duffing), 400, right)
-    for name in smooth:
+    right = smooth.images(duffing.tables, smooth.kind_of(duffing), 400, right)
+    for name in fields:
         Y = D.copy()
         calls[name](Y, 1)
         found[f"{name}, 1 period"] = np.abs(Y - right).max(axis=1)

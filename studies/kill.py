@@ -32,7 +32,7 @@ def pool() -> ProcessPoolExecutor:
 def drive(folder: str, processes: bool, values: int) -> None:
     """Run the sweep that is killed, and print the hash of its result."""
     import bifurc as bf
-    from bifurc.basins.chunks import fingerprint
+    from bifurc.jobs.store import fingerprint
     system = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
     found = bf.sweep(system, "omega", np.linspace(2.5, 2.65, values), {"q0": (-2.5, 0), "v0": (-3, 3)}, samples=300, chunk=1,
                      executor=pool if processes else None, workers=2, file=Path(folder) / "sweep.npz")

@@ -77,7 +77,7 @@ def report(found: dict[str, Noise]) -> str:
 
 def picture(found: dict[str, Noise]):
     """Draw the fractions of changed labels over the perturbation, with prediction and measurement at rounding."""
-    from bifurc.basins.noise import ROUNDING
+    from bifurc.basins.maps.label_noise import ROUNDING
     from bifurc.plotting.style import BLUE, GREEN, VERMILION, figure
     made, (ax,) = figure(6.0, 3.8)
     for (name, item), color in zip(found.items(), (BLUE, VERMILION, GREEN), strict=True):

@@ -26,8 +26,8 @@ TOLERANCE = 1e-5
 
 def audit(system, starts: np.ndarray, scale: np.ndarray):
     """Return section points (KEEP, ns) of one motion of each attractor that random starts find, and their shares."""
-    from bifurc.basins.periodmap import MAPPED, PeriodMap
-    from bifurc.basins.sections import groups, period_of, settled
+    from bifurc.basins.sweeps.sections import groups, period_of, settled
+    from bifurc.ensemble.period_map import MAPPED, PeriodMap
     points, outcomes, _ = settled(PeriodMap(system), starts, LONG, KEEP)
     good = np.flatnonzero(outcomes == MAPPED)
     periods = np.array([period_of(points[i], scale, TOLERANCE) for i in good])
@@ -42,7 +42,7 @@ def audit(system, starts: np.ndarray, scale: np.ndarray):
 
 def found_in(row: np.ndarray, period: int, attractors, scale: np.ndarray) -> list[int]:
     """Return which attractors of the sweep a motion of the audit lies on."""
-    from bifurc.basins.attractors import section_points
+    from bifurc.basins.attractors.attractors import section_points
     found = []
     for k, item in enumerate(attractors):
         points = section_points(item) / scale
@@ -56,9 +56,9 @@ def found_in(row: np.ndarray, period: int, attractors, scale: np.ndarray) -> lis
 def study(setting: Setting) -> dict:
     """Return what was measured."""
     import bifurc as bf
-    from bifurc.basins.attractors import same
-    from bifurc.basins.region import Region
+    from bifurc.basins.attractors.attractors import same
     from bifurc.compose.scene import scene_of
+    from bifurc.ensemble.region import Region
     system = bf.systems.impact_oscillator(**SYSTEM)
     bf.sweep(system, "omega", [2.59, 2.6], REGION, samples=50)  # compiled
     values = np.linspace(*WINDOW, POINTS[setting])

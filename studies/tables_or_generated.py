@@ -14,9 +14,9 @@ import numpy as np
 
 import bifurc as bf
 from bifurc._jit import njit
-from bifurc.basins.starting import begin
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import rebuild
+from bifurc.ensemble.initial_conditions import begin
 from bifurc.flow.single import fits, pack
 
 from .common import Setting, interleaved, parser, publish, table
