@@ -1,43 +1,103 @@
 """Sphinx settings: pages in Markdown, the reference from the docstrings of everything public."""
+import collections.abc
 import importlib
 import inspect
+import os
 import pathlib
+import sys
 
 import bifurc
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))  # for gallery_style
 
 project = "bifurc"
 author = "the bifurc developers"
 release = version = bifurc.__version__
-extensions = ["myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
+sys.path.insert(0, str(pathlib.Path(__file__).parent / "extension"))
+extensions = ["drawn", "myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx_gallery.gen_gallery"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "gallery", "pictures"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 autodoc_typehints = "none"  # numpydoc sections tell types with shapes and units
 numpydoc_show_class_members = False  # autodoc shows them
 html_theme = "pydata_sphinx_theme"
 html_title = "bifurc"
-html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False}
+html_sidebars = dict.fromkeys(("start", "validation", "answers", "comparison", "changelog"), [])  # single pages
+html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False, "header_links_before_dropdown": 7}
 
-MODULES = {"bifurc": "Top level", "bifurc.systems": "Systems", "bifurc.elements": "Elements",
-           "bifurc.continuation": "Continuation", "bifurc.plotting": "Pictures"}
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery", "gallery_dirs": "auto_gallery", "filename_pattern": r"/plot_", "download_all_examples": False,
+    "abort_on_example_error": True, "show_signature": False, "matplotlib_animations": False,
+    "reset_modules": ("matplotlib", "gallery_style.house_style"), "parallel": min(os.cpu_count() or 1, 4),
+}
+
+MODULES = {
+    "bifurc": ("Top level", "What ``import bifurc as bf`` gives: ``bf.name``."),
+    "bifurc.systems": ("Systems", "Ready systems of the literature; their keywords are their parameters."),
+    "bifurc.elements": ("Elements", "What acts on a system, and what elements of one's own are made of."),
+    "bifurc.continuation": ("Continuation", "Branches, special points, curves, and problems of one's own."),
+    "bifurc.continuation.grazing": ("Grazing", "What happens at a touch."),
+    "bifurc.continuation.maps": ("Maps", "Piecewise-smooth maps as systems."),
+    "bifurc.orbits": ("Orbits", "Periodic orbits and their kinds of failure."),
+    "bifurc.basins": ("Basins", "Basin maps, cell maps, boundaries, sweeps."),
+    "bifurc.atlases": ("Atlases", "The whole diagram."),
+    "bifurc.backbones": ("Backbones", "Frequency and damping of nonlinear modes over amplitude."),
+    "bifurc.control": ("Control of chaos", "Delayed feedback and small changes of a parameter."),
+    "bifurc.certify": ("Certificates", "Proofs in ball arithmetic."),
+    "bifurc.plotting": ("Pictures", "What ``plot`` of the results calls."),
+    "bifurc.explore": ("Explorer", "A system in the browser."),
+}
+# what results hold, and is not imported by name
+PARTS = {
+    "bifurc.flow.trajectory": ("Event", "Events"), "bifurc.flow.status": ("Status",),
+    "bifurc.flow.hysteresis": ("Hysteresis", "Loop", "LoopEvent"), "bifurc.orbits.lyapunov": ("LyapunovExponents",),
+    "bifurc.orbits.equilibrium": ("EquilibriumStatus",), "bifurc.hbm.status": ("BalanceStatus",),
+    "bifurc.continuation.audit": ("Audit",), "bifurc.continuation.resimulation": ("Resimulated",),
+    "bifurc.basins.maps.reliability": ("Trust", "TrustKind"), "bifurc.basins.maps.entropy": ("BasinEntropy",),
+    "bifurc.basins.maps.uncertainty_exponent": ("Uncertainty",), "bifurc.structure.reduction": ("Reduction",),
+}
+
+
+def entry(module, name, item):
+    """Return the lines that describe a public name."""
+    lines = [name, "-" * len(name), "", f".. currentmodule:: {module}", ""]
+    if inspect.isclass(item):
+        return [*lines, f".. autoclass:: {name}", "   :members:", ""]
+    if inspect.isfunction(item):
+        return [*lines, f".. autofunction:: {name}", ""]
+    if inspect.ismodule(item):
+        return [*lines, f".. automodule:: {item.__name__}", "   :members:", "   :no-index:", ""]
+    return [*lines, f".. data:: {name}", "", f"   ``{item!r}``", ""]
 
 
 def write_reference():
-    """Write one page a module with its public classes and functions; a name is described where it is met first."""
+    """Write one page a module with all its public names; a name is described where it is met first, and named elsewhere."""
     folder = pathlib.Path(__file__).parent / "reference"
     folder.mkdir(exist_ok=True)
-    described = set()
-    for module, title in MODULES.items():
-        found, text = importlib.import_module(module), [title, "=" * len(title), ""]
-        for name in found.__all__:
+    described = {}
+    for module, (title, words) in MODULES.items():
+        found, text = importlib.import_module(module), [title, "=" * len(title), "", words, ""]
+        extra = ("builder",) if module == "bifurc.systems" else ()
+        for name in (*found.__all__, *extra):
             item = getattr(found, name)
-            if item in described or not (inspect.isclass(item) or inspect.isfunction(item)):
+            if inspect.ismodule(item) and item.__name__ in MODULES:
                 continue
-            described.add(item)
-            text += [name, "-" * len(name), "", f".. currentmodule:: {module}", ""]
-            text += [f".. autoclass:: {name}", "   :members:", ""] if inspect.isclass(item) else [f".. autofunction:: {name}", ""]
+            if isinstance(item, collections.abc.Hashable) and item in described:
+                text += [name, "-" * len(name), "", f"See :py:obj:`{described[item]}.{name}`.", ""]
+                continue
+            if isinstance(item, collections.abc.Hashable):
+                described[item] = module
+            text += entry(module, name, item)
         (folder / f"{module}.rst").write_text("\n".join(text))
+    text = ["Parts of results", "================", "", "What results hold; made by the package.", ""]
+    for module, names in PARTS.items():
+        for name in names:
+            text += entry(module, name, getattr(importlib.import_module(module), name))
+    (folder / "parts.rst").write_text("\n".join(text))
+    pages = "\n".join(f"   {page}" for page in (*MODULES, "parts"))
+    (folder / "index.rst").write_text("Reference\n=========\n\nEvery public name, with shapes, units, errors and sources.\n\n"
+                                      f".. toctree::\n   :maxdepth: 1\n\n{pages}\n")
 
 
 write_reference()
