@@ -4,13 +4,13 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import networkx as nx
-import numpy as np
 
 from ..continuation.branch import Branch
 from ..ensemble.region import Region
 from ..system import System
 from .graph import graph_of
 from .identity import orbits_at, periods_of, symmetric
+from .records import packed_branches, unpacked_branches
 from .search import Probe, Search
 from .stability import gaps, layers, stable_intervals
 
@@ -214,12 +214,7 @@ class Atlas:
 
     def to_record(self) -> tuple[dict, dict]:
         """Return the JSON-able header and the arrays."""
-        headers: list[dict] = []
-        arrays: dict[str, np.ndarray] = {}
-        for k, branch in enumerate(self.branches):
-            header, mine = branch.to_record()
-            headers.append(header)
-            arrays |= {f"b{k}_{name}": np.asarray(values) for name, values in mine.items()}
+        headers, arrays = packed_branches(self.branches)
         header = {"kind": "atlas", "system": self.system.to_record(), "parameter": self.parameter, "bounds": list(self.bounds),
                   "region": self.region.to_record(), "branches": headers, "origins": list(self.origins),
                   "probes": [vars(probe) for probe in self.probes], "untraced": [list(item) for item in self.untraced],
@@ -229,11 +224,7 @@ class Atlas:
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Atlas":
         """Make the atlas that `to_record` described; ``elements`` are user classes and laws."""
-        branches = []
-        for k, mine in enumerate(header["branches"]):
-            start = f"b{k}_"
-            branches.append(Branch.from_record(mine, {name.removeprefix(start): values for name, values in arrays.items()
-                                                      if name.startswith(start)}, elements=elements))
+        branches = [branch for branch in unpacked_branches(header["branches"], arrays, elements) if branch is not None]
         low, high = header["bounds"]
         probes = tuple(Probe(**probe) for probe in header["probes"])
         untraced = tuple((value, why) for value, why in header["untraced"])
