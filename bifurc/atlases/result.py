@@ -133,13 +133,13 @@ class Atlas:
         """Return one row a branch: number, periods, from, to, stable intervals, special points, ends, mirror image, origin."""
         rows = []
         for k, branch in enumerate(self.branches):
-            p = branch.column("parameter")
+            reached = [*branch.column("parameter"), *(point.parameter for point in branch.special_points)]  # folds lie beyond rows
             kinds: dict[str, int] = {}
             for point in branch.special_points:
                 kinds[str(point.kind)] = kinds.get(str(point.kind), 0) + 1
             orbit = branch.orbits[len(branch) // 2]
             mirrored = self.system.symmetry == -1 and not symmetric(orbit)
-            rows.append({"branch": k, "periods": periods_of(branch), "from": float(p.min()), "to": float(p.max()),
+            rows.append({"branch": k, "periods": periods_of(branch), "from": float(min(reached)), "to": float(max(reached)),
                          "stable": [(a, b) for a, b, number in self.stable if number == k], "points": kinds,
                          "ends": tuple(str(reason) for reason in branch.stop_reason), "mirror_image": mirrored,
                          "origin": self.origins[k]})
