@@ -135,6 +135,11 @@ def problem_from(record, problem, elements):
         return made
     if record["kind"] == "curve":
         return curve_from(record, problem, elements)
+    if record["kind"] == "unfolded":
+        from .unfolding import Unfolded
+
+        inner = problem_from(record["of"], problem, elements)
+        return inner if isinstance(inner, Missing) else Unfolded(inner, np.array(record["w0"]), np.array(record["x0"]))
     if record["kind"] == "balance":
         from .balance.problem import BalanceProblem
 
