@@ -81,7 +81,8 @@ def test_branch_over_energy(stop, start, frequency, tmp_path):
 def test_internal_resonances_with_a_mode_that_is_not_coupled(other):
     """A mass and its stop beside another of constant frequency: the ratio of the frequencies passes fractions in closed form."""
     system = System(np.eye(2), np.zeros((2, 2)), np.diag([1.0, other**2]), [el.ElasticStop(1.0, 4.0)])
-    branch = bf.trace(bf.find_orbit(system, guess=(0.9, 0.0, 0.0, 0.0)), "energy", bounds=(0.3, 6.0))
+    branch = bf.trace(bf.nonlinear_mode(system, 0, 0.4), "energy", bounds=(0.3, 6.0))
+    assert len(branch) < 100
     found = branch.special_points.of("internal_resonance")
     ratios = [other / bilinear(E, 1.0, 4.0) for E in (0.5, 6.0)]
     expected = [(p / q, q) for q in (2, 3, 4, 5) for p in range(1, 10) if math.gcd(p, q) == 1 and ratios[1] < p / q < ratios[0]]

@@ -181,8 +181,9 @@ def beside_a_stick():
 def test_grazing_on_a_stick_interval(beside_a_stick):
     """The neighbour held, one degree of freedom with stiffness 2 and damping .1 is left: its closed form."""
     top = 0.5 / abs(2.0 - 0.25 + 0.05j)
-    assert beside_a_stick.parameter == pytest.approx(top, rel=1e-12)
-    grazing = beside_a_stick.grazing
+    orbit, grazing = beside_a_stick.solution, beside_a_stick.grazing
+    assert 0.5 * (orbit.maximum(0) - orbit.minimum(0)) == pytest.approx(top, rel=1e-12)
+    assert orbit.maximum(0) == pytest.approx(beside_a_stick.parameter, rel=1e-12) and orbit.maximum(1) == orbit.minimum(1)
     assert grazing.apex == pytest.approx(-0.25 * top, rel=1e-11)
     E = expm(np.array([[0.0, 1.0], [-2.0, -0.1]]) * 4.0 * np.pi)
     np.testing.assert_allclose(grazing.s[:3], [np.linalg.matrix_power(E, k)[0, 1] for k in (1, 2, 3)], atol=1e-12)
