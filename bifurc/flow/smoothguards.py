@@ -589,7 +589,7 @@ def curved_project(T, m, x):
 
 @njit
 def curved_hold(T, m, x, P):
-    """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` (nx,) in an earlier state, forcing being the same."""
+    """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` (nx,) in an earlier state."""
     if ROWS == RESTS:
         return
     n, ns, nx = T.LP.shape[2], P.shape[0], x.size
