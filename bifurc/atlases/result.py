@@ -6,6 +6,7 @@ from enum import StrEnum
 import networkx as nx
 import numpy as np
 
+from .. import plotting
 from ..continuation.branch import Branch
 from ..ensemble.region import Region
 from ..system import System
@@ -196,9 +197,7 @@ class Atlas:
 
     def plot(self, ax=None, measure: str | None = None):
         """Draw the whole diagram with its bands; return the axes."""
-        from ..plotting.atlases import plot_atlas
-
-        return plot_atlas(self, ax, measure)
+        return plotting.plot_atlas(self, ax, measure)
 
     def __repr__(self):
         return (f"Atlas({self.parameter} from {self.bounds[0]:.6g} to {self.bounds[1]:.6g}, {len(self.branches)} branches, "

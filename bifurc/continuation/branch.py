@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import plotting
 from ..notebook import Notebook
 from .audit import Audit, audit_branch
 from .kinds import StopReason
@@ -225,8 +226,6 @@ class Branch(Notebook):
 
         ``points`` (k, 2), measured or foreign pairs (parameter, measure), are laid over; the legend tells their `distance`.
         """
-        from .. import plotting
-
         ax = plotting.plot_branch(self, ax=ax, measure=measure, names=names)
         return ax if points is None else plotting.plot_over(ax, points, self.distance(points, measure or "rms_0"))
 

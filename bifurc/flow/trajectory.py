@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import plotting
 from ..compose.scene import scene_of
 from ..elements import EventKind
 from ..notebook import Notebook, Table
@@ -212,10 +213,8 @@ class Trajectory(Notebook):
 
     def plot(self, axes=None, names=None):
         """Plot phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
-        from ..plotting import plot_trajectory
-        return plot_trajectory(self, axes, names=names)
+        return plotting.plot_trajectory(self, axes, names=names)
 
     def animate(self, path=None, **options):
         """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        from ..plotting import animate_orbit
-        return animate_orbit(self, path, **options)
+        return plotting.animate_orbit(self, path, **options)

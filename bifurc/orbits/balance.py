@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import plotting
 from ..compose.scene import refuse_delay
 from ..elements.checks import choice, whole
 from ..flow.trajectory import Event, Events
@@ -430,15 +431,11 @@ class HarmonicOrbit(Notebook):
 
     def plot(self, axes=None, names=None):
         """Draw phase plane and time history; return the axes."""
-        from ..plotting import plot_orbit
-
-        return plot_orbit(self, axes, names=names)
+        return plotting.plot_orbit(self, axes, names=names)
 
     def animate(self, path=None, **options):
         """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        from ..plotting import animate_orbit
-
-        return animate_orbit(self, path, **options)
+        return plotting.animate_orbit(self, path, **options)
 
     def __repr__(self):
         harmonics = f"{len(self.layout.harmonics)} harmonics up to {self.layout.top / self.periods:g}"

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from .. import plotting
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
@@ -468,15 +469,11 @@ class PeriodicOrbit(Notebook):
 
     def plot(self, axes=None, names=None):
         """Draw phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
-        from ..plotting import plot_orbit
-
-        return plot_orbit(self, axes, names=names)
+        return plotting.plot_orbit(self, axes, names=names)
 
     def animate(self, path=None, **options):
         """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        from ..plotting import animate_orbit
-
-        return animate_orbit(self, path, **options)
+        return plotting.animate_orbit(self, path, **options)
 
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]

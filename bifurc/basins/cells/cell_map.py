@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import io
+from ... import io, plotting
 from ...ensemble.grid import Grid
 from ...notebook import Notebook
 from ...orbits.find import find_orbit
@@ -302,13 +302,11 @@ class CellMap(Notebook):
 
     def plot(self, ax=None, field: str = "labels", group: int = 0):
         """Draw the labels with the attractors, or the "doubt", "time" or "density" of each cell; return the axes."""
-        from ...plotting.cells import plot_cells
-        return plot_cells(self, ax, field, group)
+        return plotting.plot_cells(self, ax, field, group)
 
     def plot_morse(self, ax=None, least: int = 1):
         """Draw the Morse graph, without transient groups below ``least`` cells; return the axes."""
-        from ...plotting.cells import plot_morse
-        return plot_morse(self, ax, least)
+        return plotting.plot_morse(self, ax, least)
 
     def to_xarray(self):
         """Return labels and fates as an xarray Dataset over the components of the grid."""
