@@ -6,7 +6,7 @@ from enum import StrEnum
 import networkx as nx
 import numpy as np
 
-from .. import plotting
+from .. import io, plotting
 from ..continuation.branch import Branch
 from ..ensemble.region import Region
 from ..system import System
@@ -207,8 +207,6 @@ class Atlas:
 
     def save(self, path):
         """Write the atlas to a file; it is renamed into place when complete."""
-        from .. import io
-
         return io.write(path, *self.to_record())
 
     def to_record(self) -> tuple[dict, dict]:

@@ -5,6 +5,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
+from scipy.stats import beta
 
 from ... import io, plotting
 from ...ensemble.grid import Grid
@@ -95,7 +97,6 @@ class Audit(NamedTuple):
     @property
     def bounds(self) -> tuple[float, float]:
         """Interval that holds the true share with 95 % confidence (Clopper and Pearson 1934)."""
-        from scipy.stats import beta
         low = beta.ppf(0.025, self.wrong, self.cells - self.wrong + 1) if self.wrong else 0.0
         high = beta.ppf(0.975, self.wrong + 1, self.cells - self.wrong) if self.wrong < self.cells else 1.0
         return float(low), float(high)
@@ -346,8 +347,6 @@ class CellMap(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "CellMap":
         """Make the map that `to_record` described."""
-        from scipy import sparse
-
         attractors = unpacked(header["attractors"], arrays, elements=elements)
         groups = tuple(Group(arrays[f"group_{number}"], GroupKind(item["kind"]), item["period"], item["attractor"])
                        for number, item in enumerate(header["groups"]))

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ... import plotting
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -236,8 +236,6 @@ class BasinMap(Notebook):
 
     def save(self, path) -> None:
         """Write the map to an npz file."""
-        from ... import io
-
         io.write(path, *self.to_record())
 
     def __repr__(self):
