@@ -9,7 +9,6 @@ from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
 from ..system import System, require_system
-from .balance import balanced
 from .concentric import concentric
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
@@ -79,6 +78,8 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     """
     require_system(system)
     if method is not None:
+        from .balance import balanced  # harmonic balance is loaded where it is asked for
+
         return balanced(system, method, guess, periods)  # type: ignore[return-value]  # a HarmonicOrbit has the same face
     if system.period is not None and period is not None:
         raise ValueError(f"period = {period!r} is not allowed; the excitation of {system!r} gives it, say how many in periods=")

@@ -32,6 +32,8 @@ __all__ = sorted(_HOME_OF)
 
 def __getattr__(name: str):
     """Import a module of pictures, and matplotlib with it, when one of its functions is first asked for."""
+    if name in _HOMES:
+        return importlib.import_module(f".{name}", __name__)
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(__all__)}")
     value = getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
