@@ -148,6 +148,9 @@ def crossed(half, row, new, at_boundary):
             continue
         a = beginning(half, row, new, j)
         b = ending(half, row, new, j) if at_boundary else new
+        if b is None:
+            half.slope = float(half.signs[0])
+            continue
         value, sign = b.tests[j], half.signs[j]
         if j == 0 and at_boundary:
             half.slope = value if clear_slope(value) else float(sign)  # just before the boundary
@@ -200,11 +203,17 @@ def beginning(half, row, new, j):
 
 
 def ending(half, row, new, j):
-    """Return the last row of a part, or where a test is zero there, a row just before it."""
-    if abs(new.tests[j]) > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
+    """Return the last row of a part, or where a test is zero there, a row just before it.
+
+    Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
+    zero; None if it has no clear sign before either, in a step of that length.
+    """
+    value = abs(new.tests[j])
+    here = j == 0 and value * (new.s - row.s) <= AT_BOUNDARY * abs(new.tests[0] - row.tests[0])
+    if not here and value > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
         return new
     inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in NEAR))
-    return new if inner is None else inner
+    return inner if inner is not None else None if here else new
 
 
 def clear_inside(half, row, new, j, places):

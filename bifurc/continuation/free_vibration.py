@@ -24,6 +24,8 @@ from .kinds import ContinuationError, SpecialPointKind
 from .problem import Monitor, Problem
 from .shooting import autonomous
 from .shooting.problem import OrbitProblem
+from .shooting.signature_change import admissible_side
+from .tracing import trace
 
 ORDERS = (2, 3, 4, 5)  # of internal resonances that are marked
 ON_CIRCLE = 1e-6  # distance of a multiplier from the unit circle
@@ -107,8 +109,6 @@ class EnergyProblem(Problem):
 
     def switch(self, point, monitor):
         """Return (problem, x, tangent) of the event sequence behind a boundary, or why none goes on."""
-        from .shooting.signature_change import admissible_side
-
         change = autonomous.CHANGES.get(monitor.name)
         found = None if change is None else autonomous.changed(change, self.orbits, point.x[:-1])
         if found is None:
@@ -213,8 +213,6 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     >>> round(bf.nonlinear_mode(system, energy=2.0).omega, 6)
     1.233669
     """
-    from .tracing import trace
-
     if not conservative(system):
         raise ValueError(f"{system!r} does not keep its energy; nonlinear modes are those of a conservative system")
     rest = find_equilibrium(system)

@@ -14,7 +14,7 @@ import copy
 import numpy as np
 
 from .conditions import ALONG, finite_scale, smallest, weighted_second, wide_at
-from .families import Family
+from .families import Family, family_of
 from .kinds import SpecialPointKind
 from .problem import Monitor, Problem
 
@@ -89,8 +89,6 @@ class Unfolded(Problem):
 
     def family(self, name, bounds):
         """Return the unfolded equations over a second parameter."""
-        from .families import family_of
-
         return UnfoldedFamily(self, family_of(self.inner, name, bounds))
 
     def restarted(self, x):
@@ -115,6 +113,11 @@ class Unfolded(Problem):
     def to_record(self) -> dict:
         """Return a JSON-able description."""
         return {"kind": "unfolded", "of": self.inner.to_record(), "w0": self.w0.tolist(), "x0": self.own(self.x0).tolist()}
+
+
+def from_record(record, inner) -> Unfolded:
+    """Make the problem that gave ``record``, with the problem of the branch it stands on."""
+    return Unfolded(inner, np.array(record["w0"]), np.array(record["x0"]))
 
 
 class UnfoldedFamily(Family):
