@@ -157,6 +157,7 @@ class Problem:
     parameter = "p"
     monitors: tuple[Monitor, ...] = ()
     signature = ""
+    touch = math.inf  # value of a boundary's monitor beyond which a solution is not valid, whatever the size of the monitor
     told = 0.99  # cosine to the tangent that `switch` tells up to which the one found at a boundary is taken for the same
 
     def __init__(self, u0, p0, scale_u=None, scale_p=None):

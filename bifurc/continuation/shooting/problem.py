@@ -10,7 +10,7 @@ from ...orbits import sequence
 from ...orbits.energy import conservative
 from ...orbits.equations import Equations
 from ...orbits.multipliers import nontrivial
-from ...orbits.orbit import HELD, INSTANT, NEUTRAL, PeriodicOrbit, closure_of
+from ...orbits.orbit import HELD, INSTANT, NEUTRAL, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.path import ParameterPath, parameter_path
 from ...orbits.repetition import repetition
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
@@ -90,6 +90,8 @@ class OrbitProblem(Problem):
     parameter_scale : float
         Natural size of the parameter.
     """
+
+    touch = TOUCH  # as the audit of an orbit
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
