@@ -15,7 +15,7 @@ from .kinds import ERRORS, SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
 EDGE = 1e-9  # arclength: a row so near a change of the sequence of events lies on it, where both sides are right
-BESIDE = 1e-7  # arclength from a change of the sequence of events at which multipliers are counted
+BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths from a change of the sequence of events at which multipliers are counted
 PLUS = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)
 
 
@@ -84,16 +84,17 @@ def samples(branch, arrays):
     event has no speed or duration and the multipliers are not continuous, those of a point a little inside its sequence."""
     edges, parts = changes(branch), arrays["part"]
     for i, (s, part) in enumerate(zip(arrays["s"], parts, strict=True)):
-        problem, x, place = branch.problems[int(part)], branch.x(i), float(s)
+        problem, tangent = branch.problems[int(part)], arrays["tangent"][arrays["offsets"][i]:arrays["offsets"][i + 1]]
+        steps = (0.0,)
         if np.abs(edges - s).min() <= EDGE:
             first, last = i == 0 or parts[i - 1] != part, i == len(parts) - 1 or parts[i + 1] != part
-            if first == last:
-                continue
-            place += BESIDE if first else -BESIDE
-            x = beside(problem, x, arrays["tangent"][arrays["offsets"][i]:arrays["offsets"][i + 1]], place - s)
-        numbers = None if x is None else counted(problem.floquet_multipliers(x))
-        if numbers is not None:
-            yield place, int(part), numbers
+            steps = () if first == last else BESIDE if first else tuple(-step for step in BESIDE)
+        for step in steps:
+            x = beside(problem, branch.x(i), tangent, step) if step else branch.x(i)
+            numbers = None if x is None else counted(problem.floquet_multipliers(x))
+            if numbers is not None:
+                yield float(s) + step, int(part), numbers
+                break
 
 
 def beside(problem, x, tangent, step):
