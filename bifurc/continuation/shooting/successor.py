@@ -16,7 +16,7 @@ from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
 from ...orbits.find import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, TOGETHER
 from ...orbits.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
 from ..rows import BOUNDARY_BAND
@@ -28,6 +28,7 @@ JUMPS, JUMP = (1e-6, 1e-10), 1e-6  # scaled lengths beyond an end, and a scaled 
 VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may end together
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
+EPS = 2.2e-16
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -150,8 +151,28 @@ def verified(problem, point, new, x, tangent) -> bool:
         if c.converged and inside(new, c):
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated:
-                return not retraces(problem, point, new, c)
+                return determined(new, c.x) and not retraces(problem, point, new, c)
     return False
+
+
+def determined(problem, x) -> bool:
+    """Whether rounding tells every interval between events of the solution ``x`` (n + 1,) from none.
+
+    A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
+    duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
+    """
+    e = problem.equations
+    J = e.jacobian(x)
+    noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
+    try:
+        doubt = np.abs(np.linalg.inv(J)) @ noise
+    except np.linalg.LinAlgError:
+        return False
+    size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
+    times, doubt = x[:-1:size], doubt[::size]
+    spans = times - np.append(times[-1] - problem.sequence.span, times[:-1])
+    counted = nodes[:, DIVIDE] != TOGETHER
+    return bool(np.all((spans > np.maximum(doubt, np.roll(doubt, 1)))[counted])) if len(nodes) > 1 else True
 
 
 def retraces(problem, point, new, c) -> bool:
@@ -309,7 +330,7 @@ def _from(problem, point, signature, x, through, beside=False):
                 good.sort(key=lambda item: nearest(new, item[1]))
         for sign, c in good[:1] if beside else good:
             orbit = new.solution(c.x)
-            if orbit.success and repetition(orbit).repeated and not retraces(problem, point, new, c):
+            if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
                 return new, x, sign * tangent
     return None
 
