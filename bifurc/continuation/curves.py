@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import plotting
 from . import conditions
 from .balance.problem import BESIDE
 from .branch import Branch
@@ -315,8 +316,6 @@ class ParameterCurve(Branch):
 
     def plot(self, ax=None):
         """Draw the curve in the plane of the two parameters; returns the axes."""
-        from .. import plotting
-
         return plotting.plot_curve(self, ax=ax)
 
     def to_record(self):

@@ -158,6 +158,9 @@ def crossed(half, row, new, at_boundary):
     for j in part.events:
         a = beginning(half, row, new, j)
         b = ending(half, row, new, j) if at_boundary else new
+        if b is None:
+            half.slope = float(half.signs[0])
+            continue
         value, sign = b.tests[j], half.signs[j]
         if value != value:
             continue
@@ -200,7 +203,7 @@ def beginning(half, row, new, j):
         return row
     if len(half.rows) > 1 and half.rows[-2].part is row.part:
         return row
-    inner = clear_inside(half, row, new, j, near(row, new))
+    inner = clear_inside(half, row, new, j, near(row, new, j))
     if inner is None:
         return row
     half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
@@ -212,15 +215,23 @@ def beginning(half, row, new, j):
 
 
 def ending(half, row, new, j):
-    """Return the last row of a part, or where a test is zero or not known there, a row just before it."""
-    if abs(new.tests[j]) > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
+    """Return the last row of a part, or where a test is zero or not known there, a row just before it.
+
+    Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
+    zero; None if it has no clear sign before either, in a step of that length.
+    """
+    value = abs(new.tests[j])
+    here = j == 0 and value * (new.s - row.s) <= AT_BOUNDARY * abs(new.tests[0] - row.tests[0])
+    if not here and value > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
         return new
-    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in near(row, new)))
-    return new if inner is None else inner
+    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in near(row, new, j)))
+    return inner if inner is not None else None if here else new
 
 
-def near(row, new):
-    """Return parts of the step from ``row`` to ``new`` at which a test is looked up beside its ends."""
+def near(row, new, j):
+    """Return parts of the step from ``row`` to ``new`` at which test ``j`` is looked up beside its ends."""
+    if j == 0:
+        return NEAR
     length = max(new.s - row.s, BESIDE_BOUNDARY)
     return (*(at / length for at in (BESIDE_BOUNDARY, 10.0 * BESIDE_BOUNDARY) if at < NEAR[0] * length), *NEAR)
 

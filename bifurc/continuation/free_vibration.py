@@ -20,6 +20,8 @@ from .kinds import ContinuationError
 from .problem import Problem
 from .shooting import autonomous
 from .shooting.problem import OrbitProblem
+from .shooting.signature_change import admissible_side
+from .tracing import trace
 
 SMALL = 1e-6  # energy of the linear mode from which a nonlinear one starts, as part of the energy asked for
 
@@ -93,8 +95,6 @@ class EnergyProblem(Problem):
 
     def switch(self, point, monitor):
         """Return (problem, x, tangent) of the event sequence behind a boundary, or why none goes on."""
-        from .shooting.signature_change import admissible_side
-
         change = autonomous.CHANGES.get(monitor.name)
         found = None if change is None else autonomous.changed(change, self.orbits, point.x[:-1])
         if found is None:
@@ -179,8 +179,6 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     >>> round(bf.nonlinear_mode(system, energy=2.0).omega, 6)
     1.233669
     """
-    from .tracing import trace
-
     if not conservative(system):
         raise ValueError(f"{system!r} does not keep its energy; nonlinear modes are those of a conservative system")
     rest = find_equilibrium(system)

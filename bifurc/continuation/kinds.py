@@ -1,4 +1,5 @@
 """Kinds of special points, reasons to stop, states of the corrector: enumerations whose members have sentences."""
+from dataclasses import dataclass
 from enum import StrEnum
 
 # what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
@@ -127,3 +128,22 @@ _SENTENCES = {
 
 class ContinuationError(ValueError):
     """A branch cannot be started; the text names the reason and what to try."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """How one half ended: reason, details, parameter there, next step length, rejected steps."""
+
+    reason: StopReason
+    message: str
+    p: float
+    ds: float
+    rejected: int
+
+    def __repr__(self) -> str:
+        return f"{self.reason.value} at {self.p:.10g}" + (f" ({self.message})" if self.message else "")
+
+    @property
+    def sentence(self) -> str:
+        """What happened, and what to try."""
+        return self.reason.sentence + (f" [{self.message}]" if self.message else "")

@@ -7,6 +7,7 @@ from .kinds import ContinuationError, LocationStatus, SpecialPointKind
 from .shooting.appearing import inserted
 from .shooting.branching import stepped_out
 from .shooting.signature_change import admissible_side
+from .tracing import trace
 
 ASIDE = (1e-2, 3e-3, 3e-2)  # distances in the second parameter, scaled, at which curves of other orbits are met
 K = SpecialPointKind
@@ -64,8 +65,6 @@ def impacting(problem, x, periods):
 
 def beside(curve, point, starts, kinds):
     """Return the points of some kinds nearest to the point on branches of the orbits that ``starts`` gives a little aside of it."""
-    from .tracing import trace
-
     a = curve.base_parameter
     row = np.zeros(point.x.size)
     row[-1] = 1.0

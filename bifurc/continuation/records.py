@@ -3,8 +3,11 @@ import copy
 
 import numpy as np
 
-from .kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
-from .problem import Corrected
+from .kinds import CorrectorStatus, End, LocationStatus, SpecialPointKind, StopReason
+from .monitors import WithMonitors, unknown
+from .peaks import WithPeaks
+from .problem import Corrected, Solution
+from .registry import OF_RECORD, named
 from .rows import Part, Row
 from .special import SpecialPoint
 
@@ -112,8 +115,6 @@ def from_arrays(kind, header, arrays, problem, elements):
             directions, owner, problems[entry["successor"]] if entry["successor"] >= 0 else None,
             {name[len("special_recorded."):]: float(arrays[name][k]) for name in names if np.isfinite(arrays[name][k])}))
         start += size
-    from .branch import End
-
     ends = tuple(End(StopReason(entry["reason"]), entry["message"], float(p), float(ds), entry["rejected"])
                  for entry, (p, ds) in zip(header["ends"], arrays["ends"], strict=True))
     rows = {name.replace("recorded.", "recorded/"): values for name, values in arrays.items()
@@ -138,42 +139,17 @@ def problem_from(record, problem, elements):
         made.scale = np.array(record["scale"], float)
         return made
     if record["kind"] == "curve":
-        return curve_from(record, problem, elements)
-    if record["kind"] == "balance":
-        from .balance.problem import BalanceProblem
-
-        return BalanceProblem.from_record(record, elements=elements)
-    if record["kind"] == "free vibration":
-        from .free_vibration import EnergyProblem
-
-        return EnergyProblem.from_record(record, elements=elements)
-    if record["kind"] == "equilibrium":
-        from .equilibria import EquilibriumProblem
-
-        return EquilibriumProblem.from_record(record, elements=elements)
-    from .shooting.problem import OrbitProblem
-
-    return OrbitProblem.from_record(record, elements=elements)
+        base = problem_from(record["of"], problem, elements)
+        return Missing(record) if isinstance(base, Missing) else named(OF_RECORD["curve"])(record, base)
+    return named(OF_RECORD[record["kind"]])(record, elements)
 
 
 def _peaked(problem, names):
-    from .peaks import WithPeaks
-
     return WithPeaks(problem, names)
 
 
 def _monitored(problem, names):
-    from .monitors import WithMonitors, unknown
-
     return WithMonitors(problem, {name: unknown(name) for name in names})
-
-
-def curve_from(record, problem, elements):
-    """Return the problem of a curve in two parameters on that of its branch."""
-    from .curves import CurveProblem
-
-    base = problem_from(record["of"], problem, elements)
-    return Missing(record) if isinstance(base, Missing) else CurveProblem.from_record(record, base)
 
 
 class Missing:
@@ -198,8 +174,6 @@ class Missing:
 
     def solution(self, x):
         """Return the plain solution."""
-        from .problem import Solution
-
         return Solution(x[:-1].copy(), float(x[-1]))
 
     def to_record(self):

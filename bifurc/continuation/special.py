@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..notebook import Notebook, Table
+from .grazing import grazing_of, sliding_class
 from .kinds import LocationStatus, SpecialPointKind
 
 
@@ -67,8 +68,6 @@ class SpecialPoint(Notebook):
     def grazing(self) -> Any:
         """What is known of a grazing of periodic orbits (`grazing.Grazing`: verdict, births, ...); None at other points."""
         if "grazing" not in self._made:
-            from .grazing import grazing_of
-
             self._made["grazing"] = grazing_of(self)
         return self._made["grazing"]
 
@@ -76,8 +75,6 @@ class SpecialPoint(Notebook):
     def sliding(self) -> Any:
         """Which sliding bifurcation an onset of stick or slip is (`grazing.SlidingClass`); None at other points."""
         if "sliding" not in self._made:
-            from .grazing import sliding_class
-
             self._made["sliding"] = sliding_class(self)
         return self._made["sliding"]
 

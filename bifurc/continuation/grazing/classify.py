@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from ..kinds import SpecialPointKind
+from .confirm import agrees, confirmed
 from .touch import Touch, touches_of
 from .verdicts import GrazingVerdict
 
@@ -93,15 +94,11 @@ class Grazing:
     @cached_property
     def confirmation(self):
         """What short simulations see at 1e-6, 1e-5 and 1e-4 (relative) beyond, a tuple of `Seen`; computed when looked up."""
-        from .confirm import confirmed
-
         return confirmed(self)
 
     @property
     def confirmed(self) -> bool | None:
         """Whether the simulations agree with the verdict; None where it foretells nothing they could contradict."""
-        from .confirm import agrees
-
         return agrees(self)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from ...elements import EventKind
 from ...flow.simulate import simulate
 from ...flow.status import Status
+from ...orbits.signature import repeated
 from .verdicts import GrazingVerdict
 
 BEYOND = (1e-6, 1e-5, 1e-4)  # relative to the parameter
@@ -124,8 +125,6 @@ def apex_growth(touch) -> float:
 
 def guard_at(problem, x, tau, touch) -> float:
     """Return the touched guard on the orbit at ``x`` (n + 1,) at the time ``tau`` (periods)."""
-    from ...orbits.signature import repeated
-
     whole, U = repeated(problem.scene, problem.sequence, x[:-1])
     T = problem.equations.numbers_at(x[-1])
     state = np.empty((1, problem.scene.ns))

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..conditions import ALONG, difference
 from .classify import powers
-from .touch import every_touch, maxima, touch_at
+from .touch import every_touch, maxima, touch_at, unlisted
 
 POWERS = 6  # s_k that are watched
 FAR = 5.0  # scaled depth below which no other maximum is looked for
@@ -134,8 +134,6 @@ def stationary(a, reach) -> float:
 
 def touching(problem, x):
     """Return (problem, x, item) of the touch to follow from a grazing at ``x`` (n + 1,); None where it is not known."""
-    from .touch import unlisted
-
     if problem.equations.path.tables.LU.shape[0]:
         return None  # a law acts: no series
     other, at = unlisted(problem, x)

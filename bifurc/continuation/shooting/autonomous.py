@@ -17,6 +17,7 @@ from ...orbits.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import Corrected, at_end
 from .appearing import inserted, parted
+from .signature_change import admissible_side
 from .vanishing import dropped
 
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
@@ -91,8 +92,6 @@ def free(plain, signature, x):
 
 def through_change(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event sequence, or the reason why none goes on."""
-    from .signature_change import admissible_side
-
     found = changed(CHANGES[monitor.name], problem, point.x)
     if found is not None:
         new = problem.with_sequence(*found)
@@ -169,8 +168,6 @@ def shrunk(problem, a, b):
 def beyond_section(problem, point):
     """Return why an orbit without events ends at its Hopf point; or (problem, x, tangent) with a new section where only the
     section touches it."""
-    from .signature_change import admissible_side
-
     if small(problem, point.x):
         return StopReason.HOPF
     made = changed(lambda plain, x: (plain.sequence, x), problem, point.x)

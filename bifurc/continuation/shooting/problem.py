@@ -17,6 +17,7 @@ from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
 from ...orbits.signature import Signature, divided, repeated, sections
 from ...system import System
 from ..conditions import ASIDE, difference
+from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, Monitor, Problem
 from . import autonomous, branching, signature_change
@@ -298,8 +299,6 @@ class OrbitProblem(Problem):
 
     def family(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
-        from ..families import orbit_family
-
         return orbit_family(self, name, bounds)
 
     def on_path(self, path: ParameterPath) -> "OrbitProblem":
