@@ -33,6 +33,7 @@ class SpecialPointKind(StrEnum):
     RESONANT_GRAZING = "resonant_grazing"
     DOUBLE_GRAZING = "double_grazing"
     DEGENERATE_GRAZING = "degenerate_grazing"
+    INTERNAL_RESONANCE = "internal_resonance"
     USER = "user"
 
 

@@ -138,9 +138,9 @@ def problem_from(record, problem, elements):
         made.x0 = np.array(record["x0"], float)
         made.scale = np.array(record["scale"], float)
         return made
-    if record["kind"] == "curve":
+    if record["kind"] in ("curve", "unfolded"):
         base = problem_from(record["of"], problem, elements)
-        return Missing(record) if isinstance(base, Missing) else named(OF_RECORD["curve"])(record, base)
+        return Missing(record) if isinstance(base, Missing) else named(OF_RECORD[record["kind"]])(record, base)
     return named(OF_RECORD[record["kind"]])(record, elements)
 
 

@@ -17,6 +17,7 @@ OF_RECORD = {
     "equilibrium": ("equilibria", "EquilibriumProblem.from_record"),
     "orbit": ("shooting.problem", "OrbitProblem.from_record"),
     "curve": ("curves", "CurveProblem.from_record"),
+    "unfolded": ("unfolding", "from_record"),
 }
 
 
