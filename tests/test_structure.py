@@ -7,19 +7,13 @@ import bifurc
 from bifurc import _cache
 
 PACKAGE = pathlib.Path(bifurc.__file__).parent
-# a result that computes itself anew, an element that holds an element, a branch that is extended: lazy links; no further one joins
+# a result that computes itself anew, a branch that is extended: lazy links; no further one joins
 CIRCLES = {
-    frozenset({"bifurc.elements", "bifurc.elements.driven"}),
     frozenset({"bifurc.basins.maps.basin_map", "bifurc.basins.maps.compute"}),
-    frozenset({"bifurc.continuation.balance.problem", "bifurc.continuation.balance.condensed"}),
-    frozenset({"bifurc.continuation.branch", "bifurc.continuation.curves", "bifurc.continuation.free_vibration",
-               "bifurc.continuation.leaving", "bifurc.continuation.records", "bifurc.continuation.tracing"}),
+    frozenset({"bifurc.continuation.branch", "bifurc.continuation.tracing"}),
     frozenset({"bifurc.continuation.equilibria", "bifurc.continuation.shooting.autonomous",
                "bifurc.continuation.shooting.branching", "bifurc.continuation.shooting.problem"}),
     frozenset({"bifurc.orbits.autonomous", "bifurc.orbits.find"}),
-    frozenset({"bifurc.backbones.equations", "bifurc.backbones.modes"}),
-    frozenset({"bifurc.continuation.maps.orbit", "bifurc.continuation.maps.problem"}),
-    frozenset({"bifurc.flow.delayed", "bifurc.flow.delayed.verb", "bifurc.flow.simulate"}),
 }
 
 

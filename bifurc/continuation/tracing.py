@@ -14,11 +14,14 @@ from .arclength import SLOPE, Half, StepOptions
 from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
 from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .maps.orbit import MapOrbit
 from .monitors import with_monitors
 from .peaks import with_peaks
-from .problem import Corrected
+from .problem import Corrected, Problem
+from .registry import OF_ENERGY, OF_START, of_class
 from .roots import polish
 from .rows import Part, Row, reversed_row, tests_of
+from .watching import Watching
 
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
 BESIDE = 1e-4  # arclength at which the side of a boundary is looked up
@@ -49,7 +52,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     stop : callable, optional
         ``stop(point) -> bool`` ends a half after the point for which it is true; see `rows.Point`.
     record : callable, optional
-        ``record(point) -> dict of float``: further columns.
+        ``record(point) -> dict of float``: further columns. It is asked at rows in the order of travel, and at the special points
+        in the end, where `SpecialPoint.measures` has its values.
     progress : bool or callable, optional
         True shows a bar if tqdm is installed; a callable gets ``(parameter, count)`` after every step.
     peaks : str or sequence of str, optional
@@ -100,39 +104,24 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         for half in (plus, minus):
             begin_on_boundary(half)
         run_halves(plus, minus, direction, singular is None and first.singular)
-    plus.found[:0] = here
+        plus.found[:0] = here
+        for half in (plus, minus):
+            half.record_points()
     return Branch.of_halves(plus, minus, options)
 
 
 def problem_of(start, parameter, bounds):
     """Return the problem of a start object; a periodic orbit needs the name of a parameter and bounds."""
-    if hasattr(start, "coefficients"):
-        from .balance.problem import balance_problem
-
-        if parameter is None or bounds is None:
-            raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
-        return balance_problem(start, parameter, ordered_bounds(bounds))
-    if hasattr(start, "unknowns") and parameter == "energy" and getattr(start, "autonomous", False):
-        from .free_vibration import energy_problem
-
-        return energy_problem(start)
-    if hasattr(start, "unknowns"):
-        from .shooting.problem import orbit_problem
-
-        if parameter is None or bounds is None:
-            raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
-        return orbit_problem(start, parameter, ordered_bounds(bounds))
-    if hasattr(start, "continued"):
-        if parameter is None:
-            raise ValueError(f"{start!r} is traced in a parameter of its map: trace(cycle, 'mu', bounds=(a, b))")
-        return start.continued(parameter, None if bounds is None else ordered_bounds(bounds))
-    if hasattr(start, "eigenvalues"):
-        from .equilibria import equilibrium_problem
-
-        if parameter is None or bounds is None:
-            raise ValueError("an equilibrium is traced in a parameter between bounds: trace(equilibrium, 'mu', bounds=(a, b))")
-        return equilibrium_problem(start, parameter, ordered_bounds(bounds))
-    if not hasattr(start, "correct"):
+    energy = parameter == "energy" and of_class(OF_ENERGY, start)
+    if energy and start.autonomous:
+        return energy(start)
+    maker = of_class(OF_START, start)
+    if maker is not None:
+        if parameter is None or (bounds is None and not isinstance(start, MapOrbit)):
+            raise ValueError(f"a start of class {type(start).__name__} is traced in a parameter between bounds: "
+                             "trace(start, 'omega', bounds=(a, b))")
+        return maker(start, parameter, None if bounds is None else ordered_bounds(bounds))
+    if not isinstance(start, (Problem, Watching)):
         raise TypeError(f"start must be a PeriodicOrbit, an Equilibrium or a Problem, got {type(start).__name__}")
     if parameter is not None and parameter != start.parameter:
         raise ValueError(f"unknown parameter {parameter!r}; this problem has only {start.parameter!r}")
@@ -371,4 +360,6 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
             if end.reason in (StopReason.CLOSED, StopReason.NOT_STARTED):
                 half.stop(end.reason, end.message)
         run_halves(plus, minus, None, False)
+        for half in (plus, minus):
+            half.record_points()
     return branch.joined(rows, plus, minus, options)

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..compose.scene import Scene, scene_of
+from ..compose.tables import TURN
 from ..elements.checks import state
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
@@ -307,6 +308,4 @@ def slowest(scene: Scene) -> float:
 
 def fastest(scene: Scene) -> float:
     """Return the shortest period of oscillation that the step of the modes allows for, time."""
-    from ..compose.tables import TURN
-
     return 2.0 * np.pi / TURN * float(scene.tables.step.min())

@@ -78,7 +78,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     """
     require_system(system)
     if method is not None:
-        from .balance import balanced
+        from .balance import balanced  # harmonic balance is loaded where it is asked for
 
         return balanced(system, method, guess, periods)  # type: ignore[return-value]  # a HarmonicOrbit has the same face
     if system.period is not None and period is not None:

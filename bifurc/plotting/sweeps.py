@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from . import style
-from .basins import _COLORS
+from .basins import _COLORS, _component, _degrees, draw_sets, plot_basins, section_points
 from .branches import plot_branch
 from .motions import describe
 
@@ -219,8 +219,6 @@ def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: A
     -------
     matplotlib.axes.Axes
     """
-    from .basins import _component, _degrees, draw_sets, plot_basins, section_points
-
     if ax is None:
         ax = plot_basins(edge.basins)
     n = edge.points.shape[1] // 2 if edge.saddle is None else _degrees(edge.saddle)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.marcher import Marcher, Targets
@@ -71,7 +72,6 @@ class Search:
 
     def closest_cells(self) -> np.ndarray | None:
         """Return the centres (2, ns) of neighbouring cells of the two labels, or of the closest ones."""
-        from scipy.spatial import cKDTree
         labels = self.basins.labels
         grid = self.basins.grid
         starts = states_at(self.map.scene, grid.names, grid.at, grid.points(np.arange(grid.size)))

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -200,11 +201,9 @@ class BasinMap(Notebook):
         ``saddle`` (an orbit, or the result of `edge_state`), its ``unstable`` and ``stable`` sets are drawn over it; ``field``
         "periods", "impacts" or "speeds" draws that of each cell instead.
         """
-        from ...plotting.basins import plot_basins, plot_field
-
         if field == "labels":
-            return plot_basins(self, ax, saddle, unstable, stable, names=names)
-        return plot_field(self, field, ax, names=names)
+            return plotting.plot_basins(self, ax, saddle, unstable, stable, names=names)
+        return plotting.plot_field(self, field, ax, names=names)
 
     def to_xarray(self):
         """Return labels, states, periods, impacts and speeds as an xarray Dataset over the components of the grid."""
@@ -237,8 +236,6 @@ class BasinMap(Notebook):
 
     def save(self, path) -> None:
         """Write the map to an npz file."""
-        from ... import io
-
         io.write(path, *self.to_record())
 
     def __repr__(self):
