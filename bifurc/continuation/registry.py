@@ -18,6 +18,7 @@ OF_RECORD = {
     "equilibrium": ("equilibria", "EquilibriumProblem.from_record"),
     "orbit": ("shooting.problem", "OrbitProblem.from_record"),
     "curve": ("curves", "CurveProblem.from_record"),
+    "unfolded": ("unfolding", "from_record"),
 }
 EQUILIBRIA = ("equilibria", "EquilibriumProblem")
 EXTEND = ("tracing", "extend")

@@ -54,7 +54,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     stop : callable, optional
         ``stop(point) -> bool`` ends a half after the point for which it is true; see `rows.Point`.
     record : callable, optional
-        ``record(point) -> dict of float``: further columns.
+        ``record(point) -> dict of float``: further columns. It is asked at rows in the order of travel, and at the special points
+        in the end, where `SpecialPoint.measures` has its values.
     progress : bool or callable, optional
         True shows a bar if tqdm is installed; a callable gets ``(parameter, count)`` after every step.
     peaks : str or sequence of str, optional
@@ -105,7 +106,9 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         for half in (plus, minus):
             begin_on_boundary(half)
         run_halves(plus, minus, direction, singular is None and first.singular)
-    plus.found[:0] = here
+        plus.found[:0] = here
+        for half in (plus, minus):
+            half.record_points()
     return Branch.of_halves(plus, minus, options)
 
 
@@ -338,4 +341,6 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
             if end.reason in (StopReason.CLOSED, StopReason.NOT_STARTED):
                 half.stop(end.reason, end.message)
         run_halves(plus, minus, None, False)
+        for half in (plus, minus):
+            half.record_points()
     return branch.joined(rows, plus, minus, options)

@@ -74,6 +74,10 @@ def test_flip_orbit_that_touches_inside_its_period_ends_the_curve():
     assert end.parameters["amplitude"] == pytest.approx(2.12794290618093, abs=1e-11)
     assert "codimension two" in " ".join(item.message for item in curve.ends)
     assert end.solution.events[0].speed == pytest.approx(0.515311586304512, abs=1e-10)
+    (start,) = bf.switch_branch(end)  # the grazing of the orbit whose flip was followed
+    assert start.kind == "grazing"
+    grazes = bf.trace_curve(start, ("amplitude", "omega"), bounds={"amplitude": (0.3, 6.0), "omega": (2.1, 2.2)}, max_steps=6)
+    assert len(grazes) > 4
 
 
 def test_cusp_of_the_duffing_oscillator():
@@ -120,6 +124,11 @@ def test_two_equal_tops_are_a_double_grazing():
     (double,) = curve.special_points.of("double_grazing")
     assert double.parameters[names[0]] == pytest.approx(f1, abs=1e-9)
     assert double.parameters[names[1]] == pytest.approx(phase, abs=1e-9)
+    (other,) = bf.switch_branch(double)  # the other top touches first behind it
+    assert other.kind == "grazing" and (other.parameters[names[0]] != double.parameters[names[0]])
+    crossing = bf.trace_curve(other, names, bounds={names[0]: (0.1, 6.0), names[1]: (phase - 0.5, phase + 0.5)})
+    (again,) = crossing.special_points.of("double_grazing")
+    assert tuple(again.parameters.values()) == pytest.approx(tuple(double.parameters.values()), abs=1e-9)
 
 
 def quadratic(x, al, be, R):
@@ -144,6 +153,8 @@ def test_strong_resonances_of_a_map():
     (two,) = curve.special_points.of("resonance_1_2")
     assert tuple(two.parameters.values()) == pytest.approx((0.904761904761905, 2.81179138321995), abs=1e-11)
     assert [str(start.kind) for start in bf.switch_branch(two)] == ["period_doubling"]
+    assert all("becomes real" in end.message for end in curve.ends)  # no torus behind 1:1 and 1:2
+    assert "no curve" in bf.switch_branch(curve.special_points.of("resonance_1_3")[0]).status
 
 
 def test_fold_flip_of_a_map_on_both_curves():

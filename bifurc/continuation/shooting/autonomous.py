@@ -15,7 +15,7 @@ from ...orbits import sequence
 from ...orbits.autonomous import wound
 from ...orbits.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import Corrected
+from ..problem import Corrected, at_end
 from ..registry import EQUILIBRIA, named
 from .appearing import inserted, parted
 from .signature_change import admissible_side
@@ -160,8 +160,8 @@ def shrunk(problem, a, b):
     direction = (b.x - a.x) / problem.scale
     direction[-1] = 0.0  # the parameter is even in the amplitude
     direction /= np.sqrt(direction @ direction)
-    values = np.where(np.arange(len(a.tests) - 1) == problem._shrinks, 0.0, a.tests[1:])
-    return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, a.det_log, values)
+    return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, a.det_log,
+                     at_end(problem, a, problem._shrinks))
 
 
 def beyond_section(problem, point):
