@@ -110,6 +110,20 @@ def test_cusp_of_the_duffing_oscillator():
     assert abs(cusp.solution.harmonic(1)) == pytest.approx(0.408207450507482253, abs=1e-9)
 
 
+def test_cusp_of_the_duffing_oscillator_in_one_harmonic():
+    """w = sqrt 3 zeta + sqrt(1 + 3 zeta^2), q = w^2 - 1, F^2 = 32 q^3 / 81, A^2 = 8 q / 9."""
+    system = bf.systems.duffing_oscillator(zeta=0.05, omega=0.9, amplitude=0.1, beta=1.0)
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance((1,)))
+    fold = bf.trace(orbit, "omega", bounds=(0.8, 1.6)).special_points.of("fold")[0]
+    curve = bf.trace_curve(fold, ("omega", "amplitude"), bounds={"omega": (0.9, 1.6), "amplitude": (0.02, 0.12)})
+    (cusp,) = curve.special_points.of("cusp")
+    w = math.sqrt(3.0) * 0.05 + math.sqrt(1.0 + 3.0 * 0.05**2)
+    q = w * w - 1.0
+    assert cusp.parameters["omega"] == pytest.approx(w, abs=1e-12)
+    assert cusp.parameters["amplitude"] == pytest.approx(math.sqrt(32.0 * q**3 / 81.0), abs=1e-12)
+    assert abs(cusp.solution.harmonic(1)) == pytest.approx(math.sqrt(8.0 * q / 9.0), abs=1e-9)
+
+
 def two_loads(a1, a2, fraction=1.0):
     """Oscillator (w 1.5) whose free response is a1 cos th + a2 cos 2 th, times ``fraction``, with the stop at 1."""
     w = 1.5
