@@ -41,6 +41,8 @@ def test_public_name_has_an_example(name):
 def test_sections_of_functions_are_whole():
     """The rules of numpydoc that are chosen hold for every public function."""
     validate = pytest.importorskip("numpydoc.validate").validate
-    broken = {name: wrong for name in NAMES if inspect.isfunction(named(name))
-              and (wrong := [text for code, text in validate(name)["errors"] if code in RULES and not (code == "RT01" and ".systems." in name)])}
-    assert not broken
+    broken = {}
+    for name in filter(lambda name: inspect.isfunction(named(name)), NAMES):
+        rules = RULES - {"RT01"} if ".systems." in name else RULES
+        broken[name] = [text for code, text in validate(name)["errors"] if code in rules]
+    assert not {name: texts for name, texts in broken.items() if texts}
