@@ -164,7 +164,8 @@ def test_one_impact_of_a_train_at_a_time_is_left_out():
     branch = bf.trace(bf.find_orbit(system), "gap", bounds=(0.082, 0.242), max_steps=250)
     assert branch.stop_reason == (StopReason.CHATTERING, StopReason.BOUND)
     assert all(orbit.success for orbit in branch.orbits)
-    s, edges = branch.column("s"), np.array([point.s for point in branch.special_points])
+    s = branch.column("s")
+    edges = np.array([s[0], *(point.s for point in branch.special_points)])
     row = next(k for k in range(2, len(branch)) if s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6)
     back = bf.trace(branch.orbits[row], "gap", bounds=(0.082, 0.242), max_steps=500)
     clear = [(p.kind, p.parameter) for p in branch.special_points if p.parameter > 0.0971154]
