@@ -57,7 +57,9 @@ def curves_from(curve, point, n_max: int):
             return impacting(problem, x, periods)
         if periods > n_max:
             return Switched((), f"curves of orbits with one impact in {periods} periods leave here: give n_max = {periods}")
-        return beside(curve, point, born, (K.FOLD, K.PERIOD_DOUBLING))
+        found = beside(curve, point, born, (K.FOLD, K.PERIOD_DOUBLING))
+        return found if found or passes(curve, point, periods) else Switched((), (
+            f"no motion has one impact in {periods} periods near here: its orbit would go through the stop in between"))
     if point.kind is K.DOUBLE_GRAZING:
         return other_touches(curve, point)
     if point.kind is K.GENERALIZED_FLIP:
@@ -65,6 +67,17 @@ def curves_from(curve, point, n_max: int):
             return problem.branches(at(problem, point, K.PERIOD_DOUBLING, x), n_max)
         return beside(curve, point, doubled, (K.FOLD,))
     return Switched((), NO_CURVE[point.kind]) if point.kind in NO_CURVE else None
+
+
+def passes(curve, point, periods: int) -> bool:
+    """Whether the orbit with one impact in some periods that is born near a resonant grazing stays inside in between.
+
+    In the period k behind its impact its apex lies below the stop by a positive multiple of h (I - E^n)^-1 E^k B.
+    """
+    problem, x = curve.family.alone(float(point.x[-1])), point.x[:-1]
+    _, _, (E, h, B) = curve.condition.linear_map(problem, x, curve.condition.top(problem, x)[1])
+    left = np.linalg.solve((np.eye(len(h)) - np.linalg.matrix_power(E, periods)).T, h)
+    return all(left @ np.linalg.matrix_power(E, k) @ B > 0.0 for k in range(1, periods))
 
 
 def other_touches(curve, point):

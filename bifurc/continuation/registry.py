@@ -1,4 +1,5 @@
-"""Which problem continues what: classes of starts and kinds of records by name, their modules loaded when called for.
+"""Which problem continues what: classes of starts and kinds of records by name, their modules loaded when called for; and the
+links of those that know each other (an orbit shrinks onto an equilibrium, which gives birth to orbits; a branch is extended).
 
 A branch of impacts loads no harmonic balance, one of equilibria no maps.
 """
@@ -19,6 +20,8 @@ OF_RECORD = {
     "curve": ("curves", "CurveProblem.from_record"),
     "unfolded": ("unfolding", "from_record"),
 }
+EQUILIBRIA = ("equilibria", "EquilibriumProblem")
+EXTEND = ("tracing", "extend")
 
 
 def named(place: tuple[str, str]):

@@ -234,7 +234,7 @@ def _dmig(path: Path) -> dict[str, Any]:
 
 def _nastran() -> Any:
     try:
-        from pyyeti import nastran
+        from pyyeti import nastran  # optional
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(f"OP4 and DMIG are read by pyyeti ({error}): python -m pip install 'bifurc[fe]'") from error
     return nastran

@@ -311,7 +311,7 @@ class CellMap(Notebook):
 
     def to_xarray(self):
         """Return labels and fates as an xarray Dataset over the components of the grid."""
-        import xarray
+        import xarray  # optional
 
         names = self.grid.names
         fields = {name: getattr(self, name) for name in ("labels", "fates", "group", "steps")}

@@ -74,7 +74,7 @@ class ParameterChart(Notebook):
 
     def to_xarray(self):
         """Return all fields as an xarray Dataset over the two parameters."""
-        import xarray
+        import xarray  # optional
 
         return xarray.Dataset({name: (self.parameters, getattr(self, name)) for name in FIELDS},
                               dict(zip(self.parameters, self.values, strict=True)), {"system": repr(self.system)})

@@ -14,7 +14,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
-from ...orbits.find import resting_start
+from ...orbits.forced import resting_start
 from ...system import System, require_system
 from .attractor_sweep import _values
 from .sections import period_of, settled
@@ -66,7 +66,7 @@ class BifurcationDiagram(Notebook):
 
     def to_xarray(self):
         """Return points, periods, impacts and outcomes as an xarray Dataset over direction, parameter, start, point and state."""
-        import xarray
+        import xarray  # optional
 
         dims = ("direction", self.parameter, "start", "kept", "state")
         fields = {name: getattr(self, name) for name in ("points", "periods", "impacts", "outcomes")}

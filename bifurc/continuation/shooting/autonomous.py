@@ -16,6 +16,7 @@ from ...orbits.autonomous import wound
 from ...orbits.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import Corrected, at_end
+from ..registry import EQUILIBRIA, named
 from .appearing import inserted, parted
 from .signature_change import admissible_side
 from .vanishing import dropped
@@ -128,8 +129,6 @@ def shrunk(problem, a, b):
 
     The equilibrium in the middle of the orbit is followed to where its eigenvalues are imaginary (secants).
     """
-    from ..equilibria import EquilibriumProblem
-
     scene = problem.scene
     y = np.zeros(scene.ns)
     for i in range(scene.n):
@@ -137,7 +136,7 @@ def shrunk(problem, a, b):
         y[i] = 0.5 * (top + low)
     y[2 * scene.n:] = a.x[1 + 2 * scene.n:1 + scene.ns]
     mode = int(problem.sequence.nodes[0, AFTER])
-    rest = EquilibriumProblem(problem.system, problem.path, mode, y, a.p, problem.parameter_scale, float(problem.weights[0]))
+    rest = named(EQUILIBRIA)(problem.system, problem.path, mode, y, a.p, problem.parameter_scale, float(problem.weights[0]))
     fixed = np.zeros(rest.scale.size)
     fixed[-1] = 1.0
     old = rest.correct(rest.x0, fixed, True)

@@ -14,7 +14,7 @@ import numpy as np
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
-from ...orbits.find import half_of, mark_trains
+from ...orbits.least import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, TOGETHER
 from ...orbits.signature import Signature, divided, repeated, sections, translated
