@@ -51,7 +51,7 @@ class Table(tuple):
 
     def to_pandas(self) -> Any:
         """Return one row a record as a pandas DataFrame."""
-        import pandas
+        import pandas  # optional
 
         return pandas.DataFrame({name: [plain(getattr(item, name)) for item in self] for name in self._fields})
 

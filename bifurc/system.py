@@ -11,7 +11,6 @@ import numpy as np
 from .elements import BUILT_IN, Core, Element
 from .elements.checks import number
 from .structure.names import dof_names, place_of
-from .structure.reduction import Reduction
 
 _BUILDERS: dict[str, Callable] = {}  # ready systems by name, filled by `builder`
 SYMMETRIC = 1e-13  # of the largest entry: a mass matrix that differs from its transpose by less is symmetric
@@ -371,6 +370,8 @@ class System:
             made.append(found.from_record(item, own))
         system = cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"], dofs=record.get("dofs"))
         if "reduction" in record:
+            from .structure.reduction import Reduction  # building a system loads no scipy
+
             system.__dict__["reduction"] = Reduction.from_record(record["reduction"])
         return system
 

@@ -11,6 +11,7 @@ from ..notebook import Notebook
 from .audit import Audit, audit_branch
 from .kinds import End, StopReason
 from .records import branch_record, from_arrays, rows_of, to_arrays
+from .registry import EXTEND, named
 from .rows import reversed_row
 from .special import SpecialPoints, special_point, unique
 from .stability_changes import stability_changes
@@ -33,6 +34,14 @@ class Branch(Notebook):
         Low and high, own units.
     problems : list
         Problems in the order of arclength; more than one where the equations changed on the way.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> branch = bf.trace(orbit, "omega", bounds=(1.45, 1.55))
+    >>> bool((branch.column("rms_0") > 0.0).all())
+    True
     """
 
     _facts = ("parameter", "bounds", "stop_reason")
@@ -174,7 +183,7 @@ class Branch(Notebook):
 
     def to_pandas(self):
         """Return all columns as a pandas DataFrame."""
-        import pandas
+        import pandas  # optional
 
         return pandas.DataFrame({name: self.column(name) for name in self.column_names})
 
@@ -239,9 +248,7 @@ class Branch(Notebook):
         **options
             ``ds_max``, ``max_steps``, ``stop``, ``record``, ``progress``.
         """
-        from .tracing import extend
-
-        return extend(self, bounds, **options)
+        return named(EXTEND)(self, bounds, **options)
 
     def save(self, path):
         """Write the branch to a file; it is renamed into place when complete."""

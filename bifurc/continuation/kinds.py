@@ -33,6 +33,7 @@ class SpecialPointKind(StrEnum):
     RESONANT_GRAZING = "resonant_grazing"
     DOUBLE_GRAZING = "double_grazing"
     DEGENERATE_GRAZING = "degenerate_grazing"
+    INTERNAL_RESONANCE = "internal_resonance"
     USER = "user"
 
 
@@ -85,6 +86,7 @@ class StopReason(StrEnum):
     MERGED = "merged"
     CHATTERING = "chattering"
     JUMP = "jump"
+    STICKING = "sticking"
 
     @property
     def sentence(self) -> str:
@@ -118,6 +120,8 @@ _SENTENCES = {
     "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
             "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
             "ends.",
+    "sticking": "The slip of a contact falls to nothing here: beyond, its mass sticks all the time, anywhere in an interval of "
+                "positions, and no single motion goes on. find_orbit from a state at rest gives one of them.",
     "chattering": "A complete chattering sequence no longer ends before its contact is released; beyond, the number of "
                   "impacts grows without bound toward this point, and no single event sequence goes on.",
 }

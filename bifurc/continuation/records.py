@@ -87,6 +87,8 @@ def branch_record(branch, arrays):
     stored["special"] = np.array([[point.s, *point.bracket, point.error] for point in points]).reshape(len(points), 4)
     stored["special_x"] = joined([point.x for point in points])
     stored["special_tangent"] = joined([point.tangent for point in points])
+    for name in dict.fromkeys(name for point in points for name in point.recorded):
+        stored["special_recorded." + name] = np.array([point.recorded.get(name, np.nan) for point in points])
     crossings = [point.directions.ravel() for point in points if point.directions is not None]
     stored["special_directions"] = joined(crossings)
     stored["special_crossing"] = np.array([point.directions is not None for point in points], bool)
@@ -97,6 +99,7 @@ def from_arrays(kind, header, arrays, problem, elements):
     """Rebuild a branch of class ``kind`` from `branch_record`."""
     problems = [problem_from(record, problem, elements) for record in header["problems"]]
     points, start, crossing = [], 0, 0
+    names = [name for name in arrays if name.startswith("special_recorded.")]
     for k, entry in enumerate(header["special_points"]):
         owner = problems[entry["problem"]]
         size = owner.scale.size
@@ -109,7 +112,8 @@ def from_arrays(kind, header, arrays, problem, elements):
         points.append(SpecialPoint(
             SpecialPointKind(entry["kind"]), float(x[-1]), error, s, (low, high), x, tangent,
             LocationStatus(entry["status"]), entry["reverses"], entry["name"], entry["before"], entry["after"],
-            directions, owner, problems[entry["successor"]] if entry["successor"] >= 0 else None))
+            directions, owner, problems[entry["successor"]] if entry["successor"] >= 0 else None,
+            {name[len("special_recorded."):]: float(arrays[name][k]) for name in names if np.isfinite(arrays[name][k])}))
         start += size
     ends = tuple(End(StopReason(entry["reason"]), entry["message"], float(p), float(ds), entry["rejected"])
                  for entry, (p, ds) in zip(header["ends"], arrays["ends"], strict=True))
@@ -134,9 +138,9 @@ def problem_from(record, problem, elements):
         made.x0 = np.array(record["x0"], float)
         made.scale = np.array(record["scale"], float)
         return made
-    if record["kind"] == "curve":
+    if record["kind"] in ("curve", "unfolded"):
         base = problem_from(record["of"], problem, elements)
-        return Missing(record) if isinstance(base, Missing) else named(OF_RECORD["curve"])(record, base)
+        return Missing(record) if isinstance(base, Missing) else named(OF_RECORD[record["kind"]])(record, base)
     return named(OF_RECORD[record["kind"]])(record, elements)
 
 

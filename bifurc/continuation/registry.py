@@ -1,4 +1,5 @@
-"""Which problem continues what: classes of starts and kinds of records by name, their modules loaded when called for.
+"""Which problem continues what: classes of starts and kinds of records by name, their modules loaded when called for; and the
+links of those that know each other (an orbit shrinks onto an equilibrium, which gives birth to orbits; a branch is extended).
 
 A branch of impacts loads no harmonic balance, one of equilibria no maps.
 """
@@ -17,7 +18,10 @@ OF_RECORD = {
     "equilibrium": ("equilibria", "EquilibriumProblem.from_record"),
     "orbit": ("shooting.problem", "OrbitProblem.from_record"),
     "curve": ("curves", "CurveProblem.from_record"),
+    "unfolded": ("unfolding", "from_record"),
 }
+EQUILIBRIA = ("equilibria", "EquilibriumProblem")
+EXTEND = ("tracing", "extend")
 
 
 def named(place: tuple[str, str]):

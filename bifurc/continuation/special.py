@@ -39,6 +39,17 @@ class SpecialPoint(Notebook):
         Signature of the equations on either side, along growing ``s``.
     directions : ndarray (2, n + 1) or None
         Unit tangents, in scaled unknowns, of the branches that cross at a branch point.
+    recorded : dict of str to float
+        What ``record=`` of `trace` gives at this point.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> duffing = bf.systems.duffing_oscillator()
+    >>> branch = bf.trace(bf.find_orbit(duffing), "omega", bounds=(0.5, 2.5))
+    >>> fold = [point for point in branch.special_points if point.kind == "fold"][0]
+    >>> fold.error < 1e-9
+    True
     """
 
     _facts: ClassVar = ("kind", "name", "parameter", "error", "status", "before", "after")
@@ -59,6 +70,7 @@ class SpecialPoint(Notebook):
     directions: np.ndarray | None = field(default=None, repr=False)
     problem: Any = field(default=None, repr=False, compare=False)
     successor: Any = field(default=None, repr=False, compare=False)
+    recorded: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
     _made: dict = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -100,8 +112,8 @@ class SpecialPoint(Notebook):
 
     @property
     def measures(self) -> "Measures":
-        """The problem's measures at this point, computed when looked up."""
-        return Measures(self.problem, self.x)
+        """The problem's measures at this point, computed when looked up, and what was recorded there."""
+        return Measures(self.problem, self.x, self.recorded)
 
     def __repr__(self) -> str:
         label = f"{self.kind.value} {self.name}".strip()
@@ -111,25 +123,29 @@ class SpecialPoint(Notebook):
 
 
 class Measures:
-    """Mapping from names to the measures of one solution."""
+    """Mapping from names to the measures of one solution and to what was recorded there."""
 
-    def __init__(self, problem, x):
+    def __init__(self, problem, x, recorded):
         self._problem = problem
         self._x = x
+        self._recorded = recorded
+        self._names = tuple(dict.fromkeys((*problem.measure_names, *recorded)))
 
     def __contains__(self, name) -> bool:
-        return name in self._problem.measure_names
+        return name in self._names
 
     def __getitem__(self, name):
-        if name not in self:
-            raise KeyError(f"no measure {name!r}; there are {', '.join(self._problem.measure_names)}")
+        if name in self._recorded:  # columns of a branch have the same order
+            return self._recorded[name]
+        if name not in self._names:
+            raise KeyError(f"no measure {name!r}; there are {', '.join(self._names)}")
         return self._problem.measure(name, self._x[None])[0]
 
     def __iter__(self):
-        return iter(self._problem.measure_names)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(self._problem.measure_names)
+        return len(self._names)
 
 
 class SpecialPoints(Table):
@@ -158,7 +174,7 @@ def special_point(found, sign):
     s, tangent = (found.s, found.tangent) if sign > 0 else (0.0 - found.s, -found.tangent)
     return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), s, (low, high), found.x, tangent,
                         found.status, bool(found.reverses), found.name, before, after, found.directions, problem,
-                        found.successor)
+                        found.successor, dict(found.recorded or {}))
 
 
 def unique(points):

@@ -1,12 +1,14 @@
 """`trace`: a branch of solutions from a start, both ways, with its special points."""
 import copy
 import math
+from contextlib import contextmanager
 from dataclasses import replace
 from numbers import Integral, Real
 
 import numpy as np
 
 from ..elements.checks import switch
+from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from . import detect
@@ -52,7 +54,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     stop : callable, optional
         ``stop(point) -> bool`` ends a half after the point for which it is true; see `rows.Point`.
     record : callable, optional
-        ``record(point) -> dict of float``: further columns.
+        ``record(point) -> dict of float``: further columns. It is asked at rows in the order of travel, and at the special points
+        in the end, where `SpecialPoint.measures` has its values.
     progress : bool or callable, optional
         True shows a bar if tqdm is installed; a callable gets ``(parameter, count)`` after every step.
     peaks : str or sequence of str, optional
@@ -76,6 +79,14 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         If the start cannot be corrected onto a branch or is not valid.
     ValueError
         For bounds that are empty or do not hold the start, and step lengths that are not positive.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> branch = bf.trace(orbit, "omega", bounds=(1.45, 1.55))
+    >>> [str(reason) for reason in branch.stop_reason]
+    ['bound', 'bound']
     """
     low, high = ordered_bounds(bounds)
     switch("trace", "progress", progress)
@@ -91,7 +102,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     problem = with_scale(problem, low, high)
     first, singular = start_row(problem, options)
     first.ds = options.ds
-    with Progress(progress, problem.parameter) as shown:
+    with points_shown(progress, problem.parameter) as shown:
         options = replace(step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, shown), audit=audit)
         plus, minus = Half(first, options, origin=first), Half(reversed_row(first), options)
         minus.origin = minus.rows[0]
@@ -103,7 +114,9 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         for half in (plus, minus):
             begin_on_boundary(half)
         run_halves(plus, minus, direction, singular is None and first.singular)
-    plus.found[:0] = here
+        plus.found[:0] = here
+        for half in (plus, minus):
+            half.record_points()
     return Branch.of_halves(plus, minus, options)
 
 
@@ -304,35 +317,14 @@ def run_halves(plus, minus, direction, lost):
         plus.stop(StopReason.CLOSED, plus.message)
 
 
-class Progress:
-    """``progress=`` as a function of (parameter, count); a tqdm bar for True, if tqdm is installed."""
-
-    def __init__(self, wanted, name):
-        self.wanted = wanted
-        self.name = name
-        self.bar = None
-
-    def __enter__(self):
-        if self.wanted is None or self.wanted is False:
-            return None
-        if callable(self.wanted):
-            return self.wanted
-        try:
-            from tqdm import tqdm
-        except ImportError:
-            return None
-        self.bar = tqdm(unit=" points", desc="branch")
-
-        def shown(p, count):
-            self.bar.update(1)
-            if self.bar.n % 16 == 0:
-                self.bar.set_postfix_str(f"{self.name} = {p:.6g}", refresh=False)
-        return shown
-
-    def __exit__(self, *exception):
-        if self.bar is not None:
-            self.bar.close()
-        return False
+@contextmanager
+def points_shown(wanted, name):
+    """``progress=`` of a branch as a function of (parameter, count), or None: a bar that counts points for True."""
+    if wanted is not True:
+        yield wanted or None
+        return
+    with Progress("branch", None) as bar:
+        yield lambda p, count: bar.advance(1, f"{name} = {p:.6g}")
 
 
 def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, stop=None, record=None,
@@ -344,7 +336,7 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
             raise ValueError(f"the branch ends at {branch.parameter} = {end.p:.12g}, outside the bounds "
                              f"({low:.12g}, {high:.12g})")
     old = branch.options
-    with Progress(progress, branch.parameter) as shown:
+    with points_shown(progress, branch.parameter) as shown:
         ds_max = old["ds_max"] if ds_max is None else ds_max
         options = replace(step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown),
                           audit=old.get("audit", "full"))
@@ -357,4 +349,6 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
             if end.reason in (StopReason.CLOSED, StopReason.NOT_STARTED):
                 half.stop(end.reason, end.message)
         run_halves(plus, minus, None, False)
+        for half in (plus, minus):
+            half.record_points()
     return branch.joined(rows, plus, minus, options)

@@ -6,5 +6,5 @@ def engine_of(scene):
     if not scene.closed_form:
         from .laws import engine_of_laws  # a scene loads the kernels that it calls for, and no others
         return engine_of_laws(scene)
-    from . import kernels
+    from . import kernels  # as above
     return kernels

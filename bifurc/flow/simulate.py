@@ -5,6 +5,7 @@ from ..compose.scene import scene_of
 from ..models.cost import warn_if_slow
 from ..system import System, require_system
 from . import settle
+from .delayed.verb import simulate_delayed
 from .engine import engine_of
 from .initial import checked_length, checked_state
 from .scan import (
@@ -77,7 +78,6 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     """
     require_system(system)
     if any(element.delayed for element in system.elements):
-        from .delayed import simulate_delayed
         return simulate_delayed(system, y0, periods, duration, t0, max_events, history)
     if history is not None:
         raise ValueError(f"history is not allowed; {system!r} has no delayed feedback")

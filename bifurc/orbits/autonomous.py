@@ -21,11 +21,13 @@ from ..flow.trajectory import Trajectory
 from ..system import System
 from .energy import conservative, corrected, energy
 from .equilibrium import find_equilibrium
-from .find import half_of, mark_trains, resting_start, solve
+from .forced import resting_start
 from .kinds import OrbitStatus
+from .least import half_of, mark_trains
 from .orbit import PeriodicOrbit
 from .sequence import AFTER, BEFORE, GUARD
 from .signature import Signature, divided, sections
+from .solving import solve
 
 CHUNK = 24  # slowest periods simulated between attempts
 FIRST = 6  # slowest periods simulated from a guess

@@ -20,7 +20,7 @@ from ..flow.trajectory import Trajectory
 from ..notebook import Notebook
 from ..system import System, require_system
 from .autonomous import slowest
-from .find import resting_start
+from .forced import resting_start
 from .orbit import PeriodicOrbit
 
 CHUNK = 256  # forcing periods of one recorded piece

@@ -40,7 +40,7 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
     two matplotlib.axes.Axes
     """
     if axes is None:
-        from matplotlib import pyplot
+        from matplotlib import pyplot  # opens a window system where there is one: only for figures of our own
 
         _, axes = pyplot.subplots(2, 1, figsize=(6.3, 5.4), layout="constrained", sharex=True)
     above, below = axes

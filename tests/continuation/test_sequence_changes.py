@@ -133,3 +133,25 @@ def test_nearly_rigid_stops_are_traced_through_grazing():
     assert grazings[0] == pytest.approx(0.63511486615490092382, abs=1e-11)
     assert grazings[-1] == pytest.approx(1.2596146659947407444, abs=1e-11)
     assert branch.audit.ok, branch.audit
+
+
+def two_masses(amplitude, omega, ratio, k, gap, restitution, friction):
+    """Return two masses; one hits a rigid stop, the other rubs."""
+    K = np.array([[1.0 + k, -k], [-k, 1.0 + k]])
+    return bf.System(np.diag([1.0, ratio]), (0.06 * K).round(4), K, [
+        HarmonicForce(amplitude), RigidStop(gap, restitution), Coulomb(friction, dof=1)], omega=omega)
+
+
+def test_a_branch_ends_where_a_contact_slips_no_more():
+    """Its mass slips once a period each way; where both slips fall to nothing it sticks all the time, as simulation says."""
+    system = two_masses(1.19, 1.18, 1.65, 1.1, 0.602, 0.319, 0.736)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.595, 1.785))
+    assert branch.stop_reason == (StopReason.STICKING, StopReason.BOUND)
+    assert_motions(branch)
+    end, state = branch.ends[0].p, branch.orbits[2].state
+    for amplitude, slips in ((end - 1e-3, False), (end + 1e-3, True)):
+        motion = bf.simulate(system.with_parameters(amplitude=amplitude), state, periods=200)
+        late = [event for event in motion.events if event.time > 0.9 * motion.t[-1]]
+        assert {event.kind.value for event in late} == ({"impact", "slip", "stick"} if slips else {"impact"})
+    back = bf.trace(branch.orbits[2], "amplitude", bounds=(0.595, 1.785))
+    assert [point.kind for point in back.special_points] == [point.kind for point in branch.special_points]

@@ -8,7 +8,8 @@ from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.outcomes import REACHED
 from ...ensemble.proximity import STAY, boxes
 from ...flow.simulate import simulate
-from ...orbits.find import find_orbit, finished, from_motion
+from ...orbits.find import find_orbit
+from ...orbits.forced import finished, from_motion
 from ...orbits.lyapunov import lyapunov_exponents
 from ...system import System
 from .trapping import touches, trapping

@@ -12,7 +12,7 @@ from ...ensemble.initial_conditions import states_at
 from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...flow.simulate import simulate
-from ...orbits.find import finished, from_motion
+from ...orbits.forced import finished, from_motion
 from ...orbits.orbit import PeriodicOrbit
 from ...system import System
 from ..attractors.attractors import distance, section_points, targets_of

@@ -52,6 +52,14 @@ class BasinMap(Notebook):
         seed, tolerance, max_periods, max_events.
     speeds : ndarray
         Least speed of arrival at a stop until then; 0 after an infinite sequence, infinity without an impact.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=1.4)
+    >>> basins = bf.basins_of_attraction(system, bf.Grid(q0=(-3, 1, 20), v0=(-4, 4, 20)))
+    >>> basins.labels.shape
+    (20, 20)
     """
 
     _facts = ("fractions", "label_uncertainty", "radii")
@@ -150,7 +158,8 @@ class BasinMap(Notebook):
         --------
         >>> closer = basins.zoom(q0=(-1.2, -0.8), v0=(0.5, 1.0))     # doctest: +SKIP
         """
-        from .compute import basins_of_attraction
+        from ... import basins_of_attraction  # the public call: a map of a part is a new computation
+
         unknown = set(ranges) - set(self.grid.names)
         if unknown:
             raise ValueError(f"zoom: {', '.join(sorted(unknown))} is no component of {self.grid!r}; write ranges of "
@@ -207,7 +216,7 @@ class BasinMap(Notebook):
 
     def to_xarray(self):
         """Return labels, states, periods, impacts and speeds as an xarray Dataset over the components of the grid."""
-        import xarray
+        import xarray  # optional
 
         names = self.grid.names
         fields = {name: getattr(self, name) for name in ("labels", "states", "periods", "impacts", "speeds")}

@@ -14,7 +14,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
-from ...orbits.find import resting_start
+from ...orbits.forced import resting_start
 from ...system import System, require_system
 from .attractor_sweep import _values
 from .sections import period_of, settled
@@ -66,7 +66,7 @@ class BifurcationDiagram(Notebook):
 
     def to_xarray(self):
         """Return points, periods, impacts and outcomes as an xarray Dataset over direction, parameter, start, point and state."""
-        import xarray
+        import xarray  # optional
 
         dims = ("direction", self.parameter, "start", "kept", "state")
         fields = {name: getattr(self, name) for name in ("points", "periods", "impacts", "outcomes")}
@@ -157,6 +157,13 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
         Autonomous system, unknown parameter or direction, starts of the wrong shape.
     RuntimeError
         When a chunk fails; those before it are kept.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> found = bf.bifurcation_diagram(bf.systems.impact_oscillator(), "omega", [1.3, 1.4, 1.5], transient=200, keep=20)
+    >>> found.points.shape[1] >= 3
+    True
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")

@@ -10,7 +10,7 @@ from ...orbits import sequence
 from ...orbits.energy import conservative
 from ...orbits.equations import Equations
 from ...orbits.multipliers import nontrivial
-from ...orbits.orbit import HELD, INSTANT, NEUTRAL, PeriodicOrbit, closure_of
+from ...orbits.orbit import HELD, INSTANT, NEUTRAL, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.path import ParameterPath, parameter_path
 from ...orbits.repetition import repetition
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
@@ -27,6 +27,7 @@ from .successor import HELD_ROWS
 from .vanishing import listed_speeds
 
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
+STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
@@ -92,6 +93,8 @@ class OrbitProblem(Problem):
         Natural size of the parameter.
     """
 
+    touch = TOUCH  # as the audit of an orbit
+
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
         self.scene = scene_of(system)
@@ -105,6 +108,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._kept = sequence.kept(self.scene)
+        self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
         monitors = [Monitor(flip)]
@@ -157,7 +161,7 @@ class OrbitProblem(Problem):
 
     def _values(self, x, info) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found."""
-        values = [info[sequence.FLIP]]
+        values = [self._flip(x, float(info[sequence.FLIP]))]
         if self._hits:
             least = info[sequence.LISTED]
             values.append(-least if least < np.inf else NO_PEAK)
@@ -177,6 +181,18 @@ class OrbitProblem(Problem):
         if self._tori:
             values.append(self._torus(x))
         return np.array(values)
+
+    def _flip(self, x, value: float) -> float:
+        """Test of the multiplier -1 at ``x`` (n + 1,): ``value``, or where that is not known, beside the birth of a contact without
+        duration, prod(1 + mu) with the sign that it has elsewhere on the same equations."""
+        if math.isfinite(value):
+            self._clear = x, value
+            return value
+        if self._clear is None or self.sequence.closure < 0:
+            return value
+        here, there = (float(np.real(np.prod(1.0 + self._multipliers(y)))) for y in (x, self._clear[0]))
+        here *= math.copysign(1.0, there * self._clear[1])
+        return here / (1.0 + abs(here)) if math.isfinite(here) and there else math.nan
 
     def _torus(self, x) -> float:
         """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
@@ -263,7 +279,9 @@ class OrbitProblem(Problem):
         e, (s, U), info = self.equations, self.sequence.written_out(u), np.zeros(sequence.INFO)
         e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, U, e.weights, info)
         info[sequence.FLIP] = math.nan
-        return self._values(np.append(u, p), info)
+        values = self._values(np.append(u, p), info)
+        values[0] = math.nan
+        return values
 
     def residual(self, u, p):
         """Return the scaled residual (n,)."""
@@ -326,10 +344,22 @@ class OrbitProblem(Problem):
 
     def named_end(self, x, reason, message):
         """See `Problem.named_end`: where the listed impacts fall like those of an infinite sequence, changes of their number
-        accumulate here."""
-        if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE) and self._train(x):
-            return StopReason.CHATTERING, message
+        accumulate here; where a contact hardly slips any more, it sticks beyond."""
+        if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
+            if self._train(x):
+                return StopReason.CHATTERING, message
+            if self._slip(x) < STUCK:
+                return StopReason.STICKING, message
         return reason, message
+
+    def _slip(self, x) -> float:
+        """Least share of the period for which a contact slips that also sticks, 1 without such a contact."""
+        s, U = self.sequence.written_out(x[:-1])
+        times = U[::1 + self.scene.ns]
+        spans, keys = np.diff(np.append(times, times[0] + s.span)), [self.scene.keys[m] for m in s.nodes[:, AFTER]]
+        shares = [float(spans[[word != "stick" for word in words]].sum()) / s.span for words in zip(*keys, strict=True)
+                  if "stick" in words and any(word != "stick" for word in words)]
+        return min(shares, default=1.0)
 
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may
