@@ -5,19 +5,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .balls import PRECISION, Rationals, below, checked, ends, flint, radius, size, working
+from .balls import PRECISION, Rationals, below, checked, ends, flint, size, working
 from .candidate import Candidate, candidate_of
 from .certificate import Certificate, EventEnclosure, Verdict, refusal
 from .equations import Pieces, Solved, evaluate
 from .events import FOREVER, Transition, balls_of, kept_exactly, transition
 from .jets import Jet
-from .krawczyk import krawczyk, preconditioner
+from .krawczyk import krawczyk, preconditioner, tightened
 from .model import Model, Refused
 from .segments import Steps, rate
 from .spectrum import characteristic, eigenvalues, monodromy, saltations, stable
 
 RADII = (1e-5, 1e-7, 1e-9, 1e-11)  # half widths of the boxes tried, scaled
-FINE = 1e-18  # scaled: a wider enclosure is made once more
 CLAIM = 1e-9  # scaled: a stored orbit is that near to the one it stands for, or it is another motion
 METHOD = "Krawczyk on multiple shooting, Bernstein bounds of the guards, Schur-Cohn"
 
@@ -122,11 +121,8 @@ def solve(prepared: Prepared, radii=RADII) -> tuple[Proof | None, str, bool]:
         if zero.empty:
             return None, (f"no solution of its event sequence lies within {half:.0e} (scaled) of the stored orbit"), True
         if zero.inside:
-            if max(radius(b) / s for b, s in zip(zero.box, scale, strict=True)) > FINE:  # once more about its middle
-                middle, box = [b.mid() for b in zero.box], zero.box
-                value = evaluate(pieces, *unpacked(middle, pieces, count), want=False)
-                over = evaluate(pieces, *unpacked(box, pieces, count))
-                zero = krawczyk(middle, box, value.F[0], over.J[0], Y, known=True)
+            zero = tightened(zero, scale, lambda at: evaluate(pieces, *unpacked(at, pieces, count), want=False).F[0],
+                             lambda at: evaluate(pieces, *unpacked(at, pieces, count)).J[0], Y)
             distance = max(size(b - m) / s for b, m, s in zip(zero.box, u, scale, strict=True))
             if distance > CLAIM:
                 return None, (f"the solution nearest to the stored orbit is about {distance:.2g} (scaled) away from it: the orbit "

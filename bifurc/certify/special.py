@@ -20,7 +20,7 @@ from .candidate import Candidate, Event
 from .certificate import PointCertificate, Verdict
 from .equations import evaluate
 from .jets import Jet
-from .krawczyk import krawczyk, preconditioner
+from .krawczyk import krawczyk, preconditioner, tightened
 from .model import Refused
 
 RADII = (1e-5, 1e-7, 1e-9, 1e-11)
@@ -114,6 +114,7 @@ def _proved(system, z: np.ndarray, p: float, result):
         zero = krawczyk(m, X, F, over, Y)
         if not zero.inside:
             continue
+        zero = tightened(zero, scale, lambda at: system.evaluate(at)[0], lambda at: system.evaluate(at)[1], Y)
         enclosed = zero.box[place]
         away = size(enclosed - arb(p)) / float(scale[place])
         if away > CLAIM:
