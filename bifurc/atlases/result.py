@@ -60,6 +60,14 @@ class Atlas:
         Parts of the work that raised.
     options : dict
     status : AtlasStatus
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> found = bf.atlas(bf.systems.impact_oscillator(), "omega", (1.2, 1.6), {"q0": (-3, 1), "v0": (-4, 4)}, probes=3,
+    ...                  checks=2, samples=50, periods=1)
+    >>> found.graph.number_of_edges() >= 1
+    True
     """
 
     system: System

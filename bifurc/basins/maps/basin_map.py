@@ -52,6 +52,14 @@ class BasinMap(Notebook):
         seed, tolerance, max_periods, max_events.
     speeds : ndarray
         Least speed of arrival at a stop until then; 0 after an infinite sequence, infinity without an impact.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=1.4)
+    >>> basins = bf.basins_of_attraction(system, bf.Grid(q0=(-3, 1, 20), v0=(-4, 4, 20)))
+    >>> basins.labels.shape
+    (20, 20)
     """
 
     _facts = ("fractions", "label_uncertainty", "radii")

@@ -241,7 +241,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     >>> system = bf.systems.impact_oscillator()
     >>> found = bf.sweep(system, "omega", [1.3, 1.4, 1.5], {"q0": (-3, 1), "v0": (-4, 4)}, samples=100)
     >>> [track.attractors[0].periods for track in found.tracks]
-    [1, 1]
+    [1, 1, 1]
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a sweep needs the phase of an excitation (omega)")
