@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..basins.attractors.attractors import ChaoticAttractor
+from ..basins.attractors.attractors import SampledAttractor
 from ..basins.sweeps.points import packed, sweep_points, unpacked
 from ..continuation.branch import Branch
 from ..jobs.executors import run_chunks
@@ -151,7 +151,7 @@ class Search:
             items = unpacked(point["attractors"], arrays, "p0_a", self.job["elements"])
             places, periods, exponents = [], [], []
             for k, item in enumerate(items):
-                chaotic = isinstance(item, ChaoticAttractor)
+                chaotic = isinstance(item, SampledAttractor)
                 periods.append(None if chaotic else item.periods)
                 exponents.append(item.exponent if chaotic else None)
                 places.append(numbers[k] if k < len(numbers) else None if chaotic else self.place(item, value))

@@ -15,9 +15,9 @@ from .motions import describe, plot_orbit, plot_trajectory
 from .responses import plot_peaks, plot_responses
 from .rotors import full_spectrum, plot_full_spectrum
 from .style import figure, save_figure
-from .sweeps import plot_chart, plot_diagram, plot_edge, plot_sweep
+from .sweeps import plot_chart, plot_diagram, plot_edge, plot_ramp, plot_sweep
 
 __all__ = ["animate_orbit", "describe", "figure", "full_spectrum", "plot_basins", "plot_branch", "plot_branches", "plot_over",
            "plot_cells", "plot_chart", "plot_curve", "plot_diagram", "plot_edge", "plot_full_spectrum",
-           "plot_map_diagram", "plot_morse", "plot_orbit", "plot_peaks", "plot_responses", "plot_sweep",
+           "plot_map_diagram", "plot_morse", "plot_orbit", "plot_peaks", "plot_ramp", "plot_responses", "plot_sweep",
            "plot_trajectory", "save_figure"]

@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.orbits.concentric import concentric
-from tests.reference.rub import elastic_rotor
+from tests.reference.rub import contact_speeds, elastic_rotor
 
 
 def test_a_motion_through_the_centre_of_the_stator():
@@ -63,3 +63,111 @@ def test_partial_rub_of_a_concentric_rotor_is_not_looked_for_by_turns():
         assert orbit.success and orbit.sequence.events == 0
         r = np.hypot(*orbit.sample(50)[1][:, :2].T)
         assert np.ptp(r) < 1e-12
+
+
+@pytest.mark.parametrize("step", [1e-4, 1e-8, 1e-12])
+def test_two_crossings_of_the_wall_in_one_step_are_not_stepped_over(step):
+    # the whirl without rub reaches the wall at nu; a little faster it is beyond it for a time of the root of the step
+    nu = contact_speeds(0.05, 0.2, 0.6)[0] * (1.0 + step)
+    system = bf.systems.jeffcott_rotor(nu=nu)
+    z = 0.2 * nu**2 / (1.0 - nu**2 + 0.1j * nu)
+    motion = bf.simulate(system, (z.real, z.imag, (1j * nu * z).real, (1j * nu * z).imag), periods=1)
+    kinds = [str(event.kind) for event in motion.events]
+    assert motion.success and kinds == ["contact", "separation"]
+    assert 0.5 * step**0.5 < motion.events[1].time - motion.events[0].time < 20.0 * step**0.5
+
+
+def test_the_turning_of_the_normal_is_in_the_multipliers():
+    system = bf.systems.rigid_stator_rotor(nu=1.7)
+    orbit = bf.find_orbit(system, guess=(0.1086, -0.3676, 0.8083, -1.1052))
+    h, M = 1e-6, np.empty((4, 4))
+    for k in range(4):  # differences of the motion know nothing of saltation
+        ends = [bf.simulate(system, orbit.state + sign * h * np.eye(4)[k], periods=1).final for sign in (1, -1)]
+        M[:, k] = (ends[0] - ends[1]) / (2.0 * h)
+    assert np.abs(np.sort_complex(np.linalg.eigvals(M)) - np.sort_complex(orbit.multipliers)).max() < 1e-7
+
+
+def test_friction_at_an_impact_that_could_reverse_the_sliding_stops_it():
+    # the disk turns so slowly that friction (1 + e) u is more than the sliding speed
+    system = bf.systems.rigid_stator_rotor(nu=1.0, eccentricity=0.0, offset=0.0, friction=0.5, disk_radius=0.1, zeta=0.0)
+    motion = bf.simulate(system, (0.9, 0.0, 1.0, 0.05), duration=0.3)
+    hit = motion.events[0]
+    assert str(hit.kind) == "impact"
+    n = hit.after[:2]
+    assert abs(n[0] * hit.after[3] - n[1] * hit.after[2] + 0.1) < 1e-14  # what is left is the speed of rolling
+    assert hit.after[2:] @ hit.after[2:] < hit.before[2:] @ hit.before[2:]
+
+
+def test_rolling_holds_the_surface_speed():
+    # friction is an unknown of the rolling mode, within its cone; dry whirl needs no load
+    zeta, stiffness, friction, surface = 0.05, 25.0, 0.1, 4.0
+    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=surface / 20.0, eccentricity=0.0, stiffness=stiffness, friction=friction,
+                                       offset=0.0)
+    # turn A = surface, A = k / (k + 1 - turn^2)
+    roots = np.roots([surface, stiffness, -surface * (stiffness + 1.0)])
+    turn = float(roots[roots > 0.0][0])
+    radius = surface / turn
+    motion = bf.simulate(system, (radius, 0.0, 0.0, -surface), periods=1)
+    _, y = motion.sample(200)
+    r = np.hypot(y[:, 0], y[:, 1])
+    sliding = (y[:, 0] * y[:, 3] - y[:, 1] * y[:, 2]) / r + surface
+    assert motion.success and motion.modes[-1][-1] == "roll"
+    assert np.abs(sliding).max() < 1e-10 and np.abs(r - radius).max() < 1e-9
+
+
+@pytest.mark.parametrize("beta", [0.3, 0.255275637648651807])
+@pytest.mark.parametrize("release", ["force", "penetration"])
+def test_contact_damping_lets_go_where_its_release_says(beta, release):
+    # a mass without springs meets the wall head-on: the speeds before and after are those of half an oscillation
+    k, root = 50.0, np.sqrt(1.0 - beta**2)
+    stator = bf.elements.ElasticStator(stiffness=k, damping=2.0 * beta * np.sqrt(k), friction=0.0, release=release)
+    system = bf.System(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [stator])
+    motion = bf.simulate(system, (0.5, 0.0, 1.0, 0.0), duration=1.4)
+    angle = np.arctan2(2.0 * beta * root, 2.0 * beta**2 - 1.0) if release == "force" else np.pi
+    assert motion.success and abs(motion.final[2] + np.exp(-beta / root * angle)) < 1e-9
+
+
+def test_chatter_on_the_wall_is_completed():
+    motion = bf.simulate(bf.systems.rigid_stator_rotor(nu=1.4), (0.0, 0.0, 0.0, 0.0), periods=40)
+    kinds = [str(event.kind) for event in motion.events]
+    assert motion.success and "chatter" in kinds and len(kinds) < 40 * 40
+
+
+def test_a_journal_at_exact_half_speed_whirl():
+    # x' = -y/2, y' = x/2: the film has no squeeze and no wedge, hence no force and no direction
+    system = bf.systems.oil_film_rotor(unbalance=0.0)
+    motion = bf.simulate(system, (0.3, 0.2, -0.1, 0.15), periods=1)
+    assert motion.success and np.isfinite(motion.y).all() and np.hypot(motion.y[:, 0], motion.y[:, 1]).max() < 1.0
+
+
+def test_a_very_stiff_stator_acts_as_a_rigid_one():
+    # the friction of a rebound and its restitution 1 without contact damping, to the size of the penetration
+    values = {"zeta": 0.1, "nu": 1.1, "eccentricity": 0.3, "friction": 0.1, "disk_radius": 2.0, "offset": 0.5}
+    soft = bf.simulate(bf.systems.jeffcott_rotor(stiffness=1e9, **values), (0.6, -0.7, 0.4, 0.4), duration=2.0)
+    hard = bf.simulate(bf.systems.rigid_stator_rotor(restitution=1.0, **values), (0.6, -0.7, 0.4, 0.4), duration=2.0)
+    assert soft.success and hard.success and len(hard.events) == len(soft.events) // 2 > 0
+    assert np.abs(soft.final - hard.final).max() < 2e-3
+
+
+def test_two_arcs_touched_at_the_same_instant():
+    system = bf.systems.snubber_rotor(eccentricity=0.0, friction=0.0, zeta=0.0)
+    motion = bf.simulate(system, (0.5, 0.5, 2.0, 2.0), duration=1.0)
+    kinds = [str(event.kind) for event in motion.events]
+    assert motion.success and kinds.count("contact") == 2 and kinds.count("separation") == 2
+    assert np.abs(motion.y[:, 0] - motion.y[:, 1]).max() < 1e-12  # the diagonal is never left
+    energy = motion.final @ motion.final
+    assert abs(energy - 8.5) < 1e-9  # springs have given back what they took
+
+
+@pytest.mark.parametrize("values", [{"offset": 1.2}, {"stiffness": -1.0}, {"contact_damping": -0.1}, {"friction": -0.1},
+                                    {"disk_radius": -1.0}])
+def test_rotors_that_cannot_be(values):
+    with pytest.raises(ValueError, match=next(iter(values)).split("_")[-1]):
+        bf.systems.jeffcott_rotor(**values)
+
+
+def test_stators_that_cannot_be():
+    with pytest.raises(ValueError, match="radius"):
+        bf.elements.ElasticStator(radius=-1.0)
+    with pytest.raises(ValueError, match="stiffness"):
+        bf.elements.ElasticStator(stiffness=0.0, damping=0.3)  # damping without stiffness would never let go
