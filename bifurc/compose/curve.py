@@ -209,3 +209,22 @@ def put_at_rest(x, y, vx, vy, cx, cy, radius, drift, spin, rows):
     stop = 0.0 if rows == 1.0 else -sn
     slide = 0.0 if rows == 0.0 else -(w + drift + spin * (r + out))
     return out * nx, out * ny, stop * nx - slide * ny, stop * ny + slide * nx
+
+
+@njit
+def rest_slope(x, y, vx, vy, cx, cy, radius, drift, spin, rows):
+    """Derivatives of `put_at_rest`: of what is added to the position by the position (4 numbers, a row at a time), of what is added
+    to the velocity by the position (4) and by the velocity (4)."""
+    nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
+    turn = turned(r)
+    kx, ky = -ny * turn, nx * turn  # the angle by x and by y
+    on, off = 0.0 if rows == 1.0 else 1.0, 0.0 if rows == 0.0 else 1.0
+    out, stop, slide = on * (radius - r), -on * sn, -off * (w + drift + spin * (r + on * (radius - r)))
+    kept = spin * (1.0 - on)  # the radius after it turns with the position only where it stays
+    sx, sy = -on * w * kx, -on * w * ky  # stop by x and by y
+    lx, ly = off * (sn * kx - kept * nx), off * (sn * ky - kept * ny)  # slide by x and by y
+    gx, gy = -ny * stop - nx * slide, nx * stop - ny * slide  # what the angle does to stop n + slide t
+    return (-on * nx * nx - out * ny * kx, -on * nx * ny - out * ny * ky, -on * ny * nx + out * nx * kx,
+            -on * ny * ny + out * nx * ky, sx * nx - lx * ny + gx * kx, sy * nx - ly * ny + gx * ky,
+            sx * ny + lx * nx + gy * kx, sy * ny + ly * nx + gy * ky,
+            -on * nx * nx - off * ny * ny, (off - on) * nx * ny, (off - on) * nx * ny, -on * ny * ny - off * nx * nx)

@@ -99,6 +99,7 @@ def law_text(laws, dofs: int) -> str:
     defined: list[str] = []
     force: dict[int, list[str]] = {stage: [] for stage in (FORCE, REACTION, GUARD, KICK, REST)}
     slope: dict[int, list[str]] = {stage: [] for stage in force}
+    turns: list[str] = []
     stepped = {stage: any(law.stage == stage and law.law.jacobian is None for law in laws) for stage in force}
     for i, law in enumerate(laws):
         _check(law)
@@ -127,6 +128,8 @@ def law_text(laws, dofs: int) -> str:
         if law.stage > GUARD:
             force[GUARD].append("    for j in range(nodes):\n" + "".join(f"        {place} = 0.0\n" for place in out))
         if law.stage == REST:
+            known = [f"slope[{part}, {row + a}, {b}, j]" for part in range(3) for a in range(rows) for b in range(rows)]
+            turns.append(_branch(i, own, load, "nodes", known, _call("rest_slope", known, local, names)))
             known = [f"slope[{part}, {row + k}, 0, j]" for part in (0, 1) for k in range(rows)]
             rest = []
         if law.law.jacobian is not None:
@@ -139,6 +142,7 @@ def law_text(laws, dofs: int) -> str:
     text = [
         '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit",
         "from bifurc.compose.curve import polar, scalar_slope, vector_slope\n" if any(law.curved for law in laws) else "",
+        "from bifurc.compose.curve import rest_slope\n" if turns else "",
         'NAME = "bifurc_step_@"  # of the step as a symbol', f"DOFS = {dofs}", f"ROWS = {len(first)}",
         f"FORCES = {acting[0]}", f"ACTING = {acting[1]}", f"KICKS = {acting[2]}", f"RESTS = {acting[3]}",
         f"OWNER = np.array({owner})", f"SOURCE = np.array({source})",
@@ -151,6 +155,7 @@ def law_text(laws, dofs: int) -> str:
         steps = "    step = steps(local, nodes, h)\n" if stepped[stage] else ""
         text += ["@njit", f"def {many}(law, acts, m, h, nodes, {owner_}local, slope):",
                  steps + "".join(slope[stage]) or "    return", ""]
+    text += ["@njit", "def rest_slopes(law, acts, m, nodes, local, slope):", "".join(turns) or "    return", ""]
     return "\n".join(text)
 
 
@@ -185,7 +190,7 @@ def _text(function, name: str) -> str:
     return standalone(function, name)
 
 
-def _branch(number: int, own: str, load: str, nodes: str, places: list[str], body: str, none: list[str]) -> str:
+def _branch(number: int, own: str, load: str, nodes: str, places: list[str], body: str, none=()) -> str:
     """Loop over the nodes where the law acts; zeros where it does not, and always in the places ``none``."""
     always = "".join(f"            {place} = 0.0\n" for place in none)
     zeros = "".join(f"            {place} = 0.0\n" for place in places)

@@ -7,15 +7,48 @@ from .element import Element
 from .mode import Law, Mode
 from .site import Rows
 
+TERMS = 26  # of the series of `film_parts`: 4^-26 is rounding
+
+
+def film_parts(k, c, q):
+    """Return n1, n2 of the film and the derivatives n1_k = -n2_c, n1_c, n2_k, with q = 1 - k^2 - c^2 and
+
+        G = (2 / sqrt(q)) (pi/2 + atan(k / sqrt(q))),    V = (2 + k G) / q = dG/dk,    n2 = (G + 3 k V) / q = dV/dk,
+        n1 = c (2 / (q + k^2) - 3 V) / q = -dV/dc.
+
+    For k < 0 these are differences that almost vanish as q does.  With w = q / k^2 they are then the alternating series
+    g = sum 4 j (-w)^(j - 1) / ((2 j + 1) (2 j + 3)), n2 = -2 g / k^3, and what follows from it.
+    """
+    if k < 0.0 and q < 0.25 * k * k:
+        s = -k
+        w = q / (s * s)
+        g = g1 = 0.0
+        for j in range(TERMS, 0, -1):
+            g1 = -(g + w * g1)
+            g = 4.0 * j / ((2.0 * j + 1.0) * (2.0 * j + 3.0)) - w * g
+        p = g + (1.0 - w * g) / (3.0 + w) - 1.0 / (1.0 + w)
+        p1 = (g1 - 2.0 * p) / (1.0 + w)
+        two, share = 2.0 / (s * s), c / s
+        four = two / (s * s)
+        return (four * c * p, two * g / s, 2.0 * four * share * g1, four * (p - 2.0 * share * share * p1),
+                four * (3.0 * g + 2.0 * (1.0 + w) * g1))
+    root, rest = math.sqrt(q), q + k * k
+    G = 2.0 / root * math.atan2(root, -k)
+    V = (2.0 + k * G) / q
+    left = 2.0 / rest - 3.0 * V
+    n1, n2 = c * left / q, (G + 3.0 * k * V) / q
+    return (n1, n2, (2.0 * k * n1 - 3.0 * c * n2) / q, (left + 4.0 * c * c / (rest * rest) + 5.0 * c * n1) / q,
+            (4.0 * V + 5.0 * k * n2) / q)
+
 
 def film(x, y, xs, ys, size):
     """Force of the film on the journal, ``size`` times
 
         f = 2 int N (cos, sin) / h^3 over N < 0,   h = 1 - x cos - y sin,   N = (x - 2 y') sin - (y + 2 x') cos,
 
-    in closed form: with a = x - 2 y', b = y + 2 x', rho = |(a, b)|, k = (x b - y a) / rho, c = -(x a + y b) / rho and
-    q = 1 - x^2 - y^2.  At exact half-speed whirl (rho = 0) there is no pressure and no force; where there is no film
-    (q <= 0) it is not a number.
+    in closed form: with a = x - 2 y', b = y + 2 x', rho = |(a, b)|, k = (x b - y a) / rho, c = -(x a + y b) / rho,
+    f = -(a n1 + b n2, b n1 - a n2), see `film_parts`.  At exact half-speed whirl (rho = 0) there is no pressure and no force;
+    where there is no film (q <= 0) it is not a number.
     """
     a, b = x - 2.0 * ys, y + 2.0 * xs
     rho = math.hypot(a, b)
@@ -24,12 +57,8 @@ def film(x, y, xs, ys, size):
     q = 1.0 - x * x - y * y
     if q <= 0.0:
         return math.nan, math.nan
-    k, c = (x * b - y * a) / rho, -(x * a + y * b) / rho
-    root = math.sqrt(q)
-    G = 2.0 / root * (0.5 * math.pi + math.atan(k / root))
-    U = rho * (2.0 + k * G) / q
-    S = c / ((1.0 - c) * (1.0 + c))
-    return -size * (3.0 * x * U + b * G + 2.0 * a * S) / q, -size * (3.0 * y * U - a * G + 2.0 * b * S) / q
+    n1, n2, _, _, _ = film_parts((x * b - y * a) / rho, -(x * a + y * b) / rho, q)
+    return -size * (a * n1 + b * n2), -size * (b * n1 - a * n2)
 
 
 def film_slope(x, y, xs, ys, size):
@@ -47,36 +76,20 @@ def film_slope(x, y, xs, ys, size):
         return xa, xb, 2.0 * xb, -2.0 * xa, ya, yb, 2.0 * yb, -2.0 * ya
     ca, cb = a / rho, b / rho
     k, c = x * cb - y * ca, -(x * ca + y * cb)
-    root = math.sqrt(q)
-    G = 2.0 / root * (0.5 * math.pi + math.atan(k / root))
-    V = (2.0 + k * G) / q
-    U = rho * V
-    S = c / ((1.0 - c) * (1.0 + c))
-    turn = (1.0 + c * c) / ((1.0 - c) * (1.0 + c)) ** 2
-    fx, fy = (3.0 * x * U + b * G + 2.0 * a * S) / q, (3.0 * y * U - a * G + 2.0 * b * S) / q
+    n1, n2, n1k, n1c, n2k = film_parts(k, c, q)
+    n2c = -n1k
 
-    # by x, y, a, b as if they were independent; (ca, cb) turns by (-cb, ca) w
-    ka, kb = cb * c / rho, -ca * c / rho
-    sa, sb = -cb * k / rho, ca * k / rho
-    g = 2.0 / (q + k * k)
-    Gx, Gy = g * (cb + k * x / q) + G * x / q, g * (-ca + k * y / q) + G * y / q
-    Ga, Gb = g * ka, g * kb
-    Ux = rho * (cb * G + k * Gx) / q + 2.0 * x * U / q
-    Uy = rho * (-ca * G + k * Gy) / q + 2.0 * y * U / q
-    Ua = ca * V + rho * (ka * G + k * Ga) / q
-    Ub = cb * V + rho * (kb * G + k * Gb) / q
-    Sx, Sy, Sa, Sb = -turn * ca, -turn * cb, turn * sa, turn * sb
-
-    xx = (3.0 * U + 3.0 * x * Ux + b * Gx + 2.0 * a * Sx) / q + 2.0 * x * fx / q
-    xy = (3.0 * x * Uy + b * Gy + 2.0 * a * Sy) / q + 2.0 * y * fx / q
-    xa = (3.0 * x * Ua + b * Ga + 2.0 * S + 2.0 * a * Sa) / q
-    xb = (3.0 * x * Ub + G + b * Gb + 2.0 * a * Sb) / q
-    yx = (3.0 * y * Ux - a * Gx + 2.0 * b * Sx) / q + 2.0 * x * fy / q
-    yy = (3.0 * U + 3.0 * y * Uy - a * Gy + 2.0 * b * Sy) / q + 2.0 * y * fy / q
-    ya = (3.0 * y * Ua - G - a * Ga + 2.0 * b * Sa) / q
-    yb = (3.0 * y * Ub - a * Gb + 2.0 * S + 2.0 * b * Sb) / q
-    return (-size * (xx + xa), -size * (xy + xb), -size * 2.0 * xb, size * 2.0 * xa,
-            -size * (yx + ya), -size * (yy + yb), -size * 2.0 * yb, size * 2.0 * ya)
+    # by x, y, a, b as if they were independent: of P = rho n1 and Q = rho n2 in f = -(ca P + cb Q, cb P - ca Q); as (a, b) turns
+    # by an angle, (k, c) changes by (-c, k) times that
+    Px, Py = rho * (cb * n1k - ca * n1c), -rho * (ca * n1k + cb * n1c)
+    Qx, Qy = rho * (cb * n2k - ca * n2c), -rho * (ca * n2k + cb * n2c)
+    Pt, Qt = k * n1c - c * n1k, k * n2c - c * n2k
+    Pa, Pb, Qa, Qb = ca * n1 - cb * Pt, cb * n1 + ca * Pt, ca * n2 - cb * Qt, cb * n2 + ca * Qt
+    tx, ty = ca * n2 - cb * n1, ca * n1 + cb * n2  # what the angle does to the directions
+    xa, xb = ca * Pa + cb * Qa - cb * tx, ca * Pb + cb * Qb + ca * tx
+    ya, yb = cb * Pa - ca * Qa - cb * ty, cb * Pb - ca * Qb + ca * ty
+    return (-size * (ca * Px + cb * Qx + xa), -size * (ca * Py + cb * Qy + xb), -size * 2.0 * xb, size * 2.0 * xa,
+            -size * (cb * Px - ca * Qx + ya), -size * (cb * Py - ca * Qy + yb), -size * 2.0 * yb, size * 2.0 * ya)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -284,3 +284,8 @@ def curved_rest(T, m, x):
 @njit
 def curved_project(T, m, x):
     """Put what constraints on curves hold in mode ``m`` to rest and on its curve: here there is nothing."""
+
+
+@njit
+def curved_hold(T, m, x, P):
+    """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` in an earlier state.  Here there is nothing."""

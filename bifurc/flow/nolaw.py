@@ -65,3 +65,9 @@ def rests(law, acts, m, nodes, local):
 @njit
 def rest_moves(law, acts, m, h, nodes, local, slope):
     """Write into ``slope`` what must be added to coordinates (0) and speeds (1) of a row for `rests` to be zero."""
+
+
+@njit
+def rest_slopes(law, acts, m, nodes, local, slope):
+    """Write the derivatives of `rest_moves` into ``slope``: of coordinates by coordinates (0), of speeds by coordinates (1) and by
+    speeds (2) of the own rows."""

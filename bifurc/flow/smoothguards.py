@@ -27,6 +27,7 @@ from .nolaw import (
     kicks,
     reaction_slopes,
     rest_moves,
+    rest_slopes,
     rests,
     slopes,
     watch_slopes,
@@ -37,7 +38,7 @@ from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
           "closing", "closure", "segment_peak", "land", "terms_size", "arrival",
-          "curved_jump", "curved_kick", "curved_rest", "curved_project", "all_series")
+          "curved_jump", "curved_kick", "curved_rest", "curved_project", "curved_hold", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
 CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed, as in `scan`
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
@@ -575,7 +576,7 @@ def curved_rest(T, m, x):
 
 @njit
 def curved_project(T, m, x):
-    """Put what constraints on curves hold in mode ``m`` to rest and on its curve (corrections of rounding size)."""
+    """Put what constraints on curves hold in mode ``m`` to rest and on its curve."""
     if ROWS == RESTS:
         return
     n, local, slope = T.LP.shape[2], local_at(T, x), np.zeros((3, ROWS, WIDTH, 1))
@@ -584,6 +585,31 @@ def curved_project(T, m, x):
         for i in range(n):
             x[i] += T.LP[m, r, i] * slope[0, r, 0, 0]
             x[n + i] += T.LP[m, r, i] * slope[1, r, 0, 0]
+
+
+@njit
+def curved_hold(T, m, x, P):
+    """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` (nx,) in an earlier state."""
+    if ROWS == RESTS:
+        return
+    n, ns, nx = T.LP.shape[2], P.shape[0], x.size
+    slope, du, ds = np.zeros((3, ROWS, WIDTH, 1)), np.empty(ROWS), np.empty(ROWS)
+    rest_slopes(T.law, T.acts, m, 1, local_at(T, x), slope)
+    for c in range(nx):
+        for r in range(RESTS, ROWS):
+            du[r], ds[r] = (T.LU[r, c], T.LS[r, c]) if c >= ns else (0.0, 0.0)
+            for i in range(ns):
+                du[r] += T.LU[r, i] * P[i, c]
+                ds[r] += T.LS[r, i] * P[i, c]
+        for r in range(RESTS, ROWS):
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                place = slope[0, r, b, 0] * du[other]
+                speed = slope[1, r, b, 0] * du[other] + slope[2, r, b, 0] * ds[other]
+                for i in range(n):
+                    P[i, c] += T.LP[m, r, i] * place
+                    P[n + i, c] += T.LP[m, r, i] * speed
+    curved_project(T, m, x)
 
 
 @njit

@@ -22,7 +22,17 @@ import numpy as np
 
 from .._jit import both, njit
 from ..compose.tables import ORDER, rebuild, rebuild_mode
-from ..flow.affine import arc, field, forcing, forcing_rate, guard_divided, guard_gradient, guard_series, guard_value
+from ..flow.affine import (
+    arc,
+    curved_hold,
+    field,
+    forcing,
+    forcing_rate,
+    guard_divided,
+    guard_gradient,
+    guard_series,
+    guard_value,
+)
 from ..flow.peak import segment_peak
 from ..flow.rule import jump
 from ..solve.dense import lu, lu_solve
@@ -111,6 +121,7 @@ def reset(T, m, g, closes, x, xp, P):
             xp[i] = 0.0
             for c in range(x.size):
                 xp[i] += P[i, c] * x[c]
+    curved_hold(T, m, xp, P)
 
 
 @njit

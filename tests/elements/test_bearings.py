@@ -1,4 +1,5 @@
 """Force of the oil film against the pressure integrated, closed forms of the static journal, and thresholds of its stability."""
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -19,13 +20,40 @@ def pressure(x, y, xs, ys):
     return np.array([part @ np.cos(theta), part @ np.sin(theta)])
 
 
-@pytest.mark.parametrize("eccentricity", [0.0, 1e-6, 0.2, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("eccentricity", [0.0, 1e-6, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999])
 def test_force_against_quadrature(eccentricity):
     rng = np.random.default_rng(7)
-    for angle, xs, ys in rng.uniform((0.0, -0.5, -0.5), (2.0 * np.pi, 0.5, 0.5), (8, 3)):
+    for angle, xs, ys in rng.uniform((0.0, -0.5, -0.5), (2.0 * np.pi, 0.5, 0.5), (40, 3)):
         at = (eccentricity * np.cos(angle), eccentricity * np.sin(angle), xs, ys)
         force = np.array(film(*at, 1.0))
         assert np.abs(force - pressure(*at)).max() < 1e-11 * np.hypot(*force)
+
+
+def long_film(x, y, xs, ys):
+    """Return the force as numbers of mpmath, in the closed form of Zhang (2008), 4.5, written without arctangents of quotients."""
+    a, b = x - 2 * ys, y + 2 * xs
+    rho, q = mp.sqrt(a * a + b * b), 1 - x * x - y * y
+    k, c = (x * b - y * a) / rho, -(x * a + y * b) / rho
+    G = 2 / mp.sqrt(q) * (mp.pi / 2 + mp.atan(k / mp.sqrt(q)))
+    V, S = (2 + k * G) / q, c / (1 - c * c)
+    return -(3 * x * rho * V + b * G + 2 * a * S) / q, -(3 * y * rho * V - a * G + 2 * b * S) / q
+
+
+@pytest.mark.parametrize("e", [0.3, 0.9, 0.99, 0.999, 0.9999])
+def test_nothing_cancels_in_a_thin_film(e):
+    rng, h = np.random.default_rng(1), mp.mpf(10) ** -15
+    for angle, xs, ys in rng.uniform((0.0, -0.5, -0.5), (2.0 * np.pi, 0.5, 0.5), (60, 3)):
+        at = (e * np.cos(angle), e * np.sin(angle), xs, ys)
+        with mp.workdps(40):
+            known = np.array([float(part) for part in long_film(*map(mp.mpf, at))])
+            slope = np.empty((2, 4))
+            for i in range(4):
+                ends = [long_film(*(mp.mpf(value) + (sign * h if i == j else 0) for j, value in enumerate(at))) for sign in (1, -1)]
+                slope[:, i] = [float((one - other) / (2 * h)) for one, other in zip(*ends, strict=True)]
+        # the film as thin as 1 - e^2 is known to the rounding of 1: the force is its power -5/2, the slope -7/2
+        noise = 2e-13 + 40.0 * 2.2e-16 / (1.0 - e * e)
+        assert np.abs(np.array(film(*at, 1.0)) - known).max() < noise * np.hypot(*known)
+        assert np.abs(np.reshape(film_slope(*at, 1.0), (2, 4)) - slope).max() < noise * np.abs(slope).max()
 
 
 def test_derivatives_against_differences():

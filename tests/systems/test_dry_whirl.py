@@ -4,11 +4,14 @@ import pytest
 from scipy.optimize import brentq
 
 import bifurc as bf
+from bifurc.compose.curve import put_at_rest, rest_slope
 from bifurc.elements import ElasticStator
+from bifurc.system import builder
 from tests.reference import rub
 
 
-def rotor(zeta, stiffness, friction, surface_speed):
+@builder
+def rotor(*, zeta=0.05, stiffness=25.0, friction=0.1, surface_speed=4.0):
     """Return the rotor without unbalance in the fixed frame: nothing in it has a clock."""
     stator = ElasticStator(stiffness=stiffness, friction=friction, surface_speed=surface_speed, label="stator")
     return bf.System(np.eye(2), 2.0 * zeta * np.eye(2), np.eye(2), [stator])
@@ -31,8 +34,8 @@ def test_the_slipping_whirl_is_the_unstable_threshold(zeta, stiffness, friction)
     rate, radius = threshold(zeta, stiffness, friction)
     if (zeta, stiffness, friction) == (0.05, 25.0, 0.1):
         assert (rate, radius, rate * radius / 20.0) == pytest.approx((1.6180339887498949, 1.0692000830, 0.0865001037536), abs=1e-10)
-    orbit = bf.find_orbit(rotor(zeta, stiffness, friction, 3.0 * rate * radius), guess=(radius, 0.0, 0.0, -rate * radius),
-                          period=2.0 * np.pi / rate)
+    system = rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=3.0 * rate * radius)
+    orbit = bf.find_orbit(system, guess=(radius, 0.0, 0.0, -rate * radius), period=2.0 * np.pi / rate)
     assert orbit.success and orbit.stable is False
     assert orbit.period == pytest.approx(2.0 * np.pi / rate, abs=1e-10)
     assert np.abs(np.hypot(*orbit.sample(40)[1][:, :2].T) - radius).max() < 1e-10
@@ -49,7 +52,8 @@ def test_rolling(zeta, stiffness, friction, surface_speed):
     ratio = 2.0 * zeta * rate / (rate**2 - 1.0)
     assert ratio < friction
     y0 = np.array([radius, 0.0, 0.0, -rate * radius])
-    motion = bf.simulate(rotor(zeta, stiffness, friction, surface_speed), y0, duration=5.0 * 2.0 * np.pi / rate)
+    system = rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=surface_speed)
+    motion = bf.simulate(system, y0, duration=5.0 * 2.0 * np.pi / rate)
     assert motion.success and len(motion.events) == 0 and motion.modes[-1] == ("roll",)
     assert np.abs(motion.final - y0).max() < 1e-10
 
@@ -59,5 +63,57 @@ def test_rolling_begins_at_its_speed(zeta, stiffness, friction):
     rate, radius = threshold(zeta, stiffness, friction)
     for factor, rolls in ((1.0 + 1e-8, True), (1.0 - 1e-8, False)):
         O, A = rolling(stiffness, factor * rate * radius)
-        motion = bf.simulate(rotor(zeta, stiffness, friction, factor * rate * radius), (A, 0.0, 0.0, -O * A), duration=1.0)
+        system = rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=factor * rate * radius)
+        motion = bf.simulate(system, (A, 0.0, 0.0, -O * A), duration=1.0)
         assert motion.success and (motion.modes[0] == ("roll",)) == rolls
+
+
+ROLLING = [(0.05, 25.0, 0.1, 4.0), (0.05, 25.0, 0.1, 42.0), (0.1, 60.0, 0.3, 8.0), (0.02, 5.0, 0.08, 1.8)]
+
+
+@pytest.mark.parametrize(("zeta", "stiffness", "friction", "surface_speed"), ROLLING)
+def test_the_rolling_orbit(zeta, stiffness, friction, surface_speed):
+    rate, radius = rolling(stiffness, surface_speed)
+    assert 2.0 * zeta * rate / (rate**2 - 1.0) < friction
+    orbit = bf.find_orbit(rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=surface_speed),
+                          guess=(1.001 * radius, 0.0, 0.0, -1.001 * rate * radius), period=2.0 * np.pi / rate)
+    assert orbit.success and orbit.stable and orbit.sequence.events == 0
+    assert orbit.period == pytest.approx(2.0 * np.pi / rate, abs=1e-10)
+    _, y = orbit.sample(60)
+    assert np.abs(np.hypot(*y[:, :2].T) - radius).max() < 1e-10
+    assert np.abs(y[:, 0] * y[:, 3] - y[:, 1] * y[:, 2] + surface_speed * radius).max() < 1e-10
+    # r'' + 2 zeta r' + r + stiffness (r - 1) = surface_speed^2 / r; what rolls has lost a direction
+    values = np.exp(np.roots([1.0, 2.0 * zeta, stiffness + 1.0 + rate**2]) * orbit.period)
+    known = np.append(values, 0.0)
+    assert np.abs(np.sort_complex(known) - np.sort_complex(orbit.multipliers)).max() < 1e-10
+
+
+@pytest.mark.parametrize(("zeta", "stiffness", "friction"), [(0.05, 25.0, 0.1), (0.08, 40.0, 0.2)])
+def test_the_rolling_orbit_is_followed_to_its_onset(zeta, stiffness, friction):
+    rate, radius = threshold(zeta, stiffness, friction)
+    onset = rate * radius
+    O, A = rolling(stiffness, 2.0 * onset)
+    orbit = bf.find_orbit(rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=2.0 * onset),
+                          guess=(A, 0.0, 0.0, -O * A), period=2.0 * np.pi / O)
+    branch = bf.trace(orbit, "surface_speed", bounds=(0.5 * onset, 2.5 * onset))
+    for value, period in zip(branch.column("surface_speed"), branch.column("period"), strict=True):
+        assert period == pytest.approx(2.0 * np.pi / rolling(stiffness, value)[0], abs=1e-10)
+    assert branch.special_points[0].parameter == pytest.approx(onset, abs=1e-10)
+    assert branch.column("surface_speed").min() == pytest.approx(onset, abs=1e-10)
+
+
+@pytest.mark.parametrize("rows", [0.0, 1.0, 2.0])
+def test_what_a_curve_holds_is_put_on_it_with_its_derivative(rows):
+    rng, h = np.random.default_rng(int(rows)), 1e-5
+    for y in rng.normal(size=(20, 4)):
+        circle = (*rng.normal(size=2) * 0.3, 0.8, 1.3, 0.4, rows)
+
+        def move(y, circle=circle):
+            return np.array(put_at_rest(*y, *circle))
+
+        assert np.abs(move(y + move(y))).max() < 1e-14  # once is enough
+        found = np.array([(8.0 * (move(y + h * e) - move(y - h * e)) - move(y + 2 * h * e) + move(y - 2 * h * e)) / (12.0 * h)
+                          for e in np.eye(4)]).T
+        place, across, speed = np.reshape(rest_slope(*y, *circle), (3, 2, 2))
+        whole = np.block([[place, np.zeros((2, 2))], [across, speed]])
+        assert np.abs(found - whole).max() < 1e-8 * np.abs(whole).max()
