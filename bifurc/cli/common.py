@@ -33,9 +33,6 @@ STORIES = {
     "jenkins_oscillator": Story("omega", (0.4, 2.0), {}, {"q0": (-4.0, 4.0), "v0": (-4.0, 4.0)}),
     "friction_damped_oscillator": Story("omega", (90.0, 104.0), {}, {"q0": (-2.0, 2.0), "v0": (-200.0, 200.0)}),
     "belt_oscillator": Story("belt_speed", (0.05, 0.8), {}, {"q0": (-1.0, 2.0), "v0": (-1.5, 1.5)}),
-    "jeffcott_rotor": Story("nu", (0.7, 2.0), {"nu": 1.7}, {"q0": (-0.4, 1.4), "v1": (-2.0, 2.0)}),
-    "rigid_stator_rotor": Story("nu", (0.7, 2.0), {"nu": 2.0}, {"q0": (-0.4, 1.4), "v1": (-3.0, 3.0)}),
-    "rotating_frame_rotor": Story("nu", (0.5, 3.6), {}, {"q0": (-1.5, 1.5), "v1": (-2.0, 2.0)}),
     "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
 }
 
