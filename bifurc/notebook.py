@@ -5,6 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from . import plotting
+
 _log = logging.getLogger("bifurc.notebook")
 _MOST = 4  # entries of an array or a mapping that are written out
 
@@ -49,7 +51,7 @@ class Table(tuple):
 
     def to_pandas(self) -> Any:
         """Return one row a record as a pandas DataFrame."""
-        import pandas
+        import pandas  # optional
 
         return pandas.DataFrame({name: [plain(getattr(item, name)) for item in self] for name in self._fields})
 
@@ -83,10 +85,8 @@ def short(value: Any) -> str:
 
 def thumbnail(result: Any) -> str:
     """Return the result's own picture as a small PNG in base64; empty where it cannot be drawn."""
-    from .plotting.thumbnails import drawn
-
     try:
-        return drawn(result.plot, *result._panels)
+        return plotting.drawn(result.plot, *result._panels)
     except ValueError as error:  # maps over one or three components have no picture
         _log.debug("no thumbnail of %r: %s", result, error)
         return ""

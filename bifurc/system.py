@@ -370,7 +370,7 @@ class System:
             made.append(found.from_record(item, own))
         system = cls(record["mass"], record["damping"], record["stiffness"], made, omega=record["omega"], dofs=record.get("dofs"))
         if "reduction" in record:
-            from .structure.reduction import Reduction
+            from .structure.reduction import Reduction  # building a system loads no scipy
 
             system.__dict__["reduction"] = Reduction.from_record(record["reduction"])
         return system

@@ -19,7 +19,7 @@ from .common import Setting, parser, publish, table
 SCENES = {Setting.SMALL: 2, Setting.FULL: 56}  # of each kind
 MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,
-            StopReason.JUMP)
+            StopReason.JUMP, StopReason.STICKING)
 SAME = 1e-6  # of the width of the bounds: two locations of one special point
 
 

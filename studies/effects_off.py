@@ -27,7 +27,7 @@ PERIODS = 20
 ROUNDS = {Setting.SMALL: 1, Setting.FULL: 15}
 ABSENT = {"law kernels": ("bifurc.flow.smooth", "bifurc.flow.smoothguards", "bifurc.flow.collocation"),
           "orbits": ("bifurc.orbits",), "continuation": ("bifurc.continuation",), "basins": ("bifurc.basins",),
-          "pictures": ("matplotlib", "bifurc.plotting"), "graphs": ("networkx",)}
+          "pictures": ("matplotlib", "bifurc.plotting.style"), "graphs": ("networkx",)}
 JOBS = {
     "import bifurc": "import bifurc as bf",
     "simulate, a stop": "import bifurc as bf; bf.simulate(bf.systems.impact_oscillator(), (0.0, 0.0), periods=2)",

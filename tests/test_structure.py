@@ -1,26 +1,14 @@
-"""The structure of the package: imports without circles but the ones that are named, every kernel module in the cache's list, a few
-lines at the head of every folder."""
+"""The structure of the package: imports without circles, few of them inside functions, every kernel module in the list of
+the cache, a few lines at the head of every folder."""
 import ast
 import pathlib
+
+import networkx
 
 import bifurc
 from bifurc import _cache
 
 PACKAGE = pathlib.Path(bifurc.__file__).parent
-# a result that computes itself anew, an element that holds an element, a branch that is extended: lazy links; no further one joins
-CIRCLES = {
-    frozenset({"bifurc.elements", "bifurc.elements.driven"}),
-    frozenset({"bifurc.basins.maps.basin_map", "bifurc.basins.maps.compute"}),
-    frozenset({"bifurc.continuation.balance.problem", "bifurc.continuation.balance.condensed"}),
-    frozenset({"bifurc.continuation.branch", "bifurc.continuation.curves", "bifurc.continuation.free_vibration",
-               "bifurc.continuation.leaving", "bifurc.continuation.records", "bifurc.continuation.tracing"}),
-    frozenset({"bifurc.continuation.equilibria", "bifurc.continuation.shooting.autonomous",
-               "bifurc.continuation.shooting.branching", "bifurc.continuation.shooting.problem"}),
-    frozenset({"bifurc.orbits.autonomous", "bifurc.orbits.find"}),
-    frozenset({"bifurc.backbones.equations", "bifurc.backbones.modes"}),
-    frozenset({"bifurc.continuation.maps.orbit", "bifurc.continuation.maps.problem"}),
-    frozenset({"bifurc.flow.delayed", "bifurc.flow.delayed.verb", "bifurc.flow.simulate"}),
-}
 
 
 def modules():
@@ -50,15 +38,26 @@ def imported(name, path, known):
             yield f"{base}.{alias.name}" if f"{base}.{alias.name}" in known else base
 
 
-def test_imports_have_no_circle_but_the_named_lazy_links():
-    import networkx
+def test_imports_have_no_circle():
 
     known = modules()
     graph = networkx.DiGraph([(name, other) for name, path in known.items() for other in imported(name, path, known)
                               if other in known and other not in (name, "bifurc") and not name.startswith(f"{other}.")])
-    circles = {frozenset(part) for part in networkx.strongly_connected_components(graph) if len(part) > 1}
-    new = [sorted(circle) for circle in circles if not any(circle <= known for known in CIRCLES)]
-    assert not new
+    circles = [sorted(part) for part in networkx.strongly_connected_components(graph) if len(part) > 1]
+    assert not circles
+
+
+def test_imports_inside_functions_are_few_and_say_why():
+    """Heavy and optional packages, and modules of the package that a scene may not call for: the line says why."""
+    inside, silent = 0, []
+    for name, path in modules().items():
+        source = path.read_text()
+        lines = source.split("\n")
+        found = {node.lineno for function in ast.walk(ast.parse(source)) if isinstance(function, ast.FunctionDef)
+                 for node in ast.walk(function) if isinstance(node, ast.ImportFrom | ast.Import)}
+        inside += len(found)
+        silent += [f"{name}:{line}" for line in sorted(found) if "#" not in lines[line - 1]]
+    assert inside <= 40 and not silent
 
 
 def test_every_module_with_kernels_is_in_the_list_of_the_cache():

@@ -1,11 +1,11 @@
 """The two halves of the first compilation run, and a filled cache is left alone."""
-from bifurc import warm
+from bifurc import first_kernels, warm
 from bifurc._cache import source_hash
 
 
 def test_both_halves_run_in_this_process():
-    warm.motions()
-    warm.orbits()
+    first_kernels.motions()
+    first_kernels.orbits()
 
 
 def test_a_filled_cache_is_left_alone(monkeypatch, tmp_path):

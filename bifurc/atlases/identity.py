@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..continuation.branch import Branch, End
-from ..continuation.kinds import StopReason
+from ..continuation.branch import Branch
+from ..continuation.kinds import End, StopReason
 from ..continuation.records import to_arrays
 from ..orbits.orbit import PeriodicOrbit
 

@@ -6,6 +6,7 @@ from enum import StrEnum
 import networkx as nx
 import numpy as np
 
+from .. import io, plotting
 from ..continuation.branch import Branch
 from ..ensemble.region import Region
 from ..system import System
@@ -196,9 +197,7 @@ class Atlas:
 
     def plot(self, ax=None, measure: str | None = None):
         """Draw the whole diagram with its bands; return the axes."""
-        from ..plotting.atlases import plot_atlas
-
-        return plot_atlas(self, ax, measure)
+        return plotting.plot_atlas(self, ax, measure)
 
     def __repr__(self):
         return (f"Atlas({self.parameter} from {self.bounds[0]:.6g} to {self.bounds[1]:.6g}, {len(self.branches)} branches, "
@@ -208,8 +207,6 @@ class Atlas:
 
     def save(self, path):
         """Write the atlas to a file; it is renamed into place when complete."""
-        from .. import io
-
         return io.write(path, *self.to_record())
 
     def to_record(self) -> tuple[dict, dict]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import plotting
 from ..orbits.balance import HarmonicBalance
 from ..system import System
 from .modes import ExtendedMode, extended_mode
@@ -54,9 +55,7 @@ class Backbone:
 
     def plot(self, axes=None):
         """Draw amplitude over frequency and damping over amplitude; return the axes."""
-        from ..plotting.backbones import plot_backbone
-
-        return plot_backbone(self, axes)
+        return plotting.plot_backbone(self, axes)
 
 
 def backbone(system: System, amplitudes, *, dof: int = 0, mode: int = 0, method: HarmonicBalance | None = None) -> Backbone:

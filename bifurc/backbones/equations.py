@@ -13,10 +13,13 @@ LONGEST = 2.0  # linear periods in which a motion is expected to come back
 CLOSED = 5e-12  # scaled misfit of an accepted motion
 
 
+def with_negative_damping(system: System, xi: float, omega: float | None = None) -> System:
+    """Return the system with the damping C - xi M."""
+    return System(system.mass, system.damping - xi * system.mass, system.stiffness, system.elements, omega=omega)
+
+
 def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: float, xi: float):
     """Return state (ns,), omega, xi, scaled misfit and success, by shooting over the period (half of it where it is symmetric)."""
-    from .modes import with_negative_damping
-
     n = system.n
     half = system.symmetry == -1
     first = simulate(with_negative_damping(system, xi), start, duration=0.0).final
@@ -84,8 +87,6 @@ def balanced(system: System, method: HarmonicBalance, dof: int, amplitude: float
     The residual depends on omega and xi as a quadratic polynomial (contacts see the phase, not the time), so that central
     differences in them are exact.
     """
-    from .modes import with_negative_damping
-
     n = system.n
     layout = method.layout(n, 1)
     size = layout.size

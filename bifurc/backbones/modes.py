@@ -18,7 +18,7 @@ from ..flow.settle import Penetration, start
 from ..flow.simulate import simulate
 from ..orbits.balance import HarmonicBalance
 from ..system import System
-from .equations import balanced, returning, shot
+from .equations import balanced, returning, shot, with_negative_damping
 
 LOSSLESS = 1e-13  # of the frequency: an xi so small is none
 
@@ -178,11 +178,6 @@ def unloaded(system: System) -> System:
         elif not element.start == ("always",) or element.memory:
             raise ValueError(f"{element!r} varies in time by itself: the system has no free vibration; leave its load constant")
     return System(system.mass, system.damping, system.stiffness, kept)
-
-
-def with_negative_damping(system: System, xi: float, omega: float | None = None) -> System:
-    """Return the system with the damping C - xi M."""
-    return System(system.mass, system.damping - xi * system.mass, system.stiffness, system.elements, omega=omega)
 
 
 def linear_mode(system: System, mode: int) -> tuple[float, np.ndarray]:

@@ -3,6 +3,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..orbits.signature import repeated
 from .balls import Rationals, flint
 from .candidate import Candidate, read
 from .equations import Pieces
@@ -62,8 +63,6 @@ def along(problem, x, low: float, high: float, whole: bool = True, touch=None) -
 
 def candidate_along(problem, x, whole: bool = True) -> Candidate:
     """Return the candidate of a problem at a point ``x`` (n + 1,) of its branch."""
-    from ..orbits.signature import repeated
-
     scene, system = problem.scene, problem.system.with_parameters(**{problem.parameter: float(x[-1])})
     signature, u = repeated(scene, problem.sequence, x[:-1]) if whole else (problem.sequence, x[:-1])
     return read(system, scene, signature, u, problem.weights)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import io
 from .certificate import Certificate, PointCertificate, StretchCertificate, Verdict
 from .orbit import certify_orbit
 from .special import certify_point
@@ -91,8 +92,6 @@ class BranchCertificate:
 
     def save(self, path) -> None:
         """Write the certificate to an npz file, which `bifurc.load` reads."""
-        from .. import io
-
         io.write(path, *self.to_record())
 
 

@@ -5,6 +5,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from .. import io
+
 
 class Verdict(StrEnum):
     """What became of a claim.  Only ``proved`` counts as true."""
@@ -137,8 +139,6 @@ class Certificate:
 
     def save(self, path) -> None:
         """Write the certificate to an npz file, which `bifurc.load` reads."""
-        from .. import io
-
         io.write(path, *self.to_record())
 
 
@@ -197,8 +197,6 @@ class PointCertificate:
 
     def save(self, path) -> None:
         """Write the certificate to an npz file, which `bifurc.load` reads."""
-        from .. import io
-
         io.write(path, *self.to_record())
 
 

@@ -9,7 +9,9 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from ..elements import Guard, Hold, Law, Mode, Rate, Restitution, Rows, Slaved
+from ..elements.local import affine
 from ..system import System
+from .balls import Recorder
 
 KNOWN = {Rows: {"R", "base", "drift"}, Hold: {"row", "push", "surface"}, Mode: {"force", "hold", "memory", "guards", "bounds"},
          Guard: {"value", "kind", "then", "kick", "silent", "accumulates"}}  # what the equations below take account of
@@ -123,8 +125,6 @@ class Model:
     # reading
 
     def _read(self, expression) -> list[Term]:
-        from ..elements.local import affine
-
         return [Term(name, index, self.field.number(float(weight)))
                 for (name, index), weight in affine(expression).terms.items()]
 
@@ -352,8 +352,6 @@ def understood(item: Any, kind: type, name: str) -> None:
 
 def floats_of(system: System, places) -> list[float]:
     """Return the numbers of a system that its model reads, in the order they are read."""
-    from .balls import Recorder
-
     recorder = Recorder()
     Model(system, recorder, places)
     return recorder.floats

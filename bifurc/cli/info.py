@@ -6,6 +6,7 @@ import sys
 
 import bifurc as bf
 
+from .._cache import cache_folder
 from .common import system_name
 
 
@@ -25,8 +26,6 @@ def run_info(options: argparse.Namespace) -> int:
         for parameter, value in builder().parameters.items():
             print(f"  --set {parameter}={value}")
         return 0
-    from .._cache import cache_folder
-
     print(f"bifurc {bf.__version__}, Python {sys.version.split()[0]}")
     for package in ("numpy", "scipy", "numba", "networkx", "matplotlib"):
         print(f"  {package} {importlib.metadata.version(package)}")

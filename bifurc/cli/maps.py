@@ -83,7 +83,7 @@ def boundary(edge: Any) -> Any:
 
 def forget(file: Path) -> None:
     """Remove a result and the chunk files of its unfinished run."""
-    from bifurc.jobs.store import ChunkStore
+    from bifurc.jobs.store import ChunkStore  # the command line starts without numba
 
     file.unlink(missing_ok=True)
     if Path(f"{file}.chunks").is_dir():

@@ -63,7 +63,7 @@ def run_sweep(options: argparse.Namespace) -> int:
 
 def traced(found: Any, bounds: tuple[float, float], quiet: bool) -> list:
     """Return branches of the families that hold the largest shares, each from the first orbit that can be continued."""
-    from bifurc.continuation import ContinuationError
+    from bifurc.continuation import ContinuationError  # the command line starts without numba
 
     tracks = {track.number: track for track in found.tracks}
     families = sorted(found.families, key=lambda family: -sum(float(tracks[k].fractions.sum()) for k in family))

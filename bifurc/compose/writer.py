@@ -14,8 +14,10 @@ import itertools
 import pathlib
 import sys
 
+import numba
 import numpy as np
 
+from .._cache import cache_folder, closure_hash
 from . import curve, written
 from .lawtext import LawError, standalone
 from .pieces import FORCE, GUARD, KICK, REACTION, REST
@@ -268,10 +270,6 @@ class _Writer:
     """Writes and loads the modules of one set of laws."""
 
     def __init__(self, text: str):
-        import numba
-
-        from .._cache import cache_folder, closure_hash
-
         whole = "\n".join((numba.__version__, sys.version, closure_hash(__name__, *ENGINE_MODULES), text))
         self.key = hashlib.sha256(whole.encode()).hexdigest()[:20]
         self.folder = pathlib.Path(cache_folder()) / "written" / self.key
@@ -281,8 +279,6 @@ class _Writer:
 
     def module(self, name: str):
         """Return the written twin of a module of the package, imported."""
-        from .._cache import closure_hash
-
         short = f"{name.removeprefix('bifurc.').replace('.', '_')}_{closure_hash(name)}"
         own = f"bifurc_written_{self.key}_{short}"
         if own in sys.modules:

@@ -293,6 +293,19 @@ class Half:
         except ERRORS as error:
             self.stop(StopReason.EXCEPTION, f"in stop=, record= or progress=: {type(error).__name__}: {error}")
 
+    def record_points(self):
+        """Call ``record`` at the special points as well; its exceptions end the branch as at a row."""
+        if self.options.record is None or self.reason in (StopReason.INTERRUPTED, StopReason.EXCEPTION):
+            return
+        try:
+            for special in self.found:
+                if special.recorded is None:
+                    special.recorded = self.options.record(special.as_point())
+        except KeyboardInterrupt:
+            self.stop(StopReason.INTERRUPTED)
+        except ERRORS as error:
+            self.stop(StopReason.EXCEPTION, f"in record= at a special point: {type(error).__name__}: {error}")
+
     def turned(self, row):
         """Go on behind a corner of equations that are only piecewise smooth; returns whether there is one."""
         if self.steps == self.corner:  # no step since the last one

@@ -1,37 +1,20 @@
 """A branch: rows in the order of arclength, special points, how it ended, audit, columns, saving and extending."""
 import functools
 import importlib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from .. import io, plotting
 from ..notebook import Notebook
 from .audit import Audit, audit_branch
-from .kinds import StopReason
+from .kinds import End, StopReason
 from .records import branch_record, from_arrays, rows_of, to_arrays
+from .registry import EXTEND, named
 from .rows import reversed_row
 from .special import SpecialPoints, special_point, unique
 from .stability_changes import stability_changes
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """How one half ended: reason, details, parameter there, next step length, rejected steps."""
-
-    reason: StopReason
-    message: str
-    p: float
-    ds: float
-    rejected: int
-
-    def __repr__(self) -> str:
-        return f"{self.reason.value} at {self.p:.10g}" + (f" ({self.message})" if self.message else "")
-
-    @property
-    def sentence(self) -> str:
-        """What happened, and what to try."""
-        return self.reason.sentence + (f" [{self.message}]" if self.message else "")
 
 
 class Branch(Notebook):
@@ -192,7 +175,7 @@ class Branch(Notebook):
 
     def to_pandas(self):
         """Return all columns as a pandas DataFrame."""
-        import pandas
+        import pandas  # optional
 
         return pandas.DataFrame({name: self.column(name) for name in self.column_names})
 
@@ -225,8 +208,6 @@ class Branch(Notebook):
 
         ``points`` (k, 2), measured or foreign pairs (parameter, measure), are laid over; the legend tells their `distance`.
         """
-        from .. import plotting
-
         ax = plotting.plot_branch(self, ax=ax, measure=measure, names=names)
         return ax if points is None else plotting.plot_over(ax, points, self.distance(points, measure or "rms_0"))
 
@@ -259,14 +240,10 @@ class Branch(Notebook):
         **options
             ``ds_max``, ``max_steps``, ``stop``, ``record``, ``progress``.
         """
-        from .tracing import extend
-
-        return extend(self, bounds, **options)
+        return named(EXTEND)(self, bounds, **options)
 
     def save(self, path):
         """Write the branch to a file; it is renamed into place when complete."""
-        from .. import io
-
         return io.write(path, *self.to_record())
 
     def to_record(self) -> tuple[dict, dict]:
@@ -291,8 +268,6 @@ class Branch(Notebook):
     @classmethod
     def load(cls, path, problem=None, elements=()) -> "Branch":
         """Read a branch from a file; see `from_record`."""
-        from .. import io
-
         return cls.from_record(*io.read(path), problem=problem, elements=elements)
 
     # ---- private -----------------------------------------------------------------------------------------------------

@@ -36,6 +36,9 @@ def watched(base, condition, kind):
                     Monitor(K.RESONANT_GRAZING, "fold"), Monitor(K.RESONANT_GRAZING, "flip"),
                     *(Monitor(K.RESONANT_GRAZING, f"s_{k}") for k in range(1, POWERS + 1)))
         return monitors, condition.values
+    if kind is K.NEIMARK_SACKER:  # behind 1:1 and 1:2 the pair is real: no torus
+        kinds = (K.RESONANCE_1_1, K.RESONANCE_1_2, K.RESONANCE_1_3, K.RESONANCE_1_4)
+        return tuple(Monitor(kind, boundary=kind in kinds[:2]) for kind in kinds), cosines
     if not hasattr(base, "wrapped_jacobian"):
         return (), None
     if kind is K.FOLD:
@@ -43,9 +46,6 @@ def watched(base, condition, kind):
     if kind is K.PERIOD_DOUBLING:
         return ((Monitor(K.FOLD_FLIP), Monitor(K.RESONANCE_1_2), Monitor(K.GENERALIZED_FLIP)),
                 _joined(second(1.0), double(-1.0), cubic_coefficient))
-    if kind is K.NEIMARK_SACKER:
-        kinds = (K.RESONANCE_1_1, K.RESONANCE_1_2, K.RESONANCE_1_3, K.RESONANCE_1_4)
-        return tuple(Monitor(kind) for kind in kinds), cosines
     return (), None
 
 
@@ -79,18 +79,25 @@ def double(mu):
 
 
 def cosines(problem, x):
-    """Return cos(theta) less its value at 1:1, 1:2, 1:3, 1:4 for the pair of multipliers whose product is nearest to 1."""
+    """Return tests of 1:1, 1:2, 1:3, 1:4 from cos(theta) of the pair of multipliers whose product is nearest to 1.
+
+    The first two are negative where the pair is complex.
+    """
     own = getattr(problem, "pencil", None)
-    if own is not None:
-        c = own(x)
-        if c.size == 3:  # smooth where the two meet
-            cosine = -0.5 * c[1] / c[2]
-            return [cosine - 1.0, cosine + 1.0, cosine + 0.5, cosine]
-        mu = np.roots(c[::-1])
+    c = np.empty(0) if own is None else own(x)
+    if c.size == 3:  # smooth where the two meet
+        cosine = -0.5 * c[1] / c[2]
     else:
-        mu = problem.multipliers_at(x)
-    cosine = min((abs(mu[i] * mu[j] - 1.0), 0.5 * float(np.real(mu[i] + mu[j]))) for i in range(len(mu)) for j in range(i))[1]
-    return [cosine - 1.0, cosine + 1.0, cosine + 0.5, cosine]
+        mu = np.roots(c[::-1]) if own is not None else multipliers(problem, x)
+        cosine = min((abs(mu[i] * mu[j] - 1.0), 0.5 * float(np.real(mu[i] + mu[j])))
+                     for i in range(len(mu)) for j in range(i))[1]
+    return [cosine - 1.0, -1.0 - cosine, cosine + 0.5, cosine]
+
+
+def multipliers(problem, x):
+    """Return the multipliers at a solution, of problems that watch them and of those that know them only by rows."""
+    own = getattr(problem, "multipliers_at", None)
+    return problem.multipliers_of_rows(x[None])[0] if own is None else own(x)
 
 
 def cubic_coefficient(problem, x):

@@ -172,6 +172,29 @@ class Zero:
         return self.value(family, x), gradient
 
 
+class Circle:
+    """A multiplier or a pair of them lies on the unit circle, of problems that do not watch theirs in every step.
+
+    Parameters
+    ----------
+    problem : Problem
+    test : callable
+        ``test(multipliers) -> float``, zero there, see `stability_changes`.
+    """
+
+    def __init__(self, problem, test):
+        self.problem, self.test = problem, test
+
+    def value(self, family, x) -> float:
+        """Return g at ``x`` = (u, a, b) (n + 2,)."""
+        return float(self.test(family.at(float(x[-1])).multipliers_of_rows(x[None, :-1])[0]))
+
+    def linearised(self, family, x, wide):
+        """As `Fold.linearised`."""
+        gradient = np.array([difference(lambda y: self.value(family, y), x, i, ALONG * family.scale[i]) for i in range(x.size)])
+        return self.value(family, x), gradient
+
+
 class Number:
     """A function of the solution is zero: a user's monitor."""
 

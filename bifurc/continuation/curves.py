@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import plotting
 from . import conditions
 from .balance.problem import BESIDE
 from .branch import Branch
@@ -23,7 +24,9 @@ from .leaving import curves_from
 from .monitors import WithMonitors
 from .problem import EPS, Monitor, Problem
 from .special import SpecialPoint
+from .stability_changes import confirmed, tests
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
+from .unfolding import BREAKS, Crossed, Unfolded, unfolded
 from .watching import Watching, bare
 
 BOUND = "bound"  # name of the monitors that end a curve at the bounds of a
@@ -36,7 +39,9 @@ TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
 SINGULAR = {"shrinks": "an orbit shrinks onto an equilibrium is followed as the Hopf point of that: trace the branch of "
                        "find_equilibrium(system)",
             "merges": "a doubled orbit merges with its parent is followed as the period doubling of the parent: trace that"}
+RESONANCES = (SpecialPointKind.RESONANCE_1_1, SpecialPointKind.RESONANCE_1_2)
 ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
+APART = 1e-6  # by which a unit step along a curve of branch points may part the branches
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -167,6 +172,11 @@ class CurveProblem(Problem):
         if monitor.name == BOUND:
             return StopReason.BOUND
         renewed = self._renewed(point)
+        if renewed is None and monitor.name == BREAKS:
+            return f"{self.parameter} breaks the branch point here into two branches that miss each other"
+        if renewed is None and self.kind is SpecialPointKind.NEIMARK_SACKER and monitor.kind in RESONANCES:
+            return (f"the pair of multipliers becomes real here ({monitor.kind.value}): beyond, their product is 1 and there is "
+                    "no torus")
         if renewed is None:
             return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
         return renewed, point.x, point.tangent
@@ -257,6 +267,8 @@ def condition_of(problem, kind, name, x):
     ValueError
         For kinds that no curve follows.
     """
+    if isinstance(problem, Unfolded):
+        return Crossed(problem), -1
     if name in SINGULAR:
         raise ValueError(f"a {kind.value} where {SINGULAR[name]}")
     if kind is SpecialPointKind.FOLD:
@@ -275,8 +287,12 @@ def condition_of(problem, kind, name, x):
         if touch is not None and touch[0] is problem:
             return Touching(problem, touch[2]), followed[0]
     if not followed:
+        mu = problem.multipliers_of_rows(x[None])
+        test = next((test for other, test in tests() if other is kind), None)
+        if mu is not None and test is not None and confirmed(kind, mu[0]):
+            return conditions.Circle(problem, test), -1
         raise ValueError(f"a {kind.value} cannot be followed in two parameters: its equations have no condition that stays zero "
-                         "along a curve; in general it exists in isolated points only")
+                         "along a curve")
     return conditions.Zero(problem, followed[0]), followed[0]
 
 
@@ -315,8 +331,6 @@ class ParameterCurve(Branch):
 
     def plot(self, ax=None):
         """Draw the curve in the plane of the two parameters; returns the axes."""
-        from .. import plotting
-
         return plotting.plot_curve(self, ax=ax)
 
     def to_record(self):
@@ -347,8 +361,8 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     Parameters
     ----------
     point : SpecialPoint
-        A fold, grazing, period doubling, torus point, peak, or any zero of a monitor, of a branch of periodic orbits or of
-        a `Problem`.
+        A fold, grazing, period doubling, torus point, branch point, peak, or any zero of a monitor, of a branch of periodic
+        orbits, of harmonic balance, or of a `Problem`.
     parameters : (str, str)
         The branch's own parameter and a second one, in any order; the first is drawn on the horizontal axis. The second
         parameter of a hand-written `Problem` is an attribute of it.
@@ -400,15 +414,30 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
             inner = inner.bounded(*a, {})
     if not a[0] <= at[-1] <= a[1]:
         raise ValueError(f"the point has {inner.parameter} = {at[-1]:.12g}, outside the bounds {a!r}")
+    if kind is SpecialPointKind.BRANCH_POINT and not any(m.kind is kind and m.name == named for m in inner.monitors):
+        other = unfolded(inner, at)
+        inner, at = (inner, at) if other is None else (other, other.x0)
     family = family_of(inner, second, (low, high))
     if not low <= family.value <= high:
         raise ValueError(f"the point has {second} = {family.value:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
     function = watching_function(problem, kind, named)
     start = CurveProblem(family, kind, named, a, np.append(at, family.value), function)
+    if isinstance(inner, Unfolded):
+        kept_together(start)
     made = trace(start, bounds=(low, high) if math.isfinite(low) or math.isfinite(high) else None, direction=direction, ds=ds,
                  ds_max=ds_max, ds_min=ds_min, max_steps=max_steps, stop=stop, record=record, progress=progress)
     return ParameterCurve(made.parameter, made.problems, made._arrays, made.special_points, made.ends, made.bounds,
                           {**made.options, "parameters": list(names)}, made.unresolved)
+
+
+def kept_together(start):
+    """Raise a `ValueError` where the second parameter breaks a branch point into two branches that miss each other."""
+    tangent = np.zeros(start.x0.size)
+    tangent[-1] = 1.0
+    c = start.correct(start.x0, tangent)
+    if c.converged and abs(float(c.tangent[-3])) > APART:
+        raise ValueError(f"this branch point cannot be followed in two parameters: {start.parameter} breaks it into two branches "
+                         "that miss each other, so that it exists in isolated points only; follow a fold of either branch")
 
 
 def watching_function(problem, kind, name):

@@ -9,7 +9,8 @@ bounds them.
 """
 import numpy as np
 
-from ..orbits.find import find_orbit, period_map, resting_start
+from ..orbits.find import find_orbit
+from ..orbits.forced import period_map, resting_start
 from .curves import trace_curve
 from .kinds import CorrectorStatus, SpecialPointKind
 

@@ -15,9 +15,10 @@ from .hidden import jumped
 from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from .problem import Corrected
 from .roots import PROBE, Root, bracketed, enclose, polish
-from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Row, tests_of
+from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Point, Row, tests_of
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
+BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
 NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
@@ -45,10 +46,20 @@ class Found:
     directions: np.ndarray | None = None
     successor: Any = None
     corrected: Any = None
+    recorded: dict | None = None
 
     def as_row(self, row):
         """The point as a row behind ``row``."""
         return Row(self.corrected, row.part, self.s, 0.0, tests_of(self.corrected), row.ds)
+
+    def as_point(self):
+        """The point as ``record=`` sees rows."""
+        c = self.corrected
+        if c is None:
+            values = self.part.problem.monitor_values(self.x[:-1], float(self.x[-1]), self.tangent)
+            c = Corrected(self.x, self.tangent, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                          np.asarray(values, float))
+        return Point(Row(c, self.part, self.s, 0.0, tests_of(c), 0.0))
 
 
 @dataclass(slots=True)
@@ -90,7 +101,8 @@ def boundary(half, row, new):
     for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
         end = new if cut is None else cut.row
         for j in part.boundary:
-            if end.tests[j] > MONITOR_BAND * max(half.sizes[j], abs(new.tests[j])) and (cut is None or j != cut.test):
+            band = min(MONITOR_BAND * max(half.sizes[j], abs(new.tests[j])), part.touch)
+            if end.tests[j] > band and (cut is None or j != cut.test):
                 break
         else:
             return cut, None
@@ -144,11 +156,14 @@ def crossed(half, row, new, at_boundary):
             v0, v1 = row.tests[0], new.tests[0]
             crossing.reverses = v0 * v1 < 0.0 and abs(crossing.tangent[-1]) < 1e-5
     for j in part.events:
-        if new.tests[j] != new.tests[j]:
-            continue
         a = beginning(half, row, new, j)
         b = ending(half, row, new, j) if at_boundary else new
+        if b is None:
+            half.slope = float(half.signs[0])
+            continue
         value, sign = b.tests[j], half.signs[j]
+        if value != value:
+            continue
         if j == 0 and at_boundary:
             half.slope = value if clear_slope(value) else float(sign)  # just before the boundary
         band = MONITOR_BAND * max(half.sizes[j], abs(value)) if j else (BOUNDARY_BAND if at_boundary else SLOPE_BAND)
@@ -188,7 +203,7 @@ def beginning(half, row, new, j):
         return row
     if len(half.rows) > 1 and half.rows[-2].part is row.part:
         return row
-    inner = clear_inside(half, row, new, j, NEAR)
+    inner = clear_inside(half, row, new, j, near(row, new, j))
     if inner is None:
         return row
     half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
@@ -200,11 +215,25 @@ def beginning(half, row, new, j):
 
 
 def ending(half, row, new, j):
-    """Return the last row of a part, or where a test is zero there, a row just before it."""
-    if abs(new.tests[j]) > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
+    """Return the last row of a part, or where a test is zero or not known there, a row just before it.
+
+    Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
+    zero; None if it has no clear sign before either, in a step of that length.
+    """
+    value = abs(new.tests[j])
+    here = j == 0 and value * (new.s - row.s) <= AT_BOUNDARY * abs(new.tests[0] - row.tests[0])
+    if not here and value > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
         return new
-    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in NEAR))
-    return new if inner is None else inner
+    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in near(row, new, j)))
+    return inner if inner is not None else None if here else new
+
+
+def near(row, new, j):
+    """Return parts of the step from ``row`` to ``new`` at which test ``j`` is looked up beside its ends."""
+    if j == 0:
+        return NEAR
+    length = max(new.s - row.s, BESIDE_BOUNDARY)
+    return (*(at / length for at in (BESIDE_BOUNDARY, 10.0 * BESIDE_BOUNDARY) if at < NEAR[0] * length), *NEAR)
 
 
 def clear_inside(half, row, new, j, places):

@@ -21,8 +21,12 @@ from ..orbits.path import ParameterPath, parameter_path
 from ..orbits.sequence import set_parameter
 from ..orbits.signature import Signature, sections
 from ..system import System
+from .families import orbit_family
 from .kinds import SpecialPointKind
 from .problem import Monitor, Problem
+from .shooting.branching import stepped_out
+from .shooting.problem import OrbitProblem
+from .shooting.signature_change import admissible_side
 
 IMAGINARY = 1e-5  # real over imaginary part of a pair of eigenvalues at a Hopf point
 FREE = 1e-10  # singular values of held rows below this part of the largest: directions that are not held
@@ -183,8 +187,6 @@ class EquilibriumProblem(Problem):
 
     def switch(self, point, monitor):
         """Return (problem, x, tangent) of the mode in which equilibria go on behind a boundary, or why none does."""
-        from .shooting.signature_change import admissible_side
-
         scene, guard = self.scene, int(monitor.name.rsplit(".", 1)[1])
         y = self.state(point.x[:-1])
         element = scene.guard(self.mode, guard).element
@@ -210,8 +212,6 @@ class EquilibriumProblem(Problem):
 
     def hopf_orbits(self, point):
         """Return an orbit of small amplitude at a Hopf point, to be traced in the same parameter: a one-tuple, or empty."""
-        from .shooting.branching import stepped_out
-
         problem, direction = self.hopf_orbit_problem(point.x)
         orbit = stepped_out(problem, problem.x0, direction)
         return () if orbit is None else (orbit,)
@@ -219,8 +219,6 @@ class EquilibriumProblem(Problem):
     def hopf_orbit_problem(self, x):
         """Return the problem of the orbits that are born at the Hopf point ``x`` (m + 1,), with the amplitude zero as its start,
         and the direction (., own units) in which they grow."""
-        from .shooting.problem import OrbitProblem
-
         scene, n = self.scene, self.scene.n
         self.numbers_at(x[-1])
         y = self.state(x[:-1])
@@ -244,8 +242,6 @@ class EquilibriumProblem(Problem):
 
     def family(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
-        from .families import orbit_family
-
         return orbit_family(self, name, bounds)
 
     def on_path(self, path: ParameterPath) -> "EquilibriumProblem":

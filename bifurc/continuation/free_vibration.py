@@ -2,6 +2,10 @@
 
 The problem is that of an orbit of unknown period with the artificial damping as one unknown more and the energy as the
 parameter (`bifurc.orbits.energy`).  Contacts that are reached as the energy grows change the event sequence as on any branch.
+
+Internal resonances are special points: there a pair of multipliers is exp(+-2 pi i p / q), so that a small vibration in another
+mode comes back after q periods, the ratio of the two frequencies being a whole number over q.  q = 1 is a fold in energy or a
+branch point, which are found as on any branch.
 """
 import dataclasses
 import math
@@ -16,11 +20,15 @@ from ..orbits.equilibrium import find_equilibrium
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.signature import Signature, sections
 from ..system import System
-from .kinds import ContinuationError
-from .problem import Problem
+from .kinds import ContinuationError, SpecialPointKind
+from .problem import Monitor, Problem
 from .shooting import autonomous
 from .shooting.problem import OrbitProblem
+from .shooting.signature_change import admissible_side
+from .tracing import trace
 
+ORDERS = (2, 3, 4, 5)  # of internal resonances that are marked
+ON_CIRCLE = 1e-6  # distance of a multiplier from the unit circle
 SMALL = 1e-6  # energy of the linear mode from which a nonlinear one starts, as part of the energy asked for
 
 
@@ -67,7 +75,9 @@ class EnergyProblem(Problem):
         self.scale = np.concatenate([self.orbits.scale[:-1], [1.0, math.nan]])
         self.signature = sequence.text(self.scene)
         self._kept = [k for k, monitor in enumerate(self.orbits.monitors) if monitor.boundary]
-        self.monitors = tuple(self.orbits.monitors[k] for k in self._kept)
+        marks = [Monitor(SpecialPointKind.INTERNAL_RESONANCE, f"order {q}") for q in ORDERS] if self.scene.n > 1 else []
+        self._marks = len(marks)
+        self.monitors = (*(self.orbits.monitors[k] for k in self._kept), *marks)
 
     def residual(self, u, p):
         """Return the scaled residual (n,)."""
@@ -80,8 +90,14 @@ class EnergyProblem(Problem):
         return self.equations.jacobian(u), slope
 
     def monitor_values(self, u, p, tangent):
-        """Return the tests that bound the validity of the event sequence."""
-        return self.orbits.monitor_values(u[:-1], u[-1], tangent)[self._kept]
+        """Return the tests that bound the validity of the event sequence, and those of internal resonances."""
+        bounds = self.orbits.monitor_values(u[:-1], u[-1], tangent)[self._kept]
+        return np.append(bounds, resonances(self.solution(np.append(u, p)).multipliers)) if self._marks else bounds
+
+    def confirm(self, kind, x) -> bool:
+        """Whether a zero of a monitor is what its kind says: a resonance needs a pair on the unit circle."""
+        mu = self.solution(x).multipliers if kind is SpecialPointKind.INTERNAL_RESONANCE else np.ones(1)
+        return bool(np.isfinite(mu).all() and np.any(np.abs(np.abs(mu) - 1.0) < ON_CIRCLE))
 
     def null_tangent(self, x) -> np.ndarray:
         """Return a unit null vector of [F_u F_p] in scaled unknowns (n + 1,)."""
@@ -93,8 +109,6 @@ class EnergyProblem(Problem):
 
     def switch(self, point, monitor):
         """Return (problem, x, tangent) of the event sequence behind a boundary, or why none goes on."""
-        from .shooting.signature_change import admissible_side
-
         change = autonomous.CHANGES.get(monitor.name)
         found = None if change is None else autonomous.changed(change, self.orbits, point.x[:-1])
         if found is None:
@@ -149,6 +163,26 @@ class EnergyProblem(Problem):
         return made
 
 
+def resonances(mu) -> list[float]:
+    """Return tests (one an order) that change sign where a pair of multipliers (k,) passes a root of unity of that order.
+
+    With c = (mu + 1 / mu) / 2, the cosine of a pair on the circle, each is the product of c - cos(2 pi p / q) over the pairs and
+    over the p that have no factor in common with q.
+    """
+    if not (np.isfinite(mu).all() and np.all(mu != 0.0)):
+        return [math.nan] * len(ORDERS)
+    c = np.sort_complex(0.5 * (mu + 1.0 / mu))[::2]  # one of each pair
+    tests = []
+    for q in ORDERS:
+        roots = [math.cos(2.0 * math.pi * p / q) for p in range(1, q // 2 + 1) if math.gcd(p, q) == 1]
+        product = 1.0 + 0.0j
+        for root in roots:
+            for factor in c - root:
+                product *= factor / (1.0 + abs(factor))
+        tests.append(float(product.real))
+    return tests
+
+
 def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> PeriodicOrbit:
     """Return the free vibration of given energy on the family that begins with a linear mode.
 
@@ -179,8 +213,6 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     >>> round(bf.nonlinear_mode(system, energy=2.0).omega, 6)
     1.233669
     """
-    from .tracing import trace
-
     if not conservative(system):
         raise ValueError(f"{system!r} does not keep its energy; nonlinear modes are those of a conservative system")
     rest = find_equilibrium(system)
@@ -208,7 +240,7 @@ def linear_mode(system: System, rest, q, omega: float, E: float, ground: float) 
     q = np.real(q / q[int(np.argmax(np.abs(q[:n])))])
     q[n:2 * n] = 0.0
     y = rest.state + q * math.sqrt(E / max(stored(system, rest.state + 1e-3 * q) - ground, 1e-300)) * 1e-3
-    weights = np.full(scene.ns, float(np.abs(y).max() or 1.0))
+    weights = np.full(scene.ns, float(np.abs(y).max() or 1.0) / math.sqrt(SMALL))  # sizes where the family is asked for
     weights[n:2 * n] *= omega
     signature = dataclasses.replace(sections(rest.mode, 0.0), fixed=section(scene, q, weights), clock=2.0 * np.pi / omega)
     return solution(system, signature, np.append(1.0, y), weights, {"guess": "linear mode"})

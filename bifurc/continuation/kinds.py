@@ -1,4 +1,5 @@
 """Kinds of special points, reasons to stop, states of the corrector: enumerations whose members have sentences."""
+from dataclasses import dataclass
 from enum import StrEnum
 
 # what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
@@ -32,6 +33,7 @@ class SpecialPointKind(StrEnum):
     RESONANT_GRAZING = "resonant_grazing"
     DOUBLE_GRAZING = "double_grazing"
     DEGENERATE_GRAZING = "degenerate_grazing"
+    INTERNAL_RESONANCE = "internal_resonance"
     USER = "user"
 
 
@@ -84,6 +86,7 @@ class StopReason(StrEnum):
     MERGED = "merged"
     CHATTERING = "chattering"
     JUMP = "jump"
+    STICKING = "sticking"
 
     @property
     def sentence(self) -> str:
@@ -117,6 +120,8 @@ _SENTENCES = {
     "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
             "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
             "ends.",
+    "sticking": "The slip of a contact falls to nothing here: beyond, its mass sticks all the time, anywhere in an interval of "
+                "positions, and no single motion goes on. find_orbit from a state at rest gives one of them.",
     "chattering": "A complete chattering sequence no longer ends before its contact is released; beyond, the number of "
                   "impacts grows without bound toward this point, and no single event sequence goes on.",
 }
@@ -124,3 +129,22 @@ _SENTENCES = {
 
 class ContinuationError(ValueError):
     """A branch cannot be started; the text names the reason and what to try."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """How one half ended: reason, details, parameter there, next step length, rejected steps."""
+
+    reason: StopReason
+    message: str
+    p: float
+    ds: float
+    rejected: int
+
+    def __repr__(self) -> str:
+        return f"{self.reason.value} at {self.p:.10g}" + (f" ({self.message})" if self.message else "")
+
+    @property
+    def sentence(self) -> str:
+        """What happened, and what to try."""
+        return self.reason.sentence + (f" [{self.message}]" if self.message else "")

@@ -1,12 +1,17 @@
 """Curves that leave a codimension-2 point of a curve of special points: where they start, as points that `trace_curve` takes."""
+import copy
 from dataclasses import replace
 
 import numpy as np
 
+from .grazing.following import Touching
+from .grazing.touch import every_touch
 from .kinds import ContinuationError, LocationStatus, SpecialPointKind
 from .shooting.appearing import inserted
 from .shooting.branching import stepped_out
 from .shooting.signature_change import admissible_side
+from .switching import Switched
+from .tracing import trace
 
 ASIDE = (1e-2, 3e-3, 3e-2)  # distances in the second parameter, scaled, at which curves of other orbits are met
 K = SpecialPointKind
@@ -14,34 +19,90 @@ SAME_ORBIT = {(K.FOLD, K.FOLD_FLIP): K.PERIOD_DOUBLING, (K.PERIOD_DOUBLING, K.FO
               (K.FOLD, K.RESONANCE_1_1): K.NEIMARK_SACKER, (K.NEIMARK_SACKER, K.RESONANCE_1_1): K.FOLD,
               (K.PERIOD_DOUBLING, K.RESONANCE_1_2): K.NEIMARK_SACKER,
               (K.NEIMARK_SACKER, K.RESONANCE_1_2): K.PERIOD_DOUBLING}
+CHANGES = (K.GRAZING, K.STICK_ONSET, K.SLIP_ONSET, K.SEPARATION, K.CHATTER_COMPLETION)  # that end a followed orbit
+SAME_TOP = 1e-6  # periods
+NO_CURVE = {
+    K.CUSP: "two parts of this curve meet in a cusp: no other curve of folds, flips or tori leaves it",
+    K.RESONANCE_1_3: "no curve of folds, flips or tori leaves a 1:3 resonance: an unstable orbit of three periods passes it",
+    K.RESONANCE_1_4: "curves of orbits of four periods may leave a 1:4 resonance; they are not started here",
+    K.DEGENERATE_GRAZING: "the touch is flat here: beyond, two tops touch at once or none does, and no curve goes on",
+}
 
 
 def curves_from(curve, point, n_max: int):
     """Return special points on the curves that leave a point of ``curve`` (a `CurveProblem`); None where none are known.
 
-    Curves of the same orbit (at fold-flips and resonances 1:1 and 1:2) start at the point itself; those of other orbits (folds
-    and flips of orbits with one impact in n periods at a resonant grazing, folds of doubled orbits at a generalised flip) at
-    points a little aside, on whichever side they are.
+    Curves of the same orbit (at fold-flips, resonances 1:1 and 1:2, grazings of an orbit with a multiplier 1 or -1, and where a
+    followed orbit ends at a grazing or another change of its events) start at the point itself; those of other orbits (folds and
+    flips of orbits with one impact in n periods at a resonant grazing, folds of doubled orbits at a generalised flip) and of
+    another touch of the same orbit (at a double grazing) at points a little aside, on whichever side they are.
     """
-    other = SAME_ORBIT.get((curve.kind, point.kind))
     b = float(point.x[-1])
+    other = SAME_ORBIT.get((curve.kind, point.kind))
+    if point.kind is K.RESONANT_GRAZING and not point.name.startswith("s_"):
+        flip = curve.family.problem.monitors[0].kind  # period doubling, or the breaking of a symmetry
+        other = K.FOLD if point.name == "fold" else flip
     if other is not None:
         problem = curve.family.alone(b)
         known = [monitor for monitor in problem.monitors if monitor.kind == other]
         if other is not K.FOLD and not known:
             return ()
         return (at(problem, point, other, point.x[:-1]),)
-    if point.kind is K.RESONANT_GRAZING and point.name.startswith("s_"):
+    if point.kind in CHANGES and point.kind is not curve.kind:
+        return (replace(at(curve.family.alone(b), point, point.kind, point.x[:-1]), name=point.name),)
+    if point.kind is K.RESONANT_GRAZING:
         periods = int(point.name[2:])
 
         def born(problem, x):
             return impacting(problem, x, periods)
-        return beside(curve, point, born, (K.FOLD, K.PERIOD_DOUBLING)) if periods <= n_max else ()
+        if periods > n_max:
+            return Switched((), f"curves of orbits with one impact in {periods} periods leave here: give n_max = {periods}")
+        found = beside(curve, point, born, (K.FOLD, K.PERIOD_DOUBLING))
+        return found if found or passes(curve, point, periods) else Switched((), (
+            f"no motion has one impact in {periods} periods near here: its orbit would go through the stop in between"))
+    if point.kind is K.DOUBLE_GRAZING:
+        return other_touches(curve, point)
     if point.kind is K.GENERALIZED_FLIP:
         def doubled(problem, x):
             return problem.branches(at(problem, point, K.PERIOD_DOUBLING, x), n_max)
         return beside(curve, point, doubled, (K.FOLD,))
-    return None
+    return Switched((), NO_CURVE[point.kind]) if point.kind in NO_CURVE else None
+
+
+def passes(curve, point, periods: int) -> bool:
+    """Whether the orbit with one impact in some periods that is born near a resonant grazing stays inside in between.
+
+    In the period k behind its impact its apex lies below the stop by a positive multiple of h (I - E^n)^-1 E^k B.
+    """
+    problem, x = curve.family.alone(float(point.x[-1])), point.x[:-1]
+    _, _, (E, h, B) = curve.condition.linear_map(problem, x, curve.condition.top(problem, x)[1])
+    left = np.linalg.solve((np.eye(len(h)) - np.linalg.matrix_power(E, periods)).T, h)
+    return all(left @ np.linalg.matrix_power(E, k) @ B > 0.0 for k in range(1, periods))
+
+
+def other_touches(curve, point):
+    """Return grazings on the curves of the other tops that touch at a double grazing, each on the side where it touches first."""
+    problem, b = curve.family.alone(float(point.x[-1])), float(point.x[-1])
+    followed = curve.condition.top(problem, point.x[:-1])[1]
+    span = problem.sequence.span
+    row = np.zeros(point.x.size)
+    row[-1] = 1.0
+    found = []
+    for item in every_touch(problem, point.x[:-1]):
+        if abs((item[0] - followed + 0.5 * span) % span - 0.5 * span) <= SAME_TOP:
+            continue
+        other = copy.copy(curve)
+        for sign in (1.0, -1.0):
+            other.condition = Touching(curve.family.problem, item)
+            x = point.x + sign * ASIDE[0] * curve.scale[-1] * row
+            if not curve.family.interval[0] <= x[-1] <= curve.family.interval[1]:
+                continue
+            c = other.correct(x, row, True)
+            if c.converged and other.condition.values(other.family.at(float(c.x[-1])), c.x[:-1])[1] < 0.0:
+                beside = replace(at(other.family.alone(float(c.x[-1])), point, K.GRAZING, c.x[:-1]), name="unlisted")
+                found.append(beside)
+                break
+    return tuple(found) if found else Switched((), f"no other top touches first on either side of {curve.parameter} = {b:.12g}")
 
 
 def at(problem, point, kind, x):
@@ -64,8 +125,6 @@ def impacting(problem, x, periods):
 
 def beside(curve, point, starts, kinds):
     """Return the points of some kinds nearest to the point on branches of the orbits that ``starts`` gives a little aside of it."""
-    from .tracing import trace
-
     a = curve.base_parameter
     row = np.zeros(point.x.size)
     row[-1] = 1.0

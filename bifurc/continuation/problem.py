@@ -157,6 +157,7 @@ class Problem:
     parameter = "p"
     monitors: tuple[Monitor, ...] = ()
     signature = ""
+    touch = math.inf  # value of a boundary's monitor beyond which a solution is not valid, whatever the size of the monitor
     told = 0.99  # cosine to the tangent that `switch` tells up to which the one found at a boundary is taken for the same
 
     def __init__(self, u0, p0, scale_u=None, scale_p=None):
@@ -392,6 +393,17 @@ class Problem:
 
     def _size(self, i):
         return self.scale[i] if math.isfinite(self.scale[i]) else 1.0
+
+
+def at_end(problem, row, zero) -> np.ndarray:
+    """Return values of the monitors (k,) where the equations of a problem are singular, at an end near ``row``: 0 for the number
+    ``zero``, NaN for what is no boundary; the tracer looks that up beside."""
+    values = np.array(row.tests[1:])
+    for k in range(values.size):
+        if k >= len(problem.monitors) or not problem.monitors[k].boundary:
+            values[k] = np.nan
+    values[zero] = 0.0
+    return values
 
 
 DIFFERENCE = 7e-4  # EPS**(1/5): truncation h^4 and rounding EPS/h balance

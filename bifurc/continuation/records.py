@@ -3,8 +3,11 @@ import copy
 
 import numpy as np
 
-from .kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
-from .problem import Corrected
+from .kinds import CorrectorStatus, End, LocationStatus, SpecialPointKind, StopReason
+from .monitors import WithMonitors, unknown
+from .peaks import WithPeaks
+from .problem import Corrected, Solution
+from .registry import OF_RECORD, named
 from .rows import Part, Row
 from .special import SpecialPoint
 
@@ -84,6 +87,8 @@ def branch_record(branch, arrays):
     stored["special"] = np.array([[point.s, *point.bracket, point.error] for point in points]).reshape(len(points), 4)
     stored["special_x"] = joined([point.x for point in points])
     stored["special_tangent"] = joined([point.tangent for point in points])
+    for name in dict.fromkeys(name for point in points for name in point.recorded):
+        stored["special_recorded." + name] = np.array([point.recorded.get(name, np.nan) for point in points])
     crossings = [point.directions.ravel() for point in points if point.directions is not None]
     stored["special_directions"] = joined(crossings)
     stored["special_crossing"] = np.array([point.directions is not None for point in points], bool)
@@ -94,6 +99,7 @@ def from_arrays(kind, header, arrays, problem, elements):
     """Rebuild a branch of class ``kind`` from `branch_record`."""
     problems = [problem_from(record, problem, elements) for record in header["problems"]]
     points, start, crossing = [], 0, 0
+    names = [name for name in arrays if name.startswith("special_recorded.")]
     for k, entry in enumerate(header["special_points"]):
         owner = problems[entry["problem"]]
         size = owner.scale.size
@@ -106,10 +112,9 @@ def from_arrays(kind, header, arrays, problem, elements):
         points.append(SpecialPoint(
             SpecialPointKind(entry["kind"]), float(x[-1]), error, s, (low, high), x, tangent,
             LocationStatus(entry["status"]), entry["reverses"], entry["name"], entry["before"], entry["after"],
-            directions, owner, problems[entry["successor"]] if entry["successor"] >= 0 else None))
+            directions, owner, problems[entry["successor"]] if entry["successor"] >= 0 else None,
+            {name[len("special_recorded."):]: float(arrays[name][k]) for name in names if np.isfinite(arrays[name][k])}))
         start += size
-    from .branch import End
-
     ends = tuple(End(StopReason(entry["reason"]), entry["message"], float(p), float(ds), entry["rejected"])
                  for entry, (p, ds) in zip(header["ends"], arrays["ends"], strict=True))
     rows = {name.replace("recorded.", "recorded/"): values for name, values in arrays.items()
@@ -133,43 +138,18 @@ def problem_from(record, problem, elements):
         made.x0 = np.array(record["x0"], float)
         made.scale = np.array(record["scale"], float)
         return made
-    if record["kind"] == "curve":
-        return curve_from(record, problem, elements)
-    if record["kind"] == "balance":
-        from .balance.problem import BalanceProblem
-
-        return BalanceProblem.from_record(record, elements=elements)
-    if record["kind"] == "free vibration":
-        from .free_vibration import EnergyProblem
-
-        return EnergyProblem.from_record(record, elements=elements)
-    if record["kind"] == "equilibrium":
-        from .equilibria import EquilibriumProblem
-
-        return EquilibriumProblem.from_record(record, elements=elements)
-    from .shooting.problem import OrbitProblem
-
-    return OrbitProblem.from_record(record, elements=elements)
+    if record["kind"] in ("curve", "unfolded"):
+        base = problem_from(record["of"], problem, elements)
+        return Missing(record) if isinstance(base, Missing) else named(OF_RECORD[record["kind"]])(record, base)
+    return named(OF_RECORD[record["kind"]])(record, elements)
 
 
 def _peaked(problem, names):
-    from .peaks import WithPeaks
-
     return WithPeaks(problem, names)
 
 
 def _monitored(problem, names):
-    from .monitors import WithMonitors, unknown
-
     return WithMonitors(problem, {name: unknown(name) for name in names})
-
-
-def curve_from(record, problem, elements):
-    """Return the problem of a curve in two parameters on that of its branch."""
-    from .curves import CurveProblem
-
-    base = problem_from(record["of"], problem, elements)
-    return Missing(record) if isinstance(base, Missing) else CurveProblem.from_record(record, base)
 
 
 class Missing:
@@ -194,8 +174,6 @@ class Missing:
 
     def solution(self, x):
         """Return the plain solution."""
-        from .problem import Solution
-
         return Solution(x[:-1].copy(), float(x[-1]))
 
     def to_record(self):

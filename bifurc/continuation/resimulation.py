@@ -2,17 +2,20 @@
 its multipliers have a special point?
 
 Between two rows of one sequence of events a real multiplier passes +1 at a fold or a branch point, -1 at a period doubling,
-and a pair leaves the unit circle at a Neimark-Sacker point (Kuznetsov 2004, chapters 4 and 5).
+and a pair leaves the unit circle at a Neimark-Sacker point (Kuznetsov 2004, chapters 4 and 5).  Where the sequence changes,
+multipliers jump, but the period map stays continuous: its index, the sign of det(1 - M), changes where the parameter turns back
+and only there (di Bernardo et al. 2008, section 3.1, after Feigin).
 """
 import time
 from dataclasses import dataclass
 
 import numpy as np
 
-from .kinds import SpecialPointKind
+from .kinds import ERRORS, SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
 EDGE = 1e-9  # arclength: a row so near a change of the sequence of events lies on it, where both sides are right
+BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths from a change of the sequence of events at which multipliers are counted
 PLUS = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)
 
 
@@ -27,7 +30,8 @@ class Resimulated:
     not_repeated : tuple of (float, float)
         Arclength and parameter of rows that are not admissible or that simulation does not repeat.
     unexplained : tuple of (float, float, str)
-        Arclength intervals over which numbers of multipliers change without a special point, and which numbers.
+        Arclength intervals over which numbers of multipliers (beyond +1, beyond -1, outside the unit circle) change otherwise than
+        the special points in them say, and which numbers.
     seconds : float
         CPU time.
     """
@@ -63,21 +67,44 @@ def changes(branch) -> np.ndarray:
 
 
 def unexplained(branch, arrays) -> tuple[tuple[float, float, str], ...]:
-    """Return the intervals between rows of one sequence in which multipliers cross the unit circle without a special point."""
-    found, edges = [], changes(branch)
-    before = None
-    for i, (s, part) in enumerate(zip(arrays["s"], arrays["part"], strict=True)):
-        if np.abs(edges - s).min() <= EDGE:  # an event without speed or duration: the multipliers are not continuous there
-            continue
-        numbers = counted(branch.problems[int(part)].floquet_multipliers(branch.x(i)))
-        if numbers is None:
-            continue
-        if before is not None and before[1] == part:
-            text = mismatch(branch, before, (float(s), part, numbers))
+    """Return the intervals in which the multipliers beyond +1, beyond -1 or outside the unit circle change otherwise than the
+    special points in them say."""
+    found, before = [], None
+    for after in samples(branch, arrays):
+        if before is not None:
+            text = mismatch(branch, before, after)
             if text:
-                found.append((before[0], float(s), text))
-        before = float(s), part, numbers
+                found.append((before[0], after[0], text))
+        before = after
     return tuple(found)
+
+
+def samples(branch, arrays):
+    """Yield (arclength, part, numbers of multipliers) of rows in order; of a row on a change of the sequence of events, where an
+    event has no speed or duration and the multipliers are not continuous, those of a point a little inside its sequence."""
+    edges, parts = changes(branch), arrays["part"]
+    for i, (s, part) in enumerate(zip(arrays["s"], parts, strict=True)):
+        problem, tangent = branch.problems[int(part)], arrays["tangent"][arrays["offsets"][i]:arrays["offsets"][i + 1]]
+        steps = (0.0,)
+        if np.abs(edges - s).min() <= EDGE:
+            first, last = i == 0 or parts[i - 1] != part, i == len(parts) - 1 or parts[i + 1] != part
+            steps = () if first == last else BESIDE if first else tuple(-step for step in BESIDE)
+        for step in steps:
+            x = beside(problem, branch.x(i), tangent, step) if step else branch.x(i)
+            numbers = None if x is None else counted(problem.floquet_multipliers(x))
+            if numbers is not None:
+                yield float(s) + step, int(part), numbers
+                break
+
+
+def beside(problem, x, tangent, step):
+    """Return the solution (n + 1,) at a signed arclength ``step`` from ``x`` (n + 1,); None if its equations are not valid."""
+    try:
+        c = problem.correct(x + step * problem.scale * tangent, tangent)
+    except ERRORS:  # the problem's own code
+        return None
+    walls = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
+    return c.x if c.converged and all(c.monitors[k] < 0.0 for k in walls) else None
 
 
 def counted(multipliers):
@@ -90,12 +117,27 @@ def counted(multipliers):
 
 
 def mismatch(branch, before, after) -> str:
-    """Return what the special points between two rows do not explain; empty if all is."""
-    kinds = [point.kind for point in branch.special_points if before[0] - EDGE <= point.s <= after[0] + EDGE]
+    """Return what the special points between two samples do not explain; empty if all is.
+
+    Pairs may leave or reach the real axis outside the unit circle, so that beyond +1 and beyond -1 only odd differences count.
+    Where the sequence of events changes, multipliers jump; the number beyond +1 is then odd as often as the parameter turns back.
+    """
+    points = [point for point in branch.special_points if before[0] - EDGE <= point.s <= after[0] + EDGE]
+    kinds = [point.kind for point in points]
     plus, minus = sum(kind in PLUS for kind in kinds), kinds.count(SpecialPointKind.PERIOD_DOUBLING)
     pairs = kinds.count(SpecialPointKind.NEIMARK_SACKER)
+    turns = sum(point.reverses and point.kind not in PLUS for point in points)
     change = [b - a for a, b in zip(before[2], after[2], strict=True)]
-    if abs(change[2]) > plus + minus + 2 * pairs or (change[2] - plus - minus) % 2:
+    if before[1] != after[1]:
+        if (change[0] - plus - turns) % 2:
+            return (f"{before[2][0]} multipliers beyond +1 become {after[2][0]} through a change of the sequence of events with "
+                    f"{plus} folds or branch points and {turns} reversals of the parameter")
+        return ""
+    if (change[0] - plus) % 2:
+        return f"{before[2][0]} multipliers beyond +1 become {after[2][0]} with {plus} folds or branch points between"
+    if (change[1] - minus) % 2:
+        return f"{before[2][1]} multipliers beyond -1 become {after[2][1]} with {minus} period doublings between"
+    if abs(change[2]) > plus + minus + 2 * pairs:
         return (f"{before[2][2]} multipliers outside the unit circle become {after[2][2]} with {plus} folds or branch points, "
                 f"{minus} period doublings and {pairs} Neimark-Sacker points between")
     return ""

@@ -15,7 +15,8 @@ class Part:
 
     ``boundary`` and ``events`` are positions in ``Row.tests``: 0 is dp/ds, 1 + k monitor k.  ``born`` is the boundary
     monitor that is zero at the first row of the part, -1 if none.  ``corner`` is the angle in radians by which the branch may
-    turn in a point, of problems that are only piecewise smooth.
+    turn in a point, of problems that are only piecewise smooth; ``touch`` the largest value of a boundary's monitor at which the
+    problem takes its solutions for valid.
     """
 
     def __init__(self, problem, index, born=-1):
@@ -24,6 +25,7 @@ class Part:
         self.born = born
         self.scale = problem.scale
         self.corner = float(getattr(problem, "corner", 0.0))
+        self.touch = float(getattr(problem, "touch", math.inf))
         self.monitors = tuple(problem.monitors)
         self.kinds = [SpecialPointKind.FOLD] + [SpecialPointKind(monitor.kind) for monitor in self.monitors]
         self.boundary = [1 + k for k, monitor in enumerate(self.monitors) if monitor.boundary]

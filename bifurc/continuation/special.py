@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..notebook import Notebook, Table
+from .grazing import grazing_of, sliding_class
 from .kinds import LocationStatus, SpecialPointKind
 
 
@@ -38,6 +39,8 @@ class SpecialPoint(Notebook):
         Signature of the equations on either side, along growing ``s``.
     directions : ndarray (2, n + 1) or None
         Unit tangents, in scaled unknowns, of the branches that cross at a branch point.
+    recorded : dict of str to float
+        What ``record=`` of `trace` gives at this point.
     """
 
     _facts: ClassVar = ("kind", "name", "parameter", "error", "status", "before", "after")
@@ -58,14 +61,13 @@ class SpecialPoint(Notebook):
     directions: np.ndarray | None = field(default=None, repr=False)
     problem: Any = field(default=None, repr=False, compare=False)
     successor: Any = field(default=None, repr=False, compare=False)
+    recorded: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
     _made: dict = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def grazing(self) -> Any:
         """What is known of a grazing of periodic orbits (`grazing.Grazing`: verdict, births, ...); None at other points."""
         if "grazing" not in self._made:
-            from .grazing import grazing_of
-
             self._made["grazing"] = grazing_of(self)
         return self._made["grazing"]
 
@@ -73,8 +75,6 @@ class SpecialPoint(Notebook):
     def sliding(self) -> Any:
         """Which sliding bifurcation an onset of stick or slip is (`grazing.SlidingClass`); None at other points."""
         if "sliding" not in self._made:
-            from .grazing import sliding_class
-
             self._made["sliding"] = sliding_class(self)
         return self._made["sliding"]
 
@@ -103,8 +103,8 @@ class SpecialPoint(Notebook):
 
     @property
     def measures(self) -> "Measures":
-        """The problem's measures at this point, computed when looked up."""
-        return Measures(self.problem, self.x)
+        """The problem's measures at this point, computed when looked up, and what was recorded there."""
+        return Measures(self.problem, self.x, self.recorded)
 
     def __repr__(self) -> str:
         label = f"{self.kind.value} {self.name}".strip()
@@ -114,25 +114,29 @@ class SpecialPoint(Notebook):
 
 
 class Measures:
-    """Mapping from names to the measures of one solution."""
+    """Mapping from names to the measures of one solution and to what was recorded there."""
 
-    def __init__(self, problem, x):
+    def __init__(self, problem, x, recorded):
         self._problem = problem
         self._x = x
+        self._recorded = recorded
+        self._names = tuple(dict.fromkeys((*problem.measure_names, *recorded)))
 
     def __contains__(self, name) -> bool:
-        return name in self._problem.measure_names
+        return name in self._names
 
     def __getitem__(self, name):
-        if name not in self:
-            raise KeyError(f"no measure {name!r}; there are {', '.join(self._problem.measure_names)}")
+        if name in self._recorded:  # columns of a branch have the same order
+            return self._recorded[name]
+        if name not in self._names:
+            raise KeyError(f"no measure {name!r}; there are {', '.join(self._names)}")
         return self._problem.measure(name, self._x[None])[0]
 
     def __iter__(self):
-        return iter(self._problem.measure_names)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(self._problem.measure_names)
+        return len(self._names)
 
 
 class SpecialPoints(Table):
@@ -161,7 +165,7 @@ def special_point(found, sign):
     s, tangent = (found.s, found.tangent) if sign > 0 else (0.0 - found.s, -found.tangent)
     return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), s, (low, high), found.x, tangent,
                         found.status, bool(found.reverses), found.name, before, after, found.directions, problem,
-                        found.successor)
+                        found.successor, dict(found.recorded or {}))
 
 
 def unique(points):

@@ -13,6 +13,7 @@ import numpy as np
 from .branchpoint import locate_crossing
 from .kinds import SpecialPointKind
 from .rows import Curve
+from .special import SpecialPoint
 
 ON_CIRCLE = 1e-6  # distance of a located multiplier from the unit circle
 CLEAR = 1e-8  # a test that is nearer to zero has no sign: rounding of multipliers
@@ -46,8 +47,6 @@ def circling(mu) -> float:
 
 def stability_changes(branch, points) -> list:
     """Return special points (period doublings, Neimark-Sacker and branch points) that ``points`` of a branch does not have."""
-    from .special import SpecialPoint
-
     rows, made = None, []
     parts, s = branch._arrays["part"], branch._arrays["s"]
     known = np.array([point.s for point in points if point.kind in (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)])

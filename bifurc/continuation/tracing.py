@@ -1,12 +1,14 @@
 """`trace`: a branch of solutions from a start, both ways, with its special points."""
 import copy
 import math
+from contextlib import contextmanager
 from dataclasses import replace
 from numbers import Integral, Real
 
 import numpy as np
 
 from ..elements.checks import switch
+from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from . import detect
@@ -14,11 +16,14 @@ from .arclength import SLOPE, Half, StepOptions
 from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
 from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .maps.orbit import MapOrbit
 from .monitors import with_monitors
 from .peaks import with_peaks
-from .problem import Corrected
+from .problem import Corrected, Problem
+from .registry import OF_ENERGY, OF_START, of_class
 from .roots import polish
 from .rows import Part, Row, reversed_row, tests_of
+from .watching import Watching
 
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
 BESIDE = 1e-4  # arclength at which the side of a boundary is looked up
@@ -49,7 +54,8 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     stop : callable, optional
         ``stop(point) -> bool`` ends a half after the point for which it is true; see `rows.Point`.
     record : callable, optional
-        ``record(point) -> dict of float``: further columns.
+        ``record(point) -> dict of float``: further columns. It is asked at rows in the order of travel, and at the special points
+        in the end, where `SpecialPoint.measures` has its values.
     progress : bool or callable, optional
         True shows a bar if tqdm is installed; a callable gets ``(parameter, count)`` after every step.
     peaks : str or sequence of str, optional
@@ -88,7 +94,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     problem = with_scale(problem, low, high)
     first, singular = start_row(problem, options)
     first.ds = options.ds
-    with Progress(progress, problem.parameter) as shown:
+    with points_shown(progress, problem.parameter) as shown:
         options = replace(step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, shown), audit=audit)
         plus, minus = Half(first, options, origin=first), Half(reversed_row(first), options)
         minus.origin = minus.rows[0]
@@ -100,39 +106,24 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         for half in (plus, minus):
             begin_on_boundary(half)
         run_halves(plus, minus, direction, singular is None and first.singular)
-    plus.found[:0] = here
+        plus.found[:0] = here
+        for half in (plus, minus):
+            half.record_points()
     return Branch.of_halves(plus, minus, options)
 
 
 def problem_of(start, parameter, bounds):
     """Return the problem of a start object; a periodic orbit needs the name of a parameter and bounds."""
-    if hasattr(start, "coefficients"):
-        from .balance.problem import balance_problem
-
-        if parameter is None or bounds is None:
-            raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
-        return balance_problem(start, parameter, ordered_bounds(bounds))
-    if hasattr(start, "unknowns") and parameter == "energy" and getattr(start, "autonomous", False):
-        from .free_vibration import energy_problem
-
-        return energy_problem(start)
-    if hasattr(start, "unknowns"):
-        from .shooting.problem import orbit_problem
-
-        if parameter is None or bounds is None:
-            raise ValueError("an orbit is traced in a parameter between bounds: trace(orbit, 'omega', bounds=(a, b))")
-        return orbit_problem(start, parameter, ordered_bounds(bounds))
-    if hasattr(start, "continued"):
-        if parameter is None:
-            raise ValueError(f"{start!r} is traced in a parameter of its map: trace(cycle, 'mu', bounds=(a, b))")
-        return start.continued(parameter, None if bounds is None else ordered_bounds(bounds))
-    if hasattr(start, "eigenvalues"):
-        from .equilibria import equilibrium_problem
-
-        if parameter is None or bounds is None:
-            raise ValueError("an equilibrium is traced in a parameter between bounds: trace(equilibrium, 'mu', bounds=(a, b))")
-        return equilibrium_problem(start, parameter, ordered_bounds(bounds))
-    if not hasattr(start, "correct"):
+    energy = parameter == "energy" and of_class(OF_ENERGY, start)
+    if energy and start.autonomous:
+        return energy(start)
+    maker = of_class(OF_START, start)
+    if maker is not None:
+        if parameter is None or (bounds is None and not isinstance(start, MapOrbit)):
+            raise ValueError(f"a start of class {type(start).__name__} is traced in a parameter between bounds: "
+                             "trace(start, 'omega', bounds=(a, b))")
+        return maker(start, parameter, None if bounds is None else ordered_bounds(bounds))
+    if not isinstance(start, (Problem, Watching)):
         raise TypeError(f"start must be a PeriodicOrbit, an Equilibrium or a Problem, got {type(start).__name__}")
     if parameter is not None and parameter != start.parameter:
         raise ValueError(f"unknown parameter {parameter!r}; this problem has only {start.parameter!r}")
@@ -318,35 +309,14 @@ def run_halves(plus, minus, direction, lost):
         plus.stop(StopReason.CLOSED, plus.message)
 
 
-class Progress:
-    """``progress=`` as a function of (parameter, count); a tqdm bar for True, if tqdm is installed."""
-
-    def __init__(self, wanted, name):
-        self.wanted = wanted
-        self.name = name
-        self.bar = None
-
-    def __enter__(self):
-        if self.wanted is None or self.wanted is False:
-            return None
-        if callable(self.wanted):
-            return self.wanted
-        try:
-            from tqdm import tqdm
-        except ImportError:
-            return None
-        self.bar = tqdm(unit=" points", desc="branch")
-
-        def shown(p, count):
-            self.bar.update(1)
-            if self.bar.n % 16 == 0:
-                self.bar.set_postfix_str(f"{self.name} = {p:.6g}", refresh=False)
-        return shown
-
-    def __exit__(self, *exception):
-        if self.bar is not None:
-            self.bar.close()
-        return False
+@contextmanager
+def points_shown(wanted, name):
+    """``progress=`` of a branch as a function of (parameter, count), or None: a bar that counts points for True."""
+    if wanted is not True:
+        yield wanted or None
+        return
+    with Progress("branch", None) as bar:
+        yield lambda p, count: bar.advance(1, f"{name} = {p:.6g}")
 
 
 def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, stop=None, record=None,
@@ -358,7 +328,7 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
             raise ValueError(f"the branch ends at {branch.parameter} = {end.p:.12g}, outside the bounds "
                              f"({low:.12g}, {high:.12g})")
     old = branch.options
-    with Progress(progress, branch.parameter) as shown:
+    with points_shown(progress, branch.parameter) as shown:
         ds_max = old["ds_max"] if ds_max is None else ds_max
         options = replace(step_options(low, high, old["ds"], ds_max, old["ds_min"], max_steps, stop, record, shown),
                           audit=old.get("audit", "full"))
@@ -371,4 +341,6 @@ def extend(branch: Branch, bounds=None, *, ds_max=None, max_steps=MAX_STEPS, sto
             if end.reason in (StopReason.CLOSED, StopReason.NOT_STARTED):
                 half.stop(end.reason, end.message)
         run_halves(plus, minus, None, False)
+        for half in (plus, minus):
+            half.record_points()
     return branch.joined(rows, plus, minus, options)

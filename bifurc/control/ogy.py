@@ -18,6 +18,7 @@ from ..orbits.find import find_orbit
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.sequence import AFTER, BEFORE, GUARD
 from .linearization import NotSupported
+from .ogy_motion import simulated
 
 STENCIL = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)  # central differences of order 8
 STEPS = (3e-3, 1e-3, 3e-4, 1e-4, 1e-5)  # of the parameter, relative, until all orbits of the stencil have the same events
@@ -99,8 +100,6 @@ class OGYController:
 
     def simulate(self, y0, periods: int, limit: float, noise: float = 0.0, seed: int = 0, start: int = 0):
         """Return the motion under control; see `bifurc.control.ogy_motion.simulated`."""
-        from .ogy_motion import simulated
-
         return simulated(self, y0, periods, limit, noise, seed, start)
 
 

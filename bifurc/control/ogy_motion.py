@@ -3,6 +3,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import plotting
 from ..elements.checks import number
 from ..flow.simulate import simulate
 
@@ -44,9 +45,7 @@ class ControlledMotion:
 
     def plot(self, axes=None):
         """Draw the states on the section and the corrections over the periods; return the axes."""
-        from ..plotting.control import plot_controlled
-
-        return plot_controlled(self, axes)
+        return plotting.plot_controlled(self, axes)
 
 
 def simulated(controller, y0, periods: int, limit: float, noise: float, seed: int, start: int) -> ControlledMotion:

@@ -4,6 +4,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from .. import plotting
 from ..orbits.orbit import PeriodicOrbit
 
 
@@ -110,6 +111,4 @@ class FeedbackRange:
 
     def plot(self, ax=None):
         """Draw the largest modulus over the gain, with the stable intervals; return the axes."""
-        from ..plotting.control import plot_feedback
-
-        return plot_feedback(self, ax)
+        return plotting.plot_feedback(self, ax)

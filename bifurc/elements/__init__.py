@@ -3,7 +3,7 @@ from . import local
 from .atrow import AtRow
 from .bearings import OilFilm
 from .driven import Driven
-from .element import ALWAYS, Element
+from .element import ALWAYS, BUILT_IN, Element
 from .feedback import DelayedFeedback
 from .forcing import BaseMotion, ConstantForce, HarmonicForce
 from .friction import Coulomb, CubicFriction, Jenkins, LoadedContact, RegularizedFriction, Stribeck
@@ -23,7 +23,7 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
            "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "PolynomialSpring", "Rate", "RegularizedFriction", "Restitution",
            "RigidStator", "RigidStop", "Rows", "Slaved", "SliderSet", "Stribeck", "Wall", "local"]
 
-BUILT_IN = {cls.__name__: cls for cls in (
+BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
     HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, PolynomialSpring, RegularizedFriction,
-    RigidStator, RigidStop, Stribeck)}
+    RigidStator, RigidStop, Stribeck)})

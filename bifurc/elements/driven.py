@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .checks import whole
-from .element import Element
+from .element import BUILT_IN, Element
 from .local import wave
 from .site import Rows
 
@@ -112,8 +112,6 @@ class Driven(Element):
     @classmethod
     def from_record(cls, record, functions=None):
         """Make the element that gave ``record``; classes of users are looked up by name in ``functions``."""
-        from . import BUILT_IN
-
         inner = record["element"]
         found = (functions or {}).get(inner["class"]) or BUILT_IN.get(inner["class"])
         if found is None:

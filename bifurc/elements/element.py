@@ -11,6 +11,7 @@ from .mode import Mode
 from .site import Rows
 
 ALWAYS = "always"  # key of the only mode of an element that has one
+BUILT_IN: dict[str, type["Element"]] = {}  # the elements of the package by their names, as records name them
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -214,7 +214,7 @@ class Force(Element):
 
     def stored_energy(self, u):
         """Work against the law on the way from zero; known for laws of one row that do not depend on its speed."""
-        from scipy.integrate import quad
+        from scipy.integrate import quad  # building a system loads no scipy
 
         values = tuple(self.values.values())
         if len(u) != 1 or any(self.law(at, 0.0, *values) != self.law(at, speed, *values)

@@ -14,6 +14,7 @@ import numpy as np
 
 import bifurc as bf
 
+from ..continuation import ContinuationError
 from .script import Made, Script, grid_text
 
 COARSE, FINE = 100, 400  # cells a side of a basin slice: at once, and then
@@ -398,8 +399,6 @@ def around(shown: Shown) -> dict:
 
 
 def _traced(shown: Shown, orbit: Made) -> dict:
-    from ..continuation import ContinuationError
-
     value = shown.system.parameter(shown.parameter)
     low, high = min(shown.bounds[0], value), max(shown.bounds[1], value)
     try:

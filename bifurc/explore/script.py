@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import elements, systems
 from ..system import System
 
 
@@ -110,8 +111,6 @@ class Script:
 
     def place(self, item: Any) -> str:
         """Return how a script reaches a class or a function."""
-        from .. import elements, systems
-
         own = item.__name__
         for name, module in (("elements", elements), ("systems", systems)):
             if getattr(module, own, None) is item:

@@ -49,10 +49,10 @@ def serve(what: Any, parameter: str | None = None, bounds: Sequence[float] | Non
     >>> serve(bf.systems.impact_oscillator(), bounds=(0.5, 2.0))     # doctest: +SKIP
     """
     try:
-        from .server import Explorer
+        from .server import Explorer  # bokeh is optional
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(f"the explorer needs bokeh ({error}): python -m pip install 'bifurc[explore]'") from error
-    from .desk import Desk
+    from .desk import Desk  # bokeh is optional
 
     first = of_system(what, parameter, bounds, window) if hasattr(what, "elements") else of_result(what, path)
     logging.getLogger("bokeh").setLevel(logging.ERROR)  # a page that is closed is no news

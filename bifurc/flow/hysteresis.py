@@ -10,6 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from .. import plotting
 from ..elements import EventKind
 from ..elements.checks import whole
 from ..elements.driven import Driven
@@ -152,8 +153,7 @@ class Loop(Notebook):
 
     def plot(self, ax=None):
         """Draw force over displacement; return the Axes."""
-        from ..plotting.loops import plot_loop
-        return plot_loop(self, ax)
+        return plotting.plot_loop(self, ax)
 
     def _extreme(self, c, piece) -> np.ndarray:
         inner = piece.start + (extrema(self.harmonics, c) - piece.start) % TURN

@@ -10,6 +10,7 @@ u' (the only one that is regular there).  Specs: Yang's contact, reading (ii); r
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from ..elements import Jenkins
 from ..elements.driven import Driven
@@ -174,7 +175,6 @@ class _March:
         return end, energy
 
     def _slip(self, theta):
-        from scipy.integrate import solve_ivp
         start = theta
         if getattr(self, "fresh", False):  # from zero load: the regular solution, to first order
             speed, turn = self.at(self.du, theta), self.at(np.array([derivative(self.harmonics, c) for c in self.du]), theta)

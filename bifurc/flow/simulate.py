@@ -2,10 +2,35 @@
 import numpy as np
 
 from ..compose.scene import scene_of
-from ..elements import checks
 from ..models.cost import warn_if_slow
 from ..system import System, require_system
 from . import settle
+from .delayed.verb import simulate_delayed
+from .engine import engine_of
+from .initial import checked_length, checked_state
+from .scan import (
+    AT_GUARD,
+    COUNT,
+    DONE,
+    EVENT,
+    EVENTS,
+    FULL,
+    INSTANT,
+    INSTANTS,
+    LIMIT,
+    LOST,
+    MODE,
+    NEED,
+    ORDERS,
+    SINCE,
+    SLOPES,
+    SPAN,
+    SPEED,
+    STATE,
+    TAU,
+    TIME,
+    WHOLE,
+)
 from .status import Status
 from .trajectory import Recorded, Trajectory
 
@@ -53,7 +78,6 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     """
     require_system(system)
     if any(element.delayed for element in system.elements):
-        from .delayed import simulate_delayed
         return simulate_delayed(system, y0, periods, duration, t0, max_events, history)
     if history is not None:
         raise ValueError(f"history is not allowed; {system!r} has no delayed feedback")
@@ -77,28 +101,6 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
 
 def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time)."""
-    from .engine import engine_of
-    from .scan import (
-        AT_GUARD,
-        COUNT,
-        DONE,
-        EVENT,
-        EVENTS,
-        FULL,
-        INSTANT,
-        INSTANTS,
-        LIMIT,
-        LOST,
-        MODE,
-        NEED,
-        SINCE,
-        SPAN,
-        SPEED,
-        STATE,
-        TAU,
-        TIME,
-        WHOLE,
-    )
     period = scene.period or 0.0
     engine = engine_of(scene)
     x = np.zeros(scene.ns + scene.nw)
@@ -166,32 +168,6 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
 
 
-def checked_length(scene, periods, duration, t0, max_events) -> tuple[float, float]:
-    """Return start and length (periods or duration, whichever is given) of a motion, or raise ValueError."""
-    t0 = _number("t0", t0)
-    if (periods is None) == (duration is None):
-        raise ValueError("give either periods or duration")
-    if periods is not None and scene.period is None:
-        raise ValueError(f"{scene.system!r} has no forcing period; give duration instead of periods")
-    length = _number("periods", periods) if periods is not None else _number("duration", duration)
-    if length < 0.0:
-        raise ValueError(f"{'periods' if periods is not None else 'duration'} = {length!r} must not be negative")
-    checks.whole("simulate", "max_events", max_events, least=1)
-    return t0, length
-
-
-def checked_state(scene, y0, t0: float) -> np.ndarray:
-    given = checks.state("y0", y0, (2 * scene.n, scene.ns))
-    x = np.concatenate((given, np.zeros(scene.ns - given.size), scene.forcing(np.array([t0]))[0]))
-    if given.size < scene.ns:
-        scene.relax(x)
-    return x[:scene.ns]
-
-
-def _number(name: str, value) -> float:
-    return checks.number("simulate", name, value)
-
-
 def _split(t: float, period: float) -> tuple[int, float]:
     whole = int(np.floor(t / period))
     return _carry(whole, t - whole * period, period)
@@ -215,7 +191,6 @@ def _forcing(scene, tau: float, x: np.ndarray) -> None:
 
 def _orders(scene, mode, x, ints, floats) -> None:
     """Write the orders of the zeros that the guards have at ``x``; one that is leaving has none and fires at once."""
-    from .scan import ORDERS, SLOPES
     rule = settle.Rule(scene)
     for g in range(scene.tables.n_guards[mode]):
         sign, order = rule.inside(mode, g, x)
@@ -225,7 +200,6 @@ def _orders(scene, mode, x, ints, floats) -> None:
 
 def _resize(engine, T, ints, floats):
     """Return the state of a march for tables that have grown."""
-    from .scan import ORDERS, SLOPES
     more_ints, more_floats = engine.workspace(T)
     more_ints[:ORDERS], more_floats[:SLOPES] = ints[:ORDERS], floats[:SLOPES]
     return more_ints, more_floats

@@ -4,10 +4,13 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import plotting
 from ..compose.scene import scene_of
 from ..elements import EventKind
 from ..notebook import Notebook, Table
 from ..system import System
+from .engine import engine_of
+from .scan import CHATTER, GRAZE, PASSED
 from .status import Status
 
 PER_PERIOD = 64  # default rows of `t`, `y` a forcing period
@@ -112,7 +115,6 @@ class Trajectory(Notebook):
 
     @cached_property
     def _is_event(self) -> np.ndarray:
-        from .scan import PASSED
         return self.recorded.rows[:, 3] != PASSED
 
     @cached_property
@@ -122,7 +124,6 @@ class Trajectory(Notebook):
     @cached_property
     def events(self) -> Events:
         """Events in the order of time."""
-        from .scan import CHATTER, GRAZE
         scene, R = scene_of(self.system), self.recorded
         found = []
         for i in np.flatnonzero(self._is_event):
@@ -149,7 +150,6 @@ class Trajectory(Notebook):
         ValueError
             When a time lies outside the motion.
         """
-        from .engine import engine_of
         times = np.asarray(t, float)
         slack = 1e-12 * max(1.0, abs(self.start), abs(self.stop))
         if times.size and not (times.min() >= self.start - slack and times.max() <= self.stop + slack):
@@ -212,10 +212,8 @@ class Trajectory(Notebook):
 
     def plot(self, axes=None, names=None):
         """Plot phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
-        from ..plotting import plot_trajectory
-        return plot_trajectory(self, axes, names=names)
+        return plotting.plot_trajectory(self, axes, names=names)
 
     def animate(self, path=None, **options):
         """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        from ..plotting import animate_orbit
-        return animate_orbit(self, path, **options)
+        return plotting.animate_orbit(self, path, **options)

@@ -3,6 +3,7 @@ import hashlib
 import pathlib
 import sys
 
+import numba
 import numpy as np
 
 from .._cache import cache_folder
@@ -86,8 +87,6 @@ def _text(law: ForceLaw, Q: int, count: int) -> str:
 
 def _module(text: str):
     """Write the text to a file named by its hash and import it."""
-    import numba
-
     key = hashlib.sha256("\n".join((numba.__version__, sys.version, text)).encode()).hexdigest()[:20]
     name = f"bifurc_written_hbm_{key}"
     return written.load(name, pathlib.Path(cache_folder()) / "written" / f"hbm_{key}.py", text)

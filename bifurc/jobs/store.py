@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 
 from .. import __version__, io
@@ -33,7 +34,6 @@ _COUNTS = ("elements", "system.py", "systems", "compose", "flow", "hbm", "orbits
 @functools.cache
 def code_hash() -> str:
     """Return 16 hexadecimal digits that change with the sources that numbers can depend on, and with numpy and numba."""
-    import numba
     digest = hashlib.sha256(f"{__version__} {np.__version__} {numba.__version__}".encode())
     for path in sorted(_PACKAGE.rglob("*.py")):
         if path.relative_to(_PACKAGE).parts[0] in _COUNTS:

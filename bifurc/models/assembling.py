@@ -8,6 +8,7 @@ import numpy as np
 from ..structure.checks import Structure, checked
 from ..structure.reduction import Reduction
 from ..system import System
+from .reducing import carried
 
 _log = logging.getLogger("bifurc.models")
 
@@ -57,8 +58,6 @@ def assembled(found: Structure, elements: Iterable = (), omega: float | None = N
             raise ValueError(f"from_matrices: {element!r} acts on {at}, which has no mass; give it the mass that moves with the "
                              f"contact")
     K = found.K[np.ix_(heavy, heavy)] - found.K[np.ix_(heavy, light)] @ np.linalg.solve(own, found.K[np.ix_(light, heavy)])
-    from .reducing import carried
-
     dofs = None if found.dofs is None else tuple(found.dofs[i] for i in heavy)
     K = 0.5 * (K + K.T) if np.allclose(found.K, found.K.T) else K
     made = System(found.M[np.ix_(heavy, heavy)], (found.C + found.G)[np.ix_(heavy, heavy)], K,

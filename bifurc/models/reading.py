@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.io import loadmat, mmread
 
 from ..structure.checks import Structure, checked
 from ..system import System
@@ -190,8 +191,6 @@ def sort_out(content: Mapping[str, Any], source: str) -> dict[str, Any]:
 
 
 def _mat(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
-
     try:
         content = loadmat(path)
     except NotImplementedError:
@@ -235,7 +234,7 @@ def _dmig(path: Path) -> dict[str, Any]:
 
 def _nastran() -> Any:
     try:
-        from pyyeti import nastran
+        from pyyeti import nastran  # optional
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(f"OP4 and DMIG are read by pyyeti ({error}): python -m pip install 'bifurc[fe]'") from error
     return nastran
@@ -254,8 +253,6 @@ def read_matrix(path: str | os.PathLike) -> tuple[Any, Sequence | None]:
     with open(path, encoding="utf-8", errors="replace") as file:
         first = file.readline()
     if first.startswith("%%MatrixMarket"):
-        from scipy.io import mmread
-
         return mmread(path), None
     if re.match(r"\s*(\*\*|\*MATRIX|\d+\s*,)", first, re.IGNORECASE):
         return _abaqus(path)

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..compose.scene import Scene, scene_of
+from ..compose.tables import TURN
 from ..elements.checks import state
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
@@ -20,11 +21,13 @@ from ..flow.trajectory import Trajectory
 from ..system import System
 from .energy import conservative, corrected, energy
 from .equilibrium import find_equilibrium
-from .find import half_of, mark_trains, resting_start, solve
+from .forced import resting_start
 from .kinds import OrbitStatus
+from .least import half_of, mark_trains
 from .orbit import PeriodicOrbit
 from .sequence import AFTER, BEFORE, GUARD
 from .signature import Signature, divided, sections
+from .solving import solve
 
 CHUNK = 24  # slowest periods simulated between attempts
 FIRST = 6  # slowest periods simulated from a guess
@@ -307,6 +310,4 @@ def slowest(scene: Scene) -> float:
 
 def fastest(scene: Scene) -> float:
     """Return the shortest period of oscillation that the step of the modes allows for, time."""
-    from ..compose.tables import TURN
-
     return 2.0 * np.pi / TURN * float(scene.tables.step.min())

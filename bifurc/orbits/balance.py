@@ -5,15 +5,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import io, plotting
 from ..compose.scene import refuse_delay
 from ..elements.checks import choice, whole
+from ..flow.simulate import simulate
 from ..flow.trajectory import Event, Events
 from ..hbm.balance import Balance
 from ..hbm.condensation.condensed import Condensed
+from ..hbm.errors import truncation
+from ..hbm.floquet import stability
 from ..hbm.layout import Layout, listed
+from ..hbm.parts import event_kind
 from ..hbm.status import BalanceStatus, MarchStatus
+from ..hbm.waves import value
 from ..notebook import Notebook
+from ..solve.broyden import broyden
+from ..solve.newton import NewtonStatus, newton
 from ..system import System
+from .balance_setvalued import set_valued
 
 TOLERANCE = 1e-9  # residual over the forces in it, up to which an orbit counts as converged
 SOLVERS = ("newton", "broyden", "galerkin-broyden")
@@ -244,9 +253,6 @@ class HarmonicOrbit(Notebook):
     @functools.cached_property
     def events(self) -> Events:
         """Events of one period from phase 0 in order of time: those of the contacts along this motion, found exactly."""
-        from ..hbm.parts import event_kind
-        from ..hbm.waves import value
-
         balance, found = self.exact, []
         shape = balance.parts.shape
         for k, (contact, own) in enumerate(zip(balance.contacts, self.segments, strict=True)):
@@ -306,10 +312,6 @@ class HarmonicOrbit(Notebook):
     def _stability(self):
         if not self.success:
             return None, "The orbit is not converged."
-        try:
-            from ..hbm.floquet import stability
-        except ImportError:
-            return None, "Multipliers of harmonic orbits are not available."
         return stability.multipliers(self)
 
     @property
@@ -328,8 +330,6 @@ class HarmonicOrbit(Notebook):
 
     def error(self) -> np.ndarray | None:
         """Return an estimate (n,) of the largest distance of each coordinate from the true motion; see `hbm.errors`."""
-        from ..hbm.errors import truncation
-
         return None if self.balance.parts.held else truncation(self.balance, self._x, self.condensed)
 
     # measures
@@ -424,21 +424,15 @@ class HarmonicOrbit(Notebook):
 
     def save(self, path) -> None:
         """Write the orbit to an npz file."""
-        from .. import io
-
         io.write(path, *self.to_record())
 
     def plot(self, axes=None, names=None):
         """Draw phase plane and time history; return the axes."""
-        from ..plotting import plot_orbit
-
-        return plot_orbit(self, axes, names=names)
+        return plotting.plot_orbit(self, axes, names=names)
 
     def animate(self, path=None, **options):
         """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        from ..plotting import animate_orbit
-
-        return animate_orbit(self, path, **options)
+        return plotting.animate_orbit(self, path, **options)
 
     def __repr__(self):
         harmonics = f"{len(self.layout.harmonics)} harmonics up to {self.layout.top / self.periods:g}"
@@ -593,8 +587,6 @@ def _starts(balance: Balance, guess) -> list[np.ndarray]:
         return [guess.copy()]
     n, memory = layout.n, sum(len(element.memory) for element in balance.system.elements)
     if guess.shape in ((2 * n,), (2 * n + memory,)):
-        from ..flow.simulate import simulate
-
         motion = simulate(balance.system, guess, periods=layout.periods)
         period = balance.system.period
         assert period is not None
@@ -632,12 +624,8 @@ def _iterated(equations: Balance | Condensed, method: HarmonicBalance, starts, a
 
 def _solve(equations: Balance | Condensed, method: HarmonicBalance, start):
     """Return unknowns, iterations, and None or the status of the failure, of one run of the solver."""
-    from ..solve.newton import NewtonStatus, newton
-
     scale = max(float(np.abs(start).max()), float(np.abs(equations.linear_response()).max()), 1e-300)
     if method.solver == "broyden":
-        from ..solve.broyden import broyden
-
         found = broyden(equations.residual, start, jacobian=equations.jacobian, scale=scale)
         return found.x, found.iterations, None if found.success else BalanceStatus.NOT_CONVERGED
     result = newton(equations.residual, equations.jacobian, start, scale)
@@ -682,7 +670,5 @@ def _raised(equations: Balance | Condensed, method: HarmonicBalance):
 
 def _set_valued(balance: Balance, method: HarmonicBalance, starts, guessed: bool) -> HarmonicOrbit:
     """Return the orbit of a system with set-valued friction, or by Li's published method."""
-    from .balance_setvalued import set_valued
-
     x, how, status = set_valued(balance, method, starts, guessed)
     return HarmonicOrbit(balance.system, method, balance.layout, x, how, status, balance)

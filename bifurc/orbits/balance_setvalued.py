@@ -8,6 +8,7 @@ from ..hbm.setvalued.condensed import condensed
 from ..hbm.setvalued.douglas_rachford import split
 from ..hbm.setvalued.equations import Balance as Friction
 from ..hbm.setvalued.equations import Linear, SetValuedResult, SetValuedStatus
+from ..hbm.setvalued.li2019 import galerkin
 from ..hbm.setvalued.solution import solve
 from ..hbm.setvalued.system_contacts import contacts_of, estimated_error, rest_of
 from ..hbm.status import BalanceStatus
@@ -35,8 +36,6 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
     layout, contacts = balance.layout, contacts_of(balance)
     omega = float(balance.numbers.omega[0]) * layout.periods
     if method.solver == "galerkin-broyden":
-        from ..hbm.setvalued.li2019 import galerkin
-
         return galerkin(balance, contacts, rest_of(balance), method, starts)
     small = condensed(balance, contacts)
     if small is not None:

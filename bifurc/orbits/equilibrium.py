@@ -16,6 +16,7 @@ from ..flow import settle
 from ..flow.linear import ModeField
 from ..notebook import Notebook
 from ..system import System
+from .hopf import lyapunov_coefficient
 
 STEPS = 40
 HALVINGS = 40  # of a Newton step
@@ -217,8 +218,6 @@ class Equilibrium(Notebook):
         ----------
         Y. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), eqs. 3.18 and 5.39.
         """
-        from .hopf import lyapunov_coefficient
-
         return lyapunov_coefficient(self, dof)
 
     def to_record(self) -> tuple[dict, dict]:

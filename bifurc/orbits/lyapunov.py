@@ -12,9 +12,16 @@ from ..compose.scene import scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
 from ..elements.checks import number, whole
+from ..flow.initial import checked_state
+from ..flow.scan import CHATTER, EVENT
+from ..flow.settle import Rule
+from ..flow.simulate import march
+from ..flow.trajectory import Trajectory
 from ..notebook import Notebook
 from ..system import System, require_system
 from .autonomous import slowest
+from .forced import resting_start
+from .orbit import PeriodicOrbit
 
 CHUNK = 256  # forcing periods of one recorded piece
 TURNED = 64  # last periods of the transient in which directions are carried along, not measured
@@ -107,9 +114,6 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
     >>> bf.lyapunov_exponents(system, (-0.5, 0.0), periods=400).chaotic
     True
     """
-    from ..flow.simulate import march
-    from .orbit import PeriodicOrbit
-
     scene = scene_of(require_system(system))
     if isinstance(y0, PeriodicOrbit):
         return of_orbit(system, y0)
@@ -188,10 +192,6 @@ def of_orbit(system: System, orbit) -> LyapunovExponents:
 
 def _start(scene, y0) -> np.ndarray:
     """Return the state (ns,) at phase 0 that `lyapunov_exponents` starts from."""
-    from ..flow.simulate import checked_state
-    from ..flow.trajectory import Trajectory
-    from .find import resting_start
-
     if y0 is None:
         return resting_start(scene.system)
     if isinstance(y0, Trajectory):
@@ -212,8 +212,6 @@ def _checked(motion):
 
 def _contraction(scene, R, end) -> tuple[int, float]:
     """Return the number of kicks of a record up to the time ``end`` and the logarithm of the factor by which it changes volumes."""
-    from ..flow.scan import CHATTER, EVENT
-    from ..flow.settle import Rule
     T, ns, n = scene.tables, scene.ns, scene.n
     starts = R.rows[:, 4] * (scene.period or 0.0) + R.times
     spans = np.diff(np.append(starts, end))

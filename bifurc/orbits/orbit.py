@@ -5,13 +5,16 @@ import math
 
 import numpy as np
 
+from .. import io, plotting
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
+from ..flow.scan import closure
 from ..flow.trajectory import Event, Events
 from ..notebook import Notebook
 from ..system import System
 from . import sequence
+from .energy import EnergyEquations, conservative, energy
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .multipliers import nontrivial
@@ -301,8 +304,6 @@ class PeriodicOrbit(Notebook):
     @functools.cached_property
     def _energy_gradient(self) -> np.ndarray | None:
         """Derivative (ns,) of the energy just before the first node, where the motion keeps its energy."""
-        from .energy import EnergyEquations, conservative
-
         if not self.autonomous or not conservative(self.system):
             return None
         return EnergyEquations(self.system, self.sequence, self.weights).gradient(self._unknowns[1:1 + self.scene.ns])
@@ -310,8 +311,6 @@ class PeriodicOrbit(Notebook):
     @property
     def energy(self) -> float:
         """Energy of a free vibration that keeps it, see `bifurc.energy`."""
-        from .energy import energy
-
         return energy(self.system, self._unknowns[1:1 + self.scene.ns])
 
     @functools.cached_property
@@ -462,21 +461,15 @@ class PeriodicOrbit(Notebook):
 
     def save(self, path) -> None:
         """Write the orbit to an npz file."""
-        from .. import io
-
         io.write(path, *self.to_record())
 
     def plot(self, axes=None, names=None):
         """Draw phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
-        from ..plotting import plot_orbit
-
-        return plot_orbit(self, axes, names=names)
+        return plotting.plot_orbit(self, axes, names=names)
 
     def animate(self, path=None, **options):
         """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        from ..plotting import animate_orbit
-
-        return animate_orbit(self, path, **options)
+        return plotting.animate_orbit(self, path, **options)
 
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
@@ -486,8 +479,6 @@ class PeriodicOrbit(Notebook):
 def closure_of(scene: Scene):
     """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
     if scene.closed_form:
-        from ..flow.scan import closure
-
         return closure
     return kernels(scene.laws, scene.n).closure
 

@@ -5,19 +5,41 @@ to draw on (``ax=None`` makes a figure with pyplot) and returns them, so that ev
 All take ``names``, a mapping of parameters, columns and components to the labels of axes: ``{"omega": "speed (rad/s)",
 "rms_0": "rms (mm)", "q0": "x (mm)"}``.
 """
-from .animation import animate_orbit
-from .basins import plot_basins
-from .branches import plot_branch, plot_branches, plot_over
-from .cells import plot_cells, plot_morse
-from .curves import plot_curve
-from .maps import plot_map_diagram
-from .motions import describe, plot_orbit, plot_trajectory
-from .responses import plot_peaks, plot_responses
-from .rotors import full_spectrum, plot_full_spectrum
-from .style import figure, save_figure
-from .sweeps import plot_chart, plot_diagram, plot_edge, plot_ramp, plot_sweep
+import importlib
 
-__all__ = ["animate_orbit", "describe", "figure", "full_spectrum", "plot_basins", "plot_branch", "plot_branches", "plot_over",
-           "plot_cells", "plot_chart", "plot_curve", "plot_diagram", "plot_edge", "plot_full_spectrum",
-           "plot_map_diagram", "plot_morse", "plot_orbit", "plot_peaks", "plot_ramp", "plot_responses", "plot_sweep",
-           "plot_trajectory", "save_figure"]
+_HOMES = {
+    "animation": ("animate_orbit",),
+    "atlases": ("plot_atlas",),
+    "backbones": ("plot_backbone",),
+    "basins": ("plot_basins", "plot_field"),
+    "branches": ("plot_branch", "plot_branches", "plot_over"),
+    "cells": ("plot_cells", "plot_morse"),
+    "control": ("plot_controlled", "plot_delayed", "plot_feedback"),
+    "curves": ("plot_curve",),
+    "loops": ("plot_loop",),
+    "maps": ("plot_map_diagram",),
+    "motions": ("describe", "plot_orbit", "plot_trajectory"),
+    "responses": ("plot_peaks", "plot_responses"),
+    "rotors": ("full_spectrum", "plot_full_spectrum"),
+    "style": ("figure", "save_figure"),
+    "sweeps": ("plot_chart", "plot_diagram", "plot_edge", "plot_ramp", "plot_sweep"),
+    "thumbnails": ("drawn",),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME_OF)
+
+
+def __getattr__(name: str):
+    """Import a module of pictures, and matplotlib with it, when one of its functions is first asked for."""
+    if name in _HOMES:
+        return importlib.import_module(f".{name}", __name__)
+    if name not in _HOME_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(__all__)}")
+    value = getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -131,7 +131,7 @@ def plot_morse(cells: Any, ax: Axes | None = None, least: int = 1) -> Axes:
     -------
     matplotlib.axes.Axes
     """
-    import networkx
+    import networkx  # heavy, for this graph alone
     graph = cells.morse
     kept = [node for node, content in graph.nodes(data=True) if content["closed"] or content["cells"] >= least]
     closure = networkx.transitive_closure_dag(graph).subgraph(kept)

@@ -3,6 +3,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from scipy.interpolate import PchipInterpolator
 
 from . import style
 
@@ -32,8 +33,6 @@ def plot_curve(curve: Any, ax: Axes | None = None, points: bool = True) -> Axes:
     first, second = curve.parameters
     s, x, y = (np.asarray(curve.column(name), float) for name in ("s", first, second))
     if s.size > 3:
-        from scipy.interpolate import PchipInterpolator
-
         fine = np.unique(np.concatenate([np.linspace(a, b, _FINE) for a, b in zip(s[:-1], s[1:], strict=True)]))
         x, y = PchipInterpolator(s, x)(fine), PchipInterpolator(s, y)(fine)
     word = getattr(curve, "name", "") or str(curve.kind).replace("_", " ")

@@ -128,7 +128,7 @@ def figure(width: float = 6.3, height: float = 3.9, columns: int = 1, rows: int 
 
 def shown_figure(width: float, height: float, columns: int = 1, **options) -> list[Axes]:
     """Return axes of a pyplot figure, which notebooks and ``plt.show()`` display."""
-    from matplotlib import pyplot
+    from matplotlib import pyplot  # opens a window system where there is one: only for figures of our own
 
     _, axes = pyplot.subplots(1, columns, figsize=(width, height), layout="constrained", squeeze=False, **options)
     return list(axes.flat)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from . import style
-from .basins import _COLORS
+from .basins import _COLORS, _component, _degrees, draw_sets, plot_basins, section_points
 from .branches import plot_branch
 from .motions import describe
 
@@ -40,7 +40,7 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
     two matplotlib.axes.Axes
     """
     if axes is None:
-        from matplotlib import pyplot
+        from matplotlib import pyplot  # opens a window system where there is one: only for figures of our own
 
         _, axes = pyplot.subplots(2, 1, figsize=(6.3, 5.4), layout="constrained", sharex=True)
     above, below = axes
@@ -257,8 +257,6 @@ def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: A
     -------
     matplotlib.axes.Axes
     """
-    from .basins import _component, _degrees, draw_sets, plot_basins, section_points
-
     if ax is None:
         ax = plot_basins(edge.basins)
     n = edge.points.shape[1] // 2 if edge.saddle is None else _degrees(edge.saddle)

@@ -7,6 +7,7 @@ exactly at simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2
 import math
 
 import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 
 def factor(matrix):
@@ -25,8 +26,6 @@ def factor(matrix):
     log : float
         Logarithm of the absolute determinant; -inf when singular.
     """
-    from scipy.linalg.lapack import dgetrf
-
     lu, pivots, info = dgetrf(matrix)
     diagonal = lu.diagonal()
     if info != 0 or not np.isfinite(diagonal).all():
@@ -38,8 +37,6 @@ def factor(matrix):
 
 def solve_factored(lu, pivots, right):
     """Return the solution of the factored system for the right-hand side(s) ``right`` (n,) or (n, k)."""
-    from scipy.linalg.lapack import dgetrs
-
     return dgetrs(lu, pivots, right)[0]
 
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from .names import dof_names
+
 ROUNDING = 1e-9  # relative asymmetry that is one of rounding, and is taken out
 ZERO = 1e-10  # eigenvalue over the largest one that is none
 LARGEST = 6000  # degrees of freedom of a dense matrix
@@ -66,8 +68,6 @@ def checked(M: Any, C: Any, K: Any, G: Any = None, dofs: Sequence | None = None,
     ValueError
         Naming the matrix, what is wrong with it, and what to write instead.
     """
-    from .names import dof_names
-
     mass, stiffness = dense("M", M), dense("K", K)
     n = len(mass)
     damping = np.zeros((n, n)) if C is None else dense("C", C)

@@ -2,6 +2,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import eigh
 
 from .checks import dense, even
 
@@ -72,8 +73,6 @@ def modal_damping(M, K, ratios) -> np.ndarray:
     ------
     ValueError
     """
-    from scipy.linalg import eigh
-
     mass, stiffness = even("M", dense("M", M)), even("K", dense("K", K))
     given = np.atleast_1d(np.asarray(ratios, float))
     if given.ndim != 1 or not given.size or given.size > len(mass) or not (np.isfinite(given) & (given >= 0.0)).all():

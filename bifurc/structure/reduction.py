@@ -9,6 +9,7 @@ R. H. MacNeal, Comput. Struct. 1 (1971) 581 (the same without the inertia of the
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.linalg import eigh
 
 METHODS = ("craig-bampton", "rubin", "massless")
 TOLERANCE = 1e-3  # relative error of a frequency up to which a reduced model counts as valid
@@ -110,8 +111,6 @@ def reduce(M: np.ndarray, K: np.ndarray, keep: tuple[int, ...], modes: int, meth
     ValueError
         Too few or too many coordinates and modes; a stiffness that lets the inner coordinates move.
     """
-    from scipy.linalg import eigh
-
     n, b = len(M), len(keep)
     if method not in METHODS:
         raise ValueError(f"reduced: method = {method!r} is not allowed; it must be one of {', '.join(METHODS)}")
@@ -208,8 +207,6 @@ def _static_error(M: np.ndarray, K: np.ndarray, mass: np.ndarray, stiffness: np.
 
 def _elastic_flexibility(M: np.ndarray, K: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return the flexibility (b, b) of the elastic modes at coordinates."""
-    from scipy.linalg import eigh
-
     squares, modes = eigh(K, M)
     elastic = squares > ZERO * squares[-1]
     return (modes[at][:, elastic] / squares[elastic]) @ modes[at][:, elastic].T

@@ -6,7 +6,7 @@ import pytest
 
 from bifurc.continuation import Monitor, Problem, StopReason, trace
 
-from .problems import P_GRAZE, Free, Hit
+from .problems import GRAZE, P_GRAZE, Free, Hit, Scalar
 
 SERIES = {  # p - P_GRAZE = c1 w + c2 w^2 + c3 w^3 behind the boundary
     "contact is born with dp/ds = 0 and turns back": (0.0, -1.0, 4.0),
@@ -194,3 +194,46 @@ def test_a_start_on_the_boundary_goes_on_to_both_sides(name, offset):
     series = SERIES[name]
     check(trace(Hit([0.2, offset], P_GRAZE, series), bounds=(-1, 1)), series)
     check(trace(Free([0.2], P_GRAZE + offset, series), bounds=(-1, 1)), series)
+
+
+class Grazing(Scalar):
+    """u = p, valid where its monitor, of size 1 at first and then 1e-12 p, is at most 2e-13: no row may lie beyond."""
+
+    monitors = (Monitor("grazing", boundary=True),)
+    touch = 2e-13
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([1e-12 * p - max(-p - 0.5, 0.0)])
+
+
+def test_no_row_lies_beyond_what_its_problem_takes_for_valid():
+    """A boundary that is passed slowly is none of rounding, however large its monitor was before."""
+    branch = trace(Grazing(lambda u, p: u - p, lambda u, p: (1.0, -1.0), -1.0, -1.0), bounds=(-1, 1))
+    values = [Grazing.monitor_values(None, None, p, None)[0] for p in branch.column("p")]
+    assert max(values) <= Grazing.touch
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.DS_MIN)
+
+
+class Unknown(Free):
+    """As `Free`, with a flip that cannot be told on the boundary itself: 0 / 0, as where a contact has no duration."""
+
+    monitors = (*Free.monitors, Monitor("period_doubling"))
+
+    def __init__(self, u0, p0, series, before, **scales):
+        super().__init__(u0, p0, series, **scales)
+        self.before = before
+
+    def monitor_values(self, u, p, tangent):
+        away = GRAZE - u[0]
+        return np.array([-away, away - self.before if abs(away) > 1e-12 else math.nan])
+
+
+@steps
+@pytest.mark.parametrize("before", [1e-2, 1e-5, 2e-7])
+def test_a_flip_just_before_a_boundary_on_which_it_is_not_known(before, ds_max):
+    """Found from the side that ends in the boundary."""
+    series = SERIES["goes on with another slope"]
+    branch = trace(Unknown(-0.9 + 0.3 * 0.81, -0.9, series, before), bounds=(-1, 1), ds_max=ds_max)
+    at = (-1.0 + math.sqrt(1.0 + 1.2 * (GRAZE - before))) / 0.6
+    flip = branch.special_points.of("period_doubling")[0]
+    assert flip.parameter == pytest.approx(at, abs=1e-12)

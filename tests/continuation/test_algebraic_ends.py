@@ -169,6 +169,24 @@ def test_max_steps_stop_and_record():
     assert "KeyError" in ended.ends[1].message
 
 
+def test_special_points_have_recorded_values_of_their_own():
+    """What is recorded bends between rows: at a fold it is asked for, not interpolated; errors there end the branch."""
+    branch = trace(hysteresis(), bounds=(-1, 1), ds=0.2,
+                   record=lambda point: {"high": math.exp(5.0 * point.u[0]), "there": point.s})
+    fold = branch.special_points[0]
+    assert fold.measures["high"] == math.exp(5.0 * fold.u[0])
+    assert {"u_0", "high", "there"} == set(fold.measures)
+    assert abs(fold.measures["there"]) == abs(fold.s)
+    at = fold.s
+
+    def failing(point):
+        if abs(abs(point.s) - abs(at)) < 1e-9:
+            raise KeyError("no value here")
+        return {"a": 1.0}
+    ended = trace(hysteresis(), bounds=(-1, 1), ds=0.2, record=failing)
+    assert "at a special point: KeyError" in ended.ends[1].message
+
+
 @pytest.mark.parametrize("after", [1, 5, 40])
 def test_interrupting_keeps_what_is_there(after):
     whole = trace(hysteresis(), bounds=(-1, 1), ds_max=0.05)
@@ -224,7 +242,11 @@ def test_saved_loaded_extended_bit_for_bit(tmp_path, name):
     assert [point.parameter for point in longer.special_points] == pytest.approx(
         [point.parameter for point in trace(make(name), bounds=wider, ds_max=0.1).special_points], abs=1e-14)
     longer.save(path)
-    same(longer, Branch.load(path, problem=make(name)))
+    read = Branch.load(path, problem=make(name))
+    same(longer, read)
+    for point, other in zip(longer.special_points, read.special_points, strict=True):  # what was extended records nothing more
+        assert point.recorded == other.recorded
+        assert point.recorded.get("mine", point.parameter) == point.parameter
 
 
 def test_a_file_without_the_code_can_be_read(tmp_path):

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.continuation import Branch
+from bifurc.continuation import Branch, StopReason
 from tests.reference import digits
 
 WANTED = sorted([*digits.BILINEAR_GRAZINGS, *digits.BILINEAR_FLIPS, *digits.BILINEAR_FOLDS])
@@ -38,3 +38,20 @@ def test_saved_loaded_extended_bit_for_bit(tmp_path):
         assert header == other
         assert all(np.array_equal(arrays[name], others[name], equal_nan=True) for name in arrays)
     assert values(b) == pytest.approx(WANTED, abs=1e-11)
+
+
+def test_a_flip_beside_the_end_of_a_doubled_branch_is_seen_from_both_sides():
+    """Motions of 8 T against an elastic stop, between two period doublings of 4 T: a flip 2e-5 after the first, others beside
+    grazes; traced back from next to either end all of them are found again."""
+    system = bf.systems.bilinear_oscillator(zeta=0.05, amplitude=0.3, gap=0.0, stiffness_ratio=100.0, omega=2.815)
+    orbit = bf.find_orbit(system)
+    assert orbit.periods == 8
+    branch = bf.trace(orbit, "omega", bounds=(2.5, 3.1))
+    assert branch.stop_reason == (StopReason.MERGED, StopReason.MERGED)
+    assert len(branch.special_points) == 12 and branch.audit.ok
+    for k in (2, len(branch) - 3):
+        again = bf.trace(branch.orbits[k], "omega", bounds=(2.5, 3.1))
+        assert [point.kind for point in again.special_points] == [point.kind for point in branch.special_points]
+        assert [point.parameter for point in again.special_points] == pytest.approx(
+            [point.parameter for point in branch.special_points], abs=1e-11)
+        assert again.audit.ok

@@ -47,20 +47,40 @@ def test_numbers_of_resonant_grazing():
     assert resonance(2, 3) == pytest.approx((1.33166562369588, 0.784715093796149, 59.8546897684572, 19.8166898178109), rel=1e-9)
 
 
-def test_fold_and_flip_curves_leave_a_resonant_grazing_quadratically(grazings):
-    w, _, fold, flip = resonance(1, 1)
-    point = next(p for p in grazings.special_points.of("resonant_grazing") if p.name == "s_1")
+@pytest.fixture(scope="module")
+def fast_grazings():
+    system = bf.systems.impact_oscillator(zeta=ZETA, omega=3.9, amplitude=3.0, restitution=R)
+    point = bf.trace(bf.find_orbit(system), "amplitude", bounds=(3.0, 16.0)).special_points.of("grazing")[0]
+    return bf.trace_curve(point, ("amplitude", "omega"), bounds={"amplitude": (3.0, 18.0), "omega": (3.8, 4.2)})
+
+
+@pytest.mark.parametrize(("n", "k", "curve"), [(1, 1, "grazings"), (2, 1, "fast_grazings")])
+def test_fold_and_flip_curves_leave_a_resonant_grazing_quadratically(n, k, curve, request):
+    w, force, fold, flip = resonance(n, k)
+    points = [p for p in request.getfixturevalue(curve).special_points.of("resonant_grazing") if p.name == f"s_{n}"]
+    point = min(points, key=lambda p: abs(p.parameters["omega"] - w))
     starts = {str(start.kind): start for start in bf.switch_branch(point)}
     assert set(starts) == {"fold", "period_doubling"}
+    width = 4e-2 * math.sqrt(18.8 / fold)
+    bounds = {"amplitude": (0.8 * force, 1.2 * force), "omega": (w - 2.5 * width, w + 2.5 * width)}
     for kind, want, side in (("fold", -fold, -1.0), ("period_doubling", flip, 1.0)):
-        curve = bf.trace_curve(starts[kind], ("amplitude", "omega"), bounds={"amplitude": (2.5, 3.5), "omega": (1.9, 2.1)})
+        curve = bf.trace_curve(starts[kind], ("amplitude", "omega"), bounds=bounds, ds_max=0.1)
         omega, amplitude = curve.column("omega"), curve.column("amplitude")
-        near = (side * (omega - w) > 5e-4) & (side * (omega - w) < 4e-2)
+        near = (side * (omega - w) > 0.0125 * width) & (side * (omega - w) < width)
         assert near.sum() >= 6
         d = omega[near] - w
         ratio = (amplitude[near] / [free_force(value) for value in omega[near]] - 1.0) / d**2
-        fitted = np.polynomial.polynomial.polyfit(d, ratio, min(6, near.sum() - 1))
+        fitted = np.polynomial.polynomial.polyfit(d / width, ratio, min(6, near.sum() - 1))
         assert fitted[0] == pytest.approx(want, rel=1e-6), kind
+
+
+def test_formal_orbits_leave_no_curve_and_it_is_said(grazings):
+    """At n = 2, k = 3 the mass comes back through the stop after one period: s_1 < 0."""
+    w = resonance(2, 3)[0]
+    point = min((p for p in grazings.special_points.of("resonant_grazing") if p.name == "s_2"),
+                key=lambda p: abs(p.parameters["omega"] - w))
+    starts = bf.switch_branch(point)
+    assert not starts and "through the stop" in starts.status
 
 
 def test_flip_orbit_that_touches_inside_its_period_ends_the_curve():
@@ -74,6 +94,10 @@ def test_flip_orbit_that_touches_inside_its_period_ends_the_curve():
     assert end.parameters["amplitude"] == pytest.approx(2.12794290618093, abs=1e-11)
     assert "codimension two" in " ".join(item.message for item in curve.ends)
     assert end.solution.events[0].speed == pytest.approx(0.515311586304512, abs=1e-10)
+    (start,) = bf.switch_branch(end)  # the grazing of the orbit whose flip was followed
+    assert start.kind == "grazing"
+    grazes = bf.trace_curve(start, ("amplitude", "omega"), bounds={"amplitude": (0.3, 6.0), "omega": (2.1, 2.2)}, max_steps=6)
+    assert len(grazes) > 4
 
 
 def test_cusp_of_the_duffing_oscillator():
@@ -84,6 +108,20 @@ def test_cusp_of_the_duffing_oscillator():
     assert cusp.parameters["omega"] == pytest.approx(1.09010950261775654689911, abs=1e-11)
     assert cusp.parameters["amplitude"] == pytest.approx(0.0513635020789035622417387, abs=1e-12)
     assert abs(cusp.solution.harmonic(1)) == pytest.approx(0.408207450507482253, abs=1e-9)
+
+
+def test_cusp_of_the_duffing_oscillator_in_one_harmonic():
+    """w = sqrt 3 zeta + sqrt(1 + 3 zeta^2), q = w^2 - 1, F^2 = 32 q^3 / 81, A^2 = 8 q / 9."""
+    system = bf.systems.duffing_oscillator(zeta=0.05, omega=0.9, amplitude=0.1, beta=1.0)
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance((1,)))
+    fold = bf.trace(orbit, "omega", bounds=(0.8, 1.6)).special_points.of("fold")[0]
+    curve = bf.trace_curve(fold, ("omega", "amplitude"), bounds={"omega": (0.9, 1.6), "amplitude": (0.02, 0.12)})
+    (cusp,) = curve.special_points.of("cusp")
+    w = math.sqrt(3.0) * 0.05 + math.sqrt(1.0 + 3.0 * 0.05**2)
+    q = w * w - 1.0
+    assert cusp.parameters["omega"] == pytest.approx(w, abs=1e-12)
+    assert cusp.parameters["amplitude"] == pytest.approx(math.sqrt(32.0 * q**3 / 81.0), abs=1e-12)
+    assert abs(cusp.solution.harmonic(1)) == pytest.approx(math.sqrt(8.0 * q / 9.0), abs=1e-9)
 
 
 def two_loads(a1, a2, fraction=1.0):
@@ -120,6 +158,11 @@ def test_two_equal_tops_are_a_double_grazing():
     (double,) = curve.special_points.of("double_grazing")
     assert double.parameters[names[0]] == pytest.approx(f1, abs=1e-9)
     assert double.parameters[names[1]] == pytest.approx(phase, abs=1e-9)
+    (other,) = bf.switch_branch(double)  # the other top touches first behind it
+    assert other.kind == "grazing" and (other.parameters[names[0]] != double.parameters[names[0]])
+    crossing = bf.trace_curve(other, names, bounds={names[0]: (0.1, 6.0), names[1]: (phase - 0.5, phase + 0.5)})
+    (again,) = crossing.special_points.of("double_grazing")
+    assert tuple(again.parameters.values()) == pytest.approx(tuple(double.parameters.values()), abs=1e-9)
 
 
 def quadratic(x, al, be, R):
@@ -144,6 +187,8 @@ def test_strong_resonances_of_a_map():
     (two,) = curve.special_points.of("resonance_1_2")
     assert tuple(two.parameters.values()) == pytest.approx((0.904761904761905, 2.81179138321995), abs=1e-11)
     assert [str(start.kind) for start in bf.switch_branch(two)] == ["period_doubling"]
+    assert all("becomes real" in end.message for end in curve.ends)  # no torus behind 1:1 and 1:2
+    assert "no curve" in bf.switch_branch(curve.special_points.of("resonance_1_3")[0]).status
 
 
 def test_fold_flip_of_a_map_on_both_curves():

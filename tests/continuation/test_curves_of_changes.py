@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import Coulomb, HarmonicForce
+from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce
 from bifurc.systems import belt_oscillator, bilinear_oscillator, impact_oscillator
 
 
@@ -95,6 +95,15 @@ def test_hopf_points_against_the_closed_form():
     assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
     exact = 0.5 * np.log(0.4 / (0.5 * 2.0 * curve.column("zeta")))
     assert np.abs(curve.column("belt_speed") - exact).max() < 1e-10
+
+
+def test_boundary_equilibria_are_followed():
+    """A load presses a mass against an elastic stop: it touches where the load over the stiffness is the gap."""
+    system = bf.System(1.0, 0.1, 2.0, [ElasticStop(0.5, 4.0), ConstantForce(0.1)])
+    (point,) = bf.trace(bf.find_equilibrium(system), "force", bounds=(0.0, 2.0)).special_points.of("boundary_equilibrium")
+    curve = bf.trace_curve(point, ("force", "gap"), bounds={"gap": (0.2, 0.9), "force": (0.0, 2.0)})
+    assert np.abs(curve.column("constant_force.force") - 2.0 * curve.column("elastic_stop.gap")).max() < 1e-12
+    assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
 
 
 @pytest.mark.slow  # compiles the law

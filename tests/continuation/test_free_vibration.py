@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import bifurc as bf
@@ -74,6 +75,22 @@ def test_branch_over_energy(stop, start, frequency, tmp_path):
     assert found == pytest.approx([frequency(E) for E in branch.column("energy")], abs=1e-12)
     branch.save(tmp_path / "free.npz")
     assert bf.load(tmp_path / "free.npz").column("omega") == pytest.approx(found, abs=1e-14)
+
+
+@pytest.mark.parametrize("other", [1.5, 1.35])
+def test_internal_resonances_with_a_mode_that_is_not_coupled(other):
+    """A mass and its stop beside another of constant frequency: the ratio of the frequencies passes fractions in closed form."""
+    system = System(np.eye(2), np.zeros((2, 2)), np.diag([1.0, other**2]), [el.ElasticStop(1.0, 4.0)])
+    branch = bf.trace(bf.nonlinear_mode(system, 0, 0.4), "energy", bounds=(0.3, 6.0))
+    assert len(branch) < 100
+    found = branch.special_points.of("internal_resonance")
+    ratios = [other / bilinear(E, 1.0, 4.0) for E in (0.5, 6.0)]
+    expected = [(p / q, q) for q in (2, 3, 4, 5) for p in range(1, 10) if math.gcd(p, q) == 1 and ratios[1] < p / q < ratios[0]]
+    assert len(found) == len(expected) > 1
+    for ratio, q in expected:
+        E = brentq(lambda E, level=other / ratio: bilinear(E, 1.0, 4.0) - level, 0.5, 6.0, xtol=1e-14)
+        (point,) = [p for p in found if abs(p.parameter - E) < 1e-6]
+        assert point.name == f"order {q}" and point.parameter == pytest.approx(E, abs=1e-10)
 
 
 def test_what_keeps_no_energy():

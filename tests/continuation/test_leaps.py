@@ -5,7 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc.continuation.kinds import StopReason
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
-from bifurc.orbits.find import mark_trains
+from bifurc.orbits.least import mark_trains
 from bifurc.orbits.repetition import repetition
 from bifurc.orbits.sequence import AFTER, CLOSES, FOREVER, STARTS
 

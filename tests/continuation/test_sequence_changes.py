@@ -133,3 +133,41 @@ def test_nearly_rigid_stops_are_traced_through_grazing():
     assert grazings[0] == pytest.approx(0.63511486615490092382, abs=1e-11)
     assert grazings[-1] == pytest.approx(1.2596146659947407444, abs=1e-11)
     assert branch.audit.ok, branch.audit
+
+
+def two_masses(amplitude, omega, ratio, k, gap, restitution, friction):
+    """Return two masses; one hits a rigid stop, the other rubs."""
+    K = np.array([[1.0 + k, -k], [-k, 1.0 + k]])
+    return bf.System(np.diag([1.0, ratio]), (0.06 * K).round(4), K, [
+        HarmonicForce(amplitude), RigidStop(gap, restitution), Coulomb(friction, dof=1)], omega=omega)
+
+
+def test_a_branch_ends_where_a_contact_slips_no_more():
+    """Its mass slips once a period each way; where both slips fall to nothing it sticks all the time, as simulation says."""
+    system = two_masses(1.19, 1.18, 1.65, 1.1, 0.602, 0.319, 0.736)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.595, 1.785))
+    assert branch.stop_reason == (StopReason.STICKING, StopReason.BOUND)
+    assert_motions(branch)
+    end, state = branch.ends[0].p, branch.orbits[2].state
+    for amplitude, slips in ((end - 1e-3, False), (end + 1e-3, True)):
+        motion = bf.simulate(system.with_parameters(amplitude=amplitude), state, periods=200)
+        late = [event for event in motion.events if event.time > 0.9 * motion.t[-1]]
+        assert {event.kind.value for event in late} == ({"impact", "slip", "stick"} if slips else {"impact"})
+    back = bf.trace(branch.orbits[2], "amplitude", bounds=(0.595, 1.785))
+    assert [point.kind for point in back.special_points] == [point.kind for point in branch.special_points]
+
+
+@pytest.mark.slow
+def test_one_impact_of_a_train_at_a_time_is_left_out():
+    """Fifteen impacts whose last ones have next to no speed: traced back from the chattering end the branch is the same."""
+    system = two_masses(1.33, 1.0, 1.3, 1.13, 0.162, 0.365, 0.0539)
+    branch = bf.trace(bf.find_orbit(system), "gap", bounds=(0.082, 0.242), max_steps=250)
+    assert branch.stop_reason == (StopReason.CHATTERING, StopReason.BOUND)
+    assert all(orbit.success for orbit in branch.orbits)
+    s, edges = branch.column("s"), np.array([point.s for point in branch.special_points])
+    row = next(k for k in range(2, len(branch)) if s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6)
+    back = bf.trace(branch.orbits[row], "gap", bounds=(0.082, 0.242), max_steps=500)
+    clear = [(p.kind, p.parameter) for p in branch.special_points if p.parameter > 0.0971154]
+    again = [(p.kind, p.parameter) for p in back.special_points if p.parameter > 0.0971154]
+    assert len(clear) > 20 and [kind for kind, _ in clear] == [kind for kind, _ in again]
+    assert [p for _, p in clear] == pytest.approx([p for _, p in again], abs=1e-9)

@@ -51,7 +51,7 @@ def test_rows_that_are_held_must_be_at_rest_where_they_are():
     plastic = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.6, gap=0.0, restitution=0.0)
     orbit = bf.find_orbit(plastic)
     assert orbit.success and "release" in orbit.signature and orbit.closing_excess == 0.0
-    from bifurc.orbits.find import solve
+    from bifurc.orbits.solving import solve
 
     other = solve(plastic.with_parameters(restitution=0.1), orbit.sequence, orbit.unknowns, orbit.weights, {})
     assert isinstance(other, PeriodicOrbit) and other.residual < 1e-11

@@ -12,7 +12,8 @@ from ...ensemble.section import Section
 from ...flow.simulate import simulate
 from ...orbits.concentric import concentric
 from ...orbits.equilibrium import Equilibrium
-from ...orbits.find import find_orbit, finished, from_motion
+from ...orbits.find import find_orbit
+from ...orbits.forced import finished, from_motion
 from ...orbits.lyapunov import lyapunov_exponents
 from ...system import System
 from .clockless import crossings_from, exponent_of, members, section_of, settles_on

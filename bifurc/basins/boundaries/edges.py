@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import plotting
 from ...notebook import Notebook
 from ...orbits.orbit import PeriodicOrbit
 from ..maps.basin_map import BasinMap
@@ -75,9 +76,7 @@ class EdgeState(Notebook):
 
     def plot(self, ax=None, unstable=None, stable=None):
         """Draw the saddle, and its unstable and stable sets, on the basin map; return the axes."""
-        from ...plotting.sweeps import plot_edge
-
-        return plot_edge(self, ax, unstable, stable)
+        return plotting.plot_edge(self, ax, unstable, stable)
 
     def __repr__(self):
         met = f", {sum(self.third.values())} starts in other basins" if self.third else ""

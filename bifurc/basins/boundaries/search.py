@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from enum import StrEnum
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...flow.simulate import simulate
-from ...orbits.find import finished, from_motion
+from ...orbits.forced import finished, from_motion
 from ...orbits.orbit import PeriodicOrbit
 from ...system import System
 from ..attractors.attractors import distance, section_points, targets_of
@@ -71,7 +72,6 @@ class Search:
 
     def closest_cells(self) -> np.ndarray | None:
         """Return the centres (2, ns) of neighbouring cells of the two labels, or of the closest ones."""
-        from scipy.spatial import cKDTree
         labels = self.basins.labels
         grid = self.basins.grid
         starts = states_at(self.map.scene, grid.names, grid.at, grid.points(np.arange(grid.size)))

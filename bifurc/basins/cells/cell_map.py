@@ -5,8 +5,10 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
+from scipy.stats import beta
 
-from ... import io
+from ... import io, plotting
 from ...ensemble.grid import Grid
 from ...notebook import Notebook
 from ...orbits.find import find_orbit
@@ -95,7 +97,6 @@ class Audit(NamedTuple):
     @property
     def bounds(self) -> tuple[float, float]:
         """Interval that holds the true share with 95 % confidence (Clopper and Pearson 1934)."""
-        from scipy.stats import beta
         low = beta.ppf(0.025, self.wrong, self.cells - self.wrong + 1) if self.wrong else 0.0
         high = beta.ppf(0.975, self.wrong + 1, self.cells - self.wrong) if self.wrong < self.cells else 1.0
         return float(low), float(high)
@@ -302,17 +303,15 @@ class CellMap(Notebook):
 
     def plot(self, ax=None, field: str = "labels", group: int = 0):
         """Draw the labels with the attractors, or the "doubt", "time" or "density" of each cell; return the axes."""
-        from ...plotting.cells import plot_cells
-        return plot_cells(self, ax, field, group)
+        return plotting.plot_cells(self, ax, field, group)
 
     def plot_morse(self, ax=None, least: int = 1):
         """Draw the Morse graph, without transient groups below ``least`` cells; return the axes."""
-        from ...plotting.cells import plot_morse
-        return plot_morse(self, ax, least)
+        return plotting.plot_morse(self, ax, least)
 
     def to_xarray(self):
         """Return labels and fates as an xarray Dataset over the components of the grid."""
-        import xarray
+        import xarray  # optional
 
         names = self.grid.names
         fields = {name: getattr(self, name) for name in ("labels", "fates", "group", "steps")}
@@ -348,8 +347,6 @@ class CellMap(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "CellMap":
         """Make the map that `to_record` described."""
-        from scipy import sparse
-
         attractors = unpacked(header["attractors"], arrays, elements=elements)
         groups = tuple(Group(arrays[f"group_{number}"], GroupKind(item["kind"]), item["period"], item["attractor"])
                        for number, item in enumerate(header["groups"]))

@@ -29,7 +29,7 @@ def morse_graph(cells: Any):
         of the centres of its cells), ``numbers`` (its cells).  An edge says that motions lead from one group to the other; edges
         that follow from others are left out.  ``graph["omitted"]`` counts small transient groups beyond 1024.
     """
-    import networkx
+    import networkx  # heavy, for this graph alone
 
     parts, matrix, grid = cells.components, cells.matrix, cells.grid
     sink = int(parts.label[grid.size])

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
@@ -153,7 +154,8 @@ class BasinMap(Notebook):
         --------
         >>> closer = basins.zoom(q0=(-1.2, -0.8), v0=(0.5, 1.0))     # doctest: +SKIP
         """
-        from .compute import basins_of_attraction
+        from ... import basins_of_attraction  # the public call: a map of a part is a new computation
+
         unknown = set(ranges) - set(self.grid.names)
         if unknown:
             raise ValueError(f"zoom: {', '.join(sorted(unknown))} is no component of {self.grid!r}; write ranges of "
@@ -208,15 +210,13 @@ class BasinMap(Notebook):
         ``saddle`` (an orbit, or the result of `edge_state`), its ``unstable`` and ``stable`` sets are drawn over it; ``field``
         "periods", "impacts" or "speeds" draws that of each cell instead.
         """
-        from ...plotting.basins import plot_basins, plot_field
-
         if field == "labels":
-            return plot_basins(self, ax, saddle, unstable, stable, names=names)
-        return plot_field(self, field, ax, names=names)
+            return plotting.plot_basins(self, ax, saddle, unstable, stable, names=names)
+        return plotting.plot_field(self, field, ax, names=names)
 
     def to_xarray(self):
         """Return labels, states, periods, impacts and speeds as an xarray Dataset over the components of the grid."""
-        import xarray
+        import xarray  # optional
 
         names = self.grid.names
         fields = {name: getattr(self, name) for name in ("labels", "states", "periods", "impacts", "speeds")}
@@ -246,8 +246,6 @@ class BasinMap(Notebook):
 
     def save(self, path) -> None:
         """Write the map to an npz file."""
-        from ... import io
-
         io.write(path, *self.to_record())
 
     def __repr__(self):

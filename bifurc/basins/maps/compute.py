@@ -247,5 +247,5 @@ def _known(system: System, attractors) -> list:
         if item.system != system:
             raise ValueError(f"attractors contain {item!r} of another system, {item.system!r}")
         if not isinstance(item, SampledAttractor) and not (item.success and item.stable):
-            raise ValueError(f"attractors contain {item!r}, which is no attractor; it must be stable")
+            raise ValueError(f"attractors contain {item!r}, which is no attractor; it must be a stable orbit")
     return known

@@ -10,6 +10,7 @@ from enum import StrEnum
 from functools import partial
 
 import numpy as np
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from ... import io
 from ...ensemble.grid import Grid
@@ -200,7 +201,6 @@ def prediction(codes: np.ndarray, grid: Grid, step: int) -> tuple[float, float]:
 
 def mixed(codes: np.ndarray, grid: Grid) -> np.ndarray:
     """Return which lattice points have a neighbour (corners included) of another label."""
-    from scipy.ndimage import maximum_filter, minimum_filter
     modes = ["wrap" if name in grid.periodic else "nearest" for name in grid.names]
     return maximum_filter(codes, 3, mode=modes) != minimum_filter(codes, 3, mode=modes)
 

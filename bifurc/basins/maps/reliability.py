@@ -3,6 +3,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.ndimage import uniform_filter
 
 from ...ensemble.outcomes import DIVERGED
 from .label_noise import ROUNDING
@@ -104,7 +105,6 @@ def fraction_errors(labels: np.ndarray, starts: np.ndarray) -> dict[int, float]:
     starts : ndarray of bool
         Cells that count.
     """
-    from scipy.ndimage import uniform_filter
     total = max(int(np.count_nonzero(starts)), 1)
     weight = uniform_filter(starts.astype(float), 3, mode="nearest")
     errors = {}

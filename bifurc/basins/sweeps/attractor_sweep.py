@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from ... import io
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...elements.checks import tolerance_of, whole
 from ...ensemble.region import Region
@@ -154,9 +154,7 @@ class Sweep(Notebook):
 
     def plot(self, axes=None, branches: Sequence = (), measure: str = "rms_0", names=None):
         """Draw the attractors over the parameter, beside ``branches`` of `trace`, above the shares; return the two axes."""
-        from ...plotting.sweeps import plot_sweep
-
-        return plot_sweep(self, axes, branches, measure, names=names)
+        return plotting.plot_sweep(self, axes, branches, measure, names=names)
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""

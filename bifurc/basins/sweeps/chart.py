@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from ... import io
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
@@ -70,13 +70,11 @@ class ParameterChart(Notebook):
 
     def plot(self, ax=None, field: str = "periods", names=None):
         """Draw ``periods``, ``impacts``, ``attractors`` or ``exponents`` over the two parameters; return the axes."""
-        from ...plotting.sweeps import plot_chart
-
-        return plot_chart(self, ax, field, names=names)
+        return plotting.plot_chart(self, ax, field, names=names)
 
     def to_xarray(self):
         """Return all fields as an xarray Dataset over the two parameters."""
-        import xarray
+        import xarray  # optional
 
         return xarray.Dataset({name: (self.parameters, getattr(self, name)) for name in FIELDS},
                               dict(zip(self.parameters, self.values, strict=True)), {"system": repr(self.system)})

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from ... import io
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
@@ -14,7 +14,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
-from ...orbits.find import resting_start
+from ...orbits.forced import resting_start
 from ...system import System, require_system
 from .attractor_sweep import _values
 from .sections import period_of, settled
@@ -62,13 +62,11 @@ class BifurcationDiagram(Notebook):
 
     def plot(self, ax=None, component: int = 0, branches=(), names=None):
         """Draw a component of the section points over the parameter, with ``branches`` of `trace`; return the axes."""
-        from ...plotting.sweeps import plot_diagram
-
-        return plot_diagram(self, ax, component, branches, names=names)
+        return plotting.plot_diagram(self, ax, component, branches, names=names)
 
     def to_xarray(self):
         """Return points, periods, impacts and outcomes as an xarray Dataset over direction, parameter, start, point and state."""
-        import xarray
+        import xarray  # optional
 
         dims = ("direction", self.parameter, "start", "kept", "state")
         fields = {name: getattr(self, name) for name in ("points", "periods", "impacts", "outcomes")}

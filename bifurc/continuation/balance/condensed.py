@@ -12,6 +12,7 @@ from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed, Point
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import views
+from ...hbm.tables import numbers_at
 from ...orbits.balance import HarmonicBalance, condensing
 from ..problem import EPS, Corrected, Problem
 from .problem import BalancePath, BalanceProblem
@@ -46,8 +47,6 @@ class Along:
 
     def at(self, p: float) -> Point:
         """Return the point at a parameter; its arrays are overwritten by the next call."""
-        from ...hbm.tables import numbers_at
-
         p, path = float(p), self.path
         if self._last is None or self._last[0] != p:
             numbers_at(self._start, self._order, path.series, path.low, path.high, p, self._values, self._slopes)

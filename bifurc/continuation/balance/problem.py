@@ -7,15 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...elements import EventKind
+from ...hbm import corrector
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
-from ...hbm.layout import Layout
+from ...hbm.contacts.margins import FIELDS, KINDS
+from ...hbm.corrector import INFO, watched
+from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
+from ...hbm.residual import kept, order_of
 from ...hbm.status import MarchStatus
+from ...hbm.tables import numbers_at
 from ...orbits.balance import NEUTRAL, HarmonicBalance, HarmonicOrbit, largest
 from ...orbits.path import DEGREES, PAD, series_over
 from ...solve.bordered import factor, null_vectors
-from ...system import System
+from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected, Monitor, Problem
 
@@ -26,7 +31,6 @@ POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPo
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
 FAR = -0.05  # monitors are cut off below
 CORNER = 4.0  # most of these parts, seen
-NATURAL = 3.0  # natural size of the coefficients over the largest amplitude at the start
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,48 +45,11 @@ class BalancePath:
     high: float
 
 
-def balance_problem(orbit: HarmonicOrbit, parameter: str, bounds: tuple[float, float]) -> "BalanceProblem":
-    """Return the problem that continues a harmonic orbit in ``parameter`` over ``bounds``.
-
-    Raises
-    ------
-    ValueError
-        Unknown or discrete parameter; an orbit that is not converged; set-valued friction, whose balance has no derivative.
-    """
-    name = orbit.system.parameter_name(parameter)
-    value = orbit.system.parameter(name)
-    if not orbit.success:
-        raise ValueError(f"the orbit cannot be continued, it is {orbit.status}: {orbit.message}")
-    held = orbit.balance.parts.held
-    if held:
-        raise ValueError(f"{', '.join(item.name for item in held)}: a balance with set-valued friction is not continued; polish "
-                         "the orbit (find_orbit(system, guess=orbit)) and trace that, or use RegularizedFriction")
-    balance = orbit.balance
-    path = path_over(balance, name, bounds)
-    size = NATURAL * float(np.abs(orbit.coefficients).max()) or 1.0
-    if orbit.condensed is not None:
-        from .condensed import CondensedProblem, condensed_along
-
-        condensed = condensed_along(balance, path, orbit.condensed)
-        scale = np.append(np.full(condensed.size, size), 0.5 * abs(bounds[1] - bounds[0]))
-        return CondensedProblem(condensed, orbit.method, path, np.append(condensed.restricted(orbit.coefficients), value), scale)
-    scale = np.append(np.full(balance.size, size), 0.5 * abs(bounds[1] - bounds[0]))
-    return BalanceProblem(balance, orbit.method, path, np.append(orbit.coefficients, value), scale)
-
-
 def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> BalancePath:
     """Return the numbers of a balance along a parameter."""
     flat_of, degrees = balance.parts.flat_of, (2, *DEGREES)  # forces and frequencies: two more samples are half of its time
     index, series, low, high = series_over(balance.system, name, bounds, flat_of, PAD if pad is None else pad, degrees)
     return BalancePath(balance.parts.flat.copy(), name, index, series, low, high)
-
-
-@functools.cache
-def _corrector():
-    """Return the kernels, imported when first needed."""
-    from ...hbm import corrector
-
-    return corrector
 
 
 class BalanceProblem(Problem):
@@ -117,9 +84,6 @@ class BalanceProblem(Problem):
     told = 1.0 - 1e-5  # one-sided tangents are known: on a corner itself the corrector may take the other one
 
     def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
-        from ...hbm.contacts.margins import FIELDS, KINDS
-        from ...hbm.corrector import INFO
-
         self.balance, self.method, self.path = balance, method, path
         self.whole = balance
         self.system, self.layout = balance.system, balance.layout
@@ -146,8 +110,6 @@ class BalanceProblem(Problem):
 
     def numbers(self, p: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the system at ``p`` and their derivatives; overwritten by the next call."""
-        from ...hbm.tables import numbers_at
-
         path = self.path
         numbers_at(path.base, path.index, path.series, path.low, path.high, float(p), self._flat, self._dflat)
         return self._flat, self._dflat
@@ -156,7 +118,7 @@ class BalanceProblem(Problem):
         """See `Problem.correct`; one compiled call where no law is sampled."""
         if self._law:
             return self._in_order(super().correct(x, tangent, fixed))
-        path, balance, info, corrector = self.path, self.balance, self._info, _corrector()
+        path, balance, info = self.path, self.balance, self._info
         point, new = np.empty(self.size + 1), np.empty(self.size + 1)
         parts = balance.parts
         status = corrector.correct(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high,
@@ -173,8 +135,6 @@ class BalanceProblem(Problem):
 
     def _in_order(self, found: Corrected) -> Corrected:
         """Return what the general corrector found as `hbm.corrector` does: determinants of rows of unit size, no other order."""
-        from ...hbm.residual import kept
-
         found.det_log -= self._size_log
         room = self.balance.room
         if found.converged and not kept(self.listed, room.sources, room.counts):
@@ -210,8 +170,6 @@ class BalanceProblem(Problem):
         return self._values()
 
     def _margins(self, x, listed) -> None:
-        from ...hbm.corrector import watched
-
         flat, dflat = self.numbers(x[-1])
         u = np.ascontiguousarray(x[:self.layout.size])
         status, _, _ = self.balance.linearised(u, flat, dflat, slopes=False, listed=listed)
@@ -224,8 +182,6 @@ class BalanceProblem(Problem):
         """Return the order of events at ``x``, as they come, see `hbm.residual.order_of`."""
         if not len(self.balance.contacts):
             return np.zeros(0, np.int64)
-        from ...hbm.residual import order_of
-
         self._margins(np.asarray(x, float), None)
         return order_of(self.balance.room)
 
@@ -336,8 +292,6 @@ class BalanceProblem(Problem):
 
     def family(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
-        from ..families import PathFamily
-
         name = self.system.parameter_name(name)
         value = self.system.parameter(name)
         if name == self.parameter:
@@ -401,8 +355,6 @@ class BalanceProblem(Problem):
 
     def multipliers_of_rows(self, xs):
         """See `Problem.multipliers_of_rows`."""
-        from ...hbm.floquet.stability import multipliers_along
-
         xs = np.ascontiguousarray(xs, float)
         if len(xs) == 1:
             return multipliers_along(self, xs)
@@ -454,18 +406,3 @@ class BalanceProblem(Problem):
                 "condensed": self.whole is not self.balance,
                 "law_samples": self.balance.law_samples, "listed": self.listed.tolist(), "scale": self.scale.tolist(),
                 "x0": self.x0.tolist()}
-
-    @classmethod
-    def from_record(cls, record: dict, elements=()) -> "BalanceProblem":
-        """Make the problem that gave ``record``."""
-        system = System.from_record(record["system"], elements)
-        layout = Layout(tuple(record["harmonics"]), system.n, record["periods"])
-        balance = Balance(system, layout, record["samples"], record["law_samples"])
-        path = path_over(balance, record["parameter"], tuple(record["path"]), pad=0.0)
-        method, x0, scale = HarmonicBalance.from_record(record["method"]), np.array(record["x0"]), np.array(record["scale"])
-        listed = np.array(record["listed"], np.int64)
-        if record.get("condensed"):
-            from .condensed import CondensedProblem, condensed_along
-
-            return CondensedProblem(condensed_along(balance, path), method, path, x0, scale, listed)
-        return cls(balance, method, path, x0, scale, listed)

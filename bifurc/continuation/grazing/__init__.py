@@ -2,9 +2,9 @@
 from importlib import import_module
 
 _NAMES = {
-    "Grazing": "classify", "GrazingVerdict": "verdicts", "Seen": "confirm", "SlidingClass": "sliding", "Touch": "touch",
-    "grazing_of": "classify", "section_map": "discontinuity", "sliding_class": "sliding", "touches_of": "touch",
-    "zero_time_map": "discontinuity",
+    "Grazing": "classify", "GrazingVerdict": "verdicts", "LocalMotion": "local", "Seen": "confirm", "SlidingClass": "sliding",
+    "Touch": "touch", "grazing_of": "classify", "local_motion": "local", "section_map": "discontinuity",
+    "sliding_class": "sliding", "touches_of": "touch", "zero_time_map": "discontinuity",
 }
 __all__ = [*sorted(_NAMES)]
 

@@ -18,6 +18,8 @@ from functools import cached_property
 import numpy as np
 
 from ..kinds import SpecialPointKind
+from .confirm import agrees, confirmed
+from .local import local_motion
 from .touch import Touch, touches_of
 from .verdicts import GrazingVerdict
 
@@ -79,29 +81,32 @@ class Grazing:
         """Whether the jump is one with hysteresis: the orbit with one impact a period exists on the free side too."""
         return bool(self.verdict is GrazingVerdict.JUMP and self.births.size and self.births[0] < 0.0)
 
-    @property
-    def jump_size(self) -> float:
-        """Depth, own units, to which a motion is thrown back where some s_k < 0: 2 |A_g| ((1 + r) s_k)^2; 0 otherwise.
+    def expected(self, eps: float):
+        """Return what the discontinuity map of the touch makes of a motion at a distance beyond, a `LocalMotion`.
 
-        A jump much smaller than other lengths is seen only closer to the grazing than this.
+        Verdicts hold in the limit: impacts of a jump have at least the speed 2 |A_g| (1 + r) |s_k| of the first s_k below zero,
+        and where that is small the jump is told from small motions only nearer to the grazing.
+
+        Parameters
+        ----------
+        eps : float
+            Relative to the parameter.
+
+        Returns
+        -------
+        LocalMotion or None
+            None for elastic contacts and where the touch is not known.
         """
-        low = float(self.s.min(initial=0.0))
-        if low >= 0.0 or self.touch is None or self.touch.restitution is None:
-            return 0.0
-        return 2.0 * abs(self.apex) * ((1.0 + self.touch.restitution) * low)**2
+        return None if self.touch is None or self.verdict is GrazingVerdict.DEGENERATE else local_motion(self.touch, eps)
 
     @cached_property
     def confirmation(self):
         """What short simulations see at 1e-6, 1e-5 and 1e-4 (relative) beyond, a tuple of `Seen`; computed when looked up."""
-        from .confirm import confirmed
-
         return confirmed(self)
 
     @property
     def confirmed(self) -> bool | None:
         """Whether the simulations agree with the verdict; None where it foretells nothing they could contradict."""
-        from .confirm import agrees
-
         return agrees(self)
 
 

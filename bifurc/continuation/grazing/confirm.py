@@ -7,14 +7,15 @@ import numpy as np
 from ...elements import EventKind
 from ...flow.simulate import simulate
 from ...flow.status import Status
+from ...orbits.signature import repeated
 from .verdicts import GrazingVerdict
 
 BEYOND = (1e-6, 1e-5, 1e-4)  # relative to the parameter
 PERIODS = 1500  # after which it has settled, more where the touching orbit decays slowly
 RECORDED = 96  # periods looked at
 RETURNED = 1e-7  # difference of section points, scaled, that is a return
-JUMP = 3e4  # size of a jump in squares of the first speed over the apex acceleration, from which it must be seen
 FAR = 12.0  # impact speed, in speeds of a first touch, that is no longer small
+EITHER = 1.25  # ratio to that within which the expected speed may lie on either side
 
 
 @dataclass(frozen=True)
@@ -124,8 +125,6 @@ def apex_growth(touch) -> float:
 
 def guard_at(problem, x, tau, touch) -> float:
     """Return the touched guard on the orbit at ``x`` (n + 1,) at the time ``tau`` (periods)."""
-    from ...orbits.signature import repeated
-
     whole, U = repeated(problem.scene, problem.sequence, x[:-1])
     T = problem.equations.numbers_at(x[-1])
     state = np.empty((1, problem.scene.ns))
@@ -146,7 +145,8 @@ def agrees(grazing) -> bool | None:
         return None
     if small:
         return all(item.small for item in seen)
-    closest = min(seen, key=lambda item: item.eps)  # a jump does not shrink, small motions do
-    if not closest.small:
-        return True
-    return False if grazing.jump_size > JUMP * closest.first**2 / abs(grazing.apex) else None
+    for item in seen:  # how far a motion is thrown does not shrink with the distance: the map tells from where on it is seen
+        expected = grazing.expected(item.eps)
+        if expected is not None and not FAR / EITHER < expected.speed / item.first < FAR * EITHER and item.small != expected.small:
+            return False
+    return True

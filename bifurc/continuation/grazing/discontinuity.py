@@ -48,7 +48,7 @@ def zero_time_map(touch, y, t):
     """
     y = np.array(y, float)
     made = _local(touch, y, t)
-    return y if made is None else y + _change(touch, *made)
+    return y if made is None else y + kicked(touch, *made[:3], made[5])
 
 
 def section_map(touch, y, t):
@@ -61,8 +61,8 @@ def section_map(touch, y, t):
     if made is None:
         return y, float(t)
     u, apex, jerk, f, f2, F = made
-    change = _change(touch, *made)
-    row = _slope(touch)
+    change = kicked(touch, u, apex, jerk, F)
+    row = rate_gradient(touch)
     size = abs(apex)
     if touch.restitution is None:
         move = float(row @ change) / size
@@ -74,14 +74,14 @@ def section_map(touch, y, t):
     return y + change + f * move + bent * first + 0.5 * f2 * first * first, t + move
 
 
-def _slope(touch):
+def rate_gradient(touch):
     """Derivative of dh/dt in the state (ns,)."""
     T = touch.tables
     return T.GT[touch.mode, touch.guard, :T.A.shape[1], 1]
 
 
-def _change(touch, u, apex, jerk, f, f2, F):
-    """What the contact adds to the state (ns,)."""
+def kicked(touch, u, apex, jerk, F):
+    """Return what the contact adds to the state (ns,) at an apex with depth |A| u^2 / 2; F (ns, ns) is the field's derivative."""
     size = abs(apex)
     if touch.restitution is None:
         return -touch.B * (2.0 / 3.0) * size * u**3  # integral of the depth over the contact
@@ -113,12 +113,12 @@ def _local(touch, y, t):
     f, dw = np.empty(ns), np.empty(x.size - ns)
     e.kernel.field(T, touch.mode, x, f)
     e.kernel.forcing_rate(T, x, dw)
-    F = _field_slope(e, T, touch.mode, x)
+    F = field_slope(e, T, touch.mode, x)
     f2 = F[:, :ns] @ f + F[:, ns:] @ dw
     return np.sqrt(2.0 * depth / abs(apex)), apex, jerk, f, f2, F[:, :ns]
 
 
-def _field_slope(e, T, mode, x):
+def field_slope(e, T, mode, x):
     """Derivative of the field in the joined state (ns, nx): the table, or differences where a law acts."""
     ns = T.A.shape[1]
     if T.LU.shape[0] == 0:

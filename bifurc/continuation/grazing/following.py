@@ -5,7 +5,7 @@ import numpy as np
 
 from ..conditions import ALONG, difference
 from .classify import powers
-from .touch import every_touch, maxima, touch_at
+from .touch import every_touch, maxima, touch_at, unlisted
 
 POWERS = 6  # s_k that are watched
 FAR = 5.0  # scaled depth below which no other maximum is looked for
@@ -93,9 +93,8 @@ class Touching:
             return float(np.polynomial.polynomial.polyval(centre, derivatives[2]))
         return float(derivatives[2][0])
 
-    def values(self, problem, x):
-        """Return A_g, the next maximum, det(E - I), det(E + I), s_1 .. s_6 scaled; NaN where there is none."""
-        _, tau = self.top(problem, x)
+    def linear_map(self, problem, x, tau):
+        """Return the time (periods, within the orbit), the touch there, and its E, h, B in natural sizes."""
         e, s, scene = problem.equations, problem.sequence, problem.scene
         T = e.numbers_at(x[-1])
         inside = x[0] + np.mod(tau - x[0], s.span)
@@ -103,7 +102,13 @@ class Touching:
         e.motion.states(T, s.nodes, s.span, x[:-1], np.array([inside]), y)
         touch = touch_at(problem, x, inside, self.mode, self.guard, y[0])
         weights = problem.weights
-        E, h, B = touch.E * weights / weights[:, None], touch.h * weights, touch.B / weights
+        return inside, touch, (touch.E * weights / weights[:, None], touch.h * weights, touch.B / weights)
+
+    def values(self, problem, x):
+        """Return A_g, the next maximum, det(E - I), det(E + I), s_1 .. s_6 scaled; NaN where there is none."""
+        _, tau = self.top(problem, x)
+        inside, touch, (E, h, B) = self.linear_map(problem, x, tau)
+        T = problem.equations.numbers_at(x[-1])
         eye, size = np.eye(len(h)), float(np.linalg.norm(h))
         others = [item[3] for item in maxima(problem, x, [(inside, self.mode, self.guard)], FAR)]
         values = [self.apex(problem, x, tau) / (size * max(1.0, T.flat[0]**2)), max(others, default=-1.0),
@@ -134,8 +139,6 @@ def stationary(a, reach) -> float:
 
 def touching(problem, x):
     """Return (problem, x, item) of the touch to follow from a grazing at ``x`` (n + 1,); None where it is not known."""
-    from .touch import unlisted
-
     if problem.equations.path.tables.LU.shape[0]:
         return None  # a law acts: no series
     other, at = unlisted(problem, x)

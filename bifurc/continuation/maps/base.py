@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from .ensemble import diagram, exponents
+from .orbit import find_cycle
+
 
 class Piece:
     """One smooth piece of a map.
@@ -120,20 +123,14 @@ class Map:
             Symbols of the pieces in order; then the equations of these pieces are solved, and the orbit says whether its
             points lie in them. Default: the pieces that the iterates of the guess visit.
         """
-        from .orbit import find_cycle
-
         return find_cycle(self, n, guess, itinerary)
 
     def exponents(self, x0=None, iterations: int = 4000, starts: int = 64, transient: int = 1000) -> Any:
         """Return the Lyapunov exponents an iteration, see `ensemble.exponents`."""
-        from .ensemble import exponents
-
         return exponents(self, x0, iterations, starts, transient)
 
     def diagram(self, parameter: str, values, x0=None, transient: int = 2000, keep: int = 128) -> Any:
         """Return the iterates that are left after a transient over values of a parameter, see `ensemble.MapDiagram`."""
-        from .ensemble import diagram
-
         return diagram(self, parameter, values, x0, transient, keep)
 
     def _point(self, x):

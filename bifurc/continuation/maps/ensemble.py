@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from ... import plotting
+
 
 @dataclass(frozen=True)
 class MapExponents:
@@ -49,8 +51,6 @@ class MapDiagram:
 
     def plot(self, ax=None, component: int = 0):
         """Draw a component of the iterates over the parameter; return the axes."""
-        from ... import plotting
-
         return plotting.plot_map_diagram(self, ax, component)
 
 

@@ -87,12 +87,6 @@ class MapOrbit:
         top = float(np.abs(self.multipliers).max())
         return None if not self.success or abs(top - 1.0) < 1e-9 else top < 1.0
 
-    def continued(self, parameter, bounds):
-        """Return the problem that `trace` continues, see `problem.CycleProblem`."""
-        from .problem import CycleProblem
-
-        return CycleProblem(self, parameter, bounds)
-
     def __repr__(self) -> str:
         return f"MapOrbit({self.itinerary}, {self.status.value}, multipliers {np.array2string(self.multipliers, precision=5)})"
 

@@ -11,10 +11,12 @@ from ...orbits.sequence import AFTER, BEFORE, ENDING, FOREVER, GUARD, STARTS
 from ...orbits.signature import Signature, divided
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
+SHARP = 1e-11  # the same, where a train of impacts has more than one slow impact
 
 
-def touches(problem, x):
-    """Return (tau, mode, guard, state) of every unlisted maximum that touches its guard at ``x``, in order of time."""
+def touches(problem, x, near=NEAR):
+    """Return (tau, mode, guard, state) of every unlisted maximum that touches its guard at ``x``, to ``near`` (scaled), in order
+    of time."""
     e, s, scene = problem.equations, problem.sequence, problem.scene
     T = e.numbers_at(x[-1])
     period = 2.0 * np.pi / T.flat[0]
@@ -32,7 +34,7 @@ def touches(problem, x):
                                                      abs(int(node[STARTS + q])) if node.size > STARTS else 0)
             row = np.empty(joined.size)
             e.kernel.guard_gradient(T, mode, q, joined, row)
-            if abs(value) <= NEAR * e.kernel.scale_of(row, e.weights):
+            if abs(value) <= near * e.kernel.scale_of(row, e.weights):
                 y = np.empty(scene.ns)
                 e.motion.advance(T, mode, joined, at, y)
                 found.append((ends[i] + at / period, mode, q, y))
@@ -72,11 +74,11 @@ def returning(scene, numbers, mode, guard, other, target, owner, x):
     return None
 
 
-def inserted(problem, x, periods: int = 1):
-    """Return (signature, x) with the touching events inserted, over ``periods`` repetitions of the orbit; only the first
-    repetition gets them when there are several."""
+def inserted(problem, x, periods: int = 1, near=NEAR):
+    """Return (signature, x) with the events inserted that touch to ``near`` (scaled), over ``periods`` repetitions of the orbit;
+    only the first repetition gets them when there are several."""
     scene, s = problem.scene, problem.sequence
-    born = touches(problem, x)
+    born = touches(problem, x, near)
     if not born:
         if periods > 1:
             return None

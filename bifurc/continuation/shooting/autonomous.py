@@ -15,8 +15,10 @@ from ...orbits import sequence
 from ...orbits.autonomous import wound
 from ...orbits.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import Corrected
+from ..problem import Corrected, at_end
+from ..registry import EQUILIBRIA, named
 from .appearing import inserted, parted
+from .signature_change import admissible_side
 from .vanishing import dropped
 
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
@@ -91,8 +93,6 @@ def free(plain, signature, x):
 
 def through_change(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event sequence, or the reason why none goes on."""
-    from .signature_change import admissible_side
-
     found = changed(CHANGES[monitor.name], problem, point.x)
     if found is not None:
         new = problem.with_sequence(*found)
@@ -129,8 +129,6 @@ def shrunk(problem, a, b):
 
     The equilibrium in the middle of the orbit is followed to where its eigenvalues are imaginary (secants).
     """
-    from ..equilibria import EquilibriumProblem
-
     scene = problem.scene
     y = np.zeros(scene.ns)
     for i in range(scene.n):
@@ -138,7 +136,7 @@ def shrunk(problem, a, b):
         y[i] = 0.5 * (top + low)
     y[2 * scene.n:] = a.x[1 + 2 * scene.n:1 + scene.ns]
     mode = int(problem.sequence.nodes[0, AFTER])
-    rest = EquilibriumProblem(problem.system, problem.path, mode, y, a.p, problem.parameter_scale, float(problem.weights[0]))
+    rest = named(EQUILIBRIA)(problem.system, problem.path, mode, y, a.p, problem.parameter_scale, float(problem.weights[0]))
     fixed = np.zeros(rest.scale.size)
     fixed[-1] = 1.0
     old = rest.correct(rest.x0, fixed, True)
@@ -162,15 +160,13 @@ def shrunk(problem, a, b):
     direction = (b.x - a.x) / problem.scale
     direction[-1] = 0.0  # the parameter is even in the amplitude
     direction /= np.sqrt(direction @ direction)
-    values = np.where(np.arange(len(a.tests) - 1) == problem._shrinks, 0.0, a.tests[1:])
-    return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, a.det_log, values)
+    return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, a.det_log,
+                     at_end(problem, a, problem._shrinks))
 
 
 def beyond_section(problem, point):
     """Return why an orbit without events ends at its Hopf point; or (problem, x, tangent) with a new section where only the
     section touches it."""
-    from .signature_change import admissible_side
-
     if small(problem, point.x):
         return StopReason.HOPF
     made = changed(lambda plain, x: (plain.sequence, x), problem, point.x)

@@ -4,7 +4,7 @@ import numpy as np
 from ...orbits.signature import Signature, repeated
 from ..branchpoint import other_direction
 from ..kinds import CorrectorStatus, SpecialPointKind
-from ..problem import Corrected
+from ..problem import Corrected, at_end
 from ..switching import Switched
 from .appearing import inserted
 from .autonomous import changed
@@ -127,7 +127,7 @@ def merging(problem, a, b, t):
         direction = -direction
     joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
     return Corrected(joined, direction, True, CorrectorStatus.CONVERGED, new.iterations, new.residual, 0.0, 0.0, a.det_sign,
-                     a.det_log, np.where(np.arange(len(a.tests) - 1) == problem._merges, 0.0, a.tests[1:]))
+                     a.det_log, at_end(problem, a, problem._merges))
 
 
 def symmetry_broken(problem, point):

@@ -10,13 +10,14 @@ from ...orbits import sequence
 from ...orbits.energy import conservative
 from ...orbits.equations import Equations
 from ...orbits.multipliers import nontrivial
-from ...orbits.orbit import HELD, INSTANT, NEUTRAL, PeriodicOrbit, closure_of
+from ...orbits.orbit import HELD, INSTANT, NEUTRAL, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.path import ParameterPath, parameter_path
 from ...orbits.repetition import repetition
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
 from ...orbits.signature import Signature, divided, repeated, sections
 from ...system import System
 from ..conditions import ASIDE, difference
+from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, Monitor, Problem
 from . import autonomous, branching, signature_change
@@ -26,6 +27,7 @@ from .successor import HELD_ROWS
 from .vanishing import listed_speeds
 
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
+STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
@@ -90,6 +92,8 @@ class OrbitProblem(Problem):
     parameter_scale : float
         Natural size of the parameter.
     """
+
+    touch = TOUCH  # as the audit of an orbit
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
@@ -295,8 +299,6 @@ class OrbitProblem(Problem):
 
     def family(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
-        from ..families import orbit_family
-
         return orbit_family(self, name, bounds)
 
     def on_path(self, path: ParameterPath) -> "OrbitProblem":
@@ -327,10 +329,22 @@ class OrbitProblem(Problem):
 
     def named_end(self, x, reason, message):
         """See `Problem.named_end`: where the listed impacts fall like those of an infinite sequence, changes of their number
-        accumulate here."""
-        if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE) and self._train(x):
-            return StopReason.CHATTERING, message
+        accumulate here; where a contact hardly slips any more, it sticks beyond."""
+        if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
+            if self._train(x):
+                return StopReason.CHATTERING, message
+            if self._slip(x) < STUCK:
+                return StopReason.STICKING, message
         return reason, message
+
+    def _slip(self, x) -> float:
+        """Least share of the period for which a contact slips that also sticks, 1 without such a contact."""
+        s, U = self.sequence.written_out(x[:-1])
+        times = U[::1 + self.scene.ns]
+        spans, keys = np.diff(np.append(times, times[0] + s.span)), [self.scene.keys[m] for m in s.nodes[:, AFTER]]
+        shares = [float(spans[[word != "stick" for word in words]].sum()) / s.span for words in zip(*keys, strict=True)
+                  if "stick" in words and any(word != "stick" for word in words)]
+        return min(shares, default=1.0)
 
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may

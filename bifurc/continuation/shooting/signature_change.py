@@ -13,7 +13,7 @@ from ...elements import EventKind
 from ...orbits import sequence
 from ...orbits.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
-from .appearing import inserted, parted
+from .appearing import NEAR, SHARP, inserted, parted
 from .successor import cycle, jumps, successor, verified
 from .vanishing import dropped
 
@@ -33,12 +33,14 @@ def through_grazing(problem, point, monitor):
     The usual changes of one event are constructed; what simulation does not repeat, and everything else, is left to
     `successor`.
     """
-    constructed = {LISTED: dropped, UNLISTED: inserted, LEAVING: parted}.get(monitor.name)
-    found = None if constructed is None else constructed(problem, point.x)
-    if found is not None:
+    tried = [cycle(problem)]
+    for found in constructed(problem, point.x, monitor.name):
         new = problem.with_sequence(*found)
+        if cycle(new) in tried:
+            continue
+        tried.append(cycle(new))
         side = admissible_side(new, new.x0)
-        if side is not None and cycle(new) != cycle(problem) and verified(problem, point, new, new.x0, side):
+        if side is not None and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
     lost = search.incomplete if answer is None else not np.any(answer[0].sequence.nodes[:, CLOSES] == 1)
@@ -47,6 +49,21 @@ def through_grazing(problem, point, monitor):
     if answer is None and jumps(problem, point):
         return StopReason.JUMP
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
+
+
+def constructed(problem, x, name):
+    """Yield (signature, x) of the usual changes of one event: first of what is zero to rounding alone, since the last but one of a
+    train of impacts is nearly as slow as the last; then of all that is slow."""
+    for near in (SHARP, NEAR):
+        found = None
+        if name == LISTED:
+            found = dropped(problem, x, near)
+        elif name == UNLISTED:
+            found = inserted(problem, x, near=near)
+        elif name == LEAVING and near == NEAR:
+            found = parted(problem, x)
+        if found is not None:
+            yield found
 
 
 def admissible_side(problem, x):

@@ -14,17 +14,21 @@ import numpy as np
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
-from ...orbits.find import half_of, mark_trains
+from ...orbits.least import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, TOGETHER
 from ...orbits.signature import Signature, divided, repeated, sections, translated
+from ..resimulation import counted
+from ..rows import BOUNDARY_BAND
 from .vanishing import dropped
 
 BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end
 INSIDE = (1e-5, 1e-4, 1e-3, 1e-6, 1e-7, 1e-2)  # scaled lengths at which the new equations are tried
 JUMPS, JUMP = (1e-6, 1e-10), 1e-6  # scaled lengths beyond an end, and a scaled miss that is none of them
 VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may end together
+BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
+EPS = 2.2e-16
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -56,6 +60,9 @@ class Search:
 def successor(problem, point, through=False):
     """Return ((problem, x, tangent) of the equations that go on behind a boundary, or None; and the `Search`).
 
+    Of several that do as motions the branch goes on with one that keeps the index of the period map (`balanced`); the others are
+    branches that meet it there.
+
     Parameters
     ----------
     problem : OrbitProblem
@@ -66,7 +73,7 @@ def successor(problem, point, through=False):
         The boundary is one of the equations and not of the motion: the parameter goes on as before.
     """
     search = Search()
-    tried = [cycle(problem)]
+    tried, spare = [cycle(problem)], None
     for step in BEYOND:
         for x in _beyond(problem, point, step):
             for signature, unknowns in _read(problem, x, search):
@@ -74,16 +81,20 @@ def successor(problem, point, through=False):
                 if _cycle(problem.scene, signature) in tried:
                     continue
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
-                if found is not None:
+                if found is not None and (not through and not balanced(problem, point, *found)):
+                    tried.append(_cycle(problem.scene, signature))
+                    spare = spare or found
+                elif found is not None:
                     return found, search
     for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
         made = dropped(problem, point.x, near)
         if made is not None and _cycle(problem.scene, made[0]) not in tried:
             tried.append(_cycle(problem.scene, made[0]))
             found = _begun(problem, point, *made, search, through)
-            if found is not None:
+            if found is not None and (through or balanced(problem, point, *found)):
                 return found, search
-    return None, search
+            spare = spare or found
+    return spare, search
 
 
 def _beyond(problem, point, step):
@@ -101,6 +112,30 @@ def _beyond(problem, point, step):
             yield x
 
 
+def balanced(problem, point, new, x, tangent) -> bool:
+    """Whether the index of the period map, the sign of det(1 - M), changes through the end ``point`` of ``problem`` only if the
+    parameter turns back there; also where it cannot be told.
+
+    The period map is continuous, so that of one branch the number of solutions at a parameter, counted with their index, is
+    the same on both sides (di Bernardo et al. 2008, section 3.1, after Feigin).
+    """
+    before = index(problem, point.x, point.tangent, -1.0)
+    return before == 0.0 or before * index(new, x, tangent, 1.0) >= 0.0
+
+
+def index(problem, x, tangent, toward) -> float:
+    """Return the sign of det(1 - M) dp/ds beside ``x`` (n + 1,), 0 where it cannot be told; ``tangent`` in the direction of travel,
+    ``toward`` 1 ahead and -1 back."""
+    for step in BESIDE:
+        c = problem.correct(x + toward * step * problem.scale * tangent, tangent)
+        if not (c.converged and inside(problem, c)):
+            continue
+        numbers = counted(problem.floquet_multipliers(c.x))
+        if numbers is not None and abs(c.tangent[-1]) > BOUNDARY_BAND:
+            return math.copysign(1.0, c.tangent[-1]) * (-1.0)**numbers[0]
+    return 0.0
+
+
 def jumps(problem, point) -> bool:
     """Whether motions beyond the end differ from it by an amount that does not fall with the distance from it."""
     missed = [[repetition(problem.solution(x)).miss for x in _beyond(problem, point, step)] for step in JUMPS]
@@ -116,8 +151,28 @@ def verified(problem, point, new, x, tangent) -> bool:
         if c.converged and inside(new, c):
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated:
-                return not retraces(problem, point, new, c)
+                return determined(new, c.x) and not retraces(problem, point, new, c)
     return False
+
+
+def determined(problem, x) -> bool:
+    """Whether rounding tells every interval between events of the solution ``x`` (n + 1,) from none.
+
+    A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
+    duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
+    """
+    e = problem.equations
+    J = e.jacobian(x)
+    noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
+    try:
+        doubt = np.abs(np.linalg.inv(J)) @ noise
+    except np.linalg.LinAlgError:
+        return False
+    size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
+    times, doubt = x[:-1:size], doubt[::size]
+    spans = times - np.append(times[-1] - problem.sequence.span, times[:-1])
+    counted = nodes[:, DIVIDE] != TOGETHER
+    return bool(np.all((spans > np.maximum(doubt, np.roll(doubt, 1)))[counted])) if len(nodes) > 1 else True
 
 
 def retraces(problem, point, new, c) -> bool:
@@ -275,7 +330,7 @@ def _from(problem, point, signature, x, through, beside=False):
                 good.sort(key=lambda item: nearest(new, item[1]))
         for sign, c in good[:1] if beside else good:
             orbit = new.solution(c.x)
-            if orbit.success and repetition(orbit).repeated and not retraces(problem, point, new, c):
+            if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
                 return new, x, sign * tangent
     return None
 

@@ -6,6 +6,8 @@ import re
 import sys
 from functools import cache
 
+import numba
+
 from ..._cache import cache_folder, closure_hash
 from ...compose.written import load, source
 
@@ -28,8 +30,6 @@ def written(step: str, states: int, guards: int, forcings: int, behind: str | No
     spaces : tuple of int
         Scratch of the step, see `bifurc.ensemble.batch.blank`.
     """
-    import numba
-
     templates = (DRIVER,) if behind is None else (behind, DRIVER)
     parts = [f"SIZE = {SIZE}\nNS = {states}\nGUARDS = {guards}\nFORCINGS = {forcings}\n"
              f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n",

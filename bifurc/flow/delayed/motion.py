@@ -3,6 +3,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import plotting
 from ...system import System
 from ..status import Status
 from ..trajectory import Event
@@ -80,6 +81,4 @@ class DelayedMotion:
 
     def plot(self, axes=None):
         """Draw the motion on the section and the feedback force; return the axes."""
-        from ...plotting.control import plot_delayed
-
-        return plot_delayed(self, axes)
+        return plotting.plot_delayed(self, axes)

@@ -3,7 +3,7 @@ import numpy as np
 
 from ...compose.scene import scene_of
 from ...system import System
-from ..simulate import checked_length, checked_state
+from ..initial import checked_length, checked_state
 from .march import feedback_of, integrate, without_feedback
 from .motion import DelayedMotion
 

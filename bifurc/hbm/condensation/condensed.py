@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import qr
 
 from ..balance import Balance
 from ..layout import Layout
@@ -282,8 +283,6 @@ class Condensed:
 
 def _independent(R) -> tuple[np.ndarray, np.ndarray]:
     """Return independent rows B (m, n) among R (nr, n), and S (nr, m) with R = S B."""
-    from scipy.linalg import qr
-
     size = np.linalg.norm(R, axis=1)
     size[size == 0.0] = 1.0  # of elements that are driven, whatever the system does
     _, triangle, order = qr((R / size[:, None]).T, mode="economic", pivoting=True)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh, lapack
 
 from ..layout import Layout
 from ..parts import Numbers
@@ -88,8 +89,6 @@ class Terms:
 
 def modes(M, C, K) -> Terms | None:
     """Return the terms of undamped modes; None where they do not diagonalise the damping."""
-    from scipy.linalg import eigh
-
     if np.abs(K - K.T).max() > MODAL * np.abs(K).max():
         return None
     stiffness, shapes = eigh(0.5 * (K + K.T), M)
@@ -103,8 +102,6 @@ def modes(M, C, K) -> Terms | None:
 
 def poles(M, C, K) -> Terms | None:
     """Return the terms of complex poles; None where their eigenvectors are nearly dependent."""
-    from scipy.linalg import eigh
-
     n = len(M)
     try:
         even, shapes = eigh(0.5 * (K + K.T), M)  # coordinates in which light damping is nearly normal
@@ -240,8 +237,6 @@ class LinearPart:
 
     def _solved(self, T, i: int, load, shift: complex, moved: bool):
         """Return factors of harmonic number ``i``, Z^-1 [B^T e], and by how much the solution grows, relative to 1 / |Z|."""
-        from scipy.linalg import lapack
-
         Z = self._stiffness(T, i, shift, moved)
         right = np.concatenate([self.rows.T, load[i][:, None]], axis=1).astype(complex)
         lu, pivots, info = lapack.zgetrf(Z)
@@ -256,8 +251,6 @@ class LinearPart:
 
         ``held``: with the spring in any case; else where it is needed.
         """
-        from scipy.linalg import lapack
-
         count, m, o, nu, dnu = len(self.harmonics), len(self.rows), len(self.outputs), T.omega[0], dT.omega[0]
         M, C = (T.M, T.C) if moved else (self.M, self.C)
         load, turn = phasors(self.layout, T.E), phasors(self.layout, dT.E)

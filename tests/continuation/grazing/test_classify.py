@@ -1,11 +1,14 @@
 """Grazings classified: closed forms of s_k and births, verdicts, short simulations, degenerate cases."""
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 import bifurc as bf
 from bifurc.continuation.grazing import GrazingVerdict
-from bifurc.elements import HarmonicForce, RigidStop
+from bifurc.continuation.grazing.classify import classified
+from bifurc.elements import Coulomb, HarmonicForce, RigidStop
 from bifurc.system import System
 
 CASES = {  # builder, parameters, bounds of the amplitude, grazing, s_1 .. s_4, signs of births, verdict, period and speed at 1e-4
@@ -95,6 +98,35 @@ def test_first_impact_helps_and_the_second_throws_back():
     assert grazing.verdict is GrazingVerdict.JUMP and not grazing.hysteresis and grazing.confirmed
 
 
+SMALL_JUMPS = [("impact_oscillator", {"zeta": 0.18, "omega": 0.76, "restitution": 0.52}, (0.01, 2.0)),
+               ("two_sided_impact_oscillator", {"zeta": 1.57, "omega": 0.635, "restitution": 0.86}, (0.5, 3.0)),
+               ("impact_chain", {"n": 2, "damping": 0.22, "omega": 1.2285, "restitution": 0.31}, (0.1, 4.0))]
+
+
+@pytest.mark.parametrize(("builder", "parameters", "bounds"), SMALL_JUMPS)
+def test_how_far_a_small_jump_has_led_at_a_distance(builder, parameters, bounds):
+    """Where |s_k| is small a motion is not yet thrown far at 1e-4: the map foretells its speed, simulation shows it."""
+    grazing = grazing_point(builder, parameters, bounds).grazing
+    assert grazing.verdict is GrazingVerdict.JUMP and grazing.confirmed
+    for seen in grazing.confirmation[1:]:
+        expected = grazing.expected(seen.eps)
+        assert expected.first == pytest.approx(seen.first, rel=1e-12)
+        if expected.small:
+            assert seen.small and seen.speed == pytest.approx(expected.speed, rel=0.03)
+        elif expected.speed > 15.0 * expected.first:
+            assert not seen.small
+    assert grazing.expected(1e-4).small
+
+
+def test_expected_motion_of_the_overdamped_oscillator():
+    """Period adding: the map repeats the speeds that simulation shows at every distance."""
+    grazing = grazing_point(*CASES["overdamped"][:3]).grazing
+    for seen in grazing.confirmation:
+        assert grazing.expected(seen.eps).speed == pytest.approx(seen.speed, rel=5.0 * np.sqrt(seen.eps))
+    elastic = grazing_point("bilinear_oscillator", {"omega": 0.8}, (0.05, 0.5)).grazing
+    assert elastic.expected(1e-4) is None
+
+
 def test_elastic_stop_goes_on_with_a_term_of_order_three_halves():
     system = bf.systems.bilinear_oscillator(amplitude=0.05, omega=0.8)
     point = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.05, 0.5)).special_points.of("grazing")[0]
@@ -136,6 +168,42 @@ def test_two_tops_at_once_are_a_double_grazing():
     point = bf.trace(start, "rigid_stop.gap", bounds=(0.8, 9.0)).special_points.of("grazing")[0]
     assert point.parameter == pytest.approx(1.0, abs=1e-11)
     assert point.grazing.verdict is GrazingVerdict.DEGENERATE and "2 times" in point.grazing.sentence
+
+
+@pytest.fixture(scope="module")
+def beside_a_stick():
+    """A mass touches a stop while its neighbour is stuck."""
+    system = System(np.eye(2), [[0.1, -0.05], [-0.05, 0.1]], [[2.0, -1.0], [-1.0, 2.0]], [
+        HarmonicForce(0.5), Coulomb(0.3, dof=1), RigidStop(2.0, 0.7)], omega=0.5)
+    return bf.trace(bf.find_orbit(system), "rigid_stop.gap", bounds=(0.25, 2.0)).special_points.of("grazing")[0]
+
+
+def test_grazing_on_a_stick_interval(beside_a_stick):
+    """The neighbour held, one degree of freedom with stiffness 2 and damping .1 is left: its closed form."""
+    top = 0.5 / abs(2.0 - 0.25 + 0.05j)
+    orbit, grazing = beside_a_stick.solution, beside_a_stick.grazing
+    assert 0.5 * (orbit.maximum(0) - orbit.minimum(0)) == pytest.approx(top, rel=1e-12)
+    assert orbit.maximum(0) == pytest.approx(beside_a_stick.parameter, rel=1e-12) and orbit.maximum(1) == orbit.minimum(1)
+    assert grazing.apex == pytest.approx(-0.25 * top, rel=1e-11)
+    E = expm(np.array([[0.0, 1.0], [-2.0, -0.1]]) * 4.0 * np.pi)
+    np.testing.assert_allclose(grazing.s[:3], [np.linalg.matrix_power(E, k)[0, 1] for k in (1, 2, 3)], atol=1e-12)
+    assert grazing.verdict is GrazingVerdict.JUMP and grazing.confirmed
+
+
+@pytest.mark.parametrize(("modulus", "verdict", "word"), [(1.0, "degenerate", "unit circle"), (0.9999, "jump", "below 0"),
+                                                          (1.0001, "unstable", "1.0001")])
+def test_complex_multipliers_of_modulus_near_one(beside_a_stick, modulus, verdict, word):
+    touch = beside_a_stick.grazing.touch
+    E = np.zeros((4, 4))
+    E[np.ix_([0, 2], [0, 2])] = modulus * np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
+    grazing = classified(dataclasses.replace(touch, E=E))
+    assert grazing.verdict == verdict and word in grazing.sentence
+
+
+def test_a_multiplier_at_one_is_degenerate(beside_a_stick):
+    touch = beside_a_stick.grazing.touch
+    grazing = classified(dataclasses.replace(touch, E=np.diag([1.0, 1.0, 0.3, 0.2])))
+    assert grazing.verdict is GrazingVerdict.DEGENERATE and "meets a fold" in grazing.sentence
 
 
 def test_orbits_of_higher_sequences_and_other_kinds():

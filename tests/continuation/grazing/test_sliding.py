@@ -1,8 +1,11 @@
 """Sliding bifurcations named at onsets of stick and slip."""
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import bifurc as bf
 from bifurc.continuation.grazing import SlidingClass
+from bifurc.elements import Coulomb, HarmonicForce
 from tests.reference.coulomb import SlipOnly, interior_limit
 
 
@@ -33,6 +36,34 @@ def test_sticks_that_join_are_adding_sliding():
     found = points("omega", (0.1, 0.6), omega=0.5, amplitude=2.0)
     assert [p.sliding for p in found.of("slip_onset")] == [SlidingClass.ADDING] * 2
     assert all(kind.sentence for kind in SlidingClass)
+
+
+@pytest.mark.parametrize("side", [0.97, 1.03], ids=["slip is born", "slip dies"])
+def test_a_slip_before_the_stick_is_switching_sliding(side):
+    """The mass stops where the force has just come back to its limit from the other side; the landing by scipy's DOP853."""
+    omega, first, second, phase, name = 0.6242, 1.5419, 2.1007, 1.4105, "harmonic_force_2.amplitude"
+    loads = (HarmonicForce(first), HarmonicForce(side * second, harmonic=3, phase=phase))
+    branch = bf.trace(bf.find_orbit(bf.System(1.0, 0.2, 1.0, (*loads, Coulomb(1.0)), omega=omega)), name,
+                      bounds=(0.95 * second, 1.05 * second))
+    (point,) = branch.special_points
+    assert point.kind == "slip_onset" and point.sliding is SlidingClass.SWITCHING
+
+    def load(t):
+        return first * np.cos(omega * t) + point.parameter * np.cos(3.0 * omega * t + phase)
+    release = next(event for event in point.solution.events if event.kind == "slip")
+    t, y = release.time, np.array([release.after[0], 0.0])
+    while True:  # slides, which may turn round, until the force is within its limits
+        sign = np.sign(load(t) - y[0])
+
+        def speed(t, y):
+            return y[1]
+        speed.terminal, speed.direction = True, -sign
+        slide = solve_ivp(lambda t, y, sign=sign: (y[1], load(t) - y[0] - 0.2 * y[1] - sign), (t, t + 10.0),
+                          y + np.array([0.0, 1e-300 * sign]), method="DOP853", rtol=1e-12, atol=1e-13, events=speed)
+        t, y = slide.t[-1], np.array([slide.y[0, -1], 0.0])
+        if abs(load(t) - y[0]) < 1.0 + 1e-6:
+            break
+    assert sign * (load(t) - y[0]) == pytest.approx(-1.0, abs=1e-9)
 
 
 def test_other_points_have_no_sliding_class():

@@ -1,0 +1,107 @@
+"""The least period of an orbit, and its half where the other half mirrors it."""
+import numpy as np
+
+from ..compose.scene import Scene
+from .orbit import PeriodicOrbit
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
+from .signature import Signature, divided, repeated, sections
+from .solving import solve
+
+SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
+
+
+def mark_trains(nodes, speeds):
+    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of an infinite sequence: none of them can graze.
+
+    Between two of them another element may have an event, as friction does where the speed turns: it is marked too.
+    """
+    count = len(nodes)
+    for end in np.flatnonzero(nodes[:, CLOSES] == 1):
+        at = end
+        for _ in range(count - 1):
+            between = before = (at - 1) % count
+            if nodes[between, AFTER] == nodes[end, BEFORE] != nodes[between, BEFORE]:
+                before = (between - 1) % count
+            if nodes[before, GUARD] != nodes[end, GUARD] or nodes[before, BEFORE] != nodes[end, BEFORE] \
+                    or speeds[before] <= speeds[at] or nodes[before, CLOSES] or nodes[between, CLOSES]:
+                break
+            nodes[[between, before], CLOSES] = 2
+            at = before
+
+
+def reduced(orbit: PeriodicOrbit) -> PeriodicOrbit:
+    """Return the orbit over its least period."""
+    s = orbit.sequence
+    n = round(s.span)
+    if s.closure < 0 or n == 1:
+        return orbit
+    for k in range(1, n):
+        if n % k:
+            continue
+        times = n // k
+        if s.events == 0:
+            y0, y1 = orbit._states(np.array([0.0, float(k)]))
+            same = np.abs((y1 - y0) / orbit.weights).max() < SAME
+            nodes, rows = s.nodes[:1], orbit.unknowns[None, :1 + orbit.scene.ns]
+        else:
+            if len(s.nodes) % times:
+                continue
+            count = len(s.nodes) // times
+            rows = orbit.unknowns.reshape(len(s.nodes), -1)
+            scale = np.concatenate([[1.0], orbit.weights])
+            shift = np.zeros(len(scale))
+            shift[0] = k
+            same = (np.array_equal(s.nodes[:-count], s.nodes[count:])
+                    and np.abs((rows[count:] - shift - rows[:-count]) / scale).max() < SAME)
+            nodes, rows = s.nodes[:count], rows[:count]
+        if same:
+            how = {**orbit.how, "note": f"repeats after {k} of {n} periods and was reduced"}
+            less = Signature(divided(orbit.scene, nodes), s.fixed[:len(nodes)], float(k))
+            return solve(orbit.system, less, rows.ravel(), orbit.weights, how)
+    return orbit
+
+
+def halved(orbit: PeriodicOrbit) -> PeriodicOrbit | None:
+    """Return the orbit solved on its half period with y -> -y, or None when it has not this symmetry."""
+    s = orbit.sequence
+    if round(s.span) % 2 == 0 or len(s.nodes) % 2 and s.events:
+        return None
+    y0, y1 = orbit._states(np.array([0.0, 0.5 * s.span]))
+    if np.abs((y1 + y0) / orbit.weights).max() > SAME:
+        return None
+    if np.any(s.nodes[:, GUARD] < 0) and s.events:
+        return None
+    made = half_of(orbit.scene, s, orbit.unknowns)
+    if made is None:
+        return None
+    half, rows = made
+    found = solve(orbit.system, half, rows.ravel(), orbit.weights, orbit.how)
+    return found if found.success else None
+
+
+def half_of(scene: Scene, whole: Signature, unknowns) -> tuple[Signature, np.ndarray] | None:
+    """Return the signature of the half period and its unknowns, where the second half is the mirror image of the first.
+
+    It begins at an event that does not coincide with the one before it.
+    """
+    rows = np.reshape(unknowns, (len(whole.nodes), -1))
+    if not whole.events:
+        return sections(int(whole.nodes[0, AFTER]), 0.5 * whole.span, -1), rows
+    count = len(rows) // 2
+    if len(rows) % 2 or count == 0:
+        return None
+    later = rows.copy()
+    later[:, 0] += whole.span
+    nodes, rows = np.vstack([whole.nodes, whole.nodes]), np.vstack([rows, later])
+    for k in range(count):
+        own = nodes[k:k + count, :ENDING].copy()
+        half = Signature(own, np.zeros(count), 0.5 * whole.span, -1)
+        image = repeated(scene, half, rows[k:k + count].ravel())[0].nodes[count:]
+        if not np.array_equal(image[:, :AFTER + 1], nodes[k + count:k + 2 * count, :AFTER + 1]):
+            return None
+        half = Signature(divided(scene, own, closure=-1), np.zeros(count), 0.5 * whole.span, -1)
+        if half.nodes[0, DIVIDE] != TOGETHER:
+            found = rows[k:k + count].copy()
+            found[:, 0] -= np.floor(found[0, 0] / whole.span) * whole.span
+            return half, found
+    return None
