@@ -11,6 +11,8 @@ from ..continuation.branch import Branch
 from ..orbits.orbit import PeriodicOrbit
 from .identity import CLOSE, PARAMETER, periods_of, same_points
 
+AT_POINT = ("no_successor", "stopped")  # reasons of an end for which a special point beside it is that end
+
 
 def graph_of(branches: Sequence[Branch], bounds: tuple[float, float]) -> nx.MultiGraph:
     """Return the graph of some branches over one parameter.
@@ -45,7 +47,7 @@ def graph_of(branches: Sequence[Branch], bounds: tuple[float, float]) -> nx.Mult
                                  for side, i in ((0, 0), (1, -1))]
             for end in ends:  # a special point at the very end is the end
                 if not any(abs(mark[0] - end[0]) <= 1e-3 * (s[-1] - s[0] + 1e-300) and abs(mark[2] - end[2]) <= 1e-4 * (
-                        bounds[1] - bounds[0]) and end[1] == "no_successor" for mark in marks):
+                        bounds[1] - bounds[0]) and end[1] in AT_POINT for mark in marks):
                     marks.append(end)
             marks.sort(key=lambda mark: mark[0])
         elif not marks:

@@ -3,12 +3,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..basins.sweeps.points import packed, unpacked
+from ..basins.attractors.records import packed_points, unpacked
+from ..continuation.branch import Branch
 from ..continuation.kinds import ContinuationError, SpecialPointKind
 from ..continuation.switching import switch_branch
 from ..continuation.tracing import trace
 from ..orbits.orbit import PeriodicOrbit
-from .identity import repeats, trimmed
+from .identity import periods_of, repeats, trimmed
+from .records import packed_branches
 
 SWITCHED = (SpecialPointKind.PERIOD_DOUBLING, SpecialPointKind.BRANCH_POINT, SpecialPointKind.GRAZING)
 
@@ -30,32 +32,44 @@ def trace_orbits(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
         orbits on other branches), and the parameter where each leaves.
     """
     elements = payload.get("elements", ())
+    branches: list[Branch | None] = []
     found: list[dict] = []
-    arrays: dict[str, np.ndarray] = {}
-    for k, orbit in enumerate(unpacked(payload["orbits"], payload["arrays"], "start_", elements)):
+    offered: list[list[PeriodicOrbit]] = []
+    for orbit in unpacked(payload["orbits"], payload["arrays"], elements):
+        why, offers, at = "", list[PeriodicOrbit](), list[float]()
         try:
-            periods = orbit.periods
-            branch = trimmed(trace(orbit, payload["parameter"], tuple(payload["bounds"]), **payload["options"],
-                                   stop=lambda point, n=periods: point.solution.periods != n or repeats(point.solution)), periods)
+            branch = _traced(orbit, payload)
         except (ContinuationError, ArithmeticError) as error:
-            found.append({"header": None, "why": str(error), "offers": [], "at": []})
+            branch, why = None, str(error)
+        if branch is not None:
+            offers, at = _offers(branch, payload["periods"])
+        branches.append(branch)
+        offered.append(offers)
+        found.append({"why": why, "at": at})
+    headers, arrays = packed_branches(branches)
+    others, more = packed_points(offered)
+    return {"branches": [{"header": header, "offers": those, **mine}
+                         for mine, header, those in zip(found, headers, others, strict=True)]}, arrays | more
+
+
+def _traced(orbit: PeriodicOrbit, payload: Mapping) -> Branch | None:
+    """Return the branch of an orbit as far as the orbits keep its least period."""
+    periods = orbit.periods
+    branch = trace(orbit, payload["parameter"], tuple(payload["bounds"]), **payload["options"],
+                   stop=lambda point: point.solution.periods != periods or repeats(point.solution))
+    return trimmed(branch, periods)
+
+
+def _offers(branch: Branch, longest: int) -> tuple[list[PeriodicOrbit], list[float]]:
+    """Return orbits on other branches that the special points of a branch lead to, and the parameters where they leave."""
+    offers: list[PeriodicOrbit] = []
+    at: list[float] = []
+    most = max(1, longest // periods_of(branch))
+    for point in branch.special_points:
+        if point.kind not in SWITCHED:
             continue
-        if branch is None:
-            found.append({"header": None, "why": "", "offers": [], "at": []})
-            continue
-        header, mine = branch.to_record()
-        arrays |= {f"b{k}_{name}": np.asarray(values) for name, values in mine.items()}
-        offers: list[PeriodicOrbit] = []
-        at: list[float] = []
-        for point in branch.special_points:
-            if point.kind not in SWITCHED:
-                continue
-            most = payload["periods"] // orbit.periods
-            for other in switch_branch(point, n_max=max(1, most)):
-                if isinstance(other, PeriodicOrbit) and other.periods <= payload["periods"] and other.success:
-                    offers.append(other)
-                    at.append(point.parameter)
-        headers, more = packed(offers, f"o{k}_")
-        arrays |= more
-        found.append({"header": header, "why": "", "offers": headers, "at": at})
-    return {"branches": found}, arrays
+        for other in switch_branch(point, n_max=most):
+            if isinstance(other, PeriodicOrbit) and other.periods <= longest and other.success:
+                offers.append(other)
+                at.append(point.parameter)
+    return offers, at

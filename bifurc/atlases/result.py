@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import networkx as nx
-import numpy as np
 
 from .. import io, plotting
 from ..continuation.branch import Branch
@@ -12,6 +11,7 @@ from ..ensemble.region import Region
 from ..system import System
 from .graph import graph_of
 from .identity import orbits_at, periods_of, symmetric
+from .records import packed_branches, unpacked_branches
 from .search import Probe, Search
 from .stability import gaps, layers, stable_intervals
 
@@ -60,6 +60,14 @@ class Atlas:
         Parts of the work that raised.
     options : dict
     status : AtlasStatus
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> found = bf.atlas(bf.systems.impact_oscillator(), "omega", (1.2, 1.6), {"q0": (-3, 1), "v0": (-4, 4)}, probes=3,
+    ...                  checks=2, samples=50, periods=1)
+    >>> found.graph.number_of_edges() >= 1
+    True
     """
 
     system: System
@@ -134,13 +142,13 @@ class Atlas:
         """Return one row a branch: number, periods, from, to, stable intervals, special points, ends, mirror image, origin."""
         rows = []
         for k, branch in enumerate(self.branches):
-            p = branch.column("parameter")
+            reached = [*branch.column("parameter"), *(point.parameter for point in branch.special_points)]  # folds lie beyond rows
             kinds: dict[str, int] = {}
             for point in branch.special_points:
                 kinds[str(point.kind)] = kinds.get(str(point.kind), 0) + 1
             orbit = branch.orbits[len(branch) // 2]
             mirrored = self.system.symmetry == -1 and not symmetric(orbit)
-            rows.append({"branch": k, "periods": periods_of(branch), "from": float(p.min()), "to": float(p.max()),
+            rows.append({"branch": k, "periods": periods_of(branch), "from": float(min(reached)), "to": float(max(reached)),
                          "stable": [(a, b) for a, b, number in self.stable if number == k], "points": kinds,
                          "ends": tuple(str(reason) for reason in branch.stop_reason), "mirror_image": mirrored,
                          "origin": self.origins[k]})
@@ -211,12 +219,7 @@ class Atlas:
 
     def to_record(self) -> tuple[dict, dict]:
         """Return the JSON-able header and the arrays."""
-        headers: list[dict] = []
-        arrays: dict[str, np.ndarray] = {}
-        for k, branch in enumerate(self.branches):
-            header, mine = branch.to_record()
-            headers.append(header)
-            arrays |= {f"b{k}_{name}": np.asarray(values) for name, values in mine.items()}
+        headers, arrays = packed_branches(self.branches)
         header = {"kind": "atlas", "system": self.system.to_record(), "parameter": self.parameter, "bounds": list(self.bounds),
                   "region": self.region.to_record(), "branches": headers, "origins": list(self.origins),
                   "probes": [vars(probe) for probe in self.probes], "untraced": [list(item) for item in self.untraced],
@@ -226,11 +229,7 @@ class Atlas:
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Atlas":
         """Make the atlas that `to_record` described; ``elements`` are user classes and laws."""
-        branches = []
-        for k, mine in enumerate(header["branches"]):
-            start = f"b{k}_"
-            branches.append(Branch.from_record(mine, {name.removeprefix(start): values for name, values in arrays.items()
-                                                      if name.startswith(start)}, elements=elements))
+        branches = [branch for branch in unpacked_branches(header["branches"], arrays, elements) if branch is not None]
         low, high = header["bounds"]
         probes = tuple(Probe(**probe) for probe in header["probes"])
         untraced = tuple((value, why) for value, why in header["untraced"])

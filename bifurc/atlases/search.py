@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..basins.attractors.attractors import SampledAttractor
-from ..basins.sweeps.points import packed, sweep_points, unpacked
+from ..basins.attractors.records import packed, packed_points, unpacked_points
+from ..basins.sweeps.points import sweep_points
 from ..continuation.branch import Branch
 from ..jobs.executors import run_chunks
 from ..jobs.store import ChunkStore
@@ -13,6 +14,7 @@ from ..orbits.orbit import PeriodicOrbit
 from ..system import System
 from .identity import nodes_of, on_branch, orbits_at, periods_of
 from .jobs import trace_orbits
+from .records import unpacked_branches
 from .stability import gaps, stable_intervals
 
 ROUNDS = 12  # of probing gaps and checking, at most
@@ -138,9 +140,9 @@ class Search:
         payloads, known = [], []
         for value in values:
             mine = self.stable_at(value)
-            headers, arrays = packed([orbit for _, orbit in mine], "p0_a")
+            headers, arrays = packed_points([[orbit for _, orbit in mine]])
             known.append([number for number, _ in mine])
-            payloads.append({**self.job, "points": [{self.parameter: float(value)}], "known": [headers], "arrays": arrays})
+            payloads.append({**self.job, "points": [{self.parameter: float(value)}], "known": headers, "arrays": arrays})
         outcome = run_chunks(self.store, sweep_points, payloads, **self.run)
         for n, (value, numbers, result) in enumerate(zip(values, known, outcome.results, strict=True)):
             if result is None:
@@ -148,7 +150,7 @@ class Search:
                 continue
             meta, arrays = result
             point = meta["points"][0]
-            items = unpacked(point["attractors"], arrays, "p0_a", self.job["elements"])
+            (items,) = unpacked_points([point["attractors"]], arrays, self.job["elements"])
             places, periods, exponents = [], [], []
             for k, item in enumerate(items):
                 chaotic = isinstance(item, SampledAttractor)
@@ -203,7 +205,7 @@ class Search:
                 break
             payloads = []
             for orbit, _ in batch:
-                headers, arrays = packed([orbit], "start_")
+                headers, arrays = packed([orbit])
                 payloads.append({"orbits": headers, "arrays": arrays, "elements": self.job["elements"], "parameter": self.parameter,
                                  "bounds": list(self.bounds), "periods": self.options["periods"], "options": self.options["trace"]})
             outcome = run_chunks(self.store, trace_orbits, payloads, **self.run)
@@ -215,14 +217,10 @@ class Search:
                 mine = meta["branches"][0]
                 if mine["header"] is None and mine["why"]:
                     self.untraced.append((orbit.system.parameter(self.parameter), mine["why"]))
-                if mine["header"] is None:
-                    continue
-                prefix = "b0_"
-                branch = Branch.from_record(mine["header"], {name.removeprefix(prefix): values for name, values in arrays.items()
-                                                             if name.startswith(prefix)}, elements=self.job["elements"])
-                if self.branch_of(orbit) is None:
+                (branch,) = unpacked_branches([mine["header"]], arrays, self.job["elements"])
+                if branch is not None and self.branch_of(orbit) is None:
                     self.admit(branch, origin)
-                    offers = unpacked(mine["offers"], arrays, "o0_", self.job["elements"])
+                    (offers,) = unpacked_points([mine["offers"]], arrays, self.job["elements"])
                     self._queue += [(other, f"{self.parameter} = {at:.6g} on branch {len(self.branches) - 1}")
                                     for other, at in zip(offers, mine["at"], strict=True)]
 

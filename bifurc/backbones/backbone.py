@@ -77,7 +77,7 @@ def backbone(system: System, amplitudes, *, dof: int = 0, mode: int = 0, method:
     --------
     >>> import bifurc as bf
     >>> found = bf.backbone(bf.systems.duffing_oscillator(zeta=0.0), [0.1, 0.5, 1.0])
-    >>> round(found.omega[-1], 10)
+    >>> round(float(found.omega[-1]), 10)
     1.317776065
     """
     values = np.atleast_1d(np.asarray(amplitudes, float))

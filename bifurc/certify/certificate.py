@@ -78,6 +78,13 @@ class Certificate:
         Processor time.
     message : str
         What was proved, or what was not and why.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> orbit.certify().exists             # doctest: +SKIP
+    True
     """
 
     exists: Verdict

@@ -106,6 +106,7 @@ class Packer:
         self._modes: dict[tuple[int, Hashable], Mode] = {}
         self._loads: dict[tuple[int, Hashable], np.ndarray | None] = {}
         self._pieces: dict[tuple[int, Hashable], list[Piece]] = {}
+        self._laws: dict[tuple[int, Hashable], dict[tuple, tuple[SceneLaw, Piece]]] = {}
 
     def _place(self, element) -> Placed:
         site = element.site(self.system.n)
@@ -221,24 +222,25 @@ class Packer:
     def laws(self, all_keys: list[tuple]) -> tuple[SceneLaw, ...]:
         """Return the laws that act in any of the modes: forces, reactions, guards, each in the order they are met."""
         places = dict.fromkeys((e, key) for keys in all_keys for e, key in enumerate(keys))
-        return parts.joined([law for e, key in places for law, _ in self._scene_laws(e, key)])
+        return parts.joined([law for e, key in places for law, _ in self._scene_laws(e, key).values()])
 
-    def _scene_laws(self, e: int, key: Hashable) -> list[tuple[SceneLaw, Piece]]:
-        """Return the laws of one mode of an element."""
-        found: list[tuple[SceneLaw, Piece]] = []
-        for piece in self.pieces(e, key):
-            what = Law(piece.function, piece.values, piece.jacobian)
-            law = SceneLaw(e, self.system.labels[e], (key,), len(self.sites[e].J), what, piece.stage, 0, piece.curved)
-            slot = sum(other.group == law.group[:2] + (other.slot,) + law.group[3:] for other, _ in found)
-            found.append((law._replace(slot=slot), piece))
+    def _scene_laws(self, e: int, key: Hashable) -> dict[tuple, tuple[SceneLaw, Piece]]:
+        """Return the laws of one mode of an element with their pieces, by `SceneLaw.group`; made once."""
+        found = self._laws.get((e, key))
+        if found is None:
+            found = self._laws[e, key] = {}
+            for piece in self.pieces(e, key):
+                what = Law(piece.function, piece.values, piece.jacobian)
+                law = SceneLaw(e, self.system.labels[e], (key,), len(self.sites[e].J), what, piece.stage, 0, piece.curved)
+                while law.group in found:
+                    law = law._replace(slot=law.slot + 1)
+                found[law.group] = law, piece
         return found
 
     def acting(self, law: SceneLaw, keys: tuple) -> Piece | None:
         """Return the piece that a law of the scene is in the mode of these keys; None where it does not act."""
         key = keys[law.element]
-        if key not in law.keys:
-            return None
-        return next(piece for own, piece in self._scene_laws(law.element, key) if own.group == law.group)
+        return self._scene_laws(law.element, key)[law.group][1] if key in law.keys else None
 
     def _held(self, keys: tuple) -> tuple[np.ndarray, np.ndarray, list]:
         """Return held rows J (holds, n), pushes J^T push (n, holds), and the (element, hold) pairs."""
@@ -259,9 +261,9 @@ class Packer:
             T.LS[row:row + law.rows] = site.S
             row += law.rows
             for key in law.keys:
-                piece = next(piece for own, piece in self._scene_laws(law.element, key) if own.group == law.group)
-                T.law[value:value + len(piece.values)] = piece.values
-                value += len(piece.values)
+                values = self._scene_laws(law.element, key)[law.group][1].values
+                T.law[value:value + len(values)] = values
+                value += len(values)
         n, ns, eye = self.frame.n, self.frame.ns, self.frame.eye
         T.A[:, :n, n:2 * n] = eye[:n, :n]
         T.A[:, n:2 * n] = self.core_rows

@@ -34,6 +34,14 @@ class Branch(Notebook):
         Low and high, own units.
     problems : list
         Problems in the order of arclength; more than one where the equations changed on the way.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> branch = bf.trace(orbit, "omega", bounds=(1.45, 1.55))
+    >>> bool((branch.column("rms_0") > 0.0).all())
+    True
     """
 
     _facts = ("parameter", "bounds", "stop_reason")

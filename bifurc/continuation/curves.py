@@ -385,6 +385,15 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
         If the point cannot be corrected onto a curve.
     ValueError
         For kinds that no curve follows, unknown parameters, and bounds that do not hold the start.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> duffing = bf.systems.duffing_oscillator()
+    >>> branch = bf.trace(bf.find_orbit(duffing), "omega", bounds=(0.5, 2.5))
+    >>> fold = [point for point in branch.special_points if point.kind == "fold"][0]
+    >>> len(bf.trace_curve(fold, ("omega", "zeta"), bounds=((0.5, 2.5), (0.01, 0.4))).special_points) > 0     # a cusp
+    True
     """
     if not isinstance(point, SpecialPoint) or point.problem is None:
         raise ValueError(f"point = {point!r} is not allowed; it must be a special point of a branch, with its problem")

@@ -215,14 +215,15 @@ def beginning(half, row, new, j):
 
 
 def ending(half, row, new, j):
-    """Return the last row of a part, or where a test is zero or not known there, a row just before it.
+    """Return the last row of a part, or where a test may be zero or not known there, a row just before it: on a boundary an event
+    has no duration, and what is divided by that is rounding.
 
     Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
     zero; None if it has no clear sign before either, in a step of that length.
     """
     value = abs(new.tests[j])
     here = j == 0 and value * (new.s - row.s) <= AT_BOUNDARY * abs(new.tests[0] - row.tests[0])
-    if not here and value > (BOUNDARY_BAND if j == 0 else MONITOR_BAND * half.sizes[j]):
+    if not here and j == 0 and value > BOUNDARY_BAND:
         return new
     inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in near(row, new, j)))
     return inner if inner is not None else None if here else new

@@ -211,7 +211,7 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     >>> import bifurc as bf
     >>> system = bf.System(1.0, 0.0, 1.0, [bf.elements.ElasticStop(gap=1.0, stiffness=4.0)])
     >>> round(bf.nonlinear_mode(system, energy=2.0).omega, 6)
-    1.233669
+    1.170544
     """
     if not conservative(system):
         raise ValueError(f"{system!r} does not keep its energy; nonlinear modes are those of a conservative system")

@@ -41,6 +41,15 @@ class SpecialPoint(Notebook):
         Unit tangents, in scaled unknowns, of the branches that cross at a branch point.
     recorded : dict of str to float
         What ``record=`` of `trace` gives at this point.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> duffing = bf.systems.duffing_oscillator()
+    >>> branch = bf.trace(bf.find_orbit(duffing), "omega", bounds=(0.5, 2.5))
+    >>> fold = [point for point in branch.special_points if point.kind == "fold"][0]
+    >>> fold.error < 1e-9
+    True
     """
 
     _facts: ClassVar = ("kind", "name", "parameter", "error", "status", "before", "after")

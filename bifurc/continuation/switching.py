@@ -40,6 +40,15 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     -------
     Switched
         A tuple, possibly empty; ``.status`` says why.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> duffing = bf.systems.duffing_oscillator()
+    >>> branch = bf.trace(bf.find_orbit(duffing), "omega", bounds=(0.5, 2.5))
+    >>> fold = [point for point in branch.special_points if point.kind == "fold"][0]
+    >>> bf.switch_branch(fold)            # nothing leaves a fold
+    Switched(0 starts: no other branch is known at a fold)
     """
     if not isinstance(point, SpecialPoint):
         raise ValueError(f"point = {point!r} is not allowed; it must be a special point of a branch, such as "

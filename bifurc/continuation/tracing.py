@@ -79,6 +79,14 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
         If the start cannot be corrected onto a branch or is not valid.
     ValueError
         For bounds that are empty or do not hold the start, and step lengths that are not positive.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> branch = bf.trace(orbit, "omega", bounds=(1.45, 1.55))
+    >>> [str(reason) for reason in branch.stop_reason]
+    ['bound', 'bound']
     """
     low, high = ordered_bounds(bounds)
     switch("trace", "progress", progress)

@@ -60,12 +60,15 @@ class Characteristic:
         angle = np.linspace(0.0, np.pi, POINTS + 1)
         value = self(radius * np.exp(1j * angle), gain)
         while True:  # points are added where the argument turns fast
-            turn = np.abs(np.angle(value[1:] / value[:-1]))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                turn = np.abs(np.angle(value[1:] / value[:-1]))
             coarse = np.flatnonzero(~(turn < TURN))
             if not coarse.size:
                 break
             if np.min(angle[coarse + 1] - angle[coarse]) < FINEST or not np.isfinite(value).all() or not value.all():
-                raise OnCircle(f"a multiplier lies on the circle of radius {1.0 / radius:g} to rounding at the gain {gain:.12g}")
+                raise OnCircle(f"a multiplier lies on the circle of radius {1.0 / radius:g} to rounding at the gain {gain:.12g}, "
+                               "or the characteristic function is lost in rounding there; choose a larger "
+                               "circle")
             middle = 0.5 * (angle[coarse] + angle[coarse + 1])
             angle = np.insert(angle, coarse + 1, middle)
             value = np.insert(value, coarse + 1, self(radius * np.exp(1j * middle), gain))

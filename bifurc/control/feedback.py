@@ -31,8 +31,9 @@ def feedback_range(orbit: PeriodicOrbit, of: str = "displacement", bounds=(0.0, 
         What is fed back: the force is K (s(t - T) - s(t)), with s the coordinate or its velocity.
     bounds : pair of float
         Of the gain K: force per length, or per speed.
-    row : int or sequence of float
-        Degree of freedom that is measured and pushed, or n factors of the coordinates.
+    row : int, sequence of float (n,), or sequence of such (m, n)
+        Degree of freedom that is measured and pushed, or n factors of the coordinates; several rows are each fed back to
+        itself with the same gain, such as ``((1, 0), (0, 1))`` for both coordinates of a rotor.
     memory : float
         R of the extended feedback, 0 <= R < 1; 0: plain.
     delay : float, optional
@@ -115,16 +116,16 @@ def controlled_multipliers(orbit: PeriodicOrbit, of: str, gain: float, *, row=0,
     NotSupported
         Where the velocity that is fed back jumps: the return map has no derivative there (`feedback_range` treats it).
     ArithmeticError
-        When the two methods disagree; a smaller disc may help.
+        When the two methods disagree, or small multipliers are lost in rounding (large gains); a larger ``least`` may help.
     """
     gain = number("controlled_multipliers", "gain", gain)
     least = number("controlled_multipliers", "least", least, above=memory)
-    linear = linearized(orbit, of, row, abs(gain))
+    linear = linearized(orbit, of, row, abs(gain) * max(1.0, 0.5 * (1.0 + 1.0 / least)))  # |K (1 - 1/lambda)| on the circle
     if linear.jumping:
         raise NotSupported(f"the velocity jumps at {linear.jumping[0].label!r}: with velocity feedback the return map is not "
                            "differentiable there and has no multipliers; see feedback_range")
     equation = Characteristic(linear, memory)
-    rough = Collocated(linear, memory).multipliers(gain)
+    rough = Collocated(linear, memory).outside(gain, least)
     found = [mu for value in rough[np.abs(rough) > least] if (mu := equation.root(1.0 / value, gain)) is not None]
     wanted = equation.count(gain, 1.0 / least)
     if len(found) != wanted:
@@ -155,13 +156,12 @@ class _Smooth:
 
     def modulus(self, gain: float) -> float:
         """Return the largest modulus of a multiplier."""
-        value = self.operator.multipliers(gain)[0]
-        return float(abs(value))
+        return abs(self.operator.leading(gain))
 
     def end(self, low: float, high: float) -> FeedbackEnd:
         """Return where the largest multiplier crosses the unit circle between two gains."""
         gain = float(brentq(lambda k: self.modulus(k) - 1.0, low, high, xtol=1e-300, rtol=1e-10))
-        value = complex(self.operator.multipliers(gain)[0])
+        value = self.operator.leading(gain)
         polished = self.equation.crossing(abs(math.atan2(value.imag, value.real)), gain)
         if polished is None or not min(low, high) <= polished[1] <= max(low, high):
             kind = EndKind.PERIOD_DOUBLING if value.real < 0.0 and abs(value.imag) < 1e-6 else EndKind.NEIMARK_SACKER
@@ -204,7 +204,7 @@ class _Jumping:
 
 def repeated(linear: Linearization, times: int) -> Linearization:
     """Return the equations over several periods."""
-    return Linearization(linear.orbit, linear.pieces * times, linear.row, linear.kept)
+    return Linearization(linear.orbit, linear.pieces * times, linear.rows, linear.kept)
 
 
 def _scan(orbit, of, bounds, memory, analysis, samples) -> FeedbackRange:

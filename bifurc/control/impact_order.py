@@ -38,11 +38,14 @@ class ImpactOrder:
     Raises
     ------
     NotSupported
-        For more than three such impacts a period.
+        For more than three such impacts a period, and for feedback of more than one row.
     """
 
     def __init__(self, linear: Linearization):
         self.linear = linear
+        if len(linear.rows) > 1:
+            raise NotSupported(f"velocity feedback of {len(linear.rows)} rows where the velocity jumps (impact of "
+                               f"{linear.jumping[0].label!r}) is not treated; feed one row or the displacement back, or simulate")
         self.count = len(linear.jumping)
         if self.count > MOST_JUMPS:
             raise NotSupported(f"the orbit has {self.count} impacts a period; velocity feedback at rigid stops is treated for up "
@@ -60,8 +63,7 @@ class ImpactOrder:
     def matrix(self, growth: np.ndarray, gain: float, pattern: Pattern) -> tuple[np.ndarray, np.ndarray]:
         """Return the matrices I - (closing)(flights) (k, 2 ns, 2 ns) at ``growth`` (k,) over two periods, and rows (k, 2 m, 2 ns)
         that give dl of both periods."""
-        linear, ns = self.linear, self.linear.row.size
-        c = linear.row
+        linear, ns = self.linear, self.linear.rows.shape[1]
         k = len(growth)
         total = np.broadcast_to(np.eye(2 * ns), (k, 2 * ns, 2 * ns))
         couple = np.zeros((k, 2, 2))  # feedback of (1, 2) on (s1, s2) per gain
@@ -73,20 +75,20 @@ class ImpactOrder:
             if isinstance(piece.kick, Kick):
                 kick = piece.kick
                 jump = np.broadcast_to(np.kron(np.eye(2), kick.S), (k, 2 * ns, 2 * ns)).copy()
-                jump += gain * np.einsum("kab,ij->kaibj", couple, np.outer(kick.push, c)).reshape(k, 2 * ns, 2 * ns)
+                jump += gain * np.einsum("kab,ij->kaibj", couple, kick.push @ linear.rows).reshape(k, 2 * ns, 2 * ns)
                 if id(kick) in self._jumps:
                     later = np.einsum("kab,j->kabj", couple, kick.arrival).reshape(k, 2, 2 * ns)  # dl of both periods
                     shifts.append(later @ total)
                     for period in (0, 1):
                         where = kick.before if signs[period, j] > 0 else kick.after
-                        jump[:, period * ns:(period + 1) * ns] += -gain * kick.jump * where[:, None] * later[:, period, None]
+                        jump[:, period * ns:(period + 1) * ns] += -gain * kick.jump * where * later[:, period, None]
                     j += 1
                 total = jump @ total
             elif piece.kick is not None:
                 total = np.kron(np.eye(2), piece.kick) @ total
             if last is None or piece.A is not last.A:
                 A = np.einsum("nij,ab->naibj", piece.A, np.eye(2)).reshape(1, NODES, 2 * ns, 2 * ns) + gain * np.einsum(
-                    "kab,ij->kaibj", couple, np.outer(piece.b, c)).reshape(k, 1, 2 * ns, 2 * ns)
+                    "kab,ij->kaibj", couple, piece.b @ linear.rows).reshape(k, 1, 2 * ns, 2 * ns)
                 step = flow(piece, A)
             last, total = piece, step @ total
         closing = np.zeros((k, 2 * ns, 2 * ns))
@@ -133,8 +135,8 @@ class ImpactOrder:
 
     def iterated(self, gain: float, seed: int = 0) -> float:
         """Return the growth per period of the fastest of some random perturbations, by iterating the piecewise linear map."""
-        linear, ns = self.linear, self.linear.row.size
-        c = linear.row
+        linear, ns = self.linear, self.linear.rows.shape[1]
+        c = linear.rows[0]
         pieces = [_responses(piece, c, gain) for piece in linear.pieces]
         rng = np.random.default_rng(seed)
         y = rng.normal(size=(ns, STARTS))
@@ -148,12 +150,12 @@ class ImpactOrder:
             for k, (piece, (from_y, from_d, end_y, end_d)) in enumerate(zip(linear.pieces, pieces, strict=True)):
                 kick = piece.kick
                 if isinstance(kick, Kick):
-                    moved = kick.S @ y + np.outer(kick.push, gain * (c @ y) - gain * p_end[k])
+                    moved = kick.S @ y + kick.push * (gain * (c @ y) - gain * p_end[k])
                     p_end[k] = c @ y
                     if id(kick) in self._jumps:
                         now = kick.arrival @ y
                         dl = now - times[event]
-                        moved -= gain * kick.jump * dl * np.where(dl > 0.0, kick.before[:, None], kick.after[:, None])
+                        moved -= gain * kick.jump * dl * np.where(dl > 0.0, kick.before, kick.after)
                         times[event] = now
                     y = moved
                     event += 1
@@ -181,9 +183,9 @@ def _responses(piece, c: np.ndarray, gain: float):
     """Return how values (NODES,) and end (ns,) of a piece follow from its start (ns,) and the delayed part of p (NODES,)."""
     ns = c.size
     _, inner, ends = gauss()
-    A = piece.A + gain * np.outer(piece.b, c)
+    A = piece.A + gain * np.outer(piece.b[:, 0], c)
     system = np.eye(NODES * ns) - piece.span * np.einsum("ij,jab->iajb", inner, A).reshape(NODES * ns, NODES * ns)
-    drive = np.einsum("a,jm->jam", piece.b, np.eye(NODES))
+    drive = np.einsum("a,jm->jam", piece.b[:, 0], np.eye(NODES))
     right = np.concatenate((np.tile(np.eye(ns), (NODES, 1)),
                             piece.span * np.einsum("ij,jam->iam", inner, drive).reshape(NODES * ns, NODES)), axis=1)
     values = np.linalg.solve(system, right).reshape(NODES, ns, ns + NODES)

@@ -1,12 +1,12 @@
 """An orbit's variational equations with room for a feedback: pieces between events, their jumps, and where the feedback acts.
 
-The feedback is a force -p(t) along one row (a degree of freedom, or a combination) and p is proportional to the coordinate s
-that is fed back, so that a perturbation dy of the orbit obeys
+The feedback is a force -p_k(t) along each of m rows (a degree of freedom, or a combination) and p_k is proportional to the
+coordinate s_k that is fed back there, so that a perturbation dy of the orbit obeys
 
     dy' = A(t) dy + b p,        dy+ = S dy- + (rho + J gamma) p   at an event,
 
 with p first order in dy: the feedback vanishes on the orbit.  b, rho and gamma are read off the same scene with a spring (or a
-dashpot) of unit size at that row, so that held rows, reactions and every contact law take part as they do anywhere else.
+dashpot) of unit size at each row, so that held rows, reactions and every contact law take part as they do anywhere else.
 """
 from dataclasses import dataclass
 
@@ -41,14 +41,14 @@ class Kick:
     ----------
     S : ndarray (ns, ns)
         Saltation matrix.
-    push : ndarray (ns,)
+    push : ndarray (ns, m)
         What the feedback p at the event adds, rho + J gamma (reactions that guard a release feel it).
     arrival : ndarray (ns,)
         The event happens ``arrival @ dy + delayed p`` later than on the orbit.
-    jump : float
-        Jump of the coordinate that is fed back.
-    before, after : ndarray (ns,)
-        Change of the state after the event by a unit of p acting for a unit of time just before, and just after it.
+    jump : ndarray (m,)
+        Jumps of the coordinates that are fed back.
+    before, after : ndarray (ns, m)
+        Change of the state after the event by units of p acting for a unit of time just before, and just after it.
     label : str
         Element.
     """
@@ -56,7 +56,7 @@ class Kick:
     S: np.ndarray
     push: np.ndarray
     arrival: np.ndarray
-    jump: float
+    jump: np.ndarray
     before: np.ndarray
     after: np.ndarray
     label: str
@@ -73,7 +73,7 @@ class Piece:
     start, span : float
         Time, from the section at phase 0, and duration.
     A : ndarray (NODES, ns, ns)
-    b : ndarray (ns,)
+    b : ndarray (ns, m)
     constant : bool
         The piece's equations do not depend on time.
     """
@@ -94,15 +94,15 @@ class Linearization:
     ----------
     orbit : PeriodicOrbit
     pieces : tuple of Piece
-    row : ndarray (ns,)
-        The coordinate that is fed back, s = row @ y.
+    rows : ndarray (m, ns)
+        The coordinates that are fed back, s = rows @ y.
     kept : list of int
         States that nothing changes in a period: they label a continuum of orbits and are left out of the multipliers.
     """
 
     orbit: PeriodicOrbit
     pieces: tuple[Piece, ...]
-    row: np.ndarray
+    rows: np.ndarray
     kept: list[int]
 
     @property
@@ -112,23 +112,23 @@ class Linearization:
 
     @property
     def jumping(self) -> list[Kick]:
-        """Events at which the coordinate that is fed back jumps."""
-        size = max(abs(kick.jump) for kick in self.kicks) if self.kicks else 0.0
-        return [kick for kick in self.kicks if abs(kick.jump) > JUMPS * max(size, 1e-300)] if size > 0.0 else []
+        """Events at which a coordinate that is fed back jumps."""
+        size = max((float(np.abs(kick.jump).max()) for kick in self.kicks), default=0.0)
+        return [kick for kick in self.kicks if np.abs(kick.jump).max() > JUMPS * size] if size > 0.0 else []
 
     def transition(self, kappa: np.ndarray) -> np.ndarray:
         """Return the matrices (k, ns, ns) over the period for p = kappa s, one a value of ``kappa`` (k,), complex."""
         kappa = np.asarray(kappa)[:, None, None]
-        ns = self.row.size
+        ns = self.rows.shape[1]
         total = np.broadcast_to(np.eye(ns, dtype=kappa.dtype), (len(kappa), ns, ns))
         last, step = None, total
         for piece in self.pieces:
             if isinstance(piece.kick, Kick):
-                total = (piece.kick.S + kappa * np.outer(piece.kick.push, self.row)) @ total
+                total = (piece.kick.S + kappa * (piece.kick.push @ self.rows)) @ total
             elif piece.kick is not None:
                 total = piece.kick @ total
             if last is None or piece.A is not last.A:  # pieces of one interval with constant equations share them
-                step = flow(piece, piece.A + kappa[..., None] * np.outer(piece.b, self.row))
+                step = flow(piece, piece.A + kappa[..., None] * (piece.b @ self.rows))
             last, total = piece, step @ total
         return total
 
@@ -162,8 +162,9 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     orbit : PeriodicOrbit
         Converged and admissible.
     of : {"displacement", "velocity"}
-    row : int or sequence of float
-        Degree of freedom, or n factors: where it is measured and where the force acts.
+    row : int, sequence of float (n,), or sequence of such (m, n)
+        Degree of freedom, or factors of the coordinates: where it is measured and where the force acts; several rows are fed
+        back each to itself with the same gain.
     strength : float
         Largest size of the gain that will be asked for: pieces are made short enough for it.
 
@@ -183,12 +184,25 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     if orbit._disputed is not None:
         raise NotSupported(orbit.message)
     scene, T = orbit.scene, orbit.equations.path.tables
-    where = {"dof": int(row)} if np.ndim(row) == 0 else {"row": tuple(float(factor) for factor in row)}
-    unit = LinearSpring(stiffness=float(of == "displacement"), damping=float(of == "velocity"), **where)
-    plus = with_element(orbit.system, unit)
-    c = np.zeros(scene.ns)
-    c[slice(0, scene.n) if of == "displacement" else slice(scene.n, 2 * scene.n)] = unit.site(scene.n).R[0]
-    return Linearization(orbit, tuple(_pieces(orbit, scene, T, scene_of(plus), c, strength)), c, orbit.family)
+    units = [LinearSpring(stiffness=float(of == "displacement"), damping=float(of == "velocity"), **place) for place in places(row)]
+    C = np.zeros((len(units), scene.ns))
+    for c, unit in zip(C, units, strict=True):
+        c[slice(0, scene.n) if of == "displacement" else slice(scene.n, 2 * scene.n)] = unit.site(scene.n).R[0]
+    if np.linalg.matrix_rank(C) < len(C):
+        raise ValueError(f"row = {row!r} is not allowed; its rows must be independent")
+    plus = [scene_of(with_element(orbit.system, unit)) for unit in units]
+    return Linearization(orbit, tuple(_pieces(orbit, scene, T, plus, C, strength)), C, orbit.family)
+
+
+def places(row) -> list[dict]:
+    """Return the keywords of elements that act on a degree of freedom, along n factors, or along each of several rows."""
+    if np.ndim(row) == 0:
+        return [{"dof": row if isinstance(row, str) else int(row)}]
+    if np.ndim(row) == 1:
+        return [{"row": tuple(float(factor) for factor in row)}]
+    if np.ndim(row) == 2 and len(row):
+        return [{"row": tuple(float(factor) for factor in one)} for one in row]
+    raise ValueError(f"row = {row!r} is not allowed; it must be a degree of freedom, n factors, or several rows of n factors")
 
 
 def with_element(system: System, element) -> System:
@@ -196,12 +210,15 @@ def with_element(system: System, element) -> System:
     return System(system.mass, system.damping, system.stiffness, (*system.elements, element), omega=system.omega)
 
 
-def _pieces(orbit: PeriodicOrbit, scene: Scene, T, plus: Scene, c: np.ndarray, strength: float):
+def _pieces(orbit: PeriodicOrbit, scene: Scene, T, plus: list[Scene], C: np.ndarray, strength: float):
     """Yield the pieces of a period."""
     whole, U = orbit._whole
     nodes, rows = whole.nodes, U.reshape(len(whole.nodes), -1)
-    images = [plus.index((*keys, ALWAYS)) for keys in scene.keys]
-    P, period = plus.tables, orbit.forcing_period
+    units = []  # tables, and their modes, with a unit of the feedback of each row
+    for unit in plus:
+        images = [unit.index((*keys, ALWAYS)) for keys in scene.keys]
+        units.append((unit.tables, images))
+    period = orbit.forcing_period
     engine, motion = orbit.equations.kernel, orbit.equations.motion
     ns, nx = scene.ns, T.A.shape[2]
     reset = np.empty((ns, nx))
@@ -212,9 +229,14 @@ def _pieces(orbit: PeriodicOrbit, scene: Scene, T, plus: Scene, c: np.ndarray, s
         x, xp = np.empty(nx), np.empty(nx)
         motion.start_of(T, nodes, U, i, reset, xp)
         x[:ns], x[ns:] = rows[i][1:], xp[ns:]
-        kick = _section(engine, T, node, x, ns) if g < 0 else _kick(orbit, scene, T, P, images, node, x, xp, c)
-        b = P.A[images[after], :, :ns] @ c / (c @ c) - T.A[after, :, :ns] @ c / (c @ c)
-        yield from _parts(scene, T, after, kick, start, end - start, xp, b, c, strength)
+        kick = _section(engine, T, node, x, ns) if g < 0 else _kick(orbit, scene, T, units, node, x, xp, C)
+        b = _effect(units, C, lambda P, images, after=after: P.A[images[after], :, :ns] - T.A[after, :, :ns])
+        yield from _parts(scene, T, after, kick, start, end - start, xp, b, C, strength)
+
+
+def _effect(units, C: np.ndarray, change) -> np.ndarray:
+    """Return (..., m): what a unit of p at each row adds to what ``change(tables, modes)`` (..., ns) reads off."""
+    return np.stack([change(P, images) @ c / (c @ c) for (P, images), c in zip(units, C, strict=True)], axis=-1)
 
 
 def _section(engine, T, node, x, ns):
@@ -224,7 +246,7 @@ def _section(engine, T, node, x, ns):
     return P[:, :ns]
 
 
-def _kick(orbit, scene, T, P, images, node, x, xp, c) -> Kick:
+def _kick(orbit, scene, T, units, node, x, xp, C) -> Kick:
     """Return what an event does to a perturbation, with the feedback at it."""
     before, g, after = int(node[BEFORE]), int(node[GUARD]), int(node[AFTER])
     label, ns = scene.element_name(before, g), scene.ns
@@ -242,20 +264,19 @@ def _kick(orbit, scene, T, P, images, node, x, xp, c) -> Kick:
     if rate == 0.0:
         raise NotSupported(f"{label!r} is touched with zero speed on this orbit: its multipliers are not finite")
     J = (fp - R @ np.concatenate((f, dw))) / rate
-    square = c @ c
-    gamma = float((P.G[images[before], g, :ns] - T.G[before, g, :ns]) @ c / square)
-    rho = (P.R[images[before], g, :, :ns] - T.R[before, g, :, :ns]) @ c / square
-    b = [(P.A[images[m], :, :ns] - T.A[m, :, :ns]) @ c / square for m in (before, after)]
-    return Kick(R[:, :ns] + np.outer(J, h[:ns]), rho + J * gamma, -h[:ns] / rate, float(c @ (xp[:ns] - x[:ns])), R[:, :ns] @ b[0],
-                b[1], label)
+    gamma = _effect(units, C, lambda P, images: P.G[images[before], g, :ns] - T.G[before, g, :ns])
+    rho = _effect(units, C, lambda P, images: P.R[images[before], g, :, :ns] - T.R[before, g, :, :ns])
+    b = [_effect(units, C, lambda P, images, m=m: P.A[images[m], :, :ns] - T.A[m, :, :ns]) for m in (before, after)]
+    return Kick(R[:, :ns] + np.outer(J, h[:ns]), rho + np.outer(J, gamma), -h[:ns] / rate, C @ (xp[:ns] - x[:ns]),
+                R[:, :ns] @ b[0], b[1], label)
 
 
-def _parts(scene, T, mode, kick, start, span, xp, b, c, strength):
+def _parts(scene, T, mode, kick, start, span, xp, b, C, strength):
     """Yield the pieces of one interval: a single one where the equations are constant, otherwise short enough to collocate."""
     ns = scene.ns
     constant = not (T.acts.shape[1] and T.acts[mode].any())
     points, _, _ = gauss()
-    rate = max(TURN / T.step[mode], float(np.abs(np.linalg.eigvals(T.A[mode, :, :ns] + 2.0 * strength * np.outer(b, c))).max()))
+    rate = max(TURN / T.step[mode], float(np.abs(np.linalg.eigvals(T.A[mode, :, :ns] + 2.0 * strength * (b @ C))).max()))
     count = max(1, int(np.ceil(span * rate / TURN)))
     size, engine = span / count, kernels(scene.laws, scene.n)
     A = np.repeat(T.A[mode, :, :ns][None], NODES, axis=0)

@@ -89,6 +89,13 @@ class ElasticStator(AroundPoint):
     x, y, against_x, against_y, centre_x, centre_y, radius, surface_speed, frame_spin
         See `AroundPoint`.
 
+    Notes
+    -----
+    The limit of large stiffness is `RigidStator`.  With the damping 2 b sqrt(stiffness m), m the mass met, and release at zero
+    force a contact has the restitution exp(-(b / c) atan2(2 b c, 2 b^2 - 1)), c = sqrt(1 - b^2) (0.5: b = 0.2552756376486518).
+    Orbits then differ from the rigid ones by O(stiffness^(-1/2)), so that two stiffnesses extrapolate.  Without contact damping
+    sliding all the way round a stiff stator is unstable from the spin damping ratio / friction on (over the natural frequency).
+
     References
     ----------
     Zhang Sijin, impact dynamics (2008), sections 4.2 and 5.2.

@@ -87,6 +87,13 @@ class Trajectory(Notebook):
     events : tuple of Event
     modes : tuple
         Element keys after every event, the start first.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> motion = bf.simulate(bf.systems.impact_oscillator(), (0.0, 0.0), periods=20)
+    >>> motion.success, motion.y.shape[1]
+    (True, 2)
     """
 
     _facts = ("start", "stop", "status")

@@ -35,6 +35,12 @@ class Model:
     M, C, K, G : ndarray (n, n)
     dofs : tuple of str, or None
     source : str
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> bf.read("rotor.mat").M.shape      # doctest: +SKIP
+    (24, 24)
     """
 
     M: np.ndarray = field(repr=False)
@@ -137,6 +143,11 @@ def from_ross(rotor: Any, speed: float) -> Model:
     Raises
     ------
     ValueError
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.from_ross(rotor, speed=100.0).system()     # a `ross.Rotor`  # doctest: +SKIP
     """
     speed = float(speed)
     if not np.isfinite(speed):

@@ -32,9 +32,11 @@ from .solving import solve
 CHUNK = 24  # slowest periods simulated between attempts
 FIRST = 6  # slowest periods simulated from a guess
 SAMPLES = 64  # points a fastest period, at which the slope of a coordinate is looked at
+MOST_SAMPLES = 200_000  # of one motion
 MANY = 100_000  # events of one simulation
 NEAR = 0.25  # scaled distance of two returns that are taken for a guess
 MOST = 12  # returns of one motion that are compared
+SWINGS = 4 * MOST  # looked at of a motion that is fast
 TRIALS = 6  # pairs of them that Newton starts from
 CLOSE = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
 SHORTEST = 1e-2  # of the guess of the period: every state comes back after no time
@@ -205,7 +207,7 @@ def from_motion(system: System, motion: Trajectory, period: float | None, early:
     """Yield the orbits that Newton finds between two returns of a motion, the nearest pairs first; ``early``: those at its
     beginning first."""
     scene = scene_of(system)
-    found = returns(motion)
+    found = returns(motion, early)
     found = found[:MOST] if early else found[-MOST:]
     length = float(max((np.abs(item.state[:scene.n]).max() for item in found), default=0.0))
     pairs = []
@@ -259,8 +261,9 @@ def section(scene: Scene, y, weights) -> np.ndarray:
     return plane
 
 
-def returns(motion: Trajectory) -> list[Return]:
-    """Return the listed events of a motion; the maxima of its widest coordinate where it has none that repeats."""
+def returns(motion: Trajectory, early: bool) -> list[Return]:
+    """Return the listed events of a motion; where it has none that repeats, maxima of its widest coordinate, the first of them if
+    ``early``, else the last."""
     R = motion.recorded
     found = []
     for row, time, before, speed in zip(R.rows[1:].tolist(), R.times[1:], R.before[1:], R.speeds[1:], strict=True):
@@ -269,18 +272,27 @@ def returns(motion: Trajectory) -> list[Return]:
             found.append(Return(float(time), (m, g, after, 0, 1 if what == CHATTER else 0), before, float(speed)))
     if len({item.node for item in found}) < len(found):
         return found
-    return maxima(motion, found[-1].time if found else motion.start)
+    return maxima(motion, found[-1].time if found else motion.start, motion.stop, early)
 
 
-def maxima(motion: Trajectory, begin: float) -> list[Return]:
-    """Return the maxima, after ``begin``, of the coordinate with the largest extent."""
+def maxima(motion: Trajectory, begin: float, stop: float, early: bool) -> list[Return]:
+    """Return maxima, between ``begin`` and ``stop``, of the coordinate with the largest extent: all of a slow motion, the first or
+    the last of a fast one."""
     scene = scene_of(motion.system)
-    count = int(np.ceil(SAMPLES * (motion.stop - begin) / fastest(scene)))
-    if count < 2:
-        return []
-    t = np.linspace(begin, motion.stop, min(count, 200_000) + 1)
-    y = motion(t)
-    i = scene.n + int(np.argmax(np.ptp(y[:, :scene.n], axis=0)))
+    short = fastest(scene)  # of the affine part: under a stiffening law the motion may be far faster
+    while True:
+        count = min(int(np.ceil(SAMPLES * (stop - begin) / short)), MOST_SAMPLES)
+        if count < 2:
+            return []
+        t = np.linspace(begin, stop, count + 1)
+        y = motion(t)
+        i = scene.n + int(np.argmax(np.ptp(y[:, :scene.n], axis=0)))
+        # a harmonic motion of this extent and largest speed has this period
+        swing = np.pi * float(np.ptp(y[:, i - scene.n])) / max(float(np.abs(y[:, i]).max()), 1e-300)
+        if not 0.0 < swing < 0.5 * short or count == MOST_SAMPLES:
+            break
+        short = swing
+        begin, stop = (begin, min(stop, begin + SWINGS * swing)) if early else (max(begin, stop - SWINGS * swing), stop)
     mode = int(motion.recorded.rows[-1, 2])
     found = []
     for k in np.flatnonzero((y[:-1, i] > 0.0) & (y[1:, i] <= 0.0)).tolist():

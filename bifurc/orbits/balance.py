@@ -160,6 +160,13 @@ class HarmonicOrbit(Notebook):
     period : float
         Time.
     how : dict
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.duffing_oscillator(), method=bf.HarmonicBalance(harmonics=7))
+    >>> orbit.success
+    True
     """
 
     _facts = ("signature", "period", "stable", "status", "residual")

@@ -27,12 +27,31 @@ def conservative(system: System) -> bool:
 
 
 def energy(system: System, y) -> float:
-    """Return the energy of a state (2 n,): kinetic, of the linear springs, and what the elements store.
+    """Return the energy of a state: kinetic, of the linear springs, and what the elements store.
+
+    Parameters
+    ----------
+    system : System
+        One that keeps its energy.
+    y : array_like (2 n,)
+        Positions and velocities.
+
+    Returns
+    -------
+    float
+        In units of the system's stiffness times length squared.
 
     Raises
     ------
     ValueError
         Where an element stores no energy, or loses it.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.System(1.0, 0.0, 1.0, [bf.elements.ElasticStop(gap=1.0, stiffness=4.0)])
+    >>> bf.energy(system, (2.0, 0.0))
+    4.0
     """
     n = system.n
     q, v = np.asarray(y, float)[:n], np.asarray(y, float)[n:2 * n]
@@ -42,7 +61,7 @@ def energy(system: System, y) -> float:
         if stored is None:
             raise ValueError(f"the energy of {system!r} is not defined: {label} does not keep it")
         total += stored
-    return total
+    return float(total)
 
 
 def unfolding_path(scene: Scene, system: System) -> ParameterPath:

@@ -63,6 +63,12 @@ class Equilibrium(Notebook):
     status, message
     success : bool
         Whether it is a state of rest.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> bf.find_equilibrium(bf.systems.belt_oscillator()).success
+    True
     """
 
     _facts = ("status", "stable", "state", "contacts", "eigenvalues")

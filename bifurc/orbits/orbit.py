@@ -60,6 +60,13 @@ class PeriodicOrbit(Notebook):
     admissible : bool
         No segment passes a guard unnoticed and no listed event has negative speed.
     how : dict
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.5, amplitude=0.9), guess=(1.0, 0.2))
+    >>> orbit.success, orbit.periods, orbit.stable
+    (True, 1, True)
     """
 
     _facts = ("signature", "period", "stable", "status", "residual", "multipliers")

@@ -72,6 +72,12 @@ def modal_damping(M, K, ratios) -> np.ndarray:
     Raises
     ------
     ValueError
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> bf.modal_damping([[2.0]], [[8.0]], 0.05)
+    array([[0.4]])
     """
     mass, stiffness = even("M", dense("M", M)), even("K", dense("K", K))
     given = np.atleast_1d(np.asarray(ratios, float))

@@ -51,9 +51,15 @@ def test_the_graph_joins_branches_where_they_meet(found):
     assert isinstance(graph, nx.MultiGraph) and nx.number_connected_components(graph) == 1
     shared = {round(data["parameter"], 6) for _, data in graph.nodes(data=True) if data["branches"] == [0, 1]}
     assert shared == {0.824134, 0.923529}
+    assert not any("stopped" in data["kind"].split(" + ") for _, data in graph.nodes(data=True))  # ends are the points they lie on
     assert all({"branch", "stable", "periods", "low", "high"} <= set(data) for *_, data in graph.edges(data=True))
     unstable = [data for *_, data in graph.edges(data=True) if data["periods"] == 1 and not data["stable"]]
     assert sorted((round(d["low"], 4), round(d["high"], 4)) for d in unstable) == [(0.8241, 0.9235), (1.2269, 1.5276)]
+
+
+def test_the_table_reaches_as_far_as_the_stable_intervals(found):
+    for row in found.table():
+        assert all(row["from"] <= low <= high <= row["to"] for low, high in row["stable"])
 
 
 def test_the_statement_tells_what_was_searched(found):

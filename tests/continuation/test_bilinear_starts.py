@@ -4,6 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.continuation import Branch, StopReason
+from bifurc.elements import ElasticStop, HarmonicForce
 from tests.reference import digits
 
 WANTED = sorted([*digits.BILINEAR_GRAZINGS, *digits.BILINEAR_FLIPS, *digits.BILINEAR_FOLDS])
@@ -55,3 +56,16 @@ def test_a_flip_beside_the_end_of_a_doubled_branch_is_seen_from_both_sides():
         assert [point.parameter for point in again.special_points] == pytest.approx(
             [point.parameter for point in branch.special_points], abs=1e-11)
         assert again.audit.ok
+
+
+def test_a_flip_beside_a_graze_of_several_short_contacts_is_not_missed():
+    """The multiplier passes -1 about 2.4e-5 before a contact is born, in the wake of a fold where it was +1."""
+    system = bf.System(1.0, 0.281, 1.0, [HarmonicForce(0.3), ElasticStop(-0.0603, 118.0, damping=0.134)], omega=0.401)
+    branch = bf.trace(bf.find_orbit(system), "gap", bounds=(-0.1403, 0.0197))
+    assert branch.audit.ok, branch.audit
+    flips = branch.special_points.of("period_doubling")
+    grazes = branch.special_points.of("grazing")
+    pairs = [(flip, graze) for flip in flips for graze in grazes if 0.0 < abs(flip.s - graze.s) < 1e-4]
+    assert pairs
+    for flip, _ in pairs:
+        assert np.abs(flip.solution.multipliers + 1.0).min() < 1e-6

@@ -61,6 +61,22 @@ def test_chain_with_a_stop(E):
     assert orbit.multipliers == pytest.approx([multiplier, np.conj(multiplier)], abs=1e-9)
 
 
+def test_rigid_anywhere():
+    rng = np.random.default_rng(6)
+    for gap, size in zip(rng.uniform(-1, 1, 25), 10.0 ** rng.uniform(-4, 2, 25), strict=True):
+        r = math.sqrt(gap * gap + 2.0 * size)
+        orbit = bf.find_orbit(System(1.0, 0.0, 1.0, [el.RigidStop(gap, 1.0)]), guess=(-r, 0.0))
+        assert orbit.omega == pytest.approx(math.pi / (math.pi - math.acos(gap / r)), rel=1e-12)
+
+
+def test_duffing_far_faster_than_its_linear_part():
+    cases = [(215.3, 3.56), (76.9, 6.41), (0.003, 20.0), (3.0, 0.02), (-1.7, 0.98 / math.sqrt(1.7)), (-0.04, 2.0)]
+    for beta, A in cases:
+        m = beta * A * A / (2.0 * (1.0 + beta * A * A))
+        orbit = bf.find_orbit(System(1.0, 0.0, 1.0, [el.CubicSpring(beta)]), guess=(A, 0.0))
+        assert orbit.omega == pytest.approx(math.pi * math.sqrt(1.0 + beta * A * A) / (2.0 * ellipk(m)), rel=1e-10)
+
+
 @pytest.mark.parametrize("stop, start, frequency", [
     (el.ElasticStop(1.0, 4.0), (0.5, 0.0), lambda E: bilinear(E, 1.0, 4.0)),
     (el.RigidStop(1.0, 1.0), (0.5, 0.0), lambda E: 1.0 if E <= 0.5 else math.pi / (math.pi - math.acos(1.0 / math.sqrt(2.0 * E)))),

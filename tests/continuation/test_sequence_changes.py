@@ -155,19 +155,3 @@ def test_a_branch_ends_where_a_contact_slips_no_more():
         assert {event.kind.value for event in late} == ({"impact", "slip", "stick"} if slips else {"impact"})
     back = bf.trace(branch.orbits[2], "amplitude", bounds=(0.595, 1.785))
     assert [point.kind for point in back.special_points] == [point.kind for point in branch.special_points]
-
-
-@pytest.mark.slow
-def test_one_impact_of_a_train_at_a_time_is_left_out():
-    """Fifteen impacts whose last ones have next to no speed: traced back from the chattering end the branch is the same."""
-    system = two_masses(1.33, 1.0, 1.3, 1.13, 0.162, 0.365, 0.0539)
-    branch = bf.trace(bf.find_orbit(system), "gap", bounds=(0.082, 0.242), max_steps=250)
-    assert branch.stop_reason == (StopReason.CHATTERING, StopReason.BOUND)
-    assert all(orbit.success for orbit in branch.orbits)
-    s, edges = branch.column("s"), np.array([point.s for point in branch.special_points])
-    row = next(k for k in range(2, len(branch)) if s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6)
-    back = bf.trace(branch.orbits[row], "gap", bounds=(0.082, 0.242), max_steps=500)
-    clear = [(p.kind, p.parameter) for p in branch.special_points if p.parameter > 0.0971154]
-    again = [(p.kind, p.parameter) for p in back.special_points if p.parameter > 0.0971154]
-    assert len(clear) > 20 and [kind for kind, _ in clear] == [kind for kind, _ in again]
-    assert [p for _, p in clear] == pytest.approx([p for _, p in again], abs=1e-9)

@@ -125,6 +125,47 @@ def test_one_characteristic_equation_would_give_wrong_velocity_gains(orbit):
     assert all(equation.count(gain) > 0 for gain in (0.02, 0.12, 0.3, 0.8))
 
 
+# a rotor that rubs: both velocities are fed back
+
+@pytest.fixture(scope="module")
+def rotor():
+    """The rub orbit of one turn at nu = 1.28, unstable by a flip."""
+    system = bf.systems.jeffcott_rotor(zeta=0.05, nu=1.28, eccentricity=0.2, offset=0.6, stiffness=30.0, friction=0.02,
+                                       disk_radius=20.0)
+    found = bf.find_orbit(system, guess=(1.435757840528465, -0.348039325418749, 0.455604609814722, 0.667747833906096))
+    assert found.success and len(found.events) == 4
+    return found
+
+
+BOTH = ((1.0, 0.0), (0.0, 1.0))
+
+
+@pytest.mark.slow
+def test_both_velocities_of_a_rotor_that_rubs(rotor):
+    assert rotor.multipliers[0].real == pytest.approx(-1.630858324397, rel=1e-9)
+    found = bf.control.feedback_range(rotor, "velocity", (0.05, 4.55), row=BOTH, samples=5)
+    np.testing.assert_allclose([end.gain for end in found.ends], (0.12145044680, 4.23886999450), rtol=1e-9)
+    assert [end.kind for end in found.ends] == ["period_doubling", "neimark_sacker"]
+    assert abs(np.angle(found.ends[1].multiplier)) == pytest.approx(0.52006738, abs=1e-8)
+    assert abs(bf.control.controlled_multipliers(rotor, "velocity", 0.2, row=BOTH)[0]) == pytest.approx(0.7647, abs=5e-5)
+
+
+def test_several_rows_are_each_fed_back_to_itself():
+    """Rows turned by an angle feed back the same force; impulses of several rows are refused by name."""
+    chain = bf.find_orbit(bf.systems.impact_chain(n=2, omega=0.8))
+    assert chain.success and chain.events
+    c, s = np.cos(0.4), np.sin(0.4)
+    for memory in (0.0, 0.3):
+        straight, turned = (bf.control.controlled_multipliers(chain, "displacement", 0.1, row=rows, memory=memory, least=0.4)
+                            for rows in (BOTH, ((c, s), (-s, c))))
+        assert straight.size
+        np.testing.assert_allclose(np.sort_complex(straight), np.sort_complex(turned), atol=1e-11)
+    with pytest.raises(ValueError, match="independent"):
+        bf.control.feedback_range(chain, "displacement", (0.0, 1.0), row=((1.0, 0.0), (2.0, 0.0)))
+    with pytest.raises(bf.control.NotSupported, match="velocity feedback of 2 rows"):
+        bf.control.feedback_range(chain, "velocity", (0.0, 1.0), row=BOTH)
+
+
 # limits, named
 
 def test_an_odd_number_of_multipliers_above_one_is_told():

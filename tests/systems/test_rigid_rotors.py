@@ -168,7 +168,7 @@ def test_orbits_that_chatter_into_sliding(changes):
     assert np.abs(end - orbit.state).max() < 1e-7
 
 
-def steady(nu, digits=50, zeta="0.1", eccentricity="0.3"):
+def steady(nu, digits=50, zeta=0.1, eccentricity=0.3):
     """Return the free motion at phase 0 as complex numbers of mpmath, displacement and velocity."""
     import mpmath as mp
 
@@ -178,20 +178,31 @@ def steady(nu, digits=50, zeta="0.1", eccentricity="0.3"):
         return z, 1j * nu * z
 
 
-@pytest.mark.parametrize("step", [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10])
-def test_speeds_just_past_grazing(step):
+def entry_speed(nu):
+    """Return the radial speed with which the free motion |z e^{i nu t} - d| = 1 first leaves the circle, a number of mpmath."""
     import mpmath as mp
 
+    A, d = abs(steady(nu)[0]), mp.mpf("0.5")
+    return A * d * mp.mpf(nu) * mp.sin(mp.acos((A * A + d * d - 1) / (2 * A * d)))
+
+
+@pytest.mark.parametrize("exponent", range(-12, -1))
+def test_speeds_just_past_grazing(exponent):
+    import mpmath as mp
+
+    step = 10.0**exponent
     nu = 0.80424764150707548 * (1.0 + step)
     system = bf.systems.rigid_stator_rotor(nu=nu)
     z, v = steady(nu)
     motion = bf.simulate(system, [float(part) for part in (z.real, z.imag, v.real, v.imag)], periods=1)
-    with mp.workdps(50):  # |z e^{i nu t} - d| = 1 for the first time
-        A, d = abs(z), mp.mpf("0.5")
-        angle = -mp.acos((A * A + d * d - 1) / (2 * A * d))
-        speed = abs(A * d * mp.mpf(nu) * mp.sin(angle))
-    assert motion.events[0].speed == pytest.approx(float(speed), rel=1e-6)
-    assert step > 1e-4 or motion.events[0].speed == pytest.approx(0.88665951 * step**0.5, rel=10.0 * step + 1e-6)
+    found = motion.events[0].speed
+    with mp.workdps(50):
+        # the speed is a square root: it moves by eps / (2 step) of itself where nu, or the height 1, is rounded
+        low, high = (float(entry_speed(mp.mpf(nu) * (1 + sign * 3 * mp.mpf(2) ** -53))) for sign in (-1, 1))
+        known = float(entry_speed(nu))
+    assert low * (1.0 - 1e-9) <= found <= high * (1.0 + 1e-9)
+    assert step < 0.9e-10 or found == pytest.approx(known, rel=1e-6)
+    assert step > 1e-4 or known == pytest.approx(0.88665951 * step**0.5, rel=10.0 * step + 1e-7 + 1.2e-16 / step)
 
 
 @pytest.mark.parametrize("changes", [{}, {"offset": 0.3, "eccentricity": 0.2, "zeta": 0.05}])

@@ -109,6 +109,14 @@ def edge_state(basins: BasinMap, pair: tuple[int, int] = (0, 1), *, starts=None,
     References
     ----------
     J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96 (2006) 174101.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=1.4)
+    >>> basins = bf.basins_of_attraction(system, bf.Grid(q0=(-3, 1, 20), v0=(-4, 4, 20)))
+    >>> bf.edge_state(basins).saddle.stable
+    False
     """
     a, b = pair
     count = len(basins.attractors)

@@ -139,6 +139,13 @@ class CellMap(Notebook):
     lost : int
         Samples whose motion went to infinity or held too many events; they count as having left.
     options : dict
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
+    >>> bf.cell_mapping(system, bf.Grid(q0=(-2.5, 0.0, 60), v0=(-3, 3, 60)), periods=30).labels.shape
+    (60, 60)
     """
 
     _facts = ("samples", "periods", "lost")

@@ -55,6 +55,14 @@ class BasinMap(Notebook):
         Least speed of arrival at a stop until then; 0 after an infinite sequence, infinity without an impact.
     section : Section or None
         Where motions without a clock were compared; `periods` are returns to it.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=1.4)
+    >>> basins = bf.basins_of_attraction(system, bf.Grid(q0=(-3, 1, 20), v0=(-4, 4, 20)))
+    >>> basins.labels.shape
+    (20, 20)
     """
 
     _facts = ("fractions", "label_uncertainty", "radii")

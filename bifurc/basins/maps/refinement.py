@@ -146,8 +146,11 @@ def refined_basins(system: System, grid: Grid, *, attractors: Sequence | None = 
 
     Examples
     --------
-    >>> found = refined_basins(system, bf.Grid(q0=(-2.5, 0, 800), v0=(-3, 3, 800)))     # doctest: +SKIP
-    >>> print(found.message)                                                             # doctest: +SKIP
+    >>> import bifurc as bf
+    >>> system = bf.systems.impact_oscillator(omega=1.4)
+    >>> found = bf.refined_basins(system, bf.Grid(q0=(-3, 1, 80), v0=(-4, 4, 80)))
+    >>> found.basins.labels.shape
+    (80, 80)
     """
     options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
     job = Job(system, grid, attractors, options, workers, executor)

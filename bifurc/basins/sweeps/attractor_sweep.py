@@ -21,7 +21,7 @@ from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...system import System, require_system
 from ..attractors.matching import Links
-from ..attractors.records import packed, unpacked
+from ..attractors.records import packed_points, unpacked_points
 from .points import sweep_points
 
 BLOCK = 4  # parameter values a chunk
@@ -158,11 +158,8 @@ class Sweep(Notebook):
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
-        headers, arrays = [], {"values": self.values, "unresolved": self.unresolved, "outside": self.outside, "starts": self.starts}
-        for i, items in enumerate(self.attractors):
-            header, mine = packed(items, f"p{i}_a")
-            headers.append(header)
-            arrays |= mine
+        headers, arrays = packed_points(self.attractors)
+        arrays |= {"values": self.values, "unresolved": self.unresolved, "outside": self.outside, "starts": self.starts}
         return {"kind": "sweep", "system": self.system.to_record(), "parameter": self.parameter, "attractors": headers,
                 "numbers": self.numbers, "counts": self.counts, "parents": {str(k): v for k, v in self.parents.items()},
                 "region": self.region.to_record(), "options": self.options,
@@ -171,11 +168,7 @@ class Sweep(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Sweep":
         """Make the sweep that `to_record` described; ``elements`` are user classes and laws."""
-        by_point: dict[str, dict] = {}
-        for name, array in arrays.items():
-            by_point.setdefault(name.split("_", 1)[0], {})[name] = array
-        items = tuple(tuple(unpacked(mine, by_point.get(f"p{i}", {}), f"p{i}_a", elements))
-                      for i, mine in enumerate(header["attractors"]))
+        items = tuple(tuple(mine) for mine in unpacked_points(header["attractors"], arrays, elements))
         return cls(System.from_record(header["system"], elements), header["parameter"], arrays["values"], items,
                    _nested(header["numbers"]), _nested(header["counts"]), arrays["unresolved"], arrays["outside"], arrays["starts"],
                    {int(k): v for k, v in header["parents"].items()}, Region.from_record(header["region"]), header["options"],
@@ -248,7 +241,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     >>> system = bf.systems.impact_oscillator()
     >>> found = bf.sweep(system, "omega", [1.3, 1.4, 1.5], {"q0": (-3, 1), "v0": (-4, 4)}, samples=100)
     >>> [track.attractors[0].periods for track in found.tracks]
-    [1, 1]
+    [1, 1, 1]
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a sweep needs the phase of an excitation (omega)")
@@ -288,11 +281,7 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
         for part in parts:
             payload = {**common, "points": [changes[i] for i in part]}
             if known is not None:
-                payload["known"], payload["arrays"] = [], {}
-                for p, i in enumerate(part):
-                    headers, mine = packed(known[i], f"p{p}_a")
-                    payload["known"].append(headers)
-                    payload["arrays"] |= mine
+                payload["known"], payload["arrays"] = packed_points([known[i] for i in part])
             payloads.append(payload)
         weights = [float(len(part)) if known is None else 0.0 for part in parts]
         outcome = run_chunks(store, sweep_points, payloads, weights=weights, **run)
@@ -300,14 +289,13 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
             if result is None and len(part) > 1:
                 alone += [[i] for i in part]
                 continue
-            for p, i in enumerate(part):
-                if result is None:
-                    failures[i] = outcome.failures[n]
-                else:
-                    meta, arrays = result
-                    mine = meta["points"][p]
-                    items = unpacked(mine["attractors"], arrays, f"p{p}_a", common["elements"])
-                    rows[i] = {**mine, "attractors": items}
+            if result is None:
+                failures[part[0]] = outcome.failures[n]
+                continue
+            meta, arrays = result
+            items = unpacked_points([mine["attractors"] for mine in meta["points"]], arrays, common["elements"])
+            for i, mine, attractors in zip(part, meta["points"], items, strict=True):
+                rows[i] = {**mine, "attractors": attractors}
         if alone:
             count(alone, known)
 

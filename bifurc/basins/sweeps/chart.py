@@ -181,6 +181,14 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     ------
     ValueError
         Autonomous system, not two parameters, unknown names.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> found = bf.parameter_chart(bf.systems.impact_oscillator(), {"omega": [1.3, 1.4], "amplitude": [0.9, 1.0]},
+    ...                            {"q0": (-3, 1), "v0": (-4, 4)}, starts=2, transient=100)
+    >>> [len(values) for values in found.values]
+    [2, 2]
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")

@@ -157,6 +157,13 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
         Autonomous system, unknown parameter or direction, starts of the wrong shape.
     RuntimeError
         When a chunk fails; those before it are kept.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> found = bf.bifurcation_diagram(bf.systems.impact_oscillator(), "omega", [1.3, 1.4, 1.5], transient=200, keep=20)
+    >>> found.points.shape[1] >= 3
+    True
     """
     if require_system(system).period is None:
         raise ValueError(f"{system!r} is autonomous; a section needs the phase of an excitation (omega)")

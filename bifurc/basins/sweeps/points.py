@@ -12,7 +12,7 @@ from ...ensemble.outcomes import OUTSIDE, REACHED, UNSETTLED
 from ...ensemble.region import Region
 from ...system import System
 from ..attractors.discovery import Discovery
-from ..attractors.records import packed, unpacked
+from ..attractors.records import packed_points, unpacked_points
 
 FIRST = 256  # starts from which attractors are looked for before all are labelled
 LOOKED = 16  # unsettled starts that are examined before they are labelled again
@@ -37,17 +37,16 @@ def sweep_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     elements = payload.get("elements", ())
     base = System.from_record(payload["system"], elements)
     region, options = Region.from_record(payload["region"]), payload["options"]
-    known = payload.get("known")
+    known = None if payload.get("known") is None else unpacked_points(payload["known"], payload["arrays"], elements)
     points: list[dict] = []
-    arrays: dict[str, np.ndarray] = {}
+    attractors: list[list] = []
     for p, changes in enumerate(payload["points"]):
         system = base.with_parameters(**changes)
-        given = [] if known is None else unpacked(known[p], payload["arrays"], f"p{p}_a", elements)
-        found, counts = point(system, region, payload["samples"], options, given)
-        headers, mine = packed(found, f"p{p}_a")
-        arrays |= mine
-        points.append({**counts, "attractors": headers})
-    return {"points": points}, arrays
+        found, counts = point(system, region, payload["samples"], options, [] if known is None else known[p])
+        attractors.append(found)
+        points.append(counts)
+    headers, arrays = packed_points(attractors)
+    return {"points": [{**counts, "attractors": mine} for counts, mine in zip(points, headers, strict=True)]}, arrays
 
 
 def point(system: System, region: Region, samples: int, options: Mapping, known: Sequence) -> tuple[list, dict]:

@@ -108,6 +108,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._kept = sequence.kept(self.scene)
+        self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
         monitors = [Monitor(flip)]
@@ -160,7 +161,7 @@ class OrbitProblem(Problem):
 
     def _values(self, x, info) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found."""
-        values = [info[sequence.FLIP]]
+        values = [self._flip(x, float(info[sequence.FLIP]))]
         if self._hits:
             least = info[sequence.LISTED]
             values.append(-least if least < np.inf else NO_PEAK)
@@ -180,6 +181,18 @@ class OrbitProblem(Problem):
         if self._tori:
             values.append(self._torus(x))
         return np.array(values)
+
+    def _flip(self, x, value: float) -> float:
+        """Test of the multiplier -1 at ``x`` (n + 1,): ``value``, or where that is not known, beside the birth of a contact without
+        duration, prod(1 + mu) with the sign that it has elsewhere on the same equations."""
+        if math.isfinite(value):
+            self._clear = x, value
+            return value
+        if self._clear is None or self.sequence.closure < 0:
+            return value
+        here, there = (float(np.real(np.prod(1.0 + self._multipliers(y)))) for y in (x, self._clear[0]))
+        here *= math.copysign(1.0, there * self._clear[1])
+        return here / (1.0 + abs(here)) if math.isfinite(here) and there else math.nan
 
     def _torus(self, x) -> float:
         """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
@@ -266,7 +279,9 @@ class OrbitProblem(Problem):
         e, (s, U), info = self.equations, self.sequence.written_out(u), np.zeros(sequence.INFO)
         e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, U, e.weights, info)
         info[sequence.FLIP] = math.nan
-        return self._values(np.append(u, p), info)
+        values = self._values(np.append(u, p), info)
+        values[0] = math.nan
+        return values
 
     def residual(self, u, p):
         """Return the scaled residual (n,)."""

@@ -156,7 +156,8 @@ def verified(problem, point, new, x, tangent) -> bool:
 
 
 def determined(problem, x) -> bool:
-    """Whether rounding tells every interval between events of the solution ``x`` (n + 1,) from none.
+    """Whether rounding tells every interval of the solution ``x`` (n + 1,) that an event other than an impact opens or closes from
+    none.
 
     A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
     duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
@@ -171,8 +172,9 @@ def determined(problem, x) -> bool:
     size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
     times, doubt = x[:-1:size], doubt[::size]
     spans = times - np.append(times[-1] - problem.sequence.span, times[:-1])
-    counted = nodes[:, DIVIDE] != TOGETHER
-    return bool(np.all((spans > np.maximum(doubt, np.roll(doubt, 1)))[counted])) if len(nodes) > 1 else True
+    kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
+    clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
+    return len(nodes) == 1 or bool(clear.all())
 
 
 def retraces(problem, point, new, c) -> bool:

@@ -57,16 +57,16 @@ class History:
     before : callable or None
         States (k, ns) at times (k,) before the start; None: nothing is fed back from there.
     start : float
-    ns : int
-        States.
+    ns, rows : int
+        States, and feedback forces.
     """
 
-    def __init__(self, before: Callable | None, start: float, ns: int):
-        self.before, self.start, self.ns = before, start, ns
+    def __init__(self, before: Callable | None, start: float, ns: int, rows: int):
+        self.before, self.start, self.ns, self.rows = before, start, ns, rows
         self.starts: list[float] = []
         self.lengths: list[float] = []
         self.values: list[np.ndarray] = []  # (COUNT + 1, ns) states at the points of a piece
-        self.delayed: list[np.ndarray] = []  # (COUNT + 1,) what the past added to the feedback force there
+        self.delayed: list[np.ndarray] = []  # (COUNT + 1, rows) what the past added to the feedback forces there
         self.modes: list[int] = []
         self._times = np.empty(0)
 
@@ -79,11 +79,11 @@ class History:
         self.modes.append(mode)
 
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return states (k, ns), delayed parts of the force (k,), and whether the past is known (k,), at times ``t`` (k,)."""
+        """Return states (k, ns), delayed parts of the forces (k, rows), and whether the past is known (k,), at times ``t`` (k,)."""
         if self._times.size != len(self.starts):
             self._times = np.array(self.starts)
         place = np.searchsorted(self._times, t, side="right") - 1
-        states, delayed, known = np.zeros((t.size, self.ns)), np.zeros(t.size), place >= 0
+        states, delayed, known = np.zeros((t.size, self.ns)), np.zeros((t.size, self.rows)), place >= 0
         for i in np.unique(place):
             here = place == i
             if i < 0:

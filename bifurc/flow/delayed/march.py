@@ -18,7 +18,7 @@ from ...system import System
 from .. import settle
 from ..status import Status
 from ..trajectory import Event
-from .history import COUNT, History, collocation, points
+from .history import COUNT, History, collocation, interpolation, points
 from .motion import DelayedMotion
 
 AGES = 4  # times that a breaking point is carried on: the derivative that then jumps is of order AGES or higher
@@ -26,12 +26,13 @@ ANGLE = 1.0  # largest scaled angle of a piece
 ITERATIONS = 40
 CLOSED = 4e-15  # relative change of the last iteration under a law
 SAME = 4e-16  # relative distance of times that are one
+CORRECTIONS, NEAR = 4, 1e-3  # of an event's time on a curve, and their largest size, of a step
 ON_SURFACE = 64 * 2.2e-16  # of the sizes of its terms: a guard so small at the start of a piece is zero there
 
 
 def integrate(system: System, y0: np.ndarray, start: float, stop: float, history=None, breaks=(),
               max_events: int = 2000) -> DelayedMotion:
-    """Return the motion of a system with one `DelayedFeedback` from ``y0`` (ns,) at ``start``.
+    """Return the motion of a system with `DelayedFeedback` of one delay from ``y0`` (ns,) at ``start``.
 
     Parameters
     ----------
@@ -49,36 +50,40 @@ def without_feedback(system: System) -> System:
     return System(system.mass, system.damping, system.stiffness, kept, omega=system.omega)
 
 
-def feedback_of(system: System) -> DelayedFeedback:
-    """Return the delayed feedback of a system, or raise ValueError when there is not exactly one."""
+def feedbacks_of(system: System) -> list[DelayedFeedback]:
+    """Return the delayed feedbacks of a system, or raise ValueError when they have different delays."""
     found = [element for element in system.elements if isinstance(element, DelayedFeedback)]
-    if len(found) != 1:
-        raise ValueError(f"{system!r} has {len(found)} delayed feedbacks; simulate treats one")
-    return found[0]
+    if len({element.delay for element in found}) != 1:
+        delays = ", ".join(f"{element.delay:g}" for element in found)
+        raise ValueError(f"{system!r} has delayed feedbacks with the delays {delays}; simulate treats one delay")
+    return found
 
 
 class _March:
     """State of an integration."""
 
     def __init__(self, system: System, start: float, history, breaks):
-        self.feedback = feedback_of(system)
-        self.system, self.delay = system, self.feedback.delay_of(system.omega)
-        where = {"dof": self.feedback.dof} if self.feedback.row is None else {"row": self.feedback.row}
-        shown = self.feedback.of == "displacement"
-        gain = self.feedback.gain
-        present = LinearSpring(stiffness=gain if shown else 0.0, damping=0.0 if shown else gain, **where)
+        feedbacks = feedbacks_of(system)
+        self.system, self.delay = system, feedbacks[0].delay_of(system.omega)
+        self.gain = np.array([feedback.gain for feedback in feedbacks])
+        self.repeat = np.array([feedback.repeat for feedback in feedbacks])
+        where = [{"dof": feedback.dof} if feedback.row is None else {"row": feedback.row} for feedback in feedbacks]
+        shown = [feedback.of == "displacement" for feedback in feedbacks]
+        present = [LinearSpring(stiffness=feedback.gain if place else 0.0, damping=0.0 if place else feedback.gain, **at)
+                   for feedback, place, at in zip(feedbacks, shown, where, strict=True)]
         free = without_feedback(system)
 
-        def loaded(force):
-            return System(free.mass, free.damping, free.stiffness, (*free.elements, present, ConstantForce(force, **where)),
-                          omega=free.omega)
+        def loaded(forces):
+            constant = [ConstantForce(force, **at) for force, at in zip(forces, where, strict=True)]
+            return System(free.mass, free.damping, free.stiffness, (*free.elements, *present, *constant), omega=free.omega)
 
-        self.scene: Scene = scene_of(loaded(0.0))
-        self.one = loaded(1.0)
+        self.scene: Scene = scene_of(loaded(np.zeros(len(feedbacks))))
+        self.ones = [loaded(forces) for forces in np.eye(len(feedbacks))]
         n = self.scene.n
-        self.row = np.zeros(self.scene.ns)
-        self.row[slice(0, n) if shown else slice(n, 2 * n)] = present.site(n).R[0]
-        self.history = History(history, start, self.scene.ns)
+        self.rows = np.zeros((len(feedbacks), self.scene.ns))
+        for row, place, spring in zip(self.rows, shown, present, strict=True):
+            row[slice(0, n) if place else slice(n, 2 * n)] = spring.site(n).R[0]
+        self.history = History(history, start, self.scene.ns, len(feedbacks))
         self.start = start
         self.breaks = [(start + self.delay, 1), *((t + self.delay, 1) for t in breaks if t + self.delay > start)]
         heapq.heapify(self.breaks)
@@ -88,11 +93,11 @@ class _March:
         """Read the tables again: they grow when a new mode is reached."""
         T = self.T = self.scene.tables
         self.still = T.flat.copy()
-        self.change = self.scene.flat_of(self.one) - self.still
+        self.change = np.array([self.scene.flat_of(one) - self.still for one in self.ones])
         ns = self.scene.ns
-        with_one = self.scene.refill(self.one)
-        self.push = with_one.A[:, :, ns] - T.A[:, :, ns]  # (modes, ns) rate of the state per unit of force
-        self.felt = with_one.G[:, :, ns] - T.G[:, :, ns]  # (modes, guards) guards that are reactions feel the force
+        pushed = [self.scene.refill(one) for one in self.ones]
+        self.push = np.stack([one.A[:, :, ns] - T.A[:, :, ns] for one in pushed], axis=-1)  # (modes, ns, m) rate per unit of force
+        self.felt = np.stack([one.G[:, :, ns] - T.G[:, :, ns] for one in pushed], axis=-1)  # (modes, guards, m): of reactions
         self.engine = kernels(self.scene.laws, self.scene.n)
 
     def run(self, y: np.ndarray, stop: float, max_events: int) -> DelayedMotion:
@@ -114,8 +119,7 @@ class _March:
             if hit is not None and hit[0] < 1.0:
                 if broken is not None:
                     heapq.heappush(self.breaks, broken)
-                h = hit[0] * h
-                piece = self._piece(mode, t, h, y)
+                h, piece = self._until(mode, hit[1], t, hit[0] * h, y)
                 if piece is None:
                     status, message = Status.DIVERGED, Status.DIVERGED.sentence
                     break
@@ -142,7 +146,7 @@ class _March:
                 break
             heapq.heappush(self.breaks, (t + self.delay, 1))
         return DelayedMotion(self.system, self.start, t, y.copy(), status, message, tuple(events), self.history,
-                             self.feedback.gain, self.row)
+                             self.gain, self.rows)
 
     # parts of a step
 
@@ -161,25 +165,25 @@ class _March:
             heapq.heappush(self.breaks, (broken[0] + self.delay, broken[1] + 1))
 
     def _past(self, t: np.ndarray) -> np.ndarray:
-        """Return what the past adds to the force at times ``t`` (k,)."""
+        """Return what the past adds to the forces (k, m) at times ``t`` (k,)."""
         states, delayed, known = self.history.at(t - self.delay)
-        seen = self.feedback.gain * (states @ self.row)
-        force = seen + self.feedback.repeat * (delayed - seen)
-        return np.where(known, force, 0.0)
+        seen = self.gain * (states @ self.rows.T)
+        force = seen + self.repeat * (delayed - seen)
+        return np.where(known[:, None], force, 0.0)
 
     def _joined(self, t: np.ndarray, states: np.ndarray) -> np.ndarray:
         period = self.scene.period
         return np.hstack((states, self.scene.forcing(t if period is None else t % period)))
 
     def _piece(self, mode: int, t: float, h: float, y: np.ndarray):
-        """Return states (COUNT, ns) at the Gauss points, the state at the end, and the delayed force (COUNT + 1,); None where
-        they are not finite."""
+        """Return states (COUNT, ns) at the Gauss points, the state at the end, and the delayed forces (COUNT + 1, m); None
+        where they are not finite."""
         c, inner, ends = collocation()
         ns, T = y.size, self.T
         times = t + h * c
         delayed = self._past(t + h * points())
         delayed[0] = self._past(np.array([t + h * 1e-9 * c[0]]))[0] if h > 0.0 else delayed[0]  # just after a jump at the start
-        drive = delayed[1:, None] * self.push[mode][None]
+        drive = delayed[1:] @ self.push[mode].T
         forcing = self._joined(times, np.zeros((COUNT, 0)))
         A = T.A[mode, :, :ns]
         fixed = forcing @ T.A[mode, :, ns:].T + drive
@@ -222,15 +226,41 @@ class _March:
         c, _, _ = collocation()
         inside = self._joined(t + h * c, values)
         begin = self._joined(np.array([t]), y[None])[0]
-        first = None
+        first, gradient = None, np.empty(begin.size)
         for g in range(self.T.n_guards[mode]):
-            value = np.array([self.engine.guard_value(self.T, mode, g, x) for x in inside]) + self.felt[mode, g] * delayed[1:]
-            start = float(self.engine.guard_value(self.T, mode, g, begin)) + self.felt[mode, g] * delayed[0]
-            size = float(np.abs(self.T.G[mode, g]) @ settle.plain(begin, self.scene.ns))
+            value = np.array([self.engine.guard_value(self.T, mode, g, x) for x in inside]) + delayed[1:] @ self.felt[mode, g]
+            start = float(self.engine.guard_value(self.T, mode, g, begin)) + float(delayed[0] @ self.felt[mode, g])
+            self.engine.guard_gradient(self.T, mode, g, begin, gradient)  # guards on curves have no row of their own
+            size = float(np.abs(gradient) @ settle.plain(begin, self.scene.ns))
             root = first_root(value, start, ON_SURFACE * size)
             if root is not None and (first is None or root < first[0]):
                 first = root, g
         return first
+
+    def _until(self, mode: int, g: int, t: float, h: float, y: np.ndarray):
+        """Return the duration after which a guard vanishes, and the piece that ends there.
+
+        Guards on curves are no polynomials of the degree of a piece: the root of the interpolated one is corrected by Newton.
+        """
+        ns, T = y.size, self.T
+        gradient, rates, forcing = np.empty(T.G.shape[2]), np.empty(ns), np.empty(T.G.shape[2] - ns)
+        for _ in range(CORRECTIONS):
+            piece = self._piece(mode, t, h, y)
+            if piece is None or self.felt[mode, g].any():  # reactions are affine
+                break
+            x = self._joined(np.array([t + h]), piece[1][None])[0]
+            self.engine.guard_gradient(T, mode, g, x, gradient)
+            value = float(self.engine.guard_value(T, mode, g, x))
+            if abs(value) <= 0.25 * ON_SURFACE * float(np.abs(gradient) @ settle.plain(x, ns)):
+                break
+            self.engine.field(T, mode, x, rates)
+            self.engine.forcing_rate(T, x, forcing)
+            slope = gradient[:ns] @ (rates + self.push[mode] @ (interpolation(np.ones(1)) @ piece[2])[0]) + gradient[ns:] @ forcing
+            change = -value / slope if slope else 0.0
+            if not (abs(change) < NEAR * float(T.step[mode]) and h + change > 0.0):  # a touch, or no simple root: as interpolated
+                break
+            h += change
+        return h, piece
 
     def _event(self, events: list, mode: int, g: int, t: float, y: np.ndarray):
         """Note an event and return mode and state (ns,) after it."""
@@ -239,7 +269,7 @@ class _March:
             self._take()
         x = self._joined(np.array([t]), y[None])[0]
         value = float(self.engine.guard_value(self.T, mode, g, x))
-        x[:scene.ns] -= self.T.D[mode, g] * value if not self.felt[mode, g] else 0.0
+        x[:scene.ns] -= self.T.D[mode, g] * value if not self.felt[mode, g].any() else 0.0
         before = x[:scene.ns].copy()
         speed = 0.0
 
@@ -253,16 +283,16 @@ class _March:
         return new, z[:scene.ns].copy()
 
     def _settled(self, decide, t: float, x: np.ndarray):
-        """Return what ``decide(t, x)`` says while the delayed part of the force acts as a constant one."""
-        force = float(self._past(np.array([t]))[0])
-        if force:
-            self.T.flat[:] = self.still + force * self.change
+        """Return what ``decide(t, x)`` says while the delayed parts of the forces act as constant ones."""
+        force = self._past(np.array([t]))[0]
+        if force.any():
+            self.T.flat[:] = self.still + force @ self.change
             rebuild(self.T)
         try:
             return decide(t, x)
         finally:
             self.T.flat[:] = self.still
-            if force:
+            if force.any():
                 rebuild(self.T)
             if self.scene.tables is not self.T:
                 self._take()
@@ -296,6 +326,8 @@ def first_root(value: np.ndarray, start: float, noise: float) -> float | None:
             at -= float(np.polynomial.legendre.legval(at, terms) / rate) if rate else 0.0
         if -1.0 < at <= 1.0 and np.polynomial.legendre.legval(at, slope) > 0.0:
             found.append(0.5 * (at + 1.0))
+    if start < -noise and value[0] > 0.0 and min(found, default=1.0) > c[0]:  # it crosses before the first point, hidden by the
+        found.append(float(c[0] * start / (start - value[0])))  # error of the interpolation: a piece that begins at the event
     return min(found, default=None)
 
 

@@ -33,8 +33,8 @@ class DelayedMotion:
     message: str = field(repr=False)
     events: tuple[Event, ...] = field(repr=False)
     history: History = field(repr=False)
-    gain: float = field(repr=False)
-    row: np.ndarray = field(repr=False)
+    gain: np.ndarray = field(repr=False)  # (m,) of each feedback
+    rows: np.ndarray = field(repr=False)  # (m, ns) coordinates that are fed back
 
     @property
     def success(self) -> bool:
@@ -53,9 +53,10 @@ class DelayedMotion:
         return found[0].reshape(*times.shape, -1)
 
     def feedback(self, t) -> np.ndarray:
-        """Return the feedback force (...,) at times ``t``."""
+        """Return the feedback force (...,) at times ``t``; (..., m) for m feedbacks, in the order of the elements."""
         times, (states, delayed, _) = self._at(t)
-        return (delayed - self.gain * (states @ self.row)).reshape(times.shape)
+        forces = delayed - self.gain * (states @ self.rows.T)
+        return forces.reshape(times.shape if len(self.gain) == 1 else (*times.shape, -1))
 
     def _at(self, t):
         times = np.asarray(t, float)

@@ -4,25 +4,25 @@ import numpy as np
 from ...compose.scene import scene_of
 from ...system import System
 from ..initial import checked_length, checked_state
-from .march import feedback_of, integrate, without_feedback
+from .march import feedbacks_of, integrate, without_feedback
 from .motion import DelayedMotion
 
 
 def simulate_delayed(system: System, y0, periods, duration, t0, max_events, history) -> DelayedMotion:
-    """Return the motion of a system with one `DelayedFeedback`; the arguments are those of `simulate`.
+    """Return the motion of a system with `DelayedFeedback`; the arguments are those of `simulate`.
 
     Raises
     ------
     ValueError
-        As `simulate`; for more than one delayed feedback, and for a history that does not reach one delay back.
+        As `simulate`; for delayed feedbacks with different delays, and for a history that does not reach one delay back.
     """
-    feedback_of(system)
+    feedbacks = feedbacks_of(system)
     free = scene_of(without_feedback(system))
     t0, length = checked_length(free, periods, duration, t0, max_events)
     y0 = checked_state(free, y0, t0)
     if periods is not None:
         length *= free.period or 1.0
-    delay = feedback_of(system).delay_of(system.omega)
+    delay = feedbacks[0].delay_of(system.omega)
     past, events = _past(history, t0, delay)
     return integrate(system, y0, t0, t0 + length, past, events, max_events)
 

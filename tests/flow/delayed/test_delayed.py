@@ -95,11 +95,59 @@ def test_a_law_that_is_not_affine():
     np.testing.assert_allclose(motion.final, y, atol=1e-8)
 
 
+def test_two_feedbacks_on_one_row_are_their_sum(orbit):
+    start = orbit.state + (0.01, 0.0)
+    one = bf.simulate(controlled(orbit.system, 0.05), start, periods=4, history=orbit)
+    two = bf.simulate(controlled(controlled(orbit.system, 0.02), 0.03), start, periods=4, history=orbit)
+    np.testing.assert_allclose(two.final, one.final, atol=1e-12)
+    times = np.linspace(0.0, one.stop, 30)
+    assert two.feedback(times).shape == (30, 2)
+    np.testing.assert_allclose(two.feedback(times).sum(axis=1), one.feedback(times), atol=1e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gain", [0.1, 0.2])
+def test_a_rotor_that_rubs_under_feedback_of_both_velocities(gain):
+    """Growth a turn of the simulated delay equation is the largest multiplier of the linear theory."""
+    system = bf.systems.jeffcott_rotor(nu=1.28)
+    orbit = bf.find_orbit(system, guess=(1.435757840528465, -0.348039325418749, 0.455604609814722, 0.667747833906096))
+    both = controlled(controlled(system, gain, of="velocity", dof=0), gain, of="velocity", dof=1)
+    motion = bf.simulate(both, orbit.state + 1e-6 * np.array([1.0, 0.3, -0.2, 0.5]), periods=50, history=orbit)
+    assert motion.success and len(motion.events) == 200
+    away = np.log(np.linalg.norm(motion.sections - orbit.state, axis=1))
+    largest = abs(bf.control.controlled_multipliers(orbit, "velocity", gain, row=((1, 0), (0, 1)))[0])
+    assert np.exp(np.polyfit(np.arange(15, 51), away[15:], 1)[0]) == pytest.approx(largest, rel=1e-3)  # a line: angles average out
+
+
+def test_on_the_orbit_of_a_curved_contact_no_event_is_lost():
+    """Every event of the orbit again, turn after turn, where an event, a delayed one and the end of a piece are one instant."""
+    system = bf.systems.jeffcott_rotor(nu=1.28)
+    orbit = bf.find_orbit(system, guess=(1.435757840528465, -0.348039325418749, 0.455604609814722, 0.667747833906096))
+    motion = bf.simulate(controlled(controlled(system, 0.2, of="velocity", dof=0), 0.2, of="velocity", dof=1), orbit.state,
+                         periods=9, history=orbit)
+    assert [e.kind for e in motion.events] == 9 * [e.kind for e in orbit.events]
+    np.testing.assert_allclose([e.time for e in motion.events],
+                               [k * orbit.period + e.time for k in range(9) for e in orbit.events], atol=1e-12)
+
+
+@pytest.mark.parametrize("start", [-1e-14, 0.0, 1e-16, -1e-3])
+def test_a_guard_that_crosses_before_the_first_point_of_a_piece(start):
+    from bifurc.flow.delayed.history import collocation
+    from bifurc.flow.delayed.march import first_root
+
+    value = collocation()[0] + max(start, -1e-4) + 1e-11  # what is interpolated is positive at once
+    root = first_root(value, start, 1e-15)
+    assert root is not None and 0.0 <= root <= collocation()[0][0]
+
+
 def test_what_cannot_treat_it_refuses_by_name():
     system = controlled(bf.systems.duffing_oscillator(), 0.1)
     for call in (lambda: bf.find_orbit(system), lambda: bf.find_orbit(system, method=bf.HarmonicBalance(harmonics=3)),
                  lambda: bf.basins_of_attraction(system, bf.Grid(q0=(-1, 1, 4), v0=(-1, 1, 4))),
-                 lambda: bf.lyapunov_exponents(system, (0.0, 0.0))):
+                 lambda: bf.lyapunov_exponents(system, (0.0, 0.0)),
+                 lambda: bf.sweep(system, "omega", [1.0, 1.1], {"q0": (-1, 1)}, samples=4),
+                 lambda: bf.atlas(system, "omega", (1.0, 1.1), {"q0": (-1, 1)}, samples=4),
+                 lambda: bf.cell_mapping(system, bf.Grid(q0=(-1, 1, 4), v0=(-1, 1, 4)))):
         with pytest.raises(ValueError, match="'delayed_feedback': delayed feedback is not supported here"):
             call()
 
@@ -114,8 +162,8 @@ def test_bad_arguments_are_named():
     system = bf.systems.impact_oscillator()
     with pytest.raises(ValueError, match="has no delayed feedback"):
         bf.simulate(system, (0.0, 0.0), periods=1, history=lambda t: t)
-    two = controlled(controlled(system, 0.1), 0.2)
-    with pytest.raises(ValueError, match="2 delayed feedbacks"):
+    two = controlled(controlled(system, 0.1), 0.2, delay=2.0)
+    with pytest.raises(ValueError, match="with the delays 1, 2"):
         bf.simulate(two, (0.0, 0.0), periods=1)
     short = bf.simulate(system, (0.0, 0.0), periods=0.5)
     with pytest.raises(ValueError, match="history must reach"):
