@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ... import io
+from ... import io, plotting
 from ...compose.scene import scene_of
 from ...elements.checks import state, whole
 from ...flow.simulate import simulate
@@ -115,9 +115,7 @@ class Ramp(Notebook):
 
     def plot(self, ax=None, measure: str = "max_0", branches=(), names=None):
         """Draw ``max_i`` or ``min_i`` over the parameter, up and down, with ``branches`` of `trace`; return the axes."""
-        from ...plotting.sweeps import plot_ramp
-
-        return plot_ramp(self, ax, measure, branches, names=names)
+        return plotting.plot_ramp(self, ax, measure, branches, names=names)
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
