@@ -15,7 +15,7 @@ from bifurc.control.linearization import places
 
 from .common import Setting, parser, publish, table
 
-BESIDE = (0.01, 0.002)  # of the gain: simulations below and above an end, and again where those show it
+BESIDE = 0.01  # of the gain: simulations below and above an end
 PERIODS = {Setting.SMALL: 160, Setting.FULL: 400}
 STARTS = {Setting.SMALL: 8, Setting.FULL: 100}
 FOLLOWED = {Setting.SMALL: 150, Setting.FULL: 400}  # periods of a motion from far away
@@ -69,13 +69,11 @@ def growth(case: Case, orbit, gain: float, periods: int) -> float:
 
 def simulated_end(case: Case, orbit, gain: float, periods: int) -> float:
     """Return the gain near ``gain`` at which simulated motions keep their distance from the orbit."""
-    for beside in BESIDE:  # the growth is no straight line between gains that lie far apart
-        gains = gain * np.array([1.0 - beside, 1.0 + beside])
-        low, high = (growth(case, orbit, value, periods) for value in gains)
-        if low * high > 0.0:
-            return float("nan")
-        gain = float(gains[0] - low * (gains[1] - gains[0]) / (high - low))
-    return gain
+    gains = gain * np.array([1.0 - BESIDE, 1.0 + BESIDE])
+    low, high = (growth(case, orbit, value, periods) for value in gains)
+    if low * high > 0.0:
+        return float("nan")
+    return float(gains[0] - low * (gains[1] - gains[0]) / (high - low))
 
 
 def captured(case: Case, orbit, gain: float, starts: int, periods: int) -> tuple[int, int]:
