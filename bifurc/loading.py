@@ -22,6 +22,7 @@ _READERS = {
     "atlas": (".atlases.result", "Atlas"),
     "certificate": (".certify.certificate", "Certificate"),
     "diagram": (".basins.sweeps.diagram", "BifurcationDiagram"),
+    "ramp": (".basins.sweeps.ramp", "Ramp"),
 }
 
 

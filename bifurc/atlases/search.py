@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..basins.attractors.attractors import ChaoticAttractor
+from ..basins.attractors.attractors import SampledAttractor
 from ..basins.attractors.records import packed, packed_points, unpacked_points
 from ..basins.sweeps.points import sweep_points
 from ..continuation.branch import Branch
@@ -153,7 +153,7 @@ class Search:
             (items,) = unpacked_points([point["attractors"]], arrays, self.job["elements"])
             places, periods, exponents = [], [], []
             for k, item in enumerate(items):
-                chaotic = isinstance(item, ChaoticAttractor)
+                chaotic = isinstance(item, SampledAttractor)
                 periods.append(None if chaotic else item.periods)
                 exponents.append(item.exponent if chaotic else None)
                 places.append(numbers[k] if k < len(numbers) else None if chaotic else self.place(item, value))

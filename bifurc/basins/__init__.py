@@ -6,7 +6,8 @@ Start reading at `maps.compute`.
 """
 from ..ensemble.grid import Grid
 from ..ensemble.period_map import Kernel, PeriodMap
-from .attractors.attractors import ChaoticAttractor
+from ..ensemble.section import Section
+from .attractors.attractors import ChaoticAttractor, QuasiperiodicAttractor
 from .boundaries.edges import EdgeState, EdgeStatus, edge_state
 from .boundaries.stable import StableSet, stable_set
 from .boundaries.unstable import UnstableSet, unstable_set
@@ -19,8 +20,10 @@ from .maps.refinement import Refinement, refined_basins
 from .sweeps.attractor_sweep import Sweep, Track, sweep
 from .sweeps.chart import ParameterChart, parameter_chart
 from .sweeps.diagram import BifurcationDiagram, bifurcation_diagram
+from .sweeps.ramp import Jump, Ramp, ramp
 
 __all__ = ["BasinMap", "BifurcationDiagram", "CellFate", "CellMap", "CellState", "ChaoticAttractor", "EdgeState",
-           "EdgeStatus", "Grid", "GroupKind", "Kernel", "MapCycle", "ParameterChart", "PeriodMap", "Refinement",
-           "StableSet", "Sweep", "Track", "UnstableSet", "basins_of_attraction", "bifurcation_diagram", "cell_mapping",
-           "edge_state", "parameter_chart", "refined_basins", "stable_set", "sweep", "unstable_set"]
+           "EdgeStatus", "Grid", "GroupKind", "Jump", "Kernel", "MapCycle", "ParameterChart", "PeriodMap",
+           "QuasiperiodicAttractor", "Ramp", "Refinement", "Section", "StableSet", "Sweep", "Track", "UnstableSet",
+           "basins_of_attraction", "bifurcation_diagram", "cell_mapping", "edge_state", "parameter_chart", "ramp",
+           "refined_basins", "stable_set", "sweep", "unstable_set"]

@@ -80,9 +80,13 @@ class Marcher:
         Whether starts are taken in batches: a period costs less than a microsecond.
     chunk : int
         Starts that are best handed over at once.
+    section : None
+        Motions are compared at phase 0.
     error : float
         Measured error of one period in units of the region where the scene lives; 0: rounding only.
     """
+
+    section = None
 
     def __init__(self, scene: Scene, limit: int, steps: int | None = None):
         self.scene, self.limit, self.steps, self.error = scene, limit, steps, 0.0

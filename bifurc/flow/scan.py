@@ -197,6 +197,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         if what == GRAZE:
             orders[g] = 2
         if what != EVENT:
+            curved_project(T, m, x)  # constraints on curves are kept by their accelerations: rounding would add up with time
             if not recording or (what == PASSED and not crossed):
                 continue
             for c in range(nx):

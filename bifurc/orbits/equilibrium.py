@@ -226,6 +226,15 @@ class Equilibrium(Notebook):
         """
         return lyapunov_coefficient(self, dof)
 
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        return {"kind": "equilibrium", "system": self.system.to_record()}, {"state": self.state}
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "Equilibrium":
+        """Make the equilibrium that `to_record` described: it is solved for again from its state."""
+        return find_equilibrium(System.from_record(header["system"], elements), arrays["state"])
+
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         where = np.array2string(self._state[:self.scene.n], precision=8, threshold=6)

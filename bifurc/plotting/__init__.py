@@ -22,7 +22,7 @@ _HOMES = {
     "responses": ("plot_peaks", "plot_responses"),
     "rotors": ("full_spectrum", "plot_full_spectrum"),
     "style": ("figure", "save_figure"),
-    "sweeps": ("plot_chart", "plot_diagram", "plot_edge", "plot_sweep"),
+    "sweeps": ("plot_chart", "plot_diagram", "plot_edge", "plot_ramp", "plot_sweep"),
     "thumbnails": ("drawn",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

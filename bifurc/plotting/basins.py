@@ -84,8 +84,9 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     ax.set_ylim(bottom, top)
     half = _degrees(basins.attractors[0]) if count else 1
     across, up = (style.component_label(_component(name, half), half) for name in grid.names)
-    ax.set_xlabel(across + " at phase 0")
-    ax.set_ylabel(up + " at phase 0")
+    when = " at the start" if getattr(basins, "section", None) is not None else " at phase 0"
+    ax.set_xlabel(across + when)
+    ax.set_ylabel(up + when)
     return ax
 
 
@@ -129,7 +130,8 @@ def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
         tint, color = _COLORS[label % len(_COLORS)]
         marker = _MARKERS[label % len(_MARKERS)]
         words = f"{describe(attractor)}: {_percent(basins.fractions.get(label, 0.0))}"
-        points = section_points(attractor)[:, [_component(name, _degrees(attractor)) for name in basins.grid.names]]
+        every = basins.points(label) if hasattr(basins, "points") else section_points(attractor)
+        points = every[:, [_component(name, _degrees(attractor)) for name in basins.grid.names]]
         size, edge = (1.5, 0.0) if len(points) > 200 else (6.0, 0.9)
         (drawn,) = ax.plot(points[:, 0], points[:, 1], linestyle="none", marker=marker, markerfacecolor=color,
                            markeredgecolor="white", markersize=size, markeredgewidth=edge, zorder=5)

@@ -18,7 +18,8 @@ _JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
 def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, samples: int = 4000) -> list[Axes]:
     """Draw a periodic orbit: phase plane with the stops, and one period against time with the events marked.
 
-    Of a rotor in a stator the path in the plane is drawn, and its distance from the centre of the stator.
+    Of a rotor in a stator the path in the plane is drawn, and its distance from the centre of the stator.  Section points, one a
+    forcing period, are dots.
 
     Parameters
     ----------
@@ -38,10 +39,9 @@ def plot_orbit(orbit: Any, axes: Sequence[Axes] | None = None, dof: int = 0, sam
     unit = orbit.period / orbit.periods if _forced(orbit.system) else 1.0
     axes = _draw(t, y, orbit.events, orbit.system, axes, dof, unit)
     axes[1].set_xlim(t[0] / unit, (t[0] + orbit.period) / unit)
-    ring = ring_of(orbit.system)
-    first = (y[0, dof], y[0, y.shape[1] // 2 + dof]) if ring is None else relative(ring, y[:1])[0]
-    (start,) = axes[0].plot(*first, "k.", markersize=6, zorder=6)
-    start.set_label("section point, phase 0")
+    forced = _forced(orbit.system)
+    _sections(axes[0], orbit.system, t, y, t[0] + unit * np.arange(orbit.periods if forced else 1), dof,
+              "section point, phase 0" if forced else "time 0")
     _legend(axes[0])
     stable = {True: ", stable", False: ", unstable", None: ""}[orbit.stable]
     legend = axes[1].get_legend()
@@ -77,18 +77,34 @@ def plot_trajectory(trajectory: Any, axes: Sequence[Axes] | None = None, dof: in
     axes = _draw(t, y, trajectory.events, trajectory.system, axes, dof, unit)
     if t[-1] > t[0]:
         axes[1].set_xlim(t[0] / unit, t[-1] / unit)
+    if _forced(trajectory.system) and ring_of(trajectory.system) is not None:
+        whole = np.arange(math.ceil(t[0] / unit - 1e-9), math.floor(t[-1] / unit + 1e-9) + 1)
+        _sections(axes[0], trajectory.system, t, y, whole * unit, dof, "section points, phase 0")
+        _legend(axes[0])
     return axes
+
+
+def _sections(ax: Axes, system: Any, t: np.ndarray, y: np.ndarray, times: np.ndarray, dof: int, words: str) -> None:
+    """Mark where a motion is at some times: in the plane of a rotor, or in the phase plane."""
+    ring = ring_of(system)
+    path = y[:, [dof, y.shape[1] // 2 + dof]] if ring is None else relative(ring, y)
+    ax.plot(np.interp(times, t, path[:, 0]), np.interp(times, t, path[:, 1]), "k.", zorder=6, label=words,
+            markersize=6 if len(times) < 20 else 3)
 
 
 def describe(attractor: Any) -> str:
     """Return words for an attractor: its period in forcing periods, its impacts and its contacts with what gives way."""
     if hasattr(attractor, "points"):
-        return "chaotic"
+        return getattr(attractor, "words", "chaotic")
+    if hasattr(attractor, "eigenvalues"):
+        return "at rest"
     kinds = [str(row.kind) for row in attractor.events]
     counts = {"impact": kinds.count("impact") + kinds.count("chatter"), "contact": kinds.count("contact")}
     hits = [f"{count} {word}" + "s" * (count > 1) for word, count in counts.items() if count]
     walls = [element for element in getattr(getattr(attractor, "system", None), "elements", ()) if hasattr(element, "gap")]
     elastic = len(walls) > 0 and not any(hasattr(wall, "restitution") for wall in walls)
+    if not _forced(getattr(attractor, "system", None)) and getattr(attractor, "autonomous", False):
+        return ", ".join([f"cycle of {attractor.period:.4g}", *hits])
     return ", ".join([f"period {attractor.periods}", *(hits or ["no contact" if elastic else "no impact"])])
 
 

@@ -101,6 +101,44 @@ def _family(tracks: Sequence[Any]) -> str:
 
 
 @style.styled
+def plot_ramp(ramp: Any, ax: Axes | None = None, measure: str = "max_0", branches: Sequence[Any] = ()) -> Axes:
+    """Draw the largest or least displacement of a motion while a parameter runs up and down, and where it jumps.
+
+    Parameters
+    ----------
+    ramp : Ramp
+        Anything with ``parameter``, ``directions``, ``values`` (directions, m), ``maximum`` and ``minimum`` (directions, m, n),
+        and ``jumps`` with ``direction`` and ``value``.
+    ax : matplotlib.axes.Axes, optional
+    measure : str
+        ``max_i`` or ``min_i``, i the coordinate.
+    branches : sequence of Branch
+        Of the same parameter, drawn in the same measure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    if ax is None:
+        (ax,) = style.shown_figure(6.3, 3.9)
+    name, dof = measure.split("_")
+    heights = (ramp.maximum if name == "max" else ramp.minimum)[..., int(dof)]
+    for branch in branches:
+        plot_branch(branch, ax, measure)
+    for k, direction in enumerate(ramp.directions):
+        color, marker = (style.BLUE, "^") if direction == "up" else (style.VERMILION, "v")
+        ax.plot(ramp.values[k], heights[k], color=color, linewidth=1.0, alpha=0.9, zorder=6,
+                label=f"run-{direction}, jumps marked", marker=marker, markersize=5, markeredgecolor="white",
+                markeredgewidth=0.5, markevery=[int(np.argmin(np.abs(ramp.values[k] - jump.value))) for jump in ramp.jumps
+                                                if jump.direction == direction])
+    ax.set_xlim(ramp.values.min(), ramp.values.max())
+    ax.set_xlabel(style.parameter_label(ramp.parameter))
+    ax.set_ylabel(style.measure_label(measure, heights is not None and ramp.maximum.shape[-1] == 1))
+    style.legend(ax)
+    return ax
+
+
+@style.styled
 def plot_diagram(diagram: Any, ax: Axes | None = None, component: int = 0, branches: Sequence[Any] = ()) -> Axes:
     """Draw a component of the section points over the parameter: up in one colour, down in another.
 

@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.orbits.concentric import concentric
-from tests.reference.rub import elastic_rotor
+from tests.reference.rub import contact_speeds, elastic_rotor
 
 
 def test_a_motion_through_the_centre_of_the_stator():
@@ -63,3 +63,53 @@ def test_partial_rub_of_a_concentric_rotor_is_not_looked_for_by_turns():
         assert orbit.success and orbit.sequence.events == 0
         r = np.hypot(*orbit.sample(50)[1][:, :2].T)
         assert np.ptp(r) < 1e-12
+
+
+@pytest.mark.parametrize("step", [1e-4, 1e-8, 1e-12])
+def test_two_crossings_of_the_wall_in_one_step_are_not_stepped_over(step):
+    # the whirl without rub reaches the wall at nu; a little faster it is beyond it for a time of the root of the step
+    nu = contact_speeds(0.05, 0.2, 0.6)[0] * (1.0 + step)
+    system = bf.systems.jeffcott_rotor(nu=nu)
+    z = 0.2 * nu**2 / (1.0 - nu**2 + 0.1j * nu)
+    motion = bf.simulate(system, (z.real, z.imag, (1j * nu * z).real, (1j * nu * z).imag), periods=1)
+    kinds = [str(event.kind) for event in motion.events]
+    assert motion.success and kinds == ["contact", "separation"]
+    assert 0.5 * step**0.5 < motion.events[1].time - motion.events[0].time < 20.0 * step**0.5
+
+
+def test_the_turning_of_the_normal_is_in_the_multipliers():
+    system = bf.systems.rigid_stator_rotor(nu=1.7)
+    orbit = bf.find_orbit(system, guess=(0.1086, -0.3676, 0.8083, -1.1052))
+    h, M = 1e-6, np.empty((4, 4))
+    for k in range(4):  # differences of the motion know nothing of saltation
+        ends = [bf.simulate(system, orbit.state + sign * h * np.eye(4)[k], periods=1).final for sign in (1, -1)]
+        M[:, k] = (ends[0] - ends[1]) / (2.0 * h)
+    assert np.abs(np.sort_complex(np.linalg.eigvals(M)) - np.sort_complex(orbit.multipliers)).max() < 1e-7
+
+
+def test_friction_at_an_impact_that_could_reverse_the_sliding_stops_it():
+    # the disk turns so slowly that friction (1 + e) u is more than the sliding speed
+    system = bf.systems.rigid_stator_rotor(nu=1.0, eccentricity=0.0, offset=0.0, friction=0.5, disk_radius=0.1, zeta=0.0)
+    motion = bf.simulate(system, (0.9, 0.0, 1.0, 0.05), duration=0.3)
+    hit = motion.events[0]
+    assert str(hit.kind) == "impact"
+    n = hit.after[:2]
+    assert abs(n[0] * hit.after[3] - n[1] * hit.after[2] + 0.1) < 1e-14  # what is left is the speed of rolling
+    assert hit.after[2:] @ hit.after[2:] < hit.before[2:] @ hit.before[2:]
+
+
+def test_rolling_holds_the_surface_speed():
+    # friction is an unknown of the rolling mode, within its cone; dry whirl needs no load
+    zeta, stiffness, friction, surface = 0.05, 25.0, 0.1, 4.0
+    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=surface / 20.0, eccentricity=0.0, stiffness=stiffness, friction=friction,
+                                       offset=0.0)
+    # turn A = surface, A = k / (k + 1 - turn^2)
+    roots = np.roots([surface, stiffness, -surface * (stiffness + 1.0)])
+    turn = float(roots[roots > 0.0][0])
+    radius = surface / turn
+    motion = bf.simulate(system, (radius, 0.0, 0.0, -surface), periods=1)
+    _, y = motion.sample(200)
+    r = np.hypot(y[:, 0], y[:, 1])
+    sliding = (y[:, 0] * y[:, 3] - y[:, 1] * y[:, 2]) / r + surface
+    assert motion.success and motion.modes[-1][-1] == "roll"
+    assert np.abs(sliding).max() < 1e-10 and np.abs(r - radius).max() < 1e-9

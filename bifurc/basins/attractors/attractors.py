@@ -2,29 +2,38 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...compose.scene import scene_of
 from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.outcomes import REACHED
 from ...ensemble.proximity import STAY, boxes
+from ...ensemble.section import Section
 from ...flow.simulate import simulate
+from ...orbits.concentric import concentric
+from ...orbits.equilibrium import Equilibrium
 from ...orbits.find import find_orbit
 from ...orbits.forced import finished, from_motion
 from ...orbits.lyapunov import lyapunov_exponents
 from ...system import System
+from .clockless import crossings_from, exponent_of, members, section_of, settles_on
 from .trapping import touches, trapping
 
 LONGEST = 128  # forcing periods of the longest orbit looked for, half of BLOCK (one of 73 periods with a rest is known)
 BLOCK = 256  # forcing periods between attempts
 ATTEMPTS = 4
 CLOSED = 1e-6  # scaled distance after which a return counts as one for certain
+OPEN = 0.1  # scaled distance after which it counts as none
 NEAR = 0.03  # scaled distance of the settled motion from the orbit that is accepted for it
 SAME = 1e-6  # scaled distance of section points of one orbit found twice
 EXPONENT_PERIODS = 4000
+LAW_PERIODS = 1000  # the same under laws, where a period costs more
 FOLDS = 10.0  # by how many factors e neighbours must part in all: turns of undamped motion give a small exponent, and a small error
 SAMPLE = 20000  # section points of a chaotic attractor
 PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
 COVERED = 0.999
+ON_CURVE = 3000  # section points of a quasi-periodic one
+THINNER = 4.5  # by what neighbours on a curve come nearer, at least, where the points are 8 times as many; a surface gives 8**0.5
 CLOUD = 100  # motions side by side
 CLOUD_SIZE = 1e-5  # scaled distance at which they start
 PARTING = 60  # forcing periods until they are told apart, and over which exponents are measured
@@ -35,14 +44,14 @@ MOST_MEMBERS = 40000  # of a family that are told to the kernels, one a radius
 
 
 @dataclass(frozen=True)
-class ChaoticAttractor:
-    """A motion that settles on no orbit and whose neighbours part exponentially.
+class SampledAttractor:
+    """A motion that settles on no orbit, known from a sample of its section points.
 
     Attributes
     ----------
     system : System
     points : ndarray
-        States at phase 0, (k, ns), k = 20000.
+        States at phase 0, (k, ns); k = 20000, for curves 5000.
     exponent, exponent_error : float
         Largest Lyapunov exponent and its standard error, per time.
     width : float
@@ -60,6 +69,7 @@ class ChaoticAttractor:
     cover: np.ndarray | None = field(default=None, repr=False)
 
     stable = True
+    kind = "sampled_attractor"
 
     @property
     def periods(self) -> None:
@@ -68,45 +78,72 @@ class ChaoticAttractor:
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
-        header = {"kind": "chaotic_attractor", "system": self.system.to_record(), "exponent": self.exponent,
+        header = {"kind": self.kind, "system": self.system.to_record(), "exponent": self.exponent,
                   "exponent_error": self.exponent_error, "width": self.width}
         return header, {"points": self.points} | ({} if self.cover is None else {"cover": self.cover})
 
     @classmethod
-    def from_record(cls, header: dict, arrays: dict, elements=()) -> "ChaoticAttractor":
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "SampledAttractor":
         """Make the attractor that `to_record` described."""
         system = System.from_record(header["system"], elements)
         return cls(system, arrays["points"], header["exponent"], header["exponent_error"], header["width"],
                    arrays.get("cover"))
 
     def __repr__(self):
-        return (f"ChaoticAttractor({len(self.points)} points, "
+        return (f"{type(self).__name__}({len(self.points)} points, "
                 f"exponent {self.exponent:.4g} +- {self.exponent_error:.1g} per time)")
 
 
-def section_points(attractor) -> np.ndarray:
-    """Return the states (k, ns) of an attractor at phase 0, one a forcing period."""
-    if isinstance(attractor, ChaoticAttractor):
+class ChaoticAttractor(SampledAttractor):
+    """A motion that settles on no orbit and whose neighbours part exponentially."""
+
+    kind = "chaotic_attractor"
+    words = "chaotic"
+
+
+class QuasiperiodicAttractor(SampledAttractor):
+    """A motion on a torus: its section points fill a closed curve, and neighbours neither part nor meet along it.
+
+    A rotor that rubs part of the time in a concentric stator moves so, and what is left past a Neimark-Sacker point.
+    """
+
+    kind = "quasiperiodic_attractor"
+    words = "quasi-periodic"
+
+
+def section_points(attractor, section: Section | None = None) -> np.ndarray:
+    """Return the states (k, ns) of an attractor at phase 0, one a forcing period; without excitation those in the section."""
+    if isinstance(attractor, SampledAttractor):
         return attractor.points
+    if isinstance(attractor, Equilibrium):
+        return attractor.state[None]
+    if section is not None:
+        return section_of(attractor, section)
     return attractor.sample(attractor.periods + 1)[1][:-1]
 
 
-def examine(system: System, y: np.ndarray, scale: np.ndarray):
+def examine(system: System, y: np.ndarray, scale: np.ndarray, section: Section | None = None):
     """Return the attractor on which the motion from ``y`` (ns,) at phase 0 settles, or None.
+
+    Without excitation it is a state of rest, or an orbit whose period is solved for, and ``section`` is where chaos is sampled.
 
     A return of the section points after k periods is only a candidate: Newton on the map must confirm an orbit there,
     and its multipliers must call it stable.  A motion without return is chaotic when its largest exponent exceeds zero
-    by four standard errors.
+    by four standard errors, and quasi-periodic when that is none and its section points lie on a curve.
     """
+    if section is not None:
+        found, y = settles_on(system, y, scale)
+        return found if found is not None or y is None else sampled(system, y, scale, section)
+    longest = 1 if concentric(system) else LONGEST  # no direction is special: an orbit that closes is a circle
     for _ in range(ATTEMPTS):
         motion = simulate(system, y, periods=BLOCK)
         if not motion.success:
             return None
         sections = motion.sections / scale
         y = motion.final
-        back = [(float(np.linalg.norm(sections[-1] - sections[-1 - k])), k) for k in range(1, LONGEST + 1)]
+        back = [(float(np.linalg.norm(sections[-1] - sections[-1 - k])), k) for k in range(1, longest + 1)]
         least = min(back)[0]
-        candidates = [k for gap, k in back if gap <= max(2.0 * least, CLOSED)]
+        candidates = [k for gap, k in back if gap <= min(max(2.0 * least, CLOSED), OPEN)]
         for k in candidates[:2]:
             orbit = from_motion(system, motion, BLOCK - 2 * k, k)  # of its end: a start may add an event of rounding
             orbit = finished(orbit, None) if orbit.success else find_orbit(system, guess=y, periods=k)
@@ -120,39 +157,64 @@ def distance(points: np.ndarray, y: np.ndarray) -> float:
     return float(np.sqrt(((points - y) ** 2).sum(axis=1).min()))
 
 
-def sampled(system: System, y: np.ndarray, scale: np.ndarray) -> ChaoticAttractor | None:
-    """Return the chaotic attractor on which ``y`` lies, or None when its exponent is not surely positive."""
-    carrier = Marcher(scene_of(system), MOST_EVENTS)
-    if scene_of(system).closed_form:
-        try:
-            measured = lyapunov_exponents(system, y, periods=EXPONENT_PERIODS, transient=0)
-        except ArithmeticError:
-            return None
-        exponent, error, span = float(measured.values[0]), float(measured.errors[0]), EXPONENT_PERIODS
-    elif carrier.lean:
-        exponent, error = parting(carrier, y, scale)
-        span = PARTING
-    else:
-        return None  # under laws without a batch kernel exponents are not known
-    if not exponent > 4.0 * error or exponent * float(carrier.scene.period or 0.0) * span < FOLDS:
+def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section | None = None) -> SampledAttractor | None:
+    """Return the attractor without a period on which ``y`` lies, or None when it is neither surely chaotic nor on a curve."""
+    scene = scene_of(system)
+    carrier = None if section else Marcher(scene, MOST_EVENTS)
+    lean = carrier is not None and carrier.lean
+    try:
+        if section is not None:
+            exponent, error, span = exponent_of(system, y)
+        elif scene.closed_form or not lean:
+            count = EXPONENT_PERIODS if scene.closed_form else LAW_PERIODS
+            measured = lyapunov_exponents(system, y, periods=count, transient=0)
+            exponent, error, span = float(measured.values[0]), float(measured.errors[0]), count * float(scene.period or 0.0)
+        else:
+            exponent, error = parting(carrier, y, scale)
+            span = PARTING * float(scene.period or 0.0)
+    except ArithmeticError:
         return None
-    points = settled(carrier, y, scale) if carrier.lean else followed(system, y)
+    folds = exponent * span
+    chaotic = exponent > 4.0 * error and folds >= FOLDS
+    if not chaotic and not abs(folds) < FOLDS:
+        return None
+    count = SAMPLE + PROBE if chaotic else ON_CURVE + PROBE
+    if section is not None:
+        points = crossings_from(system, y, section, ON_CURVE + PROBE)
+    else:
+        points = settled(carrier, y, scale) if lean and chaotic else followed(system, y, count)
     if points is None:
         return None
     sections = points[-LONGEST - 1:] / scale
     if min(np.linalg.norm(sections[-1] - sections[-1 - k]) for k in range(1, LONGEST + 1)) < CLOSED:
         return None  # it was a long transient
     width, cover = box_width(points / scale), None
-    if carrier.lean:
+    if not chaotic:
+        return QuasiperiodicAttractor(system, points, exponent, error, width) if on_curve(points / scale) else None
+    if lean:
         found = trapping(carrier, points, scale, width)
         cover, width = (None, width) if found is None else found
     return ChaoticAttractor(system, points[:SAMPLE], exponent, error, width, cover)
 
 
-def followed(system: System, y: np.ndarray) -> np.ndarray | None:
-    """Return section points (SAMPLE + PROBE, ns) of the motion from ``y``, or None when it fails."""
+def on_curve(points: np.ndarray) -> bool:
+    """Return whether scaled points (k, ns) lie on a curve: where they are eight times as many, neighbours are as much nearer.
+
+    Both sets are drawn at random from the points, which follow each other along the curve in an order of their own.
+    """
+    def gap(some: np.ndarray) -> float:
+        return float(np.median(cKDTree(some).query(some, 2)[0][:, 1]))
+
+    few = len(points) // 50
+    drawn = points[np.random.default_rng(0).permutation(len(points))[:8 * few]]
+    near = gap(drawn)
+    return near > 0.0 and np.mean([gap(part) for part in np.split(drawn, 8)]) / near > THINNER
+
+
+def followed(system: System, y: np.ndarray, count: int) -> np.ndarray | None:
+    """Return section points (count, ns) of the motion from ``y``, or None when it fails."""
     pieces = []
-    for _ in range(0, SAMPLE + PROBE, 1000):
+    for _ in range(0, count, 1000):
         motion = simulate(system, y, periods=1000)
         if not motion.success:
             return None
@@ -200,7 +262,7 @@ def parting(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> tuple[float, 
 
 def box_width(points: np.ndarray) -> float:
     """Return the least width, a power of 2, whose boxes at the sample hold `COVERED` of the further points."""
-    known, further = points[:SAMPLE], points[SAMPLE:SAMPLE + PROBE]
+    known, further = points[:-PROBE], points[-PROBE:]
     width = 2.0**-12
     while width < 1.0:
         boxes = np.unique(np.floor(known / width), axis=0)
@@ -216,9 +278,13 @@ def box_width(points: np.ndarray) -> float:
     return width
 
 
-def same(a, b, scale: np.ndarray) -> bool:
+def same(a, b, scale: np.ndarray, section: Section | None = None) -> bool:
     """Return whether two attractors are one, up to a shift by whole forcing periods."""
-    chaotic = [isinstance(item, ChaoticAttractor) for item in (a, b)]
+    resting = [isinstance(item, Equilibrium) for item in (a, b)]
+    if any(resting):
+        return all(resting) and distance(members(a, SAME, scale) / scale, b.state / scale) <= SAME or (
+            all(resting) and len(a.continuum) > 0 and a.mode == b.mode)
+    chaotic = [isinstance(item, SampledAttractor) for item in (a, b)]
     if any(chaotic):
         if not all(chaotic):
             return False
@@ -227,6 +293,8 @@ def same(a, b, scale: np.ndarray) -> bool:
         return len(boxes[0] & boxes[1]) > 0.5 * min(len(boxes[0]), len(boxes[1]))
     if a.periods != b.periods:
         return False
+    if section is not None:
+        return distance(section_points(b, section) / scale, section_points(a, section)[0] / scale) <= SAME
     return distance(section_points(b) / scale, a.state / scale) <= SAME or one_family(a, b, scale)
 
 
@@ -250,30 +318,30 @@ def partners(system: System, attractors, scale: np.ndarray) -> dict[int, int]:
     Empty for systems without this symmetry; chaotic attractors are left out.
     """
     found: dict[int, int] = {}
-    if system.symmetry != -1:
+    if system.symmetry != -1 or system.period is None:
         return found
     for a, item in enumerate(attractors):
-        if isinstance(item, ChaoticAttractor):
+        if isinstance(item, SampledAttractor):
             continue
         half = -item.sample(2 * item.periods + 1)[1][1] / scale
         for b, other in enumerate(attractors):
-            if not isinstance(other, ChaoticAttractor) and other.periods == item.periods \
+            if not isinstance(other, SampledAttractor) and other.periods == item.periods \
                     and distance(section_points(other) / scale, half) <= SAME:
                 found[a] = b
     return found
 
 
-def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
+def targets_of(attractors, radii, scale: np.ndarray, section: Section | None = None) -> Targets:
     """Return the attractors as the kernels see them; ``radii`` are scaled, one an attractor."""
     ns = scale.size
     points, squares, owner = [np.empty((0, ns))], [np.empty(0)], [np.empty(0, np.int64)]
     keys, keepers = [np.empty(0, np.uint64)], [np.empty(0, np.int64)]
-    chaotic = [item for item in attractors if isinstance(item, ChaoticAttractor)]
+    chaotic = [item for item in attractors if isinstance(item, SampledAttractor)]
     width = max((item.width for item in chaotic), default=1.0)
     proven = _proven(attractors, width, scale)
     for number, (attractor, radius) in enumerate(zip(attractors, radii, strict=True)):
-        found = section_points(attractor)
-        if isinstance(attractor, ChaoticAttractor):
+        found = section_points(attractor, section)
+        if isinstance(attractor, SampledAttractor):
             if proven and attractor.cover is not None:
                 found = attractor.cover
             mine = np.empty(len(found), np.uint64)
@@ -282,7 +350,8 @@ def targets_of(attractors, radii, scale: np.ndarray) -> Targets:
             keys.append(mine)
             keepers.append(np.full(len(mine), number))
         else:
-            found = resting(attractor, found, radius, scale)
+            rest = isinstance(attractor, Equilibrium)
+            found = members(attractor, radius, scale) if rest else resting(attractor, found, radius, scale)
             points.append(found / scale)
             squares.append(np.full(len(found), radius**2))
             owner.append(np.full(len(found), number))
@@ -307,7 +376,7 @@ def resting(orbit, points: np.ndarray, radius: float, scale: np.ndarray) -> np.n
 
 def _proven(attractors, width: float, scale: np.ndarray) -> bool:
     """Return whether all chaotic attractors have boxes of this width that nothing leaves, and these hold no other attractor."""
-    chaotic = [item for item in attractors if isinstance(item, ChaoticAttractor)]
+    chaotic = [item for item in attractors if isinstance(item, SampledAttractor)]
     return all(item.cover is not None and item.width == width and not any(
-        touches(item.cover, width, scale, other.points if isinstance(other, ChaoticAttractor) else section_points(other))
+        touches(item.cover, width, scale, other.points if isinstance(other, SampledAttractor) else section_points(other))
         for other in attractors if other is not item) for item in chaotic)

@@ -3,9 +3,10 @@ import numpy as np
 
 from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.outcomes import REACHED, UNSETTLED
-from ...orbits.orbit import PeriodicOrbit
+from ...ensemble.section_marcher import SectionMarcher
+from ...orbits.equilibrium import Equilibrium
 from ...system import System
-from .attractors import ChaoticAttractor, distance, examine, same, section_points, targets_of
+from .attractors import SampledAttractor, distance, examine, same, section_points, targets_of
 
 SHELL = 8  # starts around each section point that must come back to it
 ASKED = 4  # starts of a shell that did not come back in time, whose ends are examined
@@ -22,7 +23,7 @@ class Discovery:
     Parameters
     ----------
     system : System
-    marcher : Marcher
+    marcher : Marcher or SectionMarcher
     scale : ndarray
         Sizes (ns,) of the states.
     options : dict
@@ -32,16 +33,16 @@ class Discovery:
 
     Attributes
     ----------
-    attractors : list of PeriodicOrbit and ChaoticAttractor
+    attractors : list of PeriodicOrbit and SampledAttractor
     radii : list of float
         Scaled.
     seeds : list of ndarray
         States from which those not given were found: the same states give the same attractors.
     """
 
-    def __init__(self, system: System, marcher: Marcher, scale: np.ndarray, options: dict, known: list):
+    def __init__(self, system: System, marcher: Marcher | SectionMarcher, scale: np.ndarray, options: dict, known: list):
         self.system, self.marcher, self.scale, self.options = system, marcher, scale, options
-        self.most = options["max_periods"]
+        self.most, self.section = options["max_periods"], marcher.section
         self.attractors: list = []
         self.radii: list[float] = []
         self.seeds: list[np.ndarray] = []
@@ -51,12 +52,12 @@ class Discovery:
 
     def targets(self) -> Targets:
         """Return the attractors as the kernels see them."""
-        return targets_of(self.attractors, self.radii, self.scale)
+        return targets_of(self.attractors, self.radii, self.scale, self.section)
 
     def repeat(self, seeds: np.ndarray) -> None:
         """Find again what an earlier run found from the states ``seeds`` (k, ns)."""
         for y in seeds:
-            self._admit(examine(self.system, y, self.scale), y)
+            self._admit(examine(self.system, y, self.scale, self.section), y)
 
     def search(self, starts: np.ndarray) -> None:
         """Examine the ends of motions that come near no known attractor, one after the other."""
@@ -67,7 +68,7 @@ class Discovery:
             away = np.flatnonzero(found.states == UNSETTLED)
             left, ends = left[away], ends[away]
             while len(left) and failures < FAILURES:
-                attractor = examine(self.system, ends[0], self.scale)
+                attractor = examine(self.system, ends[0], self.scale, self.section)
                 new = attractor is not None and self._admit(attractor, ends[0])
                 left, ends = left[1:], ends[1:]
                 if new:
@@ -76,34 +77,34 @@ class Discovery:
 
     def _admit(self, attractor, y=None) -> bool:
         """Give a confirmed attractor its number and radius; return False when it is known."""
-        if any(same(item, attractor, self.scale) for item in self.attractors):
+        if any(same(item, attractor, self.scale, self.section) for item in self.attractors):
             return False
         self.attractors.append(attractor)
         self.radii.append(self.options["tolerance"])
-        if isinstance(attractor, PeriodicOrbit):
+        if not isinstance(attractor, SampledAttractor):
             self._shrink(attractor)
         if y is not None:
             self.seeds.append(np.array(y))
         return True
 
-    def _shrink(self, orbit: PeriodicOrbit) -> None:
+    def _shrink(self, orbit) -> None:
         """Make the radius of the last attractor so small that a shell of it around each section point comes back."""
         rng = np.random.default_rng([self.options["seed"], 2, len(self.attractors)])
-        points = np.repeat(section_points(orbit) / self.scale, SHELL, axis=0)
+        points = np.repeat(section_points(orbit, self.section) / self.scale, SHELL, axis=0)
         away = rng.normal(size=points.shape)
         away /= np.linalg.norm(away, axis=1)[:, None]
         own = len(self.attractors) - 1
         while self.radii[own] > LEAST:
             radii = [*self.radii[:own], COMES_BACK * self.radii[own]]
             shell = (points + self.radii[own] * away) * self.scale
-            found = self.marcher.label(shell, targets_of(self.attractors, radii, self.scale), self.most)
+            found = self.marcher.label(shell, targets_of(self.attractors, radii, self.scale, self.section), self.most)
             gone = (found.states == REACHED) & (found.labels != own)
             unsettled = np.flatnonzero(found.states == UNSETTLED)
             for i in unsettled:  # slow is allowed, farther is not
-                gone[i] = distance(section_points(orbit) / self.scale, shell[i] / self.scale) > self.radii[own]
+                gone[i] = distance(section_points(orbit, self.section) / self.scale, shell[i] / self.scale) > self.radii[own]
             for i in unsettled[~gone[unsettled]][:ASKED]:  # and settled beside it is not slow: another attractor lies in the shell
-                other = examine(self.system, shell[i], self.scale)
-                gone[i] = other is not None and not same(orbit, other, self.scale)
+                other = examine(self.system, shell[i], self.scale, self.section)
+                gone[i] = other is not None and not same(orbit, other, self.scale, self.section)
             if not gone.any():
                 return
             self.radii[own] /= SHRINK
@@ -112,9 +113,11 @@ class Discovery:
         """Return the order of the numbers: those given first, then by period, impacts and size; chaotic ones last."""
         def rank(i: int):
             item = self.attractors[i]
-            if isinstance(item, ChaoticAttractor):
+            if isinstance(item, SampledAttractor):
                 return (1, 0, 0, 0.0)
-            middle = section_points(item).mean(axis=0)[0] / self.scale[0]
+            middle = section_points(item, self.section).mean(axis=0)[0] / self.scale[0]
+            if isinstance(item, Equilibrium):
+                return (0, 0, 0, round(float(middle), 6))
             return (0, item.periods, len(item.events), round(float(middle), 6))
         given = list(range(self.given))
         return given + sorted(range(self.given, len(self.attractors)), key=rank)

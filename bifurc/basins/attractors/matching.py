@@ -6,7 +6,7 @@ import numpy as np
 from ...orbits.find import find_orbit
 from ...orbits.orbit import PeriodicOrbit
 from ...system import System
-from .attractors import ChaoticAttractor, distance, examine, same, section_points
+from .attractors import SampledAttractor, distance, examine, same, section_points
 
 CLOSE = 0.2  # scaled distance of section points up to which a Newton solution counts as the same attractor, moved
 COARSE = 0.05  # scaled boxes in which chaotic attractors of neighbouring parameters are compared
@@ -19,14 +19,14 @@ def follow(system: System, attractor, scale: np.ndarray):
     Parameters
     ----------
     system : System
-    attractor : PeriodicOrbit or ChaoticAttractor
+    attractor : PeriodicOrbit or SampledAttractor
         Of a system of the same structure.
     scale : ndarray
         Sizes (ns,) of the states.
 
     Returns
     -------
-    found : PeriodicOrbit, ChaoticAttractor or None
+    found : PeriodicOrbit, SampledAttractor or None
         A stable orbit or a chaotic attractor of ``system``; None where its motion settles on nothing.
     continued : bool
         The same attractor, moved a little; False: it was lost, and its motion went to ``found``.
@@ -47,7 +47,7 @@ def follow(system: System, attractor, scale: np.ndarray):
 
 def alike(a, b, scale: np.ndarray) -> bool:
     """Return whether two attractors of neighbouring parameters may be one, from where they lie."""
-    chaotic = [isinstance(item, ChaoticAttractor) for item in (a, b)]
+    chaotic = [isinstance(item, SampledAttractor) for item in (a, b)]
     if not all(chaotic):
         return not any(chaotic) and a.periods == b.periods and distance(section_points(b) / scale, a.state / scale) <= CLOSE
     boxes = [{tuple(row) for row in np.floor(item.points / scale / COARSE)} for item in (a, b)]
@@ -57,7 +57,7 @@ def alike(a, b, scale: np.ndarray) -> bool:
 def place_of(item, known: Sequence, scale: np.ndarray) -> int | None:
     """Return the number of an attractor among those known of the same system, None when it is new."""
     for number, other in enumerate(known):
-        if same(other, item, scale) or (isinstance(item, ChaoticAttractor) and isinstance(other, ChaoticAttractor)
+        if same(other, item, scale) or (isinstance(item, SampledAttractor) and isinstance(other, SampledAttractor)
                                         and alike(other, item, scale)):
             return number
     return None
@@ -103,8 +103,8 @@ class Links:
             j, item = i + step, self.attractors[i][k]
             known, scale = self.attractors[j], self.scales[j]
             found, continued = None, False
-            if isinstance(item, ChaoticAttractor):  # costly to follow, seldom needed
-                chaotic = [n for n, other in enumerate(known) if isinstance(other, ChaoticAttractor) and alike(item, other, scale)]
+            if isinstance(item, SampledAttractor):  # costly to follow, seldom needed
+                chaotic = [n for n, other in enumerate(known) if isinstance(other, SampledAttractor) and alike(item, other, scale)]
                 if chaotic:
                     self._done[key] = chaotic[0], True
                     return self._done[key]

@@ -6,8 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...orbits.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
-from .attractors import ChaoticAttractor
+from .attractors import ChaoticAttractor, QuasiperiodicAttractor
+
+READERS = {item.kind: item for item in (ChaoticAttractor, QuasiperiodicAttractor)} | {"equilibrium": Equilibrium}
 
 
 def packed(attractors: Sequence) -> tuple[list[dict], dict[str, np.ndarray]]:
@@ -64,6 +67,6 @@ def _unpacked(headers: Sequence[dict], arrays: Mapping[str, np.ndarray], prefix:
     for k, header in enumerate(headers):
         start = f"{prefix}{k}_"
         mine = {name.removeprefix(start): values for name, values in arrays.items() if name.startswith(start)}
-        reader = ChaoticAttractor if header["kind"] == "chaotic_attractor" else PeriodicOrbit
+        reader = READERS.get(header["kind"], PeriodicOrbit)
         found.append(reader.from_record(header, mine, elements))
     return found

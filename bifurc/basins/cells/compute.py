@@ -15,7 +15,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...system import System
-from ..attractors.attractors import ChaoticAttractor
+from ..attractors.attractors import ChaoticAttractor, SampledAttractor
 from ..maps.compute import scale_of
 from .cell_map import Audit, CellFate, CellMap, Group, GroupKind
 from .confirmation import MapJudge, SystemJudge, cells_around
@@ -234,7 +234,7 @@ def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths:
         own = [k for k in near if groups[k].attractor == owner]
         rate = judge.contraction(owner, periods)
         reach = min(1.0 + 0.5 * np.sqrt(len(grid.names)) / max(1.0 - rate, 1e-3), FARTHEST)
-        if not isinstance(item, ChaoticAttractor):  # of period p it is gcd(p, m) cycles of p / gcd(p, m) cells
+        if not isinstance(item, SampledAttractor):  # of period p it is gcd(p, m) cycles of p / gcd(p, m) cells
             shared = math.gcd(item.periods, periods)
             own = sorted((k for k in own if groups[k].period == item.periods // shared), key=lambda k: near[k])[:shared]
         for k in own:

@@ -10,7 +10,7 @@ from ...ensemble.marcher import Marcher
 from ...ensemble.outcomes import INFINITY, coded
 from ...jobs.executors import user_parts
 from ...jobs.store import ChunkStore
-from ..attractors.attractors import ChaoticAttractor, section_points
+from ..attractors.attractors import SampledAttractor, section_points
 from ..attractors.discovery import Discovery
 from ..maps.labelling import Labeller, label_starts
 
@@ -111,7 +111,7 @@ class SystemJudge:
     def contraction(self, number: int, periods: int) -> float:
         """Return by what a small distance from an attractor shrinks in so many periods, at the least; chaos: 0."""
         item = self.attractors[number]
-        if isinstance(item, ChaoticAttractor):
+        if isinstance(item, SampledAttractor):
             return 0.0
         return float(np.abs(item.multipliers).max() ** (periods / item.periods)) if len(item.multipliers) else 0.0
 

@@ -10,13 +10,14 @@ from ... import io, plotting
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
-from ...ensemble.marcher import Marcher
 from ...ensemble.outcomes import CellState, coded
+from ...ensemble.section import Section
 from ...jobs.executors import user_parts, workers_of
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...system import System
-from ..attractors.attractors import partners, targets_of
+from ..attractors.attractors import partners, section_points, targets_of
+from ..attractors.clockless import marcher_of
 from ..attractors.records import packed, unpacked
 from .entropy import BasinEntropy, basin_entropy
 from .label_noise import LabelNoise
@@ -36,7 +37,7 @@ class BasinMap(Notebook):
     labels : ndarray of int
         Number of the attractor of each cell (axis 0: first component of the grid), -1 where there is none; `states`
         says why.
-    attractors : tuple of PeriodicOrbit and ChaoticAttractor
+    attractors : tuple of PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor and Equilibrium
         Confirmed; label k is ``attractors[k]``.
     states : ndarray of int
         Code of the `CellState` of each cell.
@@ -52,6 +53,8 @@ class BasinMap(Notebook):
         seed, tolerance, max_periods, max_events.
     speeds : ndarray
         Least speed of arrival at a stop until then; 0 after an infinite sequence, infinity without an impact.
+    section : Section or None
+        Where motions without a clock were compared; `periods` are returns to it.
 
     Examples
     --------
@@ -77,6 +80,7 @@ class BasinMap(Notebook):
     options: dict
     key: str = field(default="", repr=False)
     speeds: np.ndarray = field(default_factory=lambda: np.empty(0), repr=False)
+    section: Section | None = None
 
     @property
     def counts(self) -> dict:
@@ -132,8 +136,8 @@ class BasinMap(Notebook):
         Its answers are labels; -1: unresolved, -2: no start, -3: infinity.
         """
         scene = scene_of(self.system)
-        marcher = Marcher(scene, self.options["max_events"])
-        targets = targets_of(self.attractors, self.radii, self.scale)
+        marcher = marcher_of(self.system, self.options["max_events"], self.section)
+        targets = targets_of(self.attractors, self.radii, self.scale, self.section)
         own = Labeller(marcher, user_parts(self.system))
         run = {"workers": workers_of("labeller", workers) or os.cpu_count() or 1, "executor": executor}
 
@@ -170,7 +174,11 @@ class BasinMap(Notebook):
             sides[name] = (*bounds, self.grid.shape[axis] if cells is None else cells)
         periodic = [name for name in self.grid.periodic if name not in ranges]
         return basins_of_attraction(self.system, Grid(at=self.grid.at, periodic=periodic, **sides), attractors=self.attractors,
-                                    **self.options)
+                                    section=self.section, **self.options)
+
+    def points(self, label: int) -> np.ndarray:
+        """Return the states (k, ns) of an attractor at phase 0, or in the section."""
+        return section_points(self.attractors[label], self.section)
 
     @cached_property
     def partners(self) -> dict[int, int]:
@@ -229,7 +237,8 @@ class BasinMap(Notebook):
         headers, stored = packed(self.attractors)
         arrays = {"labels": self.labels, "states": self.states, "periods": self.periods, "impacts": self.impacts,
                   "radii": np.array(self.radii, float), "scale": self.scale, "speeds": self.speeds} | stored
-        header = {"kind": "basins", "system": self.system.to_record(), "grid": self.grid.to_record(),
+        section = {} if self.section is None else {"section": self.section.to_record()}
+        header = {"kind": "basins", **section, "system": self.system.to_record(), "grid": self.grid.to_record(),
                   "attractors": headers, "noise": self.noise.to_record(), "options": self.options, "key": self.key}
         return header, arrays
 
@@ -241,7 +250,7 @@ class BasinMap(Notebook):
                    tuple(attractors), arrays["states"], arrays["periods"], arrays["impacts"],
                    tuple(float(radius) for radius in arrays["radii"]), arrays["scale"],
                    LabelNoise.from_record(header["noise"]), header["options"], header["key"],
-                   arrays.get("speeds", np.empty(0)))
+                   arrays.get("speeds", np.empty(0)), Section(**header["section"]) if "section" in header else None)
 
     def save(self, path) -> None:
         """Write the map to an npz file."""

@@ -10,15 +10,19 @@ from ...compose.scene import Scene, scene_of
 from ...elements.checks import tolerance_of, whole
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
-from ...ensemble.marcher import Cells, Marcher
+from ...ensemble.marcher import Cells
 from ...ensemble.outcomes import DIVERGED, REACHED, UNSETTLED, coded
+from ...ensemble.section import Section
 from ...jobs.executors import check_executor, user_parts, workers_of
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
+from ...orbits.autonomous import slowest
+from ...orbits.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
 from ...system import System, require_system
-from ..attractors.attractors import ChaoticAttractor, section_points
+from ..attractors.attractors import SampledAttractor, section_points
+from ..attractors.clockless import marcher_of, required
 from ..attractors.discovery import Discovery
 from . import label_noise
 from .basin_map import BasinMap
@@ -32,7 +36,8 @@ NEW = -2  # label of a cell not done yet
 
 def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | None = None, seed: int = 0,
                          workers: int | None = None, tolerance: float = 1e-4, max_periods: int = 2000,
-                         max_events: int = 2000, executor=None, progress: bool = False, file=None) -> BasinMap:
+                         max_events: int = 2000, executor=None, progress: bool = False, file=None,
+                         section: Section | None = None) -> BasinMap:
     """Return which start of a grid leads to which attractor.
 
     Attractors are discovered from seeded random starts and from every start that comes near none of those known; each
@@ -40,13 +45,16 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     number.  A start is labelled when its section point comes within the tolerance of a section point of a confirmed
     attractor.  Labels depend on system, grid and seed alone, not on the number of workers.
 
+    Without excitation attractors are states of rest and orbits whose period is part of the solution; a motion is compared with
+    them where it passes a `Section`, and with states of rest beside it now and then.
+
     Parameters
     ----------
     system : System
-        With an excitation; the section is phase 0.
+        With an excitation the section is phase 0; without, ``section`` says it.
     grid : Grid
         Two components of the start.
-    attractors : sequence of PeriodicOrbit or ChaoticAttractor, optional
+    attractors : sequence of PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor or Equilibrium, optional
         Known attractors of the system, which get the first numbers; others are discovered all the same.
     seed : int
         Of the random starts.
@@ -66,6 +74,10 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     file : path-like, optional
         Where the map is saved.  Finished chunks are kept in ``<file>.chunks`` until it is: after an interrupt or a kill
         the same call computes only what is missing; when the map is there already, it is read.
+    section : Section, optional
+        Of a system without excitation: where motions are compared.  All attractors but states of rest must pass it; the maxima
+        of a coordinate, ``Section("v0", direction=-1)``, are a good one.  ``max_periods`` counts returns to it then, and
+        ``max_events`` events in the slowest oscillation of a mode.
 
     Returns
     -------
@@ -74,7 +86,8 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     Raises
     ------
     ValueError
-        Autonomous system, components the system has not, options out of range, attractors of another system.
+        Autonomous system without a section, forced system with one, components the system has not, options out of range,
+        attractors of another system.
 
     Examples
     --------
@@ -85,7 +98,7 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
     2
     """
     options = {"seed": seed, "tolerance": tolerance, "max_periods": max_periods, "max_events": max_events}
-    job = Job(system, grid, attractors, options, workers, executor)
+    job = Job(system, grid, attractors, options, workers, executor, section)
 
     def compute(store: ChunkStore, key: str) -> BasinMap:
         with Progress("basins", grid.size, progress) as bar:
@@ -97,9 +110,9 @@ def basins_of_attraction(system: System, grid: Grid, *, attractors: Sequence | N
 class Job:
     """A request for a basin map, checked."""
 
-    def __init__(self, system: System, grid: Grid, attractors, options: dict, workers: int | None, executor):
-        if require_system(system).period is None:
-            raise ValueError(f"{system!r} is autonomous; a basin map needs the phase of an excitation (omega)")
+    def __init__(self, system: System, grid: Grid, attractors, options: dict, workers: int | None, executor,
+                 section: Section | None = None):
+        self.section = required(require_system(system), section, "a basin map")
         if not isinstance(grid, Grid):
             raise ValueError(f"grid = {grid!r} is not allowed; it must be a Grid, such as "
                              "Grid(q0=(-3, 1, 400), v0=(-4, 4, 400))")
@@ -118,25 +131,27 @@ class Job:
     def record(self, what: str) -> dict:
         """Return what all chunks of this job depend on."""
         return {"what": what, "version": __version__, "system": self.system.to_record(), "grid": self.grid.to_record(),
-                "options": self.options, "known": [section_points(item).tolist() for item in self.known], "elements": self.elements}
+                "options": self.options, "known": [section_points(item, self.section).tolist() for item in self.known],
+                "elements": self.elements, **({} if self.section is None else {"section": self.section.to_record()})}
 
     def map(self, grid: Grid, known: list, store: ChunkStore, bar: Progress) -> BasinMap:
         """Return the map of a grid, that of the request or another one."""
-        return _Work(self.system, self.scene, grid, self.options, known, self.run, store, bar).map()
+        return _Work(self.system, self.scene, grid, self.options, known, self.run, store, bar, self.section).map()
 
 
 class _Work:
     """One basin map in the making."""
 
     def __init__(self, system: System, scene: Scene, grid: Grid, options: dict, known: list, run: dict,
-                 store: ChunkStore, bar: Progress):
+                 store: ChunkStore, bar: Progress, section: Section | None = None):
+        self.section = section
         self.system, self.scene, self.grid, self.options = system, scene, grid, options
         self.store, self.bar = store, bar
         self.run = run
         self.starts = states_at(scene, grid.names, grid.at, grid.points(np.arange(grid.size)))
         self.scale = scale_of(scene, self.starts)
         self.most = options["max_periods"]
-        self.marcher = Marcher(scene, options["max_events"])
+        self.marcher = marcher_of(system, options["max_events"], section)
         self.labeller = Labeller(self.marcher, user_parts(system))
         self.found = Discovery(system, self.marcher, self.scale, options, known)
 
@@ -165,7 +180,7 @@ class _Work:
             self.system, self.grid, number[cells.labels].reshape(shape), tuple(self.found.attractors[i] for i in order),
             cells.states.astype(np.int8).reshape(shape), cells.periods.astype(np.int32).reshape(shape),
             cells.impacts.astype(np.int64).reshape(shape), tuple(self.found.radii[i] for i in order), self.scale, measured,
-            self.options, self.store.key, cells.speeds.reshape(shape))
+            self.options, self.store.key, cells.speeds.reshape(shape), self.section)
 
     def _random_starts(self) -> np.ndarray:
         rng = np.random.default_rng(self.options["seed"])
@@ -213,8 +228,8 @@ class _Work:
 
 
 def scale_of(scene: Scene, starts: np.ndarray) -> np.ndarray:
-    """Return the sizes (ns,) of states: one length, its velocity at the excitation's frequency."""
-    n, omega = scene.n, float(scene.omega or 1.0)
+    """Return the sizes (ns,) of states: one length, its velocity at the frequency of the excitation or the slowest oscillation."""
+    n, omega = scene.n, float(scene.omega or 2.0 * np.pi / slowest(scene))
     length = max(float(np.abs(starts[:, :n]).max()), float(np.abs(starts[:, n:2 * n]).max()) / omega)
     scale = np.full(scene.ns, length)
     scale[n:2 * n] *= omega
@@ -223,13 +238,14 @@ def scale_of(scene: Scene, starts: np.ndarray) -> np.ndarray:
 
 def _known(system: System, attractors) -> list:
     if attractors is not None and not isinstance(attractors, Sequence):
-        raise ValueError(f"attractors = {attractors!r} is not allowed; they must be a list of PeriodicOrbit or ChaoticAttractor")
+        raise ValueError(f"attractors = {attractors!r} is not allowed; they must be a list of orbits or attractors")
     known = [] if attractors is None else list(attractors)
     for item in known:
-        if not isinstance(item, (PeriodicOrbit, ChaoticAttractor)):
-            raise ValueError(f"attractors contain {item!r}; they must be PeriodicOrbit or ChaoticAttractor")
+        if not isinstance(item, (PeriodicOrbit, SampledAttractor, Equilibrium)):
+            raise ValueError(f"attractors contain {item!r}; they must be PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor "
+                             "or Equilibrium")
         if item.system != system:
             raise ValueError(f"attractors contain {item!r} of another system, {item.system!r}")
-        if isinstance(item, PeriodicOrbit) and not (item.success and item.stable):
+        if not isinstance(item, SampledAttractor) and not (item.success and item.stable):
             raise ValueError(f"attractors contain {item!r}, which is no attractor; it must be a stable orbit")
     return known

@@ -4,12 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from ...compose.scene import scene_of
 from ...ensemble.marcher import Cells, Marcher, Targets
+from ...ensemble.section import Section
+from ...ensemble.section_marcher import SectionMarcher
 from ...jobs.executors import Kept, run_chunks
 from ...jobs.progress import Progress
 from ...jobs.store import ChunkStore, fingerprint
 from ...system import System
+from ..attractors.clockless import marcher_of
 
 LEAN, CLOSED, LAW = 8192, 2048, 256  # starts a chunk: about half a second of work, by the kind of the scene
 FEWEST = 256  # a part that is not filed may be smaller, to keep all threads busy
@@ -21,13 +23,15 @@ class Labeller:
 
     Parameters
     ----------
-    marcher : Marcher
+    marcher : Marcher or SectionMarcher
     elements : tuple
         User classes, laws and builder of the system.
     """
 
-    def __init__(self, marcher: Marcher, elements: tuple):
+    def __init__(self, marcher: Marcher | SectionMarcher, elements: tuple):
         self.common: dict[str, Any] = {"system": marcher.scene.system.to_record(), "limit": marcher.limit, "elements": elements}
+        if marcher.section is not None:
+            self.common["section"] = marcher.section.to_record()
         self.common["key"] = fingerprint(self.common)
         self.size = LEAN if marcher.lean else CLOSED if marcher.scene.closed_form else LAW
         _marchers.put(self.common["key"], marcher)
@@ -71,7 +75,8 @@ def label_part(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     marcher = _marchers.get(payload["key"])
     if marcher is None:
         system = System.from_record(payload["system"], payload["elements"])
-        marcher = Marcher(scene_of(system), payload["limit"])
+        section = payload.get("section")
+        marcher = marcher_of(system, payload["limit"], None if section is None else Section(**section))
         _marchers.put(payload["key"], marcher)
     cells = marcher.label(payload["starts"].copy(), Targets(**payload["targets"]), payload["most"])
     return {}, cells._asdict()
