@@ -11,7 +11,7 @@ from bifurc.hbm.condensation.condensed import Condensed
 from bifurc.hbm.condensation.receptance import FACTORS, MODES, POLES
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.status import BalanceStatus, MarchStatus
-from bifurc.orbits.balance import relative_residual
+from bifurc.orbits.harmonic_orbit import relative_residual
 
 
 def chain(elements, damping="modal", n=10, omega=0.3):

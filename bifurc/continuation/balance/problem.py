@@ -17,7 +17,8 @@ from ...hbm.measures import measure_gradient
 from ...hbm.residual import kept, order_of
 from ...hbm.status import MarchStatus
 from ...hbm.tables import numbers_at
-from ...orbits.balance import NEUTRAL, HarmonicBalance, HarmonicOrbit, largest
+from ...orbits.balance_method import HarmonicBalance
+from ...orbits.harmonic_orbit import NEUTRAL, HarmonicOrbit, largest
 from ...orbits.path import DEGREES, PAD, series_over
 from ...solve.bordered import factor, null_vectors
 from ..families import PathFamily
