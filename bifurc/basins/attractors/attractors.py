@@ -161,16 +161,16 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
     """Return the attractor without a period on which ``y`` lies, or None when it is neither surely chaotic nor on a curve."""
     scene = scene_of(system)
     carrier = None if section else Marcher(scene, MOST_EVENTS)
-    lean = carrier is not None and carrier.lean
+    lean = carrier if carrier is not None and carrier.lean else None
     try:
         if section is not None:
             exponent, error, span = exponent_of(system, y)
-        elif scene.closed_form or not lean:
+        elif scene.closed_form or lean is None:
             count = EXPONENT_PERIODS if scene.closed_form else LAW_PERIODS
             measured = lyapunov_exponents(system, y, periods=count, transient=0)
             exponent, error, span = float(measured.values[0]), float(measured.errors[0]), count * float(scene.period or 0.0)
         else:
-            exponent, error = parting(carrier, y, scale)
+            exponent, error = parting(lean, y, scale)
             span = PARTING * float(scene.period or 0.0)
     except ArithmeticError:
         return None
@@ -182,7 +182,7 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
     if section is not None:
         points = crossings_from(system, y, section, ON_CURVE + PROBE)
     else:
-        points = settled(carrier, y, scale) if lean and chaotic else followed(system, y, count)
+        points = settled(lean, y, scale) if lean is not None and chaotic else followed(system, y, count)
     if points is None:
         return None
     sections = points[-LONGEST - 1:] / scale
@@ -191,8 +191,8 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
     width, cover = box_width(points / scale), None
     if not chaotic:
         return QuasiperiodicAttractor(system, points, exponent, error, width) if on_curve(points / scale) else None
-    if lean:
-        found = trapping(carrier, points, scale, width)
+    if lean is not None:
+        found = trapping(lean, points, scale, width)
         cover, width = (None, width) if found is None else found
     return ChaoticAttractor(system, points[:SAMPLE], exponent, error, width, cover)
 
@@ -208,7 +208,7 @@ def on_curve(points: np.ndarray) -> bool:
     few = len(points) // 50
     drawn = points[np.random.default_rng(0).permutation(len(points))[:8 * few]]
     near = gap(drawn)
-    return near > 0.0 and np.mean([gap(part) for part in np.split(drawn, 8)]) / near > THINNER
+    return near > 0.0 and float(np.mean([gap(part) for part in np.split(drawn, 8)])) / near > THINNER
 
 
 def followed(system: System, y: np.ndarray, count: int) -> np.ndarray | None:
