@@ -261,6 +261,19 @@ def test_the_default_job(capsys, tmp_path):
     assert bf.load(tmp_path / "impact_oscillator_basins.npz").labels.shape == (60, 60)
 
 
+@pytest.mark.slow
+def test_the_story_of_a_rotor(capsys, tmp_path):
+    """The whirl without rub touches where its radius is the clearance that the offset leaves, 1 - .6."""
+    code, out, err = said(capsys, "trace", "jeffcott_rotor", "--no-basins", "--quiet", "--out", str(tmp_path))
+    assert (code, err) == (0, "")
+    first = next(line for line in out.splitlines() if line.startswith("grazing "))
+    assert float(first.split()[1]) == pytest.approx(0.8206310877120871, abs=1e-11)
+    assert all(f"{kind} " in out for kind in ("fold", "period doubling", "neimark sacker"))
+    branch = bf.load(tmp_path / "jeffcott_rotor_nu_1.npz")
+    signatures = {orbit.signature for orbit in (branch.orbits[0], branch.orbits[len(branch.orbits) - 1])}
+    assert signatures == {"free / 1 T", "in contact / 1 T"}
+
+
 def test_the_program_is_installed():
     done = subprocess.run([sys.executable, "-m", "bifurc.cli", "info", "pendulum"], capture_output=True, text=True)
     assert done.returncode == 2

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import bifurc as bf
+from bifurc.orbits.concentric import concentric
 from bifurc.warm import warm_up
 
 from . import maps
@@ -38,7 +39,9 @@ def add(commands, shared) -> None:
 def run_trace(options: argparse.Namespace) -> int:
     """Trace a parameter, switch at grazings, print the special points, draw; then map the basins.
 
-    Without excitation: states of rest first, the orbits born at their Hopf points, and the motion that starts from rest.
+    Without excitation: states of rest first, the orbits born at their Hopf points, and the motion that starts from rest.  A rotor
+    in a concentric stator is traced so in the frame that turns with it: whirl without rub and synchronous rub are states of rest
+    there, and partial rub is an orbit.
     """
     if options.json:
         with contextlib.redirect_stdout(sys.stderr):
@@ -74,8 +77,10 @@ def traced(options: argparse.Namespace) -> tuple[int, dict]:
     folder = folder_of(options.out)
     starts: list[Any] = []
     rests: list[Any] = []
+    if concentric(start) and name == "jeffcott_rotor":
+        start = turning(start, parameter)
     if start.omega is None:
-        starts, rests = free_starts(start, parameter, (low, high), options.start)
+        starts, rests = free_starts(start, parameter, (low, high), None if system.omega else options.start)
     else:
         starts = [forced_start(start, story, options)]
     for branch in rests:
@@ -98,10 +103,21 @@ def traced(options: argparse.Namespace) -> tuple[int, dict]:
     names = [*(str(k + 1) for k in range(len(branches))), *("rest" for _ in rests)]
     result = record(system, parameter, [*branches, *rests], [str(folder / f"{stem}_{end}.npz") for end in names])
     code = 0
-    if options.basins and start.omega is not None:
+    if options.basins and system.omega is not None:
         code = maps.map_basins(name, system.with_parameters(**story.basin), story.window, folder, options)
         result["basins"] = str(folder / f"{name}_basins.npz")
     return code, result
+
+
+def turning(system: Any, parameter: str) -> Any:
+    """Return a concentric rotor in the frame that turns with the spin."""
+    names = inspect.signature(bf.systems.rotating_frame_rotor).parameters
+    if parameter not in names:
+        raise UsageError(f"--parameter {parameter}: a concentric rotor is traced in the frame that turns with it, which has no "
+                         f"{parameter}")
+    print("concentric: traced in the frame that turns with the spin (rotating_frame_rotor), where whirl without rub and "
+          "synchronous rub are states of rest")
+    return bf.systems.rotating_frame_rotor(**{key: value for key, value in system.parameters.items() if key in names})
 
 
 def record(system: Any, parameter: str, branches: Sequence[Any], files: Sequence[str]) -> dict:

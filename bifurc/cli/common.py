@@ -19,6 +19,7 @@ class Story:
     basin: dict[str, float]  # parameters of the basin map
     window: dict[str, tuple[float, float]]  # of the starts: two state components
     guess: tuple[float, ...] | None = None  # state at phase 0 near the motion, where rest is another one
+    cells: int = 400  # starts a side of the basin map: fewer where each start is simulated under laws
 
 
 STORIES = {
@@ -33,6 +34,9 @@ STORIES = {
     "jenkins_oscillator": Story("omega", (0.4, 2.0), {}, {"q0": (-4.0, 4.0), "v0": (-4.0, 4.0)}),
     "friction_damped_oscillator": Story("omega", (90.0, 104.0), {}, {"q0": (-2.0, 2.0), "v0": (-200.0, 200.0)}),
     "belt_oscillator": Story("belt_speed", (0.05, 0.8), {}, {"q0": (-1.0, 2.0), "v0": (-1.5, 1.5)}),
+    "jeffcott_rotor": Story("nu", (0.7, 2.0), {"nu": 1.7}, {"q0": (-0.4, 1.4), "v1": (-2.0, 2.0)}, cells=60),
+    "rigid_stator_rotor": Story("nu", (0.7, 2.0), {"nu": 2.0}, {"q0": (-0.4, 1.4), "v1": (-3.0, 3.0)}, cells=60),
+    "rotating_frame_rotor": Story("nu", (0.5, 3.6), {}, {"q0": (-1.5, 1.5), "v1": (-2.0, 2.0)}),
     "impact_chain": Story("amplitude", (0.3, 0.5), {}, {"q7": (-3.0, 1.0), "v7": (-2.0, 2.0)}),
 }
 
@@ -55,7 +59,7 @@ def shared() -> Parser:
     common.add_argument("--set", metavar="NAME=VALUE", nargs="+", action="extend", default=[], help="parameter values")
     common.add_argument("--out", metavar="DIR", default="bifurc-results", help="of the results (default: %(default)s)")
     common.add_argument("--format", choices=("png", "pdf", "svg"), default="png", help="of the pictures")
-    common.add_argument("--cells", metavar="N", type=int, default=400, help="starts a side of the basin map (400)")
+    common.add_argument("--cells", metavar="N", type=int, default=None, help="starts a side of the basin map (400; rotors 60)")
     common.add_argument("--workers", metavar="N", type=int, default=None, help="threads (default: one a processor)")
     common.add_argument("--quiet", action="store_true", help="no progress bars")
     return common
@@ -88,7 +92,7 @@ def set_values(name: str, settings: list[str]) -> dict[str, Any]:
 def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
     """Return the name, the built system and its story."""
     name = system_name(options.system)
-    if options.cells < 2:
+    if options.cells is not None and options.cells < 2:
         raise UsageError(f"--cells must be at least 2, got {options.cells}")
     if name not in STORIES:
         if any(isinstance(element, bf.elements.Driven) for element in getattr(bf.systems, name)().elements):

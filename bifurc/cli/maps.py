@@ -7,7 +7,7 @@ from typing import Any
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import UsageError, folder_of, number, say_saved, system_of
+from .common import STORIES, UsageError, folder_of, number, say_saved, system_of
 
 LARGEST = 3  # basins whose boundaries are followed to their saddles
 
@@ -41,8 +41,9 @@ def run_basins(options: argparse.Namespace) -> int:
 def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], folder: Path,
                options: argparse.Namespace) -> int:
     """Map, print, save and draw the basins of one system, and its attractors as motions."""
-    print(f"{system!r}: basins of {options.cells} x {options.cells} starts")
-    grid = bf.Grid(**{component: (*bounds, options.cells) for component, bounds in window.items()})
+    cells = options.cells or STORIES[name].cells
+    print(f"{system!r}: basins of {cells} x {cells} starts")
+    grid = bf.Grid(**{component: (*bounds, cells) for component, bounds in window.items()})
     file = folder / f"{name}_basins.npz"
     if not getattr(options, "resume", True):
         forget(file)

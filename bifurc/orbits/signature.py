@@ -6,6 +6,7 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..compose.writer import kernels
+from ..elements.stops import FREE
 from .births import needs_samples, sampled_orders
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
 
@@ -88,7 +89,8 @@ class Signature:
         return sorted(found)
 
     def text(self, scene: Scene) -> str:
-        """Return the events in words, e.g. ``rigid_stop.impact / 1 T``."""
+        """Return the events in words, e.g. ``rigid_stop.impact / 1 T``; without events ``free``, ``in contact``, ``rest`` or
+        ``carried``."""
         names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes == 1 else "")
                  for m, g, _, _, closes in self.nodes[:, :ENDING].tolist() if g >= 0]
         parts: list[str] = []
@@ -100,7 +102,9 @@ class Signature:
                 parts.append(name)
         T, mode = scene.tables, int(self.nodes[0, AFTER])
         held = T.H[mode, :T.n_holds[mode], scene.ns:]
-        still = "carried" if held.any() else "rest" if len(held) else "free"
+        touching = any(key != FREE and FREE in element.start
+                       for key, element in zip(scene.keys[mode], scene.system.elements, strict=True))
+        still = "carried" if held.any() else "rest" if len(held) else "in contact" if touching else FREE
         span = "" if self.clock else f"{self.span:g} "
         return f"{', '.join(parts) or still} / {span}T{' (half)' if self.closure < 0 else ''}"
 

@@ -197,7 +197,14 @@ def _value(point: Any, measure: str, s, y) -> float:
 
 def _contact(branch: Any, n: int) -> list[bool | None]:
     counts = _column(branch, "n_events")
-    return [None] * n if counts is None else [bool(count > 0) for count in counts]
+    if counts is None:
+        return [None] * n
+    found = np.asarray(counts) > 0
+    ends = np.flatnonzero(np.diff(found.astype(int))) + 1
+    for rows in np.split(np.arange(n), ends):  # of motions without events one tells whether all of them touch
+        if not found[rows[0]] and len(getattr(branch, "orbits", ())) > 0:
+            found[rows] = "in contact" in str(getattr(branch.orbits[int(rows[len(rows) // 2])], "signature", ""))
+    return [bool(touches) for touches in found]
 
 
 def _contact_words(branch: Any) -> tuple[str, str]:
@@ -208,7 +215,8 @@ def _contact_words(branch: Any) -> tuple[str, str]:
     if counts is None or not np.any(counts > 0):
         if len(orbits) > 0 and _one_mode(orbits[0]):
             return "", ""
-        return ("vibrating, ", "") if moves else _CONTACTS[0][1]
+        touches = len(orbits) > 0 and "in contact" in str(getattr(orbits[0], "signature", ""))
+        return ("vibrating, ", "") if moves else _CONTACTS[int(touches)][1]
     most = np.flatnonzero(counts == np.max(counts))  # the middle one: the first may lie on an onset, with nothing seen yet
     kinds = {str(event.kind) for event in branch.orbits[int(most[len(most) // 2])].events}
     for allowed, words in _CONTACTS:

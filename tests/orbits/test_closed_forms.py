@@ -288,3 +288,16 @@ def test_undamped_resonance_with_impacts(force, gap, r):
     assert worst_multiplier(orbit, [-r, -r]) < 1e-7  # a double eigenvalue: the root of rounding
     assert np.prod(orbit.multipliers).real == pytest.approx(r * r, abs=TOLERANCE)
     assert np.sum(orbit.multipliers).real == pytest.approx(-2 * r, abs=TOLERANCE)
+
+
+@pytest.mark.parametrize(("gap", "words"), [(-0.5, "in contact / 1 T"), (0.5, "free / 1 T")])
+def test_a_motion_that_never_lets_go_is_not_called_free(gap, words):
+    """A stop that presses all the time makes an oscillator with amplitude over |k - omega^2 + 2 i zeta omega|."""
+    system = bf.systems.bilinear_oscillator(zeta=0.05, amplitude=0.05, gap=gap, stiffness_ratio=4.0, omega=0.3)
+    orbit = bf.find_orbit(system)
+    assert orbit.signature == words
+    total = 4.0 if gap < 0 else 1.0
+    assert abs(orbit.harmonic(1, 0)) == pytest.approx(0.05 / abs(total - 0.09 + 0.03j), abs=1e-13)
+    branch = bf.trace(orbit, "omega", bounds=(0.25, 0.35))
+    labels = {line.get_label() for line in branch.plot().lines}
+    assert any(label.startswith("in contact") for label in labels) == (gap < 0)
