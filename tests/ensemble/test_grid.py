@@ -55,7 +55,7 @@ def test_components_the_system_has_not(grid):
     ({"workers": 0}, "workers = 0"), ({"tolerance": 0.0}, "tolerance = 0.0"),
     ({"tolerance": np.nan}, "tolerance = nan"),
     ({"max_periods": 0}, "max_periods = 0"), ({"seed": -1}, "seed = -1"), ({"max_events": 1.5}, "max_events = 1.5"),
-    ({"attractors": [3]}, "they must be PeriodicOrbit or ChaoticAttractor"),
+    ({"attractors": [3]}, "they must be PeriodicOrbit, ChaoticAttractor, QuasiperiodicAttractor or Equilibrium"),
 ])
 def test_options_out_of_range(keywords, said):
     with pytest.raises(ValueError) as error:

@@ -10,6 +10,7 @@ from ...ensemble.outcomes import REACHED
 from ...ensemble.proximity import STAY, boxes
 from ...ensemble.section import Section
 from ...flow.simulate import simulate
+from ...orbits.autonomous import slowest
 from ...orbits.concentric import concentric
 from ...orbits.equilibrium import Equilibrium
 from ...orbits.find import find_orbit
@@ -176,7 +177,7 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
         return None
     folds = exponent * span
     chaotic = exponent > 4.0 * error and folds >= FOLDS
-    if not chaotic and not abs(folds) < FOLDS:
+    if not chaotic and not (abs(folds) < FOLDS and attracts(system, y)):
         return None
     count = SAMPLE + PROBE if chaotic else ON_CURVE + PROBE
     if section is not None:
@@ -195,6 +196,16 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
         found = trapping(lean, points, scale, width)
         cover, width = (None, width) if found is None else found
     return ChaoticAttractor(system, points[:SAMPLE], exponent, error, width, cover)
+
+
+def attracts(system: System, y: np.ndarray) -> bool:
+    """Return whether neighbours of a motion on a torus come nearer to it: of the exponents that are left when those along the torus
+    (one, without excitation two) are taken out, the largest is clearly negative.  Motions without damping fill tori that attract
+    nothing."""
+    along = 1 if system.period is not None else 2
+    values = lyapunov_exponents(system, y, periods=LAW_PERIODS, transient=0).values
+    unit = system.period if system.period is not None else slowest(scene_of(system))
+    return len(values) > along and float(values[along]) * LAW_PERIODS * unit < -FOLDS
 
 
 def on_curve(points: np.ndarray) -> bool:

@@ -77,6 +77,13 @@ class Ramp(Notebook):
         (directions, m, ns), at the end of each value.
     message : str
         How it ended.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> run = bf.ramp(bf.systems.duffing_oscillator(amplitude=0.2), "omega", (0.8, 1.8), steps=200, periods=8)
+    >>> run.maximum.shape
+    (2, 201, 1)
     """
 
     _facts = ("parameter", "directions", "jumps")

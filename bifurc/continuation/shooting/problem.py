@@ -32,6 +32,7 @@ SPARE = 0.7  # logarithm of the closure of the last impact but one below which t
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
 def orbit_problem(orbit: PeriodicOrbit, parameter: str, bounds: tuple[float, float]) -> "OrbitProblem":
@@ -188,11 +189,20 @@ class OrbitProblem(Problem):
         if math.isfinite(value):
             self._clear = x, value
             return value
-        if self._clear is None or self.sequence.closure < 0:
-            return value
-        here, there = (float(np.real(np.prod(1.0 + self._multipliers(y)))) for y in (x, self._clear[0]))
-        here *= math.copysign(1.0, there * self._clear[1])
-        return here / (1.0 + abs(here)) if math.isfinite(here) and there else math.nan
+        if self._clear is None or self.sequence.closure < 0 or self._shortest(x) < SHORTEST:
+            return math.nan
+        here, there = (self._multipliers(y) for y in (x, self._clear[0]))
+        if not (np.isfinite(here).all() and np.isfinite(there).all()):
+            return math.nan
+        sign = float(np.real(np.prod(1.0 + there))) * self._clear[1]
+        value = math.copysign(1.0, sign) * float(np.real(np.prod(1.0 + here)))
+        return value / (1.0 + abs(value)) if sign and math.isfinite(value) else math.nan
+
+    def _shortest(self, x) -> float:
+        """Return the shortest time between two events at ``x`` (n + 1,), forcing periods: at zero there is no monodromy."""
+        whole, U = self._whole(x)
+        times = U.reshape(len(whole.nodes), -1)[:, 0]
+        return float(np.diff(times, prepend=times[-1] - whole.span).min())
 
     def _torus(self, x) -> float:
         """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
