@@ -83,7 +83,7 @@ class Ramp(Notebook):
     >>> import bifurc as bf
     >>> run = bf.ramp(bf.systems.duffing_oscillator(amplitude=0.2), "omega", (0.8, 1.8), steps=200, periods=8)
     >>> run.maximum.shape
-    (2, 201, 1)
+    (2, 200, 1)
     """
 
     _facts = ("parameter", "directions", "jumps")
