@@ -21,6 +21,8 @@ from .pointer import Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
+MANY = 10  # states from which on modes have modal coordinates: below it whole steps of the tables cost less
+LEVELS = 80  # of the steps in modal coordinates, each longer than the one before by the root of 2
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -65,6 +67,17 @@ class Tables(array.array):
     turn: np.ndarray  # (modes, nw) cos and sin of k omega h in the places of w; 1 first
     G4: np.ndarray  # (modes, guards, nx) h**4/384 max |g''''| on [0, h] per unit of x
     F: np.ndarray  # (ns, nx) largest |E| of all modes: what is added up where a state comes to zero
+
+    # modal coordinates of many degrees of freedom, x = V xi; filled by `bifurc.compose.modal` and given up by `rebuild`
+    blocks: np.ndarray  # (modes, 4) pairs, single decays, coordinates of the slow block, levels of steps; no levels: not there
+    V: np.ndarray  # (modes, nx, nx)
+    L: np.ndarray  # (modes, nx, nx) inverse of V
+    N: np.ndarray  # (modes, nx, nx) the slow block, in its first rows and columns
+    spin: np.ndarray  # (modes, nx, 2) eigenvalues, those of a pair in its first place
+    GS: np.ndarray  # (modes, guards, nx, ORDER+1) Taylor rows of the guards over xi
+    tail: np.ndarray  # (modes, guards, nx, 2) sizes of a guard's row over xi: itself, and of its Taylor term ORDER+1
+    turns: np.ndarray  # (modes, LEVELS, nx) factors of all levels of steps
+    level: np.ndarray  # (modes, LEVELS) their durations
 
     address: int = dataclasses.field(init=False)  # of the directory: what compiled code takes
 
@@ -113,6 +126,10 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
               np.zeros((modes, guards), whole)]
     derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
                np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx)), np.zeros((ns, nx))]
+    many, wide, levels = (modes, nx, LEVELS) if ns >= MANY and laws == 0 else (0, 0, 0)
+    derived += [np.zeros((modes, 4), whole), *(np.zeros((many, wide, wide)) for _ in range(3)), np.zeros((many, wide, 2)),
+                np.zeros((many, guards, wide, ORDER + 1)), np.zeros((many, guards, wide, 2)), np.zeros((many, levels, wide)),
+                np.zeros((many, levels))]
     return Tables(flat, *views, *counts, *derived)
 
 
@@ -160,6 +177,7 @@ def rebuild_mode(T, m):
     harmonics, n_guards, step, still, turn = T.harmonics, T.n_guards, T.step, T.still, T.turn
     ns, nx = A.shape[1], A.shape[2]
     omega = flat[0]
+    T.blocks[m, 3] = 0
     top = rate(T, m)
     if top == 0.0:
         h = 1.0

@@ -7,15 +7,18 @@ out: ``b1 < 0, b2 + 16/3 e < 0, b3 < 0`` suffices, since the difference is at mo
 import numpy as np
 
 from .._jit import njit
+from .modal import is_modal, modal_coast
 
 
 @njit
 def coast(T, m, x, count, orders, slopes):
-    """Advance ``x`` (nx,) in place by up to ``count`` steps; return how many were proved free of events.
+    """Advance ``x`` (nx,) in place by up to ``count`` steps; return the time that was proved free of events.
 
     ``orders`` (guards,) are the orders of the zeros that the guards are known to have at the start, ``slopes`` their
     known slopes (NaN: not known).
     """
+    if is_modal(T, m):
+        return modal_coast(T, m, x, count * T.step[m], orders, slopes)
     A, E, G, G4, GT, n_guards, step, turn, harmonics = T.A, T.E, T.G, T.G4, T.GT, T.n_guards, T.step, T.turn, T.harmonics
     ns, nx = A.shape[1], A.shape[2]
     ng = n_guards[m]
@@ -29,13 +32,13 @@ def coast(T, m, x, count, orders, slopes):
             value += G[m, g, c] * x[c]
             slope += GT[m, g, c, 1] * x[c]
         if orders[g] > 1:
-            return 0
+            return 0.0
         if orders[g] == 1:
             value = 0.0
             if slopes[g] == slopes[g]:
                 slope = slopes[g]
         elif not value < 0.0:
-            return 0
+            return 0.0
         g0[g] = value
         d0[g] = slope * third
     x1[ns] = 1.0
@@ -61,11 +64,11 @@ def coast(T, m, x, count, orders, slopes):
             b2 = value - slope
             if k == 0 and orders[g] == 1:
                 if not (b1 < 0.0 and b2 + 16.0 / 3.0 * e < 0.0 and value < 0.0):
-                    return 0
+                    return 0.0
             elif not max(max(g0[g], value), max(b1, b2)) + e < 0.0:
-                return k
+                return k * step[m]
             g0[g] = value
             d0[g] = slope
         for c in range(nx):
             x[c] = x1[c]
-    return count
+    return count * step[m]

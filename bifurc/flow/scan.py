@@ -155,11 +155,11 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         count = int(min(left / h, 1e9))
         if period < np.inf:
             count = min(count, int((period - tau) / h) + 1)
-        passed = coast(T, m, x, count, orders, slopes) if count > 0 else 0
+        hit = coast(T, m, x, count, orders, slopes) if count > 0 else 0.0
+        passed = hit > 0.0
         g, chosen, what = -1, m, PASSED
         arrive = span = 0.0
-        hit = passed * h
-        if passed == 0:  # the guards as polynomials: the first zero, or a touch before it
+        if not passed:  # the guards as polynomials: the first zero, or a touch before it
             hit = min(all_series(T, m, x, orders, series), left)
             for i in range(n_guards[m]):
                 if orders[i] == ORDER:  # zero for as long as the mode lasts
@@ -179,7 +179,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
             if status == LOST:
                 break
         ints[INSTANT] = ints[INSTANT] + 1 if g >= 0 and hit <= 4.0 * EPS * tau else 0
-        if passed == 0 and hit == left:
+        if not passed and hit == left:
             tau, whole = tau_end, whole_end
         else:
             tau += hit

@@ -1,6 +1,7 @@
 """Simulate a system through its events."""
 import numpy as np
 
+from ..compose.modal import give_modal
 from ..compose.scene import scene_of
 from ..models.cost import warn_if_slow
 from ..system import System, require_system
@@ -84,7 +85,8 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     scene = scene_of(system)
     t0, length = checked_length(scene, periods, duration, t0, max_events)
     y0 = checked_state(scene, y0, t0)
-    warn_if_slow(system)
+    if not scene.tables.V.size:  # in modal coordinates a fast motion that has decayed costs nothing
+        warn_if_slow(system)
     period = scene.period
     if period is None:
         begin, end = (0, t0), (0, t0 + length)
@@ -109,6 +111,7 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
     mode, x = settle.start(scene, x)
     first = x[:scene.ns].copy()
     T = scene.tables
+    give_modal(T)
     ints, floats = engine.workspace(T)
     ints[MODE], ints[WHOLE], floats[TAU] = mode, begin[0], begin[1]
     _orders(scene, mode, x, ints, floats)
@@ -125,6 +128,7 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
             record = np.concatenate((record, np.zeros_like(record)))
         elif code == NEED:
             T = scene.expand(m, g)
+            give_modal(T)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
         elif code == LIMIT or (code != LOST and ints[COUNT] >= max_events):  # also of events that are decided here
@@ -143,6 +147,7 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
                 status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
                 break
             T = scene.tables
+            give_modal(T)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
             e = int(ints[EVENTS])

@@ -348,7 +348,7 @@ def guard_divided(T, m, g, x, s, order, row):
 
 @njit
 def coast(T, m, x, count, orders, slopes_known):
-    """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return how many were proved free of events.
+    """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events.
 
     Inside such a step go as many long steps of the collocation as are needed; on each the guards' polynomials must stay
     below zero by more than the defect allows them to be wrong.
@@ -357,7 +357,7 @@ def coast(T, m, x, count, orders, slopes_known):
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
     for g in range(guards):
         if orders[g] > 0:
-            return 0
+            return 0.0
     acc, force, p = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
     now, x1, none, accs = x.copy(), np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2))
     scratch = scratch_of(n, rows, nx - 2 * n, 0)
@@ -371,7 +371,7 @@ def coast(T, m, x, count, orders, slopes_known):
             h = step(T, m, now, tried, DEFECT, x1, acc, force, none, 0, accs, scratch)
             e = scratch[ERROR]
             if not e <= WORST * DEFECT:
-                return k
+                return k * unit
             most, largest = 0.0, 0.0
             for i in range(n):
                 most = max(most, abs(x1[n + i] / h))
@@ -389,7 +389,7 @@ def coast(T, m, x, count, orders, slopes_known):
                     wrong += e * largest * abs(LG[m, g, r])
                 g1, d1 = horner(p, 0, h)
                 if not max(max(p[0], g1), max(p[0] + h / 3.0 * p[1], g1 - h / 3.0 * d1)) + wrong < 0.0:
-                    return k
+                    return k * unit
             for c in range(nx):
                 now[c] = x1[c]
             left -= h
@@ -399,7 +399,7 @@ def coast(T, m, x, count, orders, slopes_known):
                 steps = int(np.ceil(left / wish)) if left > 1e-14 * unit else 0
         for c in range(nx):
             x[c] = now[c]
-    return count
+    return count * unit
 
 
 @njit

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from ..compose.modal import give_modal
 from ..compose.scene import Scene
 from ..compose.tables import rebuild
 from ..compose.writer import kernels
@@ -110,3 +111,4 @@ def set_clock(tables, clock: float) -> None:
     if clock and tables.flat[0] != 2.0 * np.pi / clock:
         tables.flat[0] = 2.0 * np.pi / clock
         rebuild(tables)
+        give_modal(tables)

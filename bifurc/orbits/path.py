@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..compose.modal import give_modal
 from ..compose.scene import Scene
 from ..compose.tables import Tables
 from ..system import System
@@ -47,7 +48,9 @@ class ParameterPath:
 
 def constant_path(scene: Scene, system: System) -> ParameterPath:
     """Return the path on which nothing changes."""
-    return ParameterPath(scene.refill(system), None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
+    tables = scene.refill(system)
+    give_modal(tables)
+    return ParameterPath(tables, None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
 
 
 def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float, float], pad: float = PAD) -> ParameterPath:

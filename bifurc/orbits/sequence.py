@@ -57,13 +57,16 @@ DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to tha
 @both
 def set_parameter(T, index, series, low, high, value):
     """Write the numbers of the scene at a parameter value, given as Chebyshev series on [low, high], and rebuild."""
-    set_numbers(T, index, series, low, high, value)
-    rebuild(T)
+    if index.size > 0:
+        set_numbers(T, index, series, low, high, value)
+        rebuild(T)
 
 
 @njit
 def set_modes(T, index, series, low, high, value, nodes):
     """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt."""
+    if index.size == 0:
+        return
     set_numbers(T, index, series, low, high, value)
     done = np.zeros(T.n_guards.size, np.int64)
     for i in range(nodes.shape[0]):
