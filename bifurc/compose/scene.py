@@ -6,6 +6,7 @@ A scene mode is one mode of every element.  Its forces are summed, its held rows
 
 with H the held rows of all elements and D their pushes; guards and resets become rows over x = (q, v, z, 1, cos, sin).
 """
+import copy
 import itertools
 from collections.abc import Hashable, Iterator
 from typing import NamedTuple
@@ -265,7 +266,9 @@ class Scene:
         return flat
 
     def refill(self, system: System) -> Tables:
-        """Return new tables, rebuilt, with the numbers of another system of the same structure."""
+        """Return new tables, rebuilt, with the numbers of another system of the same structure; its own: a copy."""
+        if system is self.system:
+            return copy.deepcopy(self.tables)
         tables = self._allocate()
         tables.flat[:] = self.flat_of(system)
         rebuild(tables)

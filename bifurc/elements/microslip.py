@@ -123,6 +123,10 @@ class SliderSet(Sliders):
 
     def mode(self, key, core):
         """Return "stick", "slip+k" or "slip-k"."""
+        return _mode(self, key)
+
+    def _made(self, key: str) -> Mode:
+        """Return the mode of a key, made anew."""
         sign, k = (0.0, 0) if key == STICK else (1.0 if key[4] == "+" else -1.0, int(key[5:]))
         slips = sum(self.order[:k], ())
         following = self.order[k][:1] if k < len(self.order) else ()
@@ -285,6 +289,12 @@ class MicroSlip(SliderSet):
         if slopes[-1] > 1e-12 * slopes[0]:
             raise ValueError("MicroSlip: a spring remains when all contacts slip, which no parallel set of sliders has")
         return Iwan(tuple(drops), tuple(drops * self.thresholds), dof=self.dof, row=self.row, label=self.label)
+
+
+@functools.lru_cache(maxsize=1024)
+def _mode(sliders: SliderSet, key: str) -> Mode:
+    """Return a mode of a set: along a branch every row has a system of its own with an equal set."""
+    return sliders._made(key)
 
 
 def along(diagonal: np.ndarray, beside: float, load: np.ndarray) -> np.ndarray:
