@@ -15,6 +15,7 @@ import scipy.linalg
 
 from .tables import LEVELS, ORDER, TURN, Tables
 
+LEAST = 5  # degrees of freedom; below, and beside memory alone, whole steps of the tables cost less
 SLOW = 1e-7  # of the largest frequency without damping: a free mass moves as slowly as rounding allows, the root of eps
 APART = 1e-5  # of a harmonic's frequency: an eigenvalue that near resonates
 ALIGNED = 1e-4  # cosine of left and right eigenvector, for the fastest eigenvalue: below it an eigenvalue is defective
@@ -25,7 +26,9 @@ GROWTH = 0.5  # of a growing motion on the last level, exponent
 
 
 def give_modal(tables: Tables) -> None:
-    """Fill the modal coordinates of all modes that have none yet and allow them."""
+    """Fill the modal coordinates of all modes that have none yet and allow them; of fewer than `LEAST` masses none."""
+    if tables.LP.shape[2] < LEAST:
+        return
     for m in range(len(tables.V)):
         if tables.blocks[m, 3] == 0:
             parts = separated(tables, m)
