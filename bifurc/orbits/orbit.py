@@ -490,9 +490,9 @@ def closure_of(scene: Scene):
     """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
     if scene.closed_form:
         return closure
-    return kernels(scene.laws, scene.n).closure
+    return kernels(scene).closure
 
 
 def _order_gap(scene: Scene):
     """Return the function that compares the two orders of simultaneous kicks."""
-    return kernels(scene.laws, scene.n, "bifurc.flow.saltation").order_gap
+    return kernels(scene, "bifurc.flow.saltation").order_gap

@@ -100,7 +100,7 @@ class _March:
         pushed = [self.scene.refill(one) for one in self.ones]
         self.push = np.stack([one.A[:, :, ns] - T.A[:, :, ns] for one in pushed], axis=-1)  # (modes, ns, m) rate per unit of force
         self.felt = np.stack([one.G[:, :, ns] - T.G[:, :, ns] for one in pushed], axis=-1)  # (modes, guards, m): of reactions
-        self.engine = kernels(self.scene.laws, self.scene.n)
+        self.engine = kernels(self.scene)
 
     def run(self, y: np.ndarray, stop: float, max_events: int, watch=None) -> DelayedMotion:
         """March to ``stop``, or until ``watch(state)`` (ns,) at a whole period is true."""
