@@ -1,9 +1,10 @@
 """Stabilising gains of delayed feedback against direct simulation of the delay equation, and the basins under feedback.
 
 Each end of an interval of `feedback_range` is bracketed by simulations alone: motions start 1e-8 to 1e-6 from the orbit, on its
-past, at gains a little below and above the end.  Their distances from the orbit at whole periods, as long as they are small, are a sum of
-few powers; the largest base is the growth (Prony's method, by singular values).  A third motion, at the gain where the logarithm
-of the growth vanishes between the two, corrects that place: it is the end that simulation shows.  Then motions from far away,
+past, at gains a little below and above the end.  Their distances from the orbit at whole periods, as long as they are small,
+are a sum of few powers; the largest base is the growth (Prony's method, by singular values).  A third motion, at the gain where
+the logarithm of the growth vanishes between the two, corrects that place: it is the end that simulation shows.
+Then motions from far away,
 without a past, are followed under the best gain: the share that ends on the orbit is what linear theory cannot say.
 """
 import sys
