@@ -29,6 +29,7 @@ DISPUTED = 1e-9  # relative difference of their two derivatives that is none of 
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
+NOTHING = 1e-13  # scaled speed of an impact after which the rest of an infinite sequence is rounding, however it ends
 LATE = 8.0  # excess up to which a closed infinite sequence counts: the error of the closed form is of second order in it
 
 
@@ -227,7 +228,7 @@ class PeriodicOrbit(Notebook):
     @functools.cached_property
     def closing_excess(self) -> float:
         """Largest excess of the infinite sequences of impacts that are closed, see `flow.scan.closure`: at most 1 where the
-        simulation closes them; 0 without any."""
+        simulation closes them; 0 without any, or where all that is left is rounding."""
         s, T, worst = self.sequence, self.equations.path.tables, 0.0
         kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
         for node, values in zip(s.nodes.tolist(), rows, strict=True):
@@ -242,6 +243,8 @@ class PeriodicOrbit(Notebook):
             kernel.forcing_rate(T, x, dw)
             kernel.guard_gradient(T, m, g, x, row)
             speed = float(kernel.guard_rate(row, f, dw))
+            if np.abs(T.B[m, g] * speed / self.weights).max() <= NOTHING:
+                continue
             worst = max(worst, float(closure_of(self.scene)(T, m, g, x, speed, np.empty(x.size))[0]))
         return worst
 
