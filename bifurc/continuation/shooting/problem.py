@@ -11,7 +11,8 @@ from ...orbits.energy import conservative
 from ...orbits.equations import Equations
 from ...orbits.multipliers import nontrivial
 from ...orbits.orbit import HELD, INSTANT, NEUTRAL, TOUCH, PeriodicOrbit, closure_of
-from ...orbits.path import ParameterPath, parameter_path
+from ...orbits.path import ParameterPath, constant_path, parameter_path
+from ...orbits.refused import Refusal, earlier_modes
 from ...orbits.repetition import repetition
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
 from ...orbits.signature import Signature, divided, repeated, sections
@@ -22,7 +23,7 @@ from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, Monitor, Problem
 from . import autonomous, branching, signature_change
 from .extremes import extreme_gradient
-from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, UNLISTED
+from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
 from .vanishing import listed_speeds
 
@@ -32,6 +33,7 @@ SPARE = 0.7  # logarithm of the closure of the last impact but one below which t
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -103,7 +105,12 @@ class OrbitProblem(Problem):
         self.parameter_scale = parameter_scale
         sequence = generic(self.scene, path, sequence)
         self.sequence = sequence
+        earlier = earlier_modes(self.scene, sequence)
+        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
+            self.path = path = (parameter_path(self.scene, system, path.name, (path.low, path.high), pad=0.0) if path.name
+                                else constant_path(self.scene, system))
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
+        self._refusal = Refusal(self.equations, earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
         self.weights = self.equations.weights
         self.size, self.scale = self.equations.size, self.equations.scale
         self.x0 = np.array(x0, float)
@@ -120,6 +127,8 @@ class OrbitProblem(Problem):
         self._leaves = bool(np.any(self.sequence.nodes[:, STARTS:] < 0))
         if self._leaves:
             monitors.append(Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True))
+        if self._refusal:
+            monitors.append(Monitor(SpecialPointKind.STICK_ONSET, REFUSED, boundary=True))
         self._holds = bool(np.any((self.sequence.nodes[:, GUARD] >= 0)
                                   & (self.scene.tables.n_holds[self.sequence.nodes[:, AFTER]] > 0)))
         if self._holds:
@@ -170,6 +179,8 @@ class OrbitProblem(Problem):
         values.append(peak if peak > NO_PEAK else NO_PEAK)
         if self._leaves:
             values.append(info[sequence.LEAVING])
+        if self._refusal:
+            values.append(max(self._refusal.worst(x), NO_PEAK))
         if self._holds:
             values.append(info[sequence.BROKEN] - 0.5 * HELD)
         if self._chatters:
@@ -330,14 +341,12 @@ class OrbitProblem(Problem):
         """Return the problem with the numbers of another path along the same parameter."""
         other = copy.copy(self)
         other.path, other.equations = path, self.equations.on(path)
+        other._refusal = self._refusal.on(other.equations)
         return other
 
     def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
         """Return the problem of another event signature along the same path."""
-        path = self.path
-        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
-            path = parameter_path(self.scene, self.system, self.parameter, (path.low, path.high), pad=0.0)
-        return OrbitProblem(self.system, path, signature, self.weights, x0, self.parameter_scale)
+        return OrbitProblem(self.system, self.path, signature, self.weights, x0, self.parameter_scale)
 
     def switch(self, point, monitor):
         """Return the equations that go on behind a grazing, see `orbit_switching`."""

@@ -11,15 +11,15 @@ import numpy as np
 from ...compose.writer import kernels
 from ...elements import EventKind
 from ...orbits import sequence
-from ...orbits.sequence import AFTER, CLOSES, GUARD
+from ...orbits.sequence import AFTER, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
-from .successor import cycle, jumps, successor, verified
+from .successor import completed, cycle, jumps, successor, verified
 from .vanishing import dropped
 
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
-COMPLETES, CLOSURE = "completes", "closure"
+COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
 KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
          EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
 ORDER = [SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION, SpecialPointKind.GRAZING]
@@ -43,7 +43,7 @@ def through_grazing(problem, point, monitor):
         if side is not None and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
-    lost = search.incomplete if answer is None else not np.any(answer[0].sequence.nodes[:, CLOSES] == 1)
+    lost = search.incomplete if answer is None else completed(answer[0].sequence) < completed(problem.sequence)
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
     if answer is None and jumps(problem, point):
@@ -135,7 +135,7 @@ def named_events(problem) -> list[tuple[int, str]]:
 def kind_of(problem, name, x):
     """Return what kind of change of signature happens at ``x``: grazing, or the onset of stick, slip or separation."""
     scene, s, e = problem.scene, problem.sequence, problem.equations
-    if name == LEAVING:
+    if name in (LEAVING, REFUSED):
         return SpecialPointKind.STICK_ONSET
     T, info = e.numbers_at(x[-1]), np.zeros(sequence.INFO)
     e.kernel.monitor(T, s.nodes, s.fixed, s.span, e.closure, x[:-1], e.weights, info)

@@ -41,8 +41,8 @@ SAME = 2e-6  # scaled distance of two motions that are one
 
 @dataclass
 class Search:
-    """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete no
-    chattering."""
+    """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete
+    fewer chatterings."""
 
     reasons: dict[str, None] = field(default_factory=dict)
     incomplete: bool = False
@@ -77,7 +77,7 @@ def successor(problem, point, through=False):
     for step in BEYOND:
         for x in _beyond(problem, point, step):
             for signature, unknowns in _read(problem, x, search):
-                search.incomplete |= not np.any(signature.nodes[:, CLOSES] == 1)
+                search.incomplete |= completed(signature) < completed(problem.sequence)
                 if _cycle(problem.scene, signature) in tried:
                     continue
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
@@ -219,6 +219,11 @@ def boundaries(problem) -> list[int]:
     return [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
 
 
+def completed(signature) -> float:
+    """Return the number of infinite sequences of impacts a forcing period."""
+    return round(np.count_nonzero(signature.nodes[:, CLOSES] == 1) / (signature.span or 1.0), 9)
+
+
 def cycle(problem):
     """Return what tells the cyclic event sequences of two problems apart: which event is listed first is chance."""
     return _cycle(problem.scene, problem.sequence)
@@ -291,6 +296,9 @@ def _begun(problem, point, signature, x, search, through):
     """Return (problem, x, tangent) where the new sequence begins, at the old end, if it goes on from there as a motion."""
     name = signature.text(problem.scene)
     new = problem.with_sequence(signature, x)
+    if rebounds(new):
+        search.say(f"in {name!r} an impact with rebound ends in rest, as only an infinite sequence does")
+        return None
     x = onto(new, x)
     if x is None:
         search.say(f"no orbit {name!r} near")
