@@ -116,7 +116,7 @@ _SENTENCES = {
                  "orbit meets this one, and none goes on.",
     "not_started": "This direction was not asked for.",
     "merged": "The motions of multiplied period become those of their parent here: the branch ends on it at its period "
-              "doubling; switch_branch gives the parent's other side.",
+              "doubling or grazing; switch_branch gives the parent's other side.",
     "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
             "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
             "ends.",

@@ -33,6 +33,7 @@ SPARE = 0.7  # logarithm of the closure of the last impact but one below which t
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
@@ -359,6 +360,11 @@ class OrbitProblem(Problem):
             ended = autonomous.ends(self, monitor.name, point.x)
             return StopReason.CYCLE_END if ended else autonomous.through_change(self, point, monitor)
         answer = signature_change.through_grazing(self, point, monitor)
+        if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
+            return StopReason.CHATTERING
+        if isinstance(answer, tuple) and signature_change.repeats(*answer) and not signature_change.repeats(
+                self, point.x, -point.tangent):
+            return StopReason.MERGED
         return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
 
     def named_end(self, x, reason, message):
@@ -507,8 +513,11 @@ class OrbitProblem(Problem):
         return None if abs(top - 1.0) < NEUTRAL else top < 1.0
 
     def solution(self, x) -> PeriodicOrbit:
-        """Return the orbit at ``x`` (n + 1,)."""
-        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
+        """Return the orbit at ``x`` (n + 1,); a parameter beyond the end of its path by rounding is put onto it."""
+        value, room = float(x[-1]), ROUNDING * self.parameter_scale
+        if self.path.low - room <= value <= self.path.high + room:
+            value = min(max(value, self.path.low), self.path.high)
+        system = self.system.with_parameters(**{self.parameter: value})
         return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
 
     def to_record(self) -> dict:

@@ -210,8 +210,13 @@ def rebounds(problem) -> bool:
 
 
 def inside(problem, c) -> bool:
-    """Whether a corrected point lies where the equations of the problem are valid."""
-    return all(c.monitors[k] < 0.0 for k in boundaries(problem))
+    """Whether a corrected point lies where the equations of the problem are valid, and its parameter where its elements allow it."""
+    return allowed(problem, c.p) and all(c.monitors[k] < 0.0 for k in boundaries(problem))
+
+
+def allowed(problem, p: float) -> bool:
+    """Whether a value of the parameter lies on the path of a problem: beyond, its elements may refuse it."""
+    return bool(problem.path.low <= p <= problem.path.high)
 
 
 def boundaries(problem) -> list[int]:
@@ -303,6 +308,9 @@ def _begun(problem, point, signature, x, search, through):
     if x is None:
         search.say(f"no orbit {name!r} near")
         return None
+    if not allowed(problem, x[-1]):
+        search.say(f"the orbit {name!r} lies beyond the values that {problem.parameter} may have")
+        return None
     begin = at_beginning(new, x, float(point.x[-1]), through)
     if begin is None:
         search.say(f"the orbit {name!r} does not begin here")
@@ -319,7 +327,7 @@ def _from(problem, point, signature, x, through, beside=False):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
     where the orbits that follow are motions; or None."""
     new = problem.with_sequence(signature, x)
-    if not abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale:
+    if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
         return None
     if not distance(problem.solution(point.x), new.solution(x)) <= SAME:
         return None
