@@ -198,6 +198,11 @@ class OrbitProblem(Problem):
     def _flip(self, x, value: float) -> float:
         """Test of the multiplier -1 at ``x`` (n + 1,): ``value``, or where that is not known, beside the birth of a contact without
         duration, prod(1 + mu) with the sign that it has elsewhere on the same equations."""
+        if self._chatters and self.sequence.closure > 0:  # flights that last hardly longer than rounding leave nothing else in `value`
+            mu = self._multipliers(x)
+            if np.isfinite(mu).all():
+                value = float(np.real(np.prod(1.0 + mu)))
+                return value / (1.0 + abs(value))
         if math.isfinite(value):
             self._clear = x, value
             return value
