@@ -234,15 +234,9 @@ def listed(branch, other, width):
 
 
 def unmatched(points, others, width):
-    """Return the points without a partner of the same kind."""
-    left = list(others)
-    found = []
-    for kind, value in points:
-        match = next((p for p in left if p[0] == kind and abs(p[1] - value) < SAME * width), None)
-        if match is None:
-            found.append((kind, value))
-        else:
-            left.remove(match)
+    """Return the points without one of the same kind so near that the two are one."""
+    found = [(kind, value) for kind, value in points
+             if not any(other == kind and abs(there - value) < SAME * width for other, there in others)]
     return found
 
 

@@ -50,6 +50,8 @@ def through_grazing(problem, point, monitor):
     lost = search.incomplete if answer is None else completed(answer[0].sequence) < completed(problem.sequence)
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
+    if answer is None and search.creeps:
+        return StopReason.STICKING
     if answer is None and jumps(problem, point):
         return StopReason.JUMP
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer

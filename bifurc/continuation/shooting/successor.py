@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...elements.friction import SLIP_DOWN, SLIP_UP, STICK
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
@@ -42,10 +43,11 @@ SAME = 2e-6  # scaled distance of two motions that are one
 @dataclass
 class Search:
     """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete
-    fewer chatterings."""
+    fewer chatterings; whether a contact beyond slips in one direction only."""
 
     reasons: dict[str, None] = field(default_factory=dict)
     incomplete: bool = False
+    creeps: bool = False
 
     def say(self, reason: str) -> None:
         """Note why a candidate was not taken."""
@@ -162,6 +164,8 @@ def determined(problem, x) -> bool:
     A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
     duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
     """
+    if creeps(problem):
+        return False
     e = problem.equations
     J = e.jacobian(x)
     noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
@@ -175,6 +179,20 @@ def determined(problem, x) -> bool:
     kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
     clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return len(nodes) == 1 or bool(clear.all())
+
+
+def creeps(problem) -> bool:
+    """Whether a contact, at rest otherwise, slips in one direction only: not back where it began after a period, or not at all."""
+    scene, s = problem.scene, problem.sequence
+    if s.closure < 0:
+        return False
+    words = [scene.keys[mode] for mode in s.nodes[:, AFTER]]
+    for e, element in enumerate(scene.system.elements):
+        slips = {key[e] for key in words} - {STICK}
+        if len(slips) == 1 and slips <= {SLIP_UP, SLIP_DOWN} and any(key[e] == STICK for key in words) \
+                and not np.any(element.site(scene.n).drift):
+            return True
+    return False
 
 
 def retraces(problem, point, new, c) -> bool:
@@ -301,6 +319,10 @@ def _begun(problem, point, signature, x, search, through):
     """Return (problem, x, tangent) where the new sequence begins, at the old end, if it goes on from there as a motion."""
     name = signature.text(problem.scene)
     new = problem.with_sequence(signature, x)
+    if creeps(new):
+        search.creeps = True
+        search.say(f"in {name!r} a contact slips in one direction only, which is no periodic motion")
+        return None
     if rebounds(new):
         search.say(f"in {name!r} an impact with rebound ends in rest, as only an infinite sequence does")
         return None
