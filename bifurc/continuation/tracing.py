@@ -12,7 +12,7 @@ from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from . import detect
-from .arclength import SLOPE, Half, StepOptions
+from .arclength import SLOPE, Half, StepOptions, outward
 from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
 from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
@@ -263,6 +263,8 @@ def begin_on_boundary(half):
     """Where the first row lies on a boundary, note the sign behind it or go on at once with the equations beyond."""
     row = half.rows[0]
     part = row.part
+    if outward(row, half.options):  # it ends here
+        return
     for j in part.boundary:
         if abs(row.tests[j]) > ON_BOUNDARY:
             continue
