@@ -21,7 +21,7 @@ MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,
             StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END)
 SAME = 1e-6  # of the width of the bounds: two locations of one special point
-ACCUMULATION = 1e-4  # of the width of the bounds: so near to a chattering end special points are not compared, nor is it traced back
+ACCUMULATION = 1e-4  # of the width of the bounds: so near to a chattering end nothing is compared, and nothing traced back
 
 
 def between(rng, low, high):
@@ -206,7 +206,8 @@ def back_from(branch, end, name, bounds):
     p, near = branch.column(name), ACCUMULATION * abs(bounds[1] - bounds[0])
     far = np.all([abs(p - e.p) >= near for e in branch.ends if e.reason is StopReason.CHATTERING] or [p == p], axis=0)
     row = next((k for k in (range(2, len(branch)) if end == 0 else range(len(branch) - 3, 0, -1))
-                if far[k] and s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6 and branch.orbits[k].periods == periods), None)
+                if far[k] and s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6
+                and branch.orbits[k].periods == periods), None)
     if row is None:
         return None
     orbit = branch.orbits[row]

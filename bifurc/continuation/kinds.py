@@ -120,9 +120,9 @@ _SENTENCES = {
     "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
             "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
             "ends.",
-    "sticking": "From here on one way a contact slips back and forth or its mass moves elsewhere, the other way it sticks all the "
-                "time, anywhere in an interval of positions: there a slip has one direction only and lasts for nothing, and no single "
-                "motion goes on. find_orbit from a state at rest gives one of them.",
+    "sticking": "One way from here a contact slips, or its mass moves elsewhere; the other way it sticks all the time, anywhere in "
+                "an interval of positions. Here a slip has one direction only and lasts for nothing, and no single motion goes on. "
+                "find_orbit from a state at rest gives one of them.",
     "chattering": "A complete chattering sequence no longer ends before its contact is released; beyond, the number of "
                   "impacts grows without bound toward this point, and no single event sequence goes on.",
 }

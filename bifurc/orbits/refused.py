@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..compose.tables import ORDER
-from .sequence import AFTER, DIVIDE, GUARD, STARTS, TOGETHER
+from .sequence import AFTER, DIVIDE, STARTS, TOGETHER
 
 SAMPLES = 6  # states at which the two conditions are compared
 ONE = 1e-9  # relative difference of two conditions that are one
@@ -40,9 +40,11 @@ def earlier_modes(scene, signature) -> list[Earlier]:
     found = []
     for i, node in enumerate(signature.nodes.tolist()):
         before, guard, after = node[:AFTER + 1]
-        if guard < 0 or node[DIVIDE] == TOGETHER or scene.tables.kick[before, guard] or callable(scene.guard(before, guard).guard.then):
+        if guard < 0 or node[DIVIDE] == TOGETHER or scene.tables.kick[before, guard]:
             continue
         owner = scene.guard(before, guard)
+        if callable(owner.guard.then):  # decided by the state
+            continue
         for key in owner.guard.then:
             mode = scene.combine(before, owner.element, key)
             if mode == after:

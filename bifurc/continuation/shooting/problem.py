@@ -33,6 +33,7 @@ SPARE = 0.7  # logarithm of the closure of the last impact but one below which t
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
@@ -198,7 +199,7 @@ class OrbitProblem(Problem):
     def _flip(self, x, value: float) -> float:
         """Test of the multiplier -1 at ``x`` (n + 1,): ``value``, or where that is not known, beside the birth of a contact without
         duration, prod(1 + mu) with the sign that it has elsewhere on the same equations."""
-        if self._chatters and self.sequence.closure > 0:  # flights that last hardly longer than rounding leave nothing else in `value`
+        if self._chatters and self.sequence.closure > 0:  # flights hardly longer than rounding leave nothing else in `value`
             mu = self._multipliers(x)
             if np.isfinite(mu).all():
                 value = float(np.real(np.prod(1.0 + mu)))
@@ -282,11 +283,15 @@ class OrbitProblem(Problem):
         return signature_change.changed(self, x, getattr(successor, "inner", successor), kind) or kind
 
     def confirm(self, kind, x) -> bool:
-        """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle."""
-        if kind is not SpecialPointKind.NEIMARK_SACKER:
+        """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""
+        if kind is SpecialPointKind.NEIMARK_SACKER:
+            mu = self._multipliers(x)
+            return bool(np.any((np.abs(mu.imag) > 1e-7) & (np.abs(np.abs(mu) - 1.0) < 1e-6)))
+        if kind is not SpecialPointKind.PERIOD_DOUBLING or self.sequence.closure < 0:
             return True
         mu = self._multipliers(x)
-        return bool(np.any((np.abs(mu.imag) > 1e-7) & (np.abs(np.abs(mu) - 1.0) < 1e-6)))
+        near = max(FLIPS, FLIPS_OF * float(np.abs(mu).max(initial=0.0)))
+        return not np.isfinite(mu).all() or float(np.abs(mu + 1.0).min(initial=np.inf)) <= near
 
     def locate(self, kind, a, b):
         """Return the point between two rows where a doubled orbit merges with its orbit of half the period, or where an orbit

@@ -228,7 +228,7 @@ def rebounds(problem) -> bool:
 
 
 def inside(problem, c) -> bool:
-    """Whether a corrected point lies where the equations of the problem are valid, and its parameter where its elements allow it."""
+    """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it."""
     return allowed(problem, c.p) and all(c.monitors[k] < 0.0 for k in boundaries(problem))
 
 
