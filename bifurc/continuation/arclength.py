@@ -85,6 +85,8 @@ class Half:
             self.step()
         last = self.rows[-1]
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
+        if self.reason is not StopReason.INTERRUPTED:
+            detect.behind(self, last)
 
     def stop(self, reason, message=""):
         """End this half."""

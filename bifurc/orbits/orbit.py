@@ -30,6 +30,7 @@ DISPUTED = 1e-9  # relative difference of their two derivatives that is none of 
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
+NOTHING = 1e-13  # scaled speed of an impact after which the rest of an infinite sequence is rounding, however it ends
 LATE = 8.0  # excess up to which a closed infinite sequence counts: the error of the closed form is of second order in it
 
 
@@ -229,7 +230,7 @@ class PeriodicOrbit(Notebook):
     @functools.cached_property
     def closing_excess(self) -> float:
         """Largest excess of the infinite sequences of impacts that are closed, see `flow.scan.closure`: at most 1 where the
-        simulation closes them; 0 without any."""
+        simulation closes them; 0 without any, or where all that is left is rounding."""
         s, T, worst = self.sequence, self.equations.path.tables, 0.0
         kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
         for node, values in zip(s.nodes.tolist(), rows, strict=True):
@@ -244,6 +245,8 @@ class PeriodicOrbit(Notebook):
             kernel.forcing_rate(T, x, dw)
             kernel.guard_gradient(T, m, g, x, row)
             speed = float(kernel.guard_rate(row, f, dw))
+            if np.abs(T.B[m, g] * speed / self.weights).max() <= NOTHING:
+                continue
             worst = max(worst, float(closure_of(self.scene)(T, m, g, x, speed, np.empty(x.size))[0]))
         return worst
 
@@ -489,9 +492,9 @@ def closure_of(scene: Scene):
     """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
     if scene.closed_form:
         return closure
-    return kernels(scene.laws, scene.n).closure
+    return kernels(scene).closure
 
 
 def _order_gap(scene: Scene):
     """Return the function that compares the two orders of simultaneous kicks."""
-    return kernels(scene.laws, scene.n, "bifurc.flow.saltation").order_gap
+    return kernels(scene, "bifurc.flow.saltation").order_gap

@@ -214,7 +214,7 @@ def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
     """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
     P = np.empty((T.A.shape[1], T.A.shape[2]))
     x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
-    kernels(scene.laws, scene.n, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
+    kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
     return P
 
 

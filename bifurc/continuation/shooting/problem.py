@@ -20,8 +20,9 @@ from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
 from . import autonomous, branching, signature_change
+from .completion import completed
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
@@ -386,6 +387,14 @@ class OrbitProblem(Problem):
             if self._slip(x) < STUCK:
                 return StopReason.STICKING, message
         return reason, message
+
+    def end_point(self, x, reason):
+        """See `Problem.end_point`: where a chattering just completes."""
+        found = completed(self, x) if reason is StopReason.CHATTERING else None
+        if found is None:
+            return None
+        problem, at, error = found
+        return EndPoint(SpecialPointKind.CHATTER_COMPLETION, COMPLETES, at, error, None if problem is self else problem)
 
     def _slip(self, x) -> float:
         """Least share of the period for which a contact slips that also sticks, 1 without such a contact."""

@@ -203,5 +203,5 @@ def is_surface(scene, T, mode, guard, y):
     if T.D[mode, guard].any() or not T.LG[mode, guard].any():
         return bool(T.D[mode, guard].any())
     n, row = scene.n, np.empty(T.A.shape[2])
-    kernels(scene.laws, n).guard_gradient(T, mode, guard, np.append(y, np.eye(1, row.size - y.size)), row)
+    kernels(scene).guard_gradient(T, mode, guard, np.append(y, np.eye(1, row.size - y.size)), row)
     return bool(row[:n].any() and not row[n:2 * n].any())
