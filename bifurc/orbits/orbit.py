@@ -18,6 +18,7 @@ from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .multipliers import attracting, nontrivial
 from .path import constant_path
+from .refused import Refusal, earlier_modes
 from .resting import resting_intervals
 from .sequence import AFTER, BEFORE, CLOSES, GUARD
 from .signature import Signature, repeated
@@ -199,7 +200,8 @@ class PeriodicOrbit(Orbit):
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
                                       U, self.weights, info)
         listed, peak, leaving, broken = info[[sequence.LISTED, sequence.PEAK, sequence.LEAVING, sequence.BROKEN]].tolist()
-        return listed, peak, leaving, broken
+        refusal = Refusal(self.equations, earlier_modes(self.scene, self.sequence), 0.0)
+        return listed, peak, max(leaving, refusal.worst(np.append(self._unknowns, 0.0))), broken
 
     @property
     def _ordered(self) -> bool:
