@@ -13,8 +13,10 @@ import hashlib
 import importlib
 import importlib.util
 import itertools
+import logging
 import pathlib
 import sys
+import time
 from collections.abc import Callable, Container
 
 import numba
@@ -32,6 +34,7 @@ STEP_MODULE = "bifurc.flow.collocation"  # the text written around laws
 LAW_MODULE = "bifurc.flow.nolaw"  # whose place they take in it
 LEVELS, FALL = 5, 16.0  # of the steps of differences: how many, and by what factor they fall
 
+_log = logging.getLogger("bifurc.compose")
 _compiled: dict[tuple, tuple[int, ...]] = {}
 
 
@@ -64,7 +67,10 @@ def bind(scene) -> None:
                             law.element) for law in scene.laws))
     found = _compiled.get(identity)
     if found is None:
+        names, clock = ", ".join(dict.fromkeys(law.name for law in scene.laws)), time.perf_counter()
+        _log.info("compiling the laws of %s, or loading them where this machine has seen them", names)
         found = _compiled[identity] = step_module(law_text(scene.laws, scene.n)).ADDRESSES
+        _log.info("laws of %s ready after %.1f s", names, time.perf_counter() - clock)
     scene.bound[:] = found
 
 
