@@ -9,8 +9,8 @@ from ...compose.scene import scene_of
 from ...orbits import sequence
 from ...orbits.energy import conservative
 from ...orbits.equations import Equations
-from ...orbits.multipliers import nontrivial
-from ...orbits.orbit import HELD, INSTANT, NEUTRAL, TOUCH, PeriodicOrbit, closure_of
+from ...orbits.multipliers import attracting, nontrivial
+from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.path import ParameterPath, constant_path, parameter_path
 from ...orbits.refused import Refusal, earlier_modes
 from ...orbits.repetition import repetition
@@ -526,10 +526,7 @@ class OrbitProblem(Problem):
 
     def _stable(self, x) -> bool | None:
         """Stability as the orbit at ``x`` tells it."""
-        top = float(np.abs(self._multipliers(x)).max(initial=0.0))
-        if self._together(x) or self.sequence.clock:
-            return self.solution(x).stable
-        return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+        return self.solution(x).stable if self._together(x) or self.sequence.clock else attracting(self._multipliers(x))
 
     def solution(self, x) -> PeriodicOrbit:
         """Return the orbit at ``x`` (n + 1,); a parameter beyond the end of its path by rounding is put onto it."""
