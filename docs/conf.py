@@ -7,6 +7,7 @@ import pathlib
 import sys
 
 import bifurc
+from bifurc.orbits.base import Orbit
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))  # for gallery_style
 
@@ -63,7 +64,8 @@ def entry(module, name, item):
     """Return the lines that describe a public name."""
     lines = [name, "-" * len(name), "", f".. currentmodule:: {module}", ""]
     if inspect.isclass(item):
-        return [*lines, f".. autoclass:: {name}", "   :members:", ""]
+        inherited = ["   :inherited-members: Notebook"] if issubclass(item, Orbit) else []
+        return [*lines, f".. autoclass:: {name}", "   :members:", *inherited, ""]
     if inspect.isfunction(item):
         return [*lines, f".. autofunction:: {name}", ""]
     if inspect.ismodule(item):

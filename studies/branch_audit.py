@@ -19,8 +19,9 @@ from .common import Setting, parser, publish, table
 SCENES = {Setting.SMALL: 2, Setting.FULL: 56}  # of each kind
 MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,
-            StopReason.JUMP, StopReason.STICKING)
+            StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END)
 SAME = 1e-6  # of the width of the bounds: two locations of one special point
+ACCUMULATION = 1e-4  # of the width of the bounds: so near to a chattering end nothing is compared, and nothing traced back
 
 
 def between(rng, low, high):
@@ -202,8 +203,11 @@ def back_from(branch, end, name, bounds):
     s = branch.column("s")
     periods = branch.orbits[int(np.argmin(np.abs(s)))].periods
     edges = np.array([*(point.s for point in branch.special_points), s[0], s[-1]])
+    p, near = branch.column(name), ACCUMULATION * abs(bounds[1] - bounds[0])
+    far = np.all([abs(p - e.p) >= near for e in branch.ends if e.reason is StopReason.CHATTERING] or [p == p], axis=0)
     row = next((k for k in (range(2, len(branch)) if end == 0 else range(len(branch) - 3, 0, -1))
-                if s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6 and branch.orbits[k].periods == periods), None)
+                if far[k] and s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6
+                and branch.orbits[k].periods == periods), None)
     if row is None:
         return None
     orbit = branch.orbits[row]
@@ -223,23 +227,17 @@ def differences(branch, other, bounds, end) -> list:
 
 
 def listed(branch, other, width):
-    """Return kind and parameter of the special points of a branch, without those at a chattering end of the other: grazings
-    accumulate there, and how many of them are resolved is chance."""
+    """Return kind and parameter of the special points of a branch, without those so near to a chattering end: there are
+    infinitely many, and how many of them are resolved is chance."""
     ends = [end.p for end in (*branch.ends, *other.ends) if end.reason is StopReason.CHATTERING]
     return [(p.kind.value, p.parameter) for p in branch.special_points
-            if all(abs(p.parameter - end) >= SAME * width for end in ends)]
+            if all(abs(p.parameter - end) >= ACCUMULATION * width for end in ends)]
 
 
 def unmatched(points, others, width):
-    """Return the points without a partner of the same kind."""
-    left = list(others)
-    found = []
-    for kind, value in points:
-        match = next((p for p in left if p[0] == kind and abs(p[1] - value) < SAME * width), None)
-        if match is None:
-            found.append((kind, value))
-        else:
-            left.remove(match)
+    """Return the points without one of the same kind so near that the two are one."""
+    found = [(kind, value) for kind, value in points
+             if not any(other == kind and abs(there - value) < SAME * width for other, there in others)]
     return found
 
 

@@ -1,9 +1,11 @@
 """Stabilising gains of delayed feedback against direct simulation of the delay equation, and the basins under feedback.
 
-Each end of an interval of `feedback_range` is bracketed by simulations alone: motions start 1e-6 from the orbit, on its past, at
-gains a little below and above the end; where the logarithm of their growth a period, interpolated, vanishes is the end that
-simulation shows.  Then motions from far away, without a past, are followed under the best gain: the share that ends on the orbit
-is what linear theory cannot say.
+Each end of an interval of `feedback_range` is bracketed by simulations alone: motions start 1e-8 to 1e-6 from the orbit, on its
+past, at gains a little below and above the end.  Their distances from the orbit at whole periods, as long as they are small,
+are a sum of few powers; the largest base is the growth (Prony's method, by singular values).  A third motion, at the gain where
+the logarithm of the growth vanishes between the two, corrects that place: it is the end that simulation shows.
+Then motions from far away,
+without a past, are followed under the best gain: the share that ends on the orbit is what linear theory cannot say.
 """
 import sys
 from dataclasses import dataclass
@@ -15,11 +17,13 @@ from bifurc.control.linearization import places
 
 from .common import Setting, parser, publish, table
 
-BESIDE = 0.01  # of the gain: simulations below and above an end
+BESIDE = 0.003  # of the gain: simulations below and above an end
 PERIODS = {Setting.SMALL: 160, Setting.FULL: 400}
 STARTS = {Setting.SMALL: 8, Setting.FULL: 100}
 FOLLOWED = {Setting.SMALL: 150, Setting.FULL: 400}  # periods of a motion from far away
-AWAY = 1e-6  # of the sizes of the states, first
+SETTLING, LEAST = 40, 40  # periods that are left out, and periods that are needed
+SMALL = (1e-13, 1e-5)  # distances of linear motions, of the sizes of the states
+BARE = 1e-4  # of the largest singular value: quadratic terms and rounding lie below
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,7 @@ class Case:
     row: object = 0
     region: tuple = ((-3.0, 1.0), (-4.0, 4.0))
     samples: int = 65
+    away: float = 1e-8  # first, of the sizes of the states; events on curves are known to 1e-12
 
 
 def cases(setting: Setting) -> dict[str, Case]:
@@ -47,7 +52,7 @@ def cases(setting: Setting) -> dict[str, Case]:
         "impact oscillator, velocity": Case(impact, (-4.0, 8.4), "velocity", (0.0, 0.8), samples=17),
         "impact oscillator, chaotic": Case(impact.with_parameters(amplitude=9.5), (-5.45, 0.0), "displacement", (0.0, 0.2)),
         "rotor that rubs, both velocities": Case(rotor, touching, "velocity", (0.0, 5.0), ((1.0, 0.0), (0.0, 1.0)),
-                                                 ((-0.3, 1.5), (-0.9, 0.9), (-0.5, 0.5), (-0.5, 0.5)))}
+                                                 ((-0.3, 1.5), (-0.9, 0.9), (-0.5, 0.5), (-0.5, 0.5)), away=1e-6)}
 
 
 def held(case: Case, gain: float):
@@ -58,22 +63,38 @@ def held(case: Case, gain: float):
 
 
 def growth(case: Case, orbit, gain: float, periods: int) -> float:
-    """Return the logarithm of the growth a period of a simulated motion near the orbit, from its second half."""
+    """Return the logarithm of the growth a period of a simulated motion near the orbit."""
     direction = np.random.default_rng(1).normal(size=orbit.state.size)
-    motion = bf.simulate(held(case, gain), orbit.state + AWAY * orbit.weights * direction, periods=periods, history=orbit)
+    motion = bf.simulate(held(case, gain), orbit.state + case.away * orbit.weights * direction, periods=periods, history=orbit)
     if not motion.success:
         raise ArithmeticError(motion.message)
-    sizes = np.log(np.linalg.norm((motion.sections - orbit.state) / orbit.weights, axis=1))
-    return float(np.polyfit(np.arange(periods // 2, periods + 1), sizes[periods // 2:], 1)[0])  # a line: angles average out
+    return leading((motion.sections - orbit.state) / orbit.weights)
+
+
+def leading(distances) -> float:
+    """Return the logarithm of the largest base of the powers that ``distances`` (K, ns) are a sum of, where they are small."""
+    sizes = np.linalg.norm(distances, axis=1)
+    far = np.flatnonzero((sizes > SMALL[1]) | (sizes < SMALL[0]))
+    used = distances[SETTLING:far[0] if far.size else None]
+    if len(used) < LEAST:
+        raise ArithmeticError(f"only {len(used)} periods lie near the orbit; take a gain nearer to the end")
+    depth = len(used) // 3
+    rows = np.hstack([used[k:len(used) - depth + k] for k in range(depth + 1)])
+    u, sizes, vt = np.linalg.svd(rows[:-1].T, full_matrices=False)
+    kept = sizes > BARE * sizes[0]
+    step = u[:, kept].T @ rows[1:].T @ vt[kept].T / sizes[kept]
+    return float(np.log(np.abs(np.linalg.eigvals(step)).max()))
 
 
 def simulated_end(case: Case, orbit, gain: float, periods: int) -> float:
-    """Return the gain near ``gain`` at which simulated motions keep their distance from the orbit."""
-    gains = gain * np.array([1.0 - BESIDE, 1.0 + BESIDE])
-    low, high = (growth(case, orbit, value, periods) for value in gains)
-    if low * high > 0.0:
+    """Return the gain near ``gain`` at which simulated motions keep their distance from the orbit; NaN outside the bracket."""
+    gains = [gain * (1.0 - BESIDE), gain * (1.0 + BESIDE)]
+    rates = [growth(case, orbit, value, periods) for value in gains]
+    if rates[0] * rates[1] > 0.0:
         return float("nan")
-    return float(gains[0] - low * (gains[1] - gains[0]) / (high - low))
+    gains.append(float(np.interp(0.0, *zip(*sorted(zip(rates, gains, strict=True)), strict=True))))
+    rates.append(growth(case, orbit, gains[-1], periods))
+    return float(np.polynomial.Polynomial.fit(rates, gains, 2)(0.0))  # the gain as a parabola of the growth
 
 
 def captured(case: Case, orbit, gain: float, starts: int, periods: int) -> tuple[int, int]:

@@ -190,6 +190,7 @@ class Atlas:
             part = 1.0 - (1.0 - SURE) ** (1.0 / m)
             text += (f"The last {m} values, drawn at random, showed nothing new: with {100 * SURE:.0f} % confidence such "
                      f"attractors, if any were missed, exist on less than {100 * part:.0f} % of the range. ")
+        text += self._continua()
         left = sum(probe.unresolved for probe in self.probes)
         outside = sum(probe.outside for probe in self.probes)
         if left or outside:
@@ -197,6 +198,18 @@ class Atlas:
         if self.failures:
             text += f"{len(self.failures)} parts of the work failed. "
         return text + self.message
+
+    def _continua(self) -> str:
+        """Say where motions form a continuum, which counts as one attractor; empty without any."""
+        with_any = sorted((probe for probe in self.probes if probe.continua), key=lambda probe: probe.value)
+        if not with_any:
+            return ""
+        n = self.system.n
+        probe = with_any[-1]
+        places = ", ".join(f"{f'q{c}' if c < n else f'state {c}'} anywhere in [{a:.4g}, {b:.4g}]"
+                           for c, (a, b) in ((int(c), pair) for c, pair in probe.continua[0].items()))
+        return (f"At {len(with_any)} of {len(self.probes)} values, from {with_any[0].value:.6g} to {probe.value:.6g}, motions form "
+                f"a continuum, which counts as one attractor and one branch: at {probe.value:.6g} {places}. ")
 
     @property
     def unknown(self) -> list[tuple[float, float]]:

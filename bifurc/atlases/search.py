@@ -41,6 +41,8 @@ class Probe:
     starts, unresolved, outside : int
     why : str
         "first", "gap", "check", or "edge" (of chaos).
+    continua : list of dict
+        Of each attractor that is a continuum: state (index) -> least and largest value with which it may rest.
     """
 
     value: float
@@ -52,6 +54,7 @@ class Probe:
     unresolved: int
     outside: int
     why: str
+    continua: list = field(default_factory=list)
 
     @property
     def chaos(self) -> float | None:
@@ -151,14 +154,16 @@ class Search:
             meta, arrays = result
             point = meta["points"][0]
             (items,) = unpacked_points([point["attractors"]], arrays, self.job["elements"])
-            places, periods, exponents = [], [], []
+            places, periods, exponents, continua = [], [], [], []
             for k, item in enumerate(items):
                 chaotic = isinstance(item, SampledAttractor)
                 periods.append(None if chaotic else item.periods)
                 exponents.append(item.exponent if chaotic else None)
+                if not chaotic and item.intervals:
+                    continua.append({str(c): [float(a), float(b)] for c, (a, b) in item.intervals.items()})
                 places.append(numbers[k] if k < len(numbers) else None if chaotic else self.place(item, value))
             self.probes.append(Probe(float(value), places, periods, exponents, list(point["counts"]), point["starts"],
-                                     point["unresolved"], point["outside"], why))
+                                     point["unresolved"], point["outside"], why, continua))
 
     def place(self, orbit: PeriodicOrbit, value: float) -> int:
         """Return the branch of a new attractor if there is one, otherwise queue it; -1 then."""

@@ -3,7 +3,7 @@
 A law of a straight site is taken as it is.  On a `Circle` even affine expressions in depth and speeds are no affine
 functions of the coordinates: they become laws of `bifurc.compose.curve`, with their coefficients as values.
 """
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from ..elements import Affine, Circle, Law, Mode
 from ..elements.local import ONE
 from . import curve
+from .tables import Rows
 
 FORCE, REACTION, GUARD, KICK, REST = range(5)  # what a law gives; the order of the rows of laws
 TERMS = (ONE, ("u", 0), ("s", 0), ("s", 1))  # what an affine expression on a circle may contain, besides multipliers
@@ -53,6 +54,18 @@ class SceneLaw(NamedTuple):
     def group(self) -> tuple:
         """What laws of several modes that are evaluated as one have in common."""
         return (self.element, self.stage, self.slot, self.law.function, self.law.jacobian, len(self.law.values), self.curved)
+
+
+def law_rows(laws: Sequence[SceneLaw]) -> Rows:
+    """Return where the rows of laws stand, one law after the other."""
+    owners: list[tuple[int, int, int, int]] = []
+    seen: dict[int, int] = {}  # first row of every element: all its laws see the same coordinates
+    for law in laws:
+        first = len(owners)
+        at = seen.setdefault(law.element, first)
+        owners += [(first, law.rows, at + k, law.element) for k in range(law.rows)]
+    ends = [sum(law.rows for law in laws if law.stage <= stage) for stage in (FORCE, REACTION, GUARD, KICK)]
+    return Rows(np.array(owners, np.int64).reshape(-1, 4).T.copy(), np.array([*ends, max((law.rows for law in laws), default=1)]))
 
 
 def is_law(value) -> bool:

@@ -12,7 +12,16 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, models, register_model, typeof_impl, unbox
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
 from numba.np.arrayobj import make_array, populate_array
 
 WORD = 8  # bytes of an address, a length, and a number of the arrays
@@ -100,3 +109,19 @@ def _part(context, builder, kind, value, attr):
         strides.insert(0, builder.mul(strides[0], length))
     populate_array(made, data=address, shape=lengths, strides=strides, itemsize=WORD, meminfo=None)
     return made._getvalue()
+
+
+@intrinsic
+def call(typing_context, address, arguments):
+    """Call the C function at an address, which returns a number, with a tuple of numbers and of arrays (their first place)."""
+    kinds = arguments.types
+
+    def codegen(context, builder, signature, values):
+        pointer, packed = values
+        given = [builder.extract_value(packed, k) for k in range(len(kinds))]
+        given = [make_array(kind)(context, builder, value).data if isinstance(kind, types.Array) else value
+                 for kind, value in zip(kinds, given, strict=True)]
+        function = ir.FunctionType(ir.DoubleType(), [value.type for value in given])
+        return builder.call(builder.inttoptr(pointer, function.as_pointer()), given)
+
+    return types.float64(types.intp, arguments), codegen

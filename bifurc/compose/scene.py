@@ -15,7 +15,9 @@ import numpy as np
 from ..elements import EventKind, Frame, Guard
 from ..system import System
 from .numbers import DependentHolds, Packer, layout, views
+from .pieces import SceneLaw, law_rows
 from .tables import Tables, allocate, rebuild
+from .writer import bind
 
 CLOSURE = 64  # scenes of at most so many reachable modes are built at once
 
@@ -63,6 +65,8 @@ class Scene:
         No law in any mode built so far.
     laws : tuple of SceneLaw
         Laws that are not affine; the tables hold their places, rows, pushes and values, and in A the affine rest.
+    bound : ndarray (2,)
+        Addresses of what is compiled for these laws, zeros before; part of all tables with these laws.
     """
 
     def __init__(self, system: System):
@@ -86,6 +90,8 @@ class Scene:
         self._holds: list[tuple[int, ...]] = []
         self._packer = Packer(system, self.frame, self.slices)
         self._slaved: dict[int, list] = {}
+        self.laws: tuple[SceneLaw, ...] = ()
+        self.bound = np.zeros(2, np.int64)
         first = next(self._start_keys(), None)
         reach = self._closure()
         self.complete = reach is not None
@@ -273,7 +279,11 @@ class Scene:
 
     def _pack(self) -> None:
         """Make the tables of all modes there are."""
-        self.laws = self._packer.laws(self.keys)
+        laws = self._packer.laws(self.keys)
+        if laws != self.laws:
+            known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
+            if known:  # whoever marches with kernels in hand goes on with the new tables
+                bind(self)
         tables = self._allocate()
         self._layout = layout(tables)
         self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws)
@@ -287,7 +297,7 @@ class Scene:
         candidates = max((len(numbers) or 1 for found in then for numbers in found), default=1)
         holds = max(len(found) for found in self._holds)
         T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
-                     sum(law.rows for law in self.laws), sum(len(law.keys) * len(law.law.values) for law in self.laws))
+                     sum(len(law.keys) * len(law.law.values) for law in self.laws), law_rows(self.laws), self.bound)
         for m, keys in enumerate(self.keys):
             T.acts[m] = [law.keys.index(keys[law.element]) + 1 if keys[law.element] in law.keys else 0 for law in self.laws]
         for m, found in enumerate(self._guards):

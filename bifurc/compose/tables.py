@@ -13,6 +13,7 @@ import array
 import copy
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,23 @@ from .pointer import Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
+
+
+class Rows(NamedTuple):
+    """Where the rows of the laws of a scene stand.
+
+    Attributes
+    ----------
+    owners : ndarray (4, rows)
+        For every row: first row and number of rows of its law; the row whose coordinates, speeds and accelerations it sees
+        (itself, or the same of an earlier law of the element); the element.
+    stages : ndarray (5,)
+        Where the rows of forces, of reactions, of values of guards, and of impulses end (those of what constraints on curves
+        ask to be zero are behind them); the largest number of rows of one law.
+    """
+
+    owners: np.ndarray
+    stages: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -56,6 +74,9 @@ class Tables(array.array):
     element: np.ndarray  # (modes, guards) index of the element that owns the guard
     kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`
     acts: np.ndarray  # (modes, laws) 0 where the law has no say in the mode, else the number of its values there, from 1
+    owners: np.ndarray  # (4, rows) and
+    stages: np.ndarray  # (5,) where the rows of the laws stand, see `Rows`
+    bound: np.ndarray  # (2,) addresses of the C functions of the laws in this process, see `flow.law_calls`; 0: not compiled yet
     still: np.ndarray  # (modes, guards) derivative from which on held rows make all of a guard vanish: 1, 2; 0: none does
 
     step: np.ndarray  # (modes,) h
@@ -79,10 +100,11 @@ class Tables(array.array):
         return Tables(*(getattr(self, name) for name in PARTS))
 
     def __deepcopy__(self, memo):
-        return Tables(*(copy.deepcopy(getattr(self, name), memo) for name in PARTS))
+        return Tables(*(self.bound if name == "bound" else copy.deepcopy(getattr(self, name), memo) for name in PARTS))
 
     def __reduce_ex__(self, protocol):
-        return Tables, tuple(getattr(self, name) for name in PARTS)
+        """Addresses of functions mean nothing elsewhere."""
+        return Tables, tuple(np.zeros_like(self.bound) if name == "bound" else getattr(self, name) for name in PARTS)
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__  # type: ignore[assignment]
@@ -91,15 +113,22 @@ class Tables(array.array):
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
 
 
-def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: int, harmonics,
-             laws: int = 0, law_rows: int = 0, law_values: int = 0) -> Tables:
-    """Return tables of zeros with the views laid over one flat buffer."""
+NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1]))
+
+
+def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: int, harmonics, laws: int = 0, law_values: int = 0,
+             rows: Rows = NO_ROWS, bound: np.ndarray | None = None) -> Tables:
+    """Return tables of zeros with the views laid over one flat buffer.
+
+    ``bound`` (2,) is shared by all tables with the same laws: whoever compiles them binds all.
+    """
+    count = rows.owners.shape[1]
     k = np.asarray(harmonics, np.int64)
     nw = 1 + 2 * k.size
     nx = ns + nw
     shapes = [(modes, ns, nx), (modes, guards, nx), (modes, guards, ns, nx), (modes, guards, ns), (modes, guards, ns),
               (modes, holds, nx), (modes, holds, nx), (modes, guards),
-              (law_values,), (law_rows, nx), (law_rows, nx), (modes, law_rows, n), (modes, guards, law_rows)]
+              (law_values,), (count, nx), (count, nx), (modes, count, n), (modes, guards, count)]
     flat = np.zeros(1 + sum(math.prod(shape) for shape in shapes))
     views, start = [], 1
     for shape in shapes:
@@ -110,7 +139,7 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
     counts = [k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
               np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
               np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole),
-              np.zeros((modes, guards), whole)]
+              rows.owners, rows.stages, np.zeros(2, whole) if bound is None else bound, np.zeros((modes, guards), whole)]
     derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
                np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx)), np.zeros((ns, nx))]
     return Tables(flat, *views, *counts, *derived)

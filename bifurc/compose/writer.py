@@ -1,18 +1,23 @@
-"""Kernels of a scene under laws that are not affine: the package's own text, written again around the laws.
+"""Kernels of scenes under laws that are not affine: the package's own text, written again.
 
-A written module is a template of this package (`bifurc.flow.smooth`, or any module of kernels that builds on
-`bifurc.flow.affine`) with three kinds of lines changed: the law functions come from a module with the text of the laws,
-every name of the engine (`ENGINE` of `bifurc.flow.smooth`) comes from the engine written around them, and imports of
-modules that are themselves written again lead there.  Files are named by a hash of everything in them and of numba's
-version, appear by renaming, and are ordinary modules with ordinary ``@njit(cache=True)``: a later process loads them.
+Two kinds of modules are written.  One for every set of laws: `bifurc.flow.collocation` with the functions of these laws in
+the place of `bifurc.flow.nolaw`; it holds the two C functions that the tables of a scene point to.  And, once for all laws,
+twins of the modules of kernels that build on `bifurc.flow.affine`: in a twin every name of the engine comes from the
+engine of laws (`ENGINE` of `bifurc.flow.smooth` and `smoothguards`), and imports of modules that have a twin lead there.
+Files are named by a hash of everything in them and of numba's version, appear by renaming, and are ordinary modules with
+ordinary ``@njit(cache=True)``: a later process loads them.
 """
 import ast
+import functools
 import hashlib
 import importlib
 import importlib.util
 import itertools
+import logging
 import pathlib
 import sys
+import time
+from collections.abc import Callable, Container
 
 import numba
 import numpy as np
@@ -20,26 +25,26 @@ import numpy as np
 from .._cache import cache_folder, closure_hash
 from . import curve, written
 from .lawtext import LawError, standalone
-from .pieces import FORCE, GUARD, KICK, REACTION, REST
+from .pieces import FORCE, GUARD, KICK, REACTION, REST, law_rows
 
 ENGINE_MODULES = ("bifurc.flow.smooth", "bifurc.flow.smoothguards")  # their `ENGINE` names replace those of templates
 FACADE_MODULE = "bifurc.flow.smoothguards"  # has every name of the affine engine
-LAW_MODULE = "bifurc.flow.nolaw"  # what the templates import; its written twin takes its place
 AFFINE_MODULE = "bifurc.flow.affine"
+STEP_MODULE = "bifurc.flow.collocation"  # the text written around laws
+LAW_MODULE = "bifurc.flow.nolaw"  # whose place they take in it
 LEVELS, FALL = 5, 16.0  # of the steps of differences: how many, and by what factor they fall
 
-_loaded: dict[tuple, object] = {}
+_log = logging.getLogger("bifurc.compose")
+_compiled: dict[tuple, tuple[int, ...]] = {}
 
 
-def kernels(laws, dofs: int, template: str = AFFINE_MODULE):
-    """Return the module of kernels ``template`` for scenes with these laws.
+def kernels(scene, template: str = AFFINE_MODULE):
+    """Return the module of kernels ``template`` for a scene; its laws are compiled when they are not yet.
 
     Parameters
     ----------
-    laws : sequence of SceneLaw
-        ``scene.laws``; without any, the template itself is returned.
-    dofs : int
-        Degrees of freedom, literal in the written text.
+    scene : Scene
+        Without laws the template itself is returned.
     template : str
         Full name of a module of kernels, such as "bifurc.orbits.sequence".  The affine engine's name gives the engine.
 
@@ -48,16 +53,40 @@ def kernels(laws, dofs: int, template: str = AFFINE_MODULE):
     LawError
         When a law cannot be written or compiled.
     """
-    if not laws:
+    if not scene.laws:
         return importlib.import_module(template)
-    identity = (dofs, *((law.law.function, law.law.jacobian, law.rows, len(law.law.values), len(law.keys), law.stage, law.curved,
-                         law.element) for law in laws))
-    found = _loaded.get((identity, template))
+    bind(scene)
+    return importlib.import_module(FACADE_MODULE) if template == AFFINE_MODULE else twin(template)
+
+
+def bind(scene) -> None:
+    """Write the addresses of the C functions of a scene's laws into its tables, compiled here when they are not yet."""
+    if scene.bound.any():
+        return
+    identity = (scene.n, *((law.law.function, law.law.jacobian, law.rows, len(law.law.values), len(law.keys), law.stage, law.curved,
+                            law.element) for law in scene.laws))
+    found = _compiled.get(identity)
     if found is None:
-        text = law_text(laws, dofs)
-        writer = _Writer(text)
-        found = _loaded[identity, template] = writer.module(FACADE_MODULE if template == AFFINE_MODULE else template)
-    return found
+        names, clock = ", ".join(dict.fromkeys(law.name for law in scene.laws)), time.perf_counter()
+        _log.info("compiling the laws of %s, or loading them where this machine has seen them", names)
+        found = _compiled[identity] = step_module(law_text(scene.laws, scene.n)).ADDRESSES
+        _log.info("laws of %s ready after %.1f s", names, time.perf_counter() - clock)
+    scene.bound[:] = found
+
+
+def step_module(text: str):
+    """Return the module of the step around laws with this text, written and compiled when it is not there yet."""
+    key = law_key(text)
+    laws, step = f"bifurc_laws_{key}", f"bifurc_step_{key}"
+    folder = _folder() / key
+    written.load(laws, folder / "laws.py", text)
+    around = _redirected(STEP_MODULE, lambda source, imported: laws if source == LAW_MODULE else source)
+    return written.load(step, folder / "step.py", around)
+
+
+def law_key(text: str) -> str:
+    """Return what names the modules written around laws with this text: 20 hexadecimal digits."""
+    return _key(STEP_MODULE, __name__, text)
 
 
 def differenced(laws) -> tuple[str, ...]:
@@ -93,11 +122,8 @@ def difference_error(law, points) -> float:
 
 def law_text(laws, dofs: int) -> str:
     """Return the text of the law module: the laws, their derivatives, and loops over the nodes."""
-    first: list[int] = []
-    count: list[int] = []
-    source: list[int] = []
-    seen: dict[int, int] = {}  # first row of every element: all its laws see the same coordinates
-    value = 0
+    (first, count, source, owner), stages = law_rows(laws)
+    row = value = 0
     defined: list[str] = []
     force: dict[int, list[str]] = {stage: [] for stage in (FORCE, REACTION, GUARD, KICK, REST)}
     slope: dict[int, list[str]] = {stage: [] for stage in force}
@@ -105,11 +131,7 @@ def law_text(laws, dofs: int) -> str:
     stepped = {stage: any(law.stage == stage and law.law.jacobian is None for law in laws) for stage in force}
     for i, law in enumerate(laws):
         _check(law)
-        rows, row, parts = law.rows, len(first), (0, 1, 3) if law.reads else (0, 1)
-        first += [row] * rows
-        at = seen.setdefault(law.element, row)
-        source += [at + k for k in range(rows)]
-        count += [rows] * rows
+        rows, at, parts = law.rows, source[row], (0, 1, 3) if law.reads else (0, 1)
         names = [f"p{k}" for k in range(len(law.law.values))]
         load = f"        at = {value} + (acts[m, {i}] - 1) * {len(names)}\n" + "".join(
             f"        {name} = {'0.0 if closes else ' if law.stage == KICK and k == 5 * law.curved else ''}law[at + {k}]\n"
@@ -139,16 +161,14 @@ def law_text(laws, dofs: int) -> str:
         else:
             body = _differences(i, at, rows, places, local, names)
         slope[law.stage].append(_branch(i, own, load, "nodes", known, body, rest))
-    acting = [sum(law.rows for law in laws if law.stage <= stage) for stage in (FORCE, REACTION, GUARD, KICK)]
-    owner = [law.element for law in laws for _ in range(law.rows)]
+        row += rows
     text = [
         '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit",
         "from bifurc.compose.curve import polar, scalar_slope, vector_slope\n" if any(law.curved for law in laws) else "",
         "from bifurc.compose.curve import rest_slope\n" if turns else "",
-        'NAME = "bifurc_step_@"  # of the step as a symbol', f"DOFS = {dofs}", f"ROWS = {len(first)}",
-        f"FORCES = {acting[0]}", f"ACTING = {acting[1]}", f"KICKS = {acting[2]}", f"RESTS = {acting[3]}",
-        f"OWNER = np.array({owner})", f"SOURCE = np.array({source})",
-        f"FIRST = np.array({first})", f"COUNT = np.array({count})", f"WIDTH = {max(count)}\n\n", "\n\n".join(defined), "",
+        f"DOFS = {dofs}", f"ROWS = {row}", f"FORCES = {stages[0]}", f"ACTING = {stages[1]}", f"WIDTH = {stages[4]}",
+        f"SOURCE = np.array({source.tolist()})", f"FIRST = np.array({first.tolist()})",
+        f"COUNT = np.array({count.tolist()})\n\n", "\n\n".join(defined), "",
         _STEPS if any(stepped.values()) else ""]
     for stage, (one, many, owner_) in {FORCE: ("forces", "slopes", ""), REACTION: ("reactions", "reaction_slopes", ""),
                                        GUARD: ("watches", "watch_slopes", ""), KICK: ("kicks", "kick_slopes", "owner, closes, "),
@@ -212,19 +232,18 @@ def _differences(number: int, at: int, rows: int, places, local, names) -> str:
     """
     body, outs = "", range(len(places))
     for b in range(2 * rows):
-        for level in range(LEVELS):
-            step = f"({FALL**-level} * step[{b // rows}, {at + b % rows}])"
-            for k, shift in enumerate((-2.0, -1.0, 1.0, 2.0)):
-                moved = [*local[:b], f"{local[b]} + {shift} * {step}", *local[b + 1:]]
-                out = ", ".join(f"d{k}_{a}" for a in outs)
-                body += f"            {out} = law_{number}({', '.join(moved + names)})\n"
-            for a in outs:
-                body += f"            g{level}_{a} = (d0_{a} - d3_{a} + 8.0 * (d2_{a} - d1_{a})) / (12.0 * {step})\n"
+        body += f"            shift = step[{b // rows}, {at + b % rows}]\n"
+        body += "".join(f"            last_{a}, best_{a} = 0.0, np.inf\n" for a in outs)
+        body += f"            for level in range({LEVELS}):\n"
+        for k, shift in enumerate((-2.0, -1.0, 1.0, 2.0)):
+            moved = [*local[:b], f"{local[b]} + {shift} * shift", *local[b + 1:]]
+            body += f"                {', '.join(f'd{k}_{a}' for a in outs)} = law_{number}({', '.join(moved + names)})\n"
         for a in outs:
-            body += f"            best, {places[a][b]} = abs(g1_{a} - g0_{a}), g1_{a}\n"
-            for level in range(2, LEVELS):
-                body += (f"            if abs(g{level}_{a} - g{level - 1}_{a}) < best:\n"
-                         f"                best, {places[a][b]} = abs(g{level}_{a} - g{level - 1}_{a}), g{level}_{a}\n")
+            body += (f"                g = (d0_{a} - d3_{a} + 8.0 * (d2_{a} - d1_{a})) / (12.0 * shift)\n"
+                     f"                if level == 1 or level > 1 and abs(g - last_{a}) < best_{a}:\n"
+                     f"                    best_{a}, {places[a][b]} = abs(g - last_{a}), g\n"
+                     f"                last_{a} = g\n")
+        body += f"                shift /= {FALL}\n"
     return body
 
 
@@ -266,60 +285,74 @@ def _check(law) -> None:
                            f"{'one number' if size == 1 else f'a tuple of {size} numbers'}")
 
 
-class _Writer:
-    """Writes and loads the modules of one set of laws."""
+@functools.cache
+def twin(name: str):
+    """Return the twin of a module of kernels on the engine of laws; the module itself where it builds on no engine."""
+    if not _builds_on_engine(name):
+        return importlib.import_module(name)
+    own = f"bifurc_twin_{name.removeprefix('bifurc.').replace('.', '_')}_{_key(name, __name__, *ENGINE_MODULES)}"
+    engine = _engine()
 
-    def __init__(self, text: str):
-        whole = "\n".join((numba.__version__, sys.version, closure_hash(__name__, *ENGINE_MODULES), text))
-        self.key = hashlib.sha256(whole.encode()).hexdigest()[:20]
-        self.folder = pathlib.Path(cache_folder()) / "written" / self.key
-        self.text = text.replace("bifurc_step_@", f"bifurc_step_{self.key}")
-        self.engine = {name: module for module in ENGINE_MODULES for name in importlib.import_module(module).ENGINE}
-        self._again: dict[str, bool] = {}
+    def place(source: str, imported: str) -> str:
+        return engine.get(imported) or twin(source).__name__
 
-    def module(self, name: str):
-        """Return the written twin of a module of the package, imported."""
-        short = f"{name.removeprefix('bifurc.').replace('.', '_')}_{closure_hash(name)}"
-        own = f"bifurc_written_{self.key}_{short}"
-        if own in sys.modules:
-            return sys.modules[own]
-        return written.load(own, self.folder / f"{short}.py", self.text if name == LAW_MODULE else self._rewritten(name))
+    return written.load(own, _folder() / f"{own}.py", _redirected(name, place, engine))
 
-    def again(self, name: str) -> bool:
-        """Return whether a module must be written again: it imports a name of the engine, or a module that must."""
-        if name not in self._again:
-            self._again[name] = False  # a circle would end here
-            self._again[name] = name == LAW_MODULE or any(
-                self.again(source) or not self.engine.keys().isdisjoint(alias.name for alias in node.names)
-                for node, source in _imports(name))
-        return self._again[name]
 
-    def _rewritten(self, name: str) -> str:
-        """Return the text of a module with imports redirected and the engine's own functions left out."""
-        text = written.source(name)
-        lines = text.splitlines()
-        new: dict[int, str] = {}
-        gone: set[int] = set()
-        own = name in (*ENGINE_MODULES, LAW_MODULE)
-        for node, source in _imports(name):
-            place: dict[str, list[str]] = {}
-            for alias in node.names:
-                origin = source if own else self.engine.get(alias.name, source)
-                place.setdefault(origin, []).append(ast.unparse(alias))
-            gone |= _lines(node.lineno, node)
-            new[node.lineno] = "\n".join(f"from {self._twin(origin)} import {', '.join(names)}"
-                                         for origin, names in place.items())
-        for node in ast.parse(text).body:
-            if not own and isinstance(node, ast.FunctionDef) and node.name in self.engine:
-                start = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-                gone |= _lines(start, node)
-                new[start] = f"from {self._twin(self.engine[node.name])} import {node.name}"
-        out = [new.get(i, "") if i in gone else line for i, line in enumerate(lines, 1)]
-        return "\n".join(out) + "\n"
+@functools.cache
+def _engine() -> dict[str, str]:
+    """Return the module of every name of the engine of laws."""
+    return {name: module for module in ENGINE_MODULES for name in importlib.import_module(module).ENGINE}
 
-    def _twin(self, source: str) -> str:
-        """Return the name under which a module is imported: its written twin, loaded here, or itself."""
-        return self.module(source).__name__ if self.again(source) else source
+
+@functools.cache
+def _builds_on_engine(name: str) -> bool:
+    """Return whether a module imports a name of the engine, or a module that does."""
+    if name in ENGINE_MODULES or name == AFFINE_MODULE:
+        return False
+    return any(_builds_on_engine(source) or not _engine().keys().isdisjoint(alias.name for alias in node.names)
+               for node, source in _imports(name))
+
+
+def _folder() -> pathlib.Path:
+    return pathlib.Path(cache_folder()) / "written"
+
+
+def _key(*parts: str) -> str:
+    """Return 20 hexadecimal digits that change with the versions, the sources of the modules among the parts, and the text."""
+    modules = [part for part in parts if part.startswith("bifurc.") and "\n" not in part]
+    whole = "\n".join((numba.__version__, sys.version, closure_hash(*modules), *parts))
+    return hashlib.sha256(whole.encode()).hexdigest()[:20]
+
+
+def _redirected(name: str, place: Callable[[str, str], str], left_out: Container[str] = ()) -> str:
+    """Return the text of a module with imports redirected and some functions imported instead of defined.
+
+    Parameters
+    ----------
+    name : str
+    place : callable
+        place(source, imported name) -> name of the module from which it comes in the new text.
+    left_out : container of str
+        Functions that are not defined but imported.
+    """
+    text = written.source(name)
+    lines = text.splitlines()
+    new: dict[int, str] = {}
+    gone: set[int] = set()
+    for node, source in _imports(name):
+        found: dict[str, list[str]] = {}
+        for alias in node.names:
+            found.setdefault(place(source, alias.name), []).append(ast.unparse(alias))
+        gone |= _lines(node.lineno, node)
+        new[node.lineno] = "\n".join(f"from {origin} import {', '.join(names)}" for origin, names in found.items())
+    for statement in ast.parse(text).body:
+        if isinstance(statement, ast.FunctionDef) and statement.name in left_out:
+            start = min([statement.lineno, *(d.lineno for d in statement.decorator_list)])
+            gone |= _lines(start, statement)
+            new[start] = f"from {place(name, statement.name)} import {statement.name}"
+    out = [new.get(i, "") if i in gone else line for i, line in enumerate(lines, 1)]
+    return "\n".join(out) + "\n"
 
 
 def _lines(start: int, node: ast.stmt) -> set[int]:

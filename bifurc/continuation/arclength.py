@@ -85,6 +85,8 @@ class Half:
             self.step()
         last = self.rows[-1]
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
+        if self.reason is not StopReason.INTERRUPTED:
+            detect.behind(self, last)
 
     def stop(self, reason, message=""):
         """End this half."""
@@ -224,6 +226,8 @@ class Half:
         cut, cause = detect.boundary(self, row, new)
         if cause is not None:
             return cause
+        if cut is not None and self.bound_first(new, cut):
+            cut = None
         if cut is not None:
             new = cut.row
         elif self.closing(row, new):
@@ -250,6 +254,11 @@ class Half:
         if cut is not None:
             self.cross(new, cut)
         return None
+
+    def bound_first(self, new, cut):
+        """Whether a row lies on a bound, and a boundary of the equations on it too, to rounding: the branch ends on the bound."""
+        room = 1e-12 * new.part.scale[-1] + cut.special.error
+        return new.p in (self.options.low, self.options.high) and abs(cut.row.p - new.p) <= room
 
     def take(self, row, new, found):
         """Append an accepted row and its special points; ask the user's functions."""

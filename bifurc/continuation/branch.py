@@ -80,8 +80,9 @@ class Branch(Notebook):
         index = [row.part.index + shift for row in rows]
         if not rows:
             rows, index = [plus.rows[0]], [shift]
-        tail = [row.part.index - plus.parts[0].index + last for row in plus.rows[1:]]
-        head = [shift - (row.part.index - minus.parts[0].index) for row in minus.rows[:0:-1]]
+        first = plus.parts[0].index, minus.parts[0].index  # problems of special points alone may stand beside them
+        tail = [last + row.part.index - first[0] if row.part.index > first[0] else shift + first[0] for row in plus.rows[1:]]
+        head = [shift - (row.part.index - first[1]) if row.part.index > first[1] else shift + first[1] for row in minus.rows[:0:-1]]
         turned = [reversed_row(row) for row in minus.rows[:0:-1]]
         arrays = to_arrays(turned + rows + plus.rows[1:], head + index + tail)
         here = [special_point(found, 1) for found in plus.found]

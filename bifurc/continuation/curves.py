@@ -23,6 +23,7 @@ from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .leaving import curves_from
 from .monitors import WithMonitors
 from .problem import EPS, Monitor, Problem
+from .shooting.completion import completed, condition
 from .special import SpecialPoint
 from .stability_changes import confirmed, tests
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
@@ -286,6 +287,12 @@ def condition_of(problem, kind, name, x):
         touch = touching(problem, x)
         if touch is not None and touch[0] is problem:
             return Touching(problem, touch[2]), followed[0]
+    if followed and kind is SpecialPointKind.CHATTER_COMPLETION and hasattr(problem, "sequence"):
+        own = condition(problem, x)
+        if own is None:
+            raise ValueError("a chatter_completion cannot be followed in two parameters without a train of impacts, see the end of "
+                             "the branch")
+        return own, followed[0]
     if not followed:
         mu = problem.multipliers_of_rows(x[None])
         test = next((test for other, test in tests() if other is kind), None)
@@ -404,6 +411,9 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
         touch = touching(inner, at)
         if touch is not None and touch[0] is not inner:  # follow the orbit that touches, from whichever side it was met
             inner, at, named = touch[0], touch[1], "unlisted"
+    if kind is SpecialPointKind.CHATTER_COMPLETION and hasattr(inner, "sequence"):
+        found = completed(inner, at)
+        inner, at = (inner, at) if found is None else found[:2]
     if isinstance(parameters, str) or not isinstance(parameters, Iterable) or len(tuple(parameters)) != 2:
         raise ValueError(f"parameters must be two names, got {parameters!r}")
     names = tuple(full_name(inner, name) for name in parameters)

@@ -15,7 +15,7 @@ from .hidden import jumped
 from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from .problem import Corrected
 from .roots import PROBE, Root, bracketed, enclose, polish
-from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Point, Row, tests_of
+from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
@@ -135,6 +135,25 @@ def creeping(half, row):
     special = Found(kind, monitor.name, row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
                     1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c)
     return Cut(row, c, j, special)
+
+
+def behind(half, row):
+    """Take in the special point a little behind the last row, which steps approach but never reach, if the problem knows one."""
+    try:
+        end = row.part.problem.end_point(row.x, half.reason)
+    except ERRORS:  # the problem's own code
+        return
+    if end is None or not half.options.low <= end.x[-1] <= half.options.high:
+        return
+    part, tangent, length = row.part, row.tangent, abs(float(end.x[-1]) - row.p) / row.part.scale[-1]
+    if end.problem is None:
+        length = float(np.linalg.norm((end.x - row.x) / part.scale))
+    else:
+        part = Part(end.problem, part.index + 1)
+        half.parts.append(part)
+        tangent = np.zeros(end.x.size)
+        tangent[-1] = math.copysign(1.0, end.x[-1] - row.p)
+    half.found.append(Found(end.kind, end.name, end.x, tangent, row.s + length, row.s, row.s + 2.0 * length, end.error, part))
 
 
 def crossed(half, row, new, at_boundary):

@@ -116,12 +116,13 @@ _SENTENCES = {
                  "orbit meets this one, and none goes on.",
     "not_started": "This direction was not asked for.",
     "merged": "The motions of multiplied period become those of their parent here: the branch ends on it at its period "
-              "doubling; switch_branch gives the parent's other side.",
+              "doubling or grazing; switch_branch gives the parent's other side.",
     "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
             "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
             "ends.",
-    "sticking": "The slip of a contact falls to nothing here: beyond, its mass sticks all the time, anywhere in an interval of "
-                "positions, and no single motion goes on. find_orbit from a state at rest gives one of them.",
+    "sticking": "One way from here a contact slips, or its mass moves elsewhere; the other way it sticks all the time, anywhere in "
+                "an interval of positions. Here a slip has one direction only and lasts for nothing, and no single motion goes on. "
+                "find_orbit from a state at rest gives one of them.",
     "chattering": "A complete chattering sequence no longer ends before its contact is released; beyond, the number of "
                   "impacts grows without bound toward this point, and no single event sequence goes on.",
 }

@@ -106,6 +106,18 @@ class Corrected:
 
 
 @dataclass(frozen=True, slots=True)
+class EndPoint:
+    """A special point that steps approach but never reach: kind, name of its monitor, unknowns and parameter (n + 1,) there, bound
+    on the error of the parameter in own units; the problem that has these unknowns, None: that of the branch."""
+
+    kind: SpecialPointKind
+    name: str
+    x: np.ndarray
+    error: float
+    problem: "Problem | None" = None
+
+
+@dataclass(frozen=True, slots=True)
 class Solution:
     """A solution of an algebraic problem: unknowns ``u`` (n,) and parameter ``p``, own units."""
 
@@ -223,6 +235,10 @@ class Problem:
     def named_end(self, x, reason, message):
         """Return reason and message of an end at ``x`` (n + 1,), which the problem may know better than the tracer."""
         return reason, message
+
+    def end_point(self, x, reason):
+        """Return the `EndPoint` that a branch which ends at ``x`` (n + 1,) approaches without reaching it, or None."""
+        return None
 
     def branches(self, point, n_max):
         """Return start objects on the branches that meet this one in a special point, or None for the general rule."""

@@ -15,7 +15,8 @@ from .kinds import ERRORS, SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
 EDGE = 1e-9  # arclength: a row so near a change of the sequence of events lies on it, where both sides are right
-BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths from a change of the sequence of events at which multipliers are counted
+# arclengths from a change of the sequence of events at which multipliers are counted
+BESIDE = (1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4)
 PLUS = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)
 
 
@@ -82,19 +83,38 @@ def unexplained(branch, arrays) -> tuple[tuple[float, float, str], ...]:
 def samples(branch, arrays):
     """Yield (arclength, part, numbers of multipliers) of rows in order; of a row on a change of the sequence of events, where an
     event has no speed or duration and the multipliers are not continuous, those of a point a little inside its sequence."""
-    edges, parts = changes(branch), arrays["part"]
-    for i, (s, part) in enumerate(zip(arrays["s"], parts, strict=True)):
-        problem, tangent = branch.problems[int(part)], arrays["tangent"][arrays["offsets"][i]:arrays["offsets"][i + 1]]
-        steps = (0.0,)
-        if np.abs(edges - s).min() <= EDGE:
+    edges, places, parts = changes(branch), arrays["s"], arrays["part"]
+    for i, (s, part) in enumerate(zip(places, parts, strict=True)):
+        problem = branch.problems[int(part)]
+        if np.abs(edges - s).min() > EDGE:
+            step, numbers = 0.0, counted(problem.floquet_multipliers(branch.x(i)))
+        else:
             first, last = i == 0 or parts[i - 1] != part, i == len(parts) - 1 or parts[i + 1] != part
-            steps = () if first == last else BESIDE if first else tuple(-step for step in BESIDE)
-        for step in steps:
-            x = beside(problem, branch.x(i), tangent, step) if step else branch.x(i)
-            numbers = None if x is None else counted(problem.floquet_multipliers(x))
-            if numbers is not None:
-                yield float(s) + step, int(part), numbers
-                break
+            if first == last:
+                continue
+            tangent = arrays["tangent"][arrays["offsets"][i]:arrays["offsets"][i + 1]]
+            step, numbers = numbers_beside(problem, branch.x(i), tangent, places[i + 1 if first else i - 1] - s)
+        if numbers is not None:
+            yield float(s) + step, int(part), numbers
+
+
+def numbers_beside(problem, x, tangent, room):
+    """Return (step, numbers of multipliers) beside ``x`` (n + 1,), where the next row is ``room`` away; numbers None: not told.
+
+    Too near, rounding decides: where a branch ends in its parent the multiplier leaves 1 with the square of the step.  The
+    nearest two successive points that agree are believed.
+    """
+    before = None
+    for length in BESIDE:
+        if length > abs(room) / 2.0:
+            break
+        step = np.copysign(length, room)
+        at = beside(problem, x, tangent, step)
+        numbers = None if at is None else counted(problem.floquet_multipliers(at))
+        if numbers is not None and numbers == before:
+            return step, numbers
+        before = numbers
+    return 0.0, None
 
 
 def beside(problem, x, tangent, step):

@@ -12,7 +12,7 @@ from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from . import detect
-from .arclength import SLOPE, Half, StepOptions
+from .arclength import SLOPE, Half, StepOptions, outward
 from .branch import Branch
 from .branchpoint import first_direction, locate_crossing, wide
 from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
@@ -26,7 +26,8 @@ from .rows import Part, Row, reversed_row, tests_of
 from .watching import Watching
 
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
-BESIDE = 1e-4  # arclength at which the side of a boundary is looked up
+BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths at which the side of a boundary is looked up: the first that tells
+TELLS = 1e-9  # change of a boundary monitor that is no rounding
 DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
 
 
@@ -262,16 +263,18 @@ def begin_on_boundary(half):
     """Where the first row lies on a boundary, note the sign behind it or go on at once with the equations beyond."""
     row = half.rows[0]
     part = row.part
+    if outward(row, half.options):  # it ends here
+        return
     for j in part.boundary:
         if abs(row.tests[j]) > ON_BOUNDARY:
             continue
         try:
-            c = part.problem.correct(row.x + BESIDE * row.direction, row.tangent)
+            aside, change = beside(row, j)
         except ERRORS:  # the problem's own code; the first step will say what
             continue
-        if not c.converged:
+        if change is None:
             continue
-        if tests_of(c)[j] < row.tests[j]:
+        if change < 0.0:
             half.signs[j] = -1
             continue
 
@@ -290,9 +293,22 @@ def begin_on_boundary(half):
         here = root.point
         half.slope = row.tests[0]
         if not detect.clear_slope(half.slope):  # dp/ds = 0 here: its sign just before, on the side that is valid
-            made = test(-1e-2 * BESIDE)
+            made = test(-1e-2 * aside)
             half.slope = float(made[1].tangent[-1]) if made is not None else 0.0
         return half.cross(row, detect.Cut(row, here, j, special))
+
+
+def beside(row, j):
+    """Return a length behind ``row`` and the change of its test ``j`` there, at the least length at which it is no rounding: the
+    stretch behind a boundary may be short; (0, None) where no point was found."""
+    found = 0.0, None
+    for length in BESIDE:
+        c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
+        if c.converged:
+            found = length, tests_of(c)[j] - row.tests[j]
+            if abs(found[1]) > TELLS:
+                break
+    return found
 
 
 def run_halves(plus, minus, direction, lost):

@@ -1,12 +1,14 @@
 """Control of chaos: which feedback holds an unstable orbit, and the motion under it.
 
-`feedback_range` for delayed feedback (Pyragas 1992), `ogy` for small changes of a parameter (Ott, Grebogi, Yorke 1990).
+`feedback_range` for delayed feedback (Pyragas 1992), `feedback_basins` for how far it reaches, `ogy` for small changes of a
+parameter (Ott, Grebogi, Yorke 1990).
 """
+from .basins import FeedbackBasins, HeldMotion, feedback_basins
 from .feedback import controlled_multipliers, feedback_range
 from .linearization import NotSupported
 from .ogy import ControlStatus, OGYController, ogy
 from .ogy_motion import ControlledMotion
 from .results import EndKind, FeedbackEnd, FeedbackRange, FeedbackStatus
 
-__all__ = ["ControlStatus", "ControlledMotion", "EndKind", "FeedbackEnd", "FeedbackRange", "FeedbackStatus", "NotSupported",
-           "OGYController", "controlled_multipliers", "feedback_range", "ogy"]
+__all__ = ["ControlStatus", "ControlledMotion", "EndKind", "FeedbackBasins", "FeedbackEnd", "FeedbackRange", "FeedbackStatus",
+           "HeldMotion", "NotSupported", "OGYController", "controlled_multipliers", "feedback_basins", "feedback_range", "ogy"]

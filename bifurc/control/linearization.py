@@ -278,7 +278,7 @@ def _parts(scene, T, mode, kick, start, span, xp, b, C, strength):
     points, _, _ = gauss()
     rate = max(TURN / T.step[mode], float(np.abs(np.linalg.eigvals(T.A[mode, :, :ns] + 2.0 * strength * (b @ C))).max()))
     count = max(1, int(np.ceil(span * rate / TURN)))
-    size, engine = span / count, kernels(scene.laws, scene.n)
+    size, engine = span / count, kernels(scene)
     A = np.repeat(T.A[mode, :, :ns][None], NODES, axis=0)
     for k in range(count):
         at = start + k * size

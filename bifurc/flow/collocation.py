@@ -4,13 +4,12 @@ The accelerations at the nodes are iterated (order 16; integrating to the last d
 idea, 1985, see also Rein and Spiegel 2015).  Positions are integrated twice, so that an iteration gains two orders of
 the step.  Variations of the state obey the same equations, linear.
 
-All other kernels reach the step through one C function, bound by its name: LLVM would otherwise optimise the step again
-in each of them, and compilation would take minutes.
+All other kernels reach a scene's step, and its laws, through two C functions (`law_calls`): what is compiled for a law is
+this file, and nothing that calls it.
 
 This is a template: the written module of a scene (`bifurc.compose.writer`) is this text with the law functions of that
-scene in the place of `nolaw`.  As it stands it integrates affine scenes, which the tests use.
+scene in the place of `nolaw`, so that the numbers of degrees of freedom and of rows are literals.
 """
-import llvmlite.binding
 import numpy as np
 from numba import carray, cfunc, types
 from numba.extending import intrinsic
@@ -18,20 +17,40 @@ from numba.extending import intrinsic
 from .._jit import njit
 from ..compose.tables import TURN
 from .gauss import DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS, C
+from .law_calls import (
+    ARRAYS,
+    ERROR,
+    FORCE,
+    KICK,
+    KICK_SLOPE,
+    REACTION,
+    REST,
+    REST_MOVE,
+    SLOPE,
+    TABLED,
+    WATCH,
+    WISH,
+    WORST,
+)
 from .nolaw import (
     ACTING,
     COUNT,
     DOFS,
     FIRST,
     FORCES,
-    NAME,
     ROWS,
     SOURCE,
     WIDTH,
     forces,
+    kick_slopes,
+    kicks,
     reaction_slopes,
     reactions,
+    rest_moves,
+    rest_slopes,
+    rests,
     slopes,
+    watch_slopes,
     watches,
 )
 
@@ -39,10 +58,7 @@ FAST = 3.0  # angle by which a variation turns on a step at most: Gauss' method 
 ROUNDING = 2e-15  # of the largest sum of terms: a change below it is none
 ITERATIONS = 30
 SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
-WORST = 3.0  # times the defect aimed at is still accepted
 FLOOR = 1e-5  # of the forces of the springs: where forces cancel to less (a constant motion) the defect is that of their rounding
-TABLED, WISH, ERROR, ARRAYS = range(4)  # places in the scratch: step of the tabled turns, step wished next, defect
-ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
 
 
 @njit
@@ -51,8 +67,7 @@ def rate(A, m, LU, LS, LP, law, acts, x, f, local):
 
     The accelerations are those that the rows would have without reactions; reactions of curved constraints follow from them.
     """
-    n = DOFS if DOFS > 0 else LP.shape[2]
-    rows = ROWS if DOFS > 0 else LU.shape[0]
+    n, rows = DOFS, ROWS
     for i in range(2 * n, A.shape[1]):
         f[i] = 0.0
     for i in range(n):
@@ -113,8 +128,7 @@ def prepare(harmonics, omega, h, turn):
 @njit
 def excite(A, m, LU, LS, x, turn, base, local):
     """Write what memory and forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
-    n = DOFS if DOFS > 0 else base.shape[0]
-    rows = ROWS if DOFS > 0 else LU.shape[0]
+    n, rows = DOFS, ROWS
     ns = A.shape[1]
     for i in range(n):
         still = A[m, n + i, ns] + remembered(A, m, i, n, x)
@@ -171,7 +185,7 @@ def finish(x, i, n, h, a):
 def largest(a):
     """Largest magnitude in ``a`` (n, NODES)."""
     top = 0.0
-    for i in range(DOFS if DOFS > 0 else a.shape[0]):
+    for i in range(DOFS):
         for j in range(NODES):
             top = max(top, abs(a[i, j]))
     return top
@@ -185,8 +199,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
     first two; ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns the number of iterations, 0 where they do not
     converge, and the largest acceleration.
     """
-    n = DOFS if DOFS > 0 else a.shape[0]
-    rows = ROWS if DOFS > 0 else LU.shape[0]
+    n, rows = DOFS, ROWS
     excite(A, m, LU, LS, x, turn, base, local)
     for i in range(n):
         for j in range(NODES):
@@ -260,7 +273,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
 @njit
 def defect(h, f0, f1, top, a):
     """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed."""
-    n = DOFS if DOFS > 0 else a.shape[0]
+    n = DOFS
     worst = 0.0
     for i in range(n):
         a0, a1 = 0.0, 0.0
@@ -278,8 +291,7 @@ def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
 
     ``slope`` (3, rows, WIDTH, nodes) is room for the derivatives of the laws by coordinates, speeds and accelerations.
     """
-    n = DOFS if DOFS > 0 else K.shape[0]
-    rows = ROWS if DOFS > 0 else LU.shape[0]
+    n, rows = DOFS, ROWS
     nodes = K.shape[2]
     for i in range(n):
         for c in range(n):
@@ -334,7 +346,7 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
 
     The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
     """
-    n = DOFS if DOFS > 0 else K.shape[0]
+    n = DOFS
     still = True
     for i in range(X.shape[1]):
         x[i] = X[row, i]
@@ -383,7 +395,7 @@ def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now,
 
     ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
     """
-    n = DOFS if DOFS > 0 else a.shape[0]
+    n = DOFS
     ns = A.shape[1]
     if not fresh:
         prepare(harmonics, omega, h, turn)
@@ -411,23 +423,6 @@ def wished(h, e, aim):
     return h * min(2.0, max(0.1, 0.9 * (aim / max(e, 1e-30)) ** (1.0 / NODES)))
 
 
-@njit
-def longest(harmonics, omega):
-    """Longest step on which the forcing is one Taylor series."""
-    return ANGLE / (harmonics[-1] * omega) if harmonics.size > 0 and omega > 0.0 else np.inf
-
-
-@njit
-def scratch_of(n, rows, rest, count):
-    """Return the scratch array of `step` for ``count`` variations; ``rest`` is the number of memory and forcing states."""
-    size = ARRAYS + rest * (NODES + 4) + rows * (6 * NODES + 4) + n * (5 * NODES + 4)
-    if count > 0:
-        size += (NODES + 1) * (2 * n * n + 3 * rows * WIDTH) + 2 * n
-    scratch = np.empty(size)
-    scratch[TABLED] = 0.0
-    return scratch
-
-
 @intrinsic
 def offset(typing_context, pointer, count):
     """Pointer to the number ``count`` places further on (a view of an array would cost more than some of the loops)."""
@@ -438,17 +433,16 @@ def offset(typing_context, pointer, count):
 
 _numbers, _whole = types.CPointer(types.float64), types.CPointer(types.int64)
 SIGNATURE = types.float64(
-    types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp,
+    types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp,
     types.float64, types.float64, types.float64, types.float64,
     _numbers, _numbers, _numbers, _numbers, _numbers, _whole, _whole,
     _numbers, _numbers, _numbers, _numbers, _numbers, _numbers, _numbers)
 
 
-def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim,
+def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim,
           A_, LU_, LS_, LP_, law_, acts_, harmonics_, x_, x1_, acc_, force_, X_, accs_, scratch_):
     """See `step`."""
-    n = DOFS if DOFS > 0 else n
-    rows = ROWS if DOFS > 0 else rows
+    n, rows = DOFS, ROWS
     nw = 1 + 2 * harmonic_count
     ns = nx - nw
     A, LU, LS, LP = carray(A_, (m + 1, ns, nx)), carray(LU_, (rows, nx)), carray(LS_, (rows, nx)), carray(LP_, (m + 1, rows, n))
@@ -530,21 +524,39 @@ def _step(m, n, rows, nx, harmonic_count, laws, values, count, edges, omega, uni
     return h
 
 
-COMPILED = cfunc(SIGNATURE, cache=True, error_model="numpy")(_step)
-llvmlite.binding.add_symbol(NAME, COMPILED.address)
-BOUND = types.ExternalFunction(NAME, SIGNATURE)
+VALUES_SIGNATURE = types.float64(
+    types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.float64,
+    _numbers, _whole, _numbers, _numbers)
 
 
-@njit
-def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
-    """One step of at most ``h`` from ``x`` (nx,) to ``x1`` with a defect near ``aim``; return its length.
+def _values(what, m, laws, values, owner, closes, h, law_, acts_, local_, slope_):
+    """See `law_calls.ask`."""
+    rows = ROWS
+    law, acts = carray(law_, (values,)), carray(acts_, (m + 1, laws))
+    local, slope = carray(local_, (4, rows, 1)), carray(slope_, (3, rows, WIDTH, 1))
+    if what == FORCE:
+        forces(law, acts, m, 1, local)
+    elif what == REACTION:
+        reactions(law, acts, m, 1, local)
+    elif what == WATCH:
+        watches(law, acts, m, 1, local)
+    elif what == SLOPE:
+        slopes(law, acts, m, h, 1, local, slope)
+        reaction_slopes(law, acts, m, h, 1, local, slope)
+        watch_slopes(law, acts, m, h, 1, local, slope)
+    elif what == KICK:
+        kicks(law, acts, m, 1, owner, closes != 0, local)
+    elif what == KICK_SLOPE:
+        kick_slopes(law, acts, m, h, 1, owner, closes != 0, local, slope)
+    elif what == REST:
+        rests(law, acts, m, 1, local)
+    elif what == REST_MOVE:
+        rest_moves(law, acts, m, h, 1, local, slope)
+    else:
+        rest_slopes(law, acts, m, 1, local, slope)
+    return 0.0
 
-    ``acc`` (n, NODES + 2) and ``force`` (rows, NODES + 2) receive accelerations and forces of laws at start, nodes and
-    end; the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
-    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  Where the law leaves the
-    finite numbers ``x1`` is NaN, which the callers' statuses catch.
-    """
-    A, LU, harmonics, law, acts = T.A, T.LU, T.harmonics, T.law, T.acts
-    return BOUND(m, T.LP.shape[2], LU.shape[0], A.shape[2], harmonics.size, acts.shape[1], law.size, X.shape[0], edges,
-                 T.flat[0], T.step[m], h, aim, A.ctypes, LU.ctypes, T.LS.ctypes, T.LP.ctypes, law.ctypes, acts.ctypes,
-                 harmonics.ctypes, x.ctypes, x1.ctypes, acc.ctypes, force.ctypes, X.ctypes, accs.ctypes, scratch.ctypes)
+
+_compiled = [cfunc(signature, cache=True, error_model="numpy")(function)
+             for signature, function in ((SIGNATURE, _step), (VALUES_SIGNATURE, _values))]
+ADDRESSES = tuple(made.address for made in _compiled)  # in the order of `law_calls.STEP` and `law_calls.VALUES`

@@ -18,6 +18,6 @@ def engine_of_laws(scene) -> SimpleNamespace:
         raise ValueError(f"{', '.join(moving)}: memory with a rate is not marched together with a force law that is not affine "
                          f"({', '.join(law.name for law in scene.laws)}); make it a coordinate of the system, or the law "
                          "piecewise linear")
-    scan = kernels(scene.laws, scene.n, "bifurc.flow.scan")
-    dense = kernels(scene.laws, scene.n, "bifurc.flow.dense")
+    scan = kernels(scene, "bifurc.flow.scan")
+    dense = kernels(scene, "bifurc.flow.dense")
     return SimpleNamespace(run=scan.run, sample=dense.sample, workspace=scan.workspace)

@@ -3,18 +3,14 @@ import numpy as np
 
 from .._jit import njit
 
-NAME = "bifurc_step_nolaw"  # of the step as a symbol
-DOFS = 0  # degrees of freedom; 0: as the tables say
+DOFS = 1  # degrees of freedom
 ROWS = 0  # rows of all laws
+FORCES = 0  # rows of force laws, the first ones
+ACTING = 0  # and of reactions of constraints on curves, behind them; what is left are guards, impulses, and starts on curves
+WIDTH = 1  # largest number of rows of one law
+SOURCE = np.zeros(1, np.int64)  # row whose coordinates, speeds and accelerations a row sees: itself, or the same of an earlier law
 FIRST = np.zeros(1, np.int64)  # first row of the law that owns a row
 COUNT = np.zeros(1, np.int64)  # number of rows of that law
-WIDTH = 1  # largest number of rows of one law
-FORCES = 0  # rows of force laws, the first ones
-ACTING = 0  # and of reactions of constraints on curves, behind them; what is left are values of guards,
-KICKS = 0  # then impulses from here,
-RESTS = 0  # and what constraints on curves ask to be zero from here
-SOURCE = np.zeros(1, np.int64)  # row whose coordinates, speeds and accelerations a row sees: itself, or the same of an earlier law
-OWNER = np.zeros(1, np.int64)  # element of the law of every row
 
 
 @njit

@@ -85,11 +85,11 @@ class Rule:
 
     @property
     def _rule(self):
-        return kernels(self.scene.laws, self.scene.n, "bifurc.flow.rule")
+        return kernels(self.scene, "bifurc.flow.rule")
 
     @property
     def _engine(self):
-        return kernels(self.scene.laws, self.scene.n)
+        return kernels(self.scene)
 
 
 def plain(x, ns):
@@ -270,7 +270,7 @@ def _value(scene, m, g, x):
     """Return the value of a guard and the sum of the sizes of its terms."""
     T = scene.tables
     if T.LG[m, g].any():
-        engine = kernels(scene.laws, scene.n)
+        engine = kernels(scene)
         return engine.guard_value(T, m, g, x), engine.terms_size(T, m, g, x)
     return T.G[m, g] @ x, np.abs(T.G[m, g]) @ plain(x, T.A.shape[1])
 

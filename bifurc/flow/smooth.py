@@ -6,9 +6,8 @@ step, is small; the state errs like its square.  Guards become polynomials on sh
 import numpy as np
 
 from .._jit import njit
-from .collocation import WISH, longest, rate, scratch_of, step
 from .gauss import NODES
-from .nolaw import DOFS, ROWS
+from .law_calls import WISH, longest, rate, scratch_of, step
 
 ENGINE = ("field", "advance", "carry", "arc")
 DEFECT = 2e-8  # aimed at in a step
@@ -17,8 +16,7 @@ DEFECT = 2e-8  # aimed at in a step
 @njit
 def field(T, m, x, f):
     """Write y' of mode ``m`` into ``f`` (ns,)."""
-    rows = ROWS if DOFS > 0 else T.LU.shape[0]
-    rate(T.A, m, T.LU, T.LS, T.LP, T.law, T.acts, x, f, np.empty((4, rows, 1)))
+    rate(T, m, x, f, np.empty((4, T.LU.shape[0], 1)))
 
 
 @njit
@@ -26,7 +24,7 @@ def travel(T, m, x, s, x1, X):
     """Joined state after the time ``s`` from ``x`` (nx,) into ``x1`` (nx,); rows of ``X`` (count, ns) are carried along."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
     acc, force, accs = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty((0, n, NODES + 2))
-    scratch = scratch_of(n, rows, nx - 2 * n, X.shape[0])
+    scratch = scratch_of(T, X.shape[0])
     now = x.copy()
     for c in range(nx):
         x1[c] = x[c]

@@ -9,29 +9,34 @@ import numpy as np
 from .._jit import njit
 from ..compose.tables import ORDER
 from .affine import forcing, forcing_rate  # noqa: F401  (with these the module has all names of `affine`)
-from .collocation import ERROR, WISH, WORST, longest, rate, scratch_of, step
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
-from .nolaw import (
+from .law_calls import (
     ACTING,
     COUNT,
-    DOFS,
+    ERROR,
     FIRST,
     FORCES,
+    KICK,
+    KICK_SLOPE,
     KICKS,
     OWNER,
+    REST,
+    REST_MOVE,
+    REST_SLOPE,
     RESTS,
-    ROWS,
+    SLOPE,
     SOURCE,
+    WATCH,
     WIDTH,
-    kick_slopes,
-    kicks,
-    reaction_slopes,
-    rest_moves,
-    rest_slopes,
-    rests,
+    WISH,
+    WORST,
+    ask,
+    longest,
+    rate,
+    scratch_of,
     slopes,
-    watch_slopes,
-    watches,
+    step,
+    values,
 )
 from .polynomial import EPS, fourth, highest, horner
 from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
@@ -52,9 +57,8 @@ HIGHEST_ORDER = 5  # of a zero that is looked for
 @njit
 def fitted(T, m, x, limit, acc, force, x1, X, accs):
     """Take a step of at most ``limit`` from ``x`` (nx,) on which polynomials are good; return its length.  See `step`."""
-    n, rows = acc.shape[0], force.shape[0]
-    scratch = scratch_of(n, rows, x.size - 2 * n, X.shape[0])
-    h = min(limit, min(longest(T.harmonics, T.flat[0]), T.step[m] if ROWS == ACTING else LAWFUL * T.step[m]))
+    scratch = scratch_of(T, X.shape[0])
+    h = min(limit, min(longest(T.harmonics, T.flat[0]), T.step[m] if T.LU.shape[0] == T.stages[ACTING] else LAWFUL * T.step[m]))
     return step(T, m, x, h, TIGHT, x1, acc, force, X, 1, accs, scratch)
 
 
@@ -82,7 +86,7 @@ def series(T, m, g, x, n, h, acc, force, forced, a):
     ``forced`` = 0 leaves forcing and the laws' own weights out: a variation of the state.
     """
     G, LG = T.G, T.LG
-    rows = ROWS if DOFS > 0 else LG.shape[2]
+    rows = LG.shape[2]
     ns = G.shape[2] - 1 - 2 * T.harmonics.size
     gamma = np.empty(NODES + 2)
     for j in range(ORDER + 1):
@@ -128,8 +132,7 @@ def series(T, m, g, x, n, h, acc, force, forced, a):
 @njit
 def weighed(T, m, g):
     """Whether guard ``g`` depends on what laws give."""
-    rows = ROWS if DOFS > 0 else T.LG.shape[2]
-    for r in range(rows):
+    for r in range(T.LG.shape[2]):
         if T.LG[m, g, r] != 0.0:
             return True
     return False
@@ -243,7 +246,7 @@ def guard_gradient(T, m, g, x, row):
 def guard_and_gradient(T, m, g, x, row):
     """Return guard ``g`` at ``x``; its derivative goes into ``row`` (nx,)."""
     A, G, LU, LS, LG = T.A, T.G, T.LU, T.LS, T.LG
-    rows = ROWS if DOFS > 0 else LU.shape[0]
+    rows = LU.shape[0]
     total = 0.0
     weight = 0.0
     for c in range(x.size):
@@ -252,31 +255,29 @@ def guard_and_gradient(T, m, g, x, row):
     for r in range(rows):
         weight += abs(LG[m, g, r])
     if weight > 0.0:
-        n = T.LP.shape[2]
-        one, edge, f = np.empty((4, rows, 1)), np.zeros((3, rows, WIDTH, 1)), np.empty(A.shape[1])
-        rate(A, m, LU, LS, T.LP, T.law, T.acts, x, f, one)
-        watches(T.law, T.acts, m, 1, one)
-        slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
-        reaction_slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
-        watch_slopes(T.law, T.acts, m, T.step[m], 1, one, edge)
+        n, forces, firsts, counts = T.LP.shape[2], T.stages[FORCES], T.owners[FIRST], T.owners[COUNT]
+        one, f = np.empty((4, rows, 1)), np.empty(A.shape[1])
+        rate(T, m, x, f, one)
+        values(T, WATCH, m, one)
+        edge = slopes(T, SLOPE, m, one)
         for r in range(rows):
             if LG[m, g, r] == 0.0:
                 continue
             total += LG[m, g, r] * one[2, r, 0]
-            for b in range(COUNT[r]):
-                other = FIRST[r] + b
+            for b in range(counts[r]):
+                other = firsts[r] + b
                 for c in range(x.size):
                     row[c] += LG[m, g, r] * (edge[0, r, b, 0] * LU[other, c] + edge[1, r, b, 0] * LS[other, c])
-                if ACTING > FORCES and r >= FORCES and edge[2, r, b, 0] != 0.0:  # by accelerations without reactions
+                if r >= forces and edge[2, r, b, 0] != 0.0:  # by accelerations without reactions
                     for i in range(n):
                         by = LG[m, g, r] * edge[2, r, b, 0] * LU[other, i]
                         if by == 0.0:
                             continue
                         for c in range(x.size):
                             row[c] += by * A[m, n + i, c]
-                        for q in range(FORCES):
-                            for d in range(COUNT[q]):
-                                at = FIRST[q] + d
+                        for q in range(forces):
+                            for d in range(counts[q]):
+                                at = firsts[q] + d
                                 for c in range(x.size):
                                     row[c] += by * T.LP[m, q, i] * (edge[0, q, d, 0] * LU[at, c] + edge[1, q, d, 0] * LS[at, c])
     return total
@@ -360,7 +361,7 @@ def coast(T, m, x, count, orders, slopes_known):
             return 0
     acc, force, p = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
     now, x1, none, accs = x.copy(), np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2))
-    scratch = scratch_of(n, rows, nx - 2 * n, 0)
+    scratch = scratch_of(T, 0)
     top = min(longest(T.harmonics, T.flat[0]), unit)
     wish = top
     for k in range(count):
@@ -438,11 +439,11 @@ def guard_terms(T, m, g, x, scale, a, size):
     """
     A, G, GT, LG, LP = T.A, T.G, T.GT, T.LG, T.LP
     n, nx = LP.shape[2], A.shape[2]
-    rows = ROWS if DOFS > 0 else LG.shape[2]
+    rows = LG.shape[2]
     one, acc, force = np.empty((4, rows, 1)), np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
     f = np.empty(A.shape[1])
-    rate(A, m, T.LU, T.LS, LP, T.law, T.acts, x, f, one)
-    watches(T.law, T.acts, m, 1, one)
+    rate(T, m, x, f, one)
+    values(T, WATCH, m, one)
     h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
     series(T, m, g, x, n, h, acc, force, 1, a)
     exact = 2
@@ -461,12 +462,12 @@ def guard_terms(T, m, g, x, scale, a, size):
             force_size = abs(LP[m, r, i] * one[2, r, 0])
             size[1] += abs(G[m, g, n + i]) * force_size
             size[2] += 0.5 * abs(G[m, g, i]) * force_size
-    if exact == 0 or ROWS > ACTING and weighed(T, m, g):  # the gradient makes value and rate exact
+    if exact == 0 or rows > T.stages[ACTING] and weighed(T, m, g):  # the gradient makes value and rate exact
         pull = np.zeros(n)
         for i in range(n):
             for c in range(nx):
                 pull[i] += abs(A[m, n + i, c] * x[c])
-            for r in range(ACTING):
+            for r in range(T.stages[ACTING]):
                 pull[i] += abs(LP[m, r, i] * one[2, r, 0])
         a[0], a[1] = gradient_sizes(T, m, g, x, f, pull, size)
         exact = 1
@@ -525,9 +526,10 @@ def arrival(T, m, g, x, known):
 @njit
 def local_at(T, x):
     """Return room for the laws (4, rows, 1) with the coordinates and speeds that their rows see at ``x`` (nx,)."""
-    local = np.zeros((4, ROWS, 1))
-    for r in range(ROWS):
-        if SOURCE[r] == r:
+    rows = T.LU.shape[0]
+    local = np.zeros((4, rows, 1))
+    for r in range(rows):
+        if T.owners[SOURCE, r] == r:
             for c in range(x.size):
                 local[0, r, 0] += T.LU[r, c] * x[c]
                 local[1, r, 0] += T.LS[r, c] * x[c]
@@ -538,23 +540,23 @@ def local_at(T, x):
 def impulses(T, m, g, closes, x):
     """Return coordinates, speeds and impulses (4, rows, 1) of the rows that give an impulse at guard ``g`` of mode ``m``."""
     local = local_at(T, x)
-    kicks(T.law, T.acts, m, 1, T.element[m, g], closes, local)
+    ask(T, KICK, m, T.element[m, g], int(closes), local, local)
     return local
 
 
 @njit
 def curved_jump(T, m, g, closes, x, xp, P):
     """Add what a jump that depends on the state ``x`` gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx)."""
-    if RESTS == KICKS or T.kick[m, g] == 0:
+    if T.stages[RESTS] == T.stages[KICKS] or T.kick[m, g] == 0:
         return
-    n = T.LP.shape[2]
-    local, slope = impulses(T, m, g, closes, x), np.zeros((3, ROWS, WIDTH, 1))
-    kick_slopes(T.law, T.acts, m, T.step[m], 1, T.element[m, g], closes, local, slope)
-    for r in range(KICKS, RESTS):
+    n, firsts, counts = T.LP.shape[2], T.owners[FIRST], T.owners[COUNT]
+    local, slope = impulses(T, m, g, closes, x), np.zeros((3, T.LU.shape[0], T.stages[WIDTH], 1))
+    ask(T, KICK_SLOPE, m, T.element[m, g], int(closes), local, slope)
+    for r in range(T.stages[KICKS], T.stages[RESTS]):
         for i in range(n):
             xp[n + i] += T.LP[m, r, i] * local[2, r, 0]
-            for b in range(COUNT[r]):
-                other = FIRST[r] + b
+            for b in range(counts[r]):
+                other = firsts[r] + b
                 for c in range(x.size):
                     P[n + i, c] += T.LP[m, r, i] * (slope[0, r, b, 0] * T.LU[other, c] + slope[1, r, b, 0] * T.LS[other, c])
 
@@ -562,10 +564,10 @@ def curved_jump(T, m, g, closes, x, xp, P):
 @njit
 def curved_kick(T, m, g, x, xp):
     """As `curved_jump`, without the derivative."""
-    if RESTS == KICKS or T.kick[m, g] == 0:
+    if T.stages[RESTS] == T.stages[KICKS] or T.kick[m, g] == 0:
         return
     n, local = T.LP.shape[2], impulses(T, m, g, False, x)
-    for r in range(KICKS, RESTS):
+    for r in range(T.stages[KICKS], T.stages[RESTS]):
         for i in range(n):
             xp[n + i] += T.LP[m, r, i] * local[2, r, 0]
 
@@ -573,24 +575,23 @@ def curved_kick(T, m, g, x, xp):
 @njit
 def curved_rest(T, m, x):
     """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none."""
-    if ROWS == RESTS:
+    if T.LU.shape[0] == T.stages[RESTS]:
         return -1
     local = local_at(T, x)
-    rests(T.law, T.acts, m, 1, local)
-    for r in range(RESTS, ROWS):
+    values(T, REST, m, local)
+    for r in range(T.stages[RESTS], T.LU.shape[0]):
         if abs(local[2, r, 0]) > ZERO:
-            return OWNER[r]
+            return T.owners[OWNER, r]
     return -1
 
 
 @njit
 def curved_project(T, m, x):
     """Put what constraints on curves hold in mode ``m`` to rest and on its curve."""
-    if ROWS == RESTS:
+    if T.LU.shape[0] == T.stages[RESTS]:
         return
-    n, local, slope = T.LP.shape[2], local_at(T, x), np.zeros((3, ROWS, WIDTH, 1))
-    rest_moves(T.law, T.acts, m, T.step[m], 1, local, slope)
-    for r in range(RESTS, ROWS):
+    n, slope = T.LP.shape[2], slopes(T, REST_MOVE, m, local_at(T, x))
+    for r in range(T.stages[RESTS], T.LU.shape[0]):
         for i in range(n):
             x[i] += T.LP[m, r, i] * slope[0, r, 0, 0]
             x[n + i] += T.LP[m, r, i] * slope[1, r, 0, 0]
@@ -599,20 +600,20 @@ def curved_project(T, m, x):
 @njit
 def curved_hold(T, m, x, P):
     """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` (nx,) in an earlier state."""
-    if ROWS == RESTS:
+    if T.LU.shape[0] == T.stages[RESTS]:
         return
-    n, ns, nx = T.LP.shape[2], P.shape[0], x.size
-    slope, du, ds = np.zeros((3, ROWS, WIDTH, 1)), np.empty(ROWS), np.empty(ROWS)
-    rest_slopes(T.law, T.acts, m, 1, local_at(T, x), slope)
+    n, rows, ns, nx = T.LP.shape[2], T.LU.shape[0], P.shape[0], x.size
+    first, firsts, counts = T.stages[RESTS], T.owners[FIRST], T.owners[COUNT]
+    slope, du, ds = slopes(T, REST_SLOPE, m, local_at(T, x)), np.empty(rows), np.empty(rows)
     for c in range(nx):
-        for r in range(RESTS, ROWS):
+        for r in range(first, rows):
             du[r], ds[r] = (T.LU[r, c], T.LS[r, c]) if c >= ns else (0.0, 0.0)
             for i in range(ns):
                 du[r] += T.LU[r, i] * P[i, c]
                 ds[r] += T.LS[r, i] * P[i, c]
-        for r in range(RESTS, ROWS):
-            for b in range(COUNT[r]):
-                other = FIRST[r] + b
+        for r in range(first, rows):
+            for b in range(counts[r]):
+                other = firsts[r] + b
                 place = slope[0, r, b, 0] * du[other]
                 speed = slope[1, r, b, 0] * du[other] + slope[2, r, b, 0] * ds[other]
                 for i in range(n):

@@ -30,7 +30,7 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
     samples = list(_samples(scene, T, before, guard))
     if not samples:
         return orders
-    engine, rule = kernels(scene.laws, scene.n), kernels(scene.laws, scene.n, "bifurc.flow.rule")
+    engine, rule = kernels(scene), kernels(scene, "bifurc.flow.rule")
     y, P, a, size = np.empty(scene.ns + scene.nw), np.empty((scene.ns, scene.ns + scene.nw)), *np.empty((2, ORDER + 1))
     speeds = np.array([speed for _, speed in samples])
     for q in range(len(orders)):
@@ -53,7 +53,7 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
 
 def _samples(scene: Scene, T, before: int, guard: int):
     """Yield joined states (nx,) at which the guard fires, and the speed with which it arrives."""
-    kernel = kernels(scene.laws, scene.n)
+    kernel = kernels(scene)
     rng = np.random.default_rng(1)
     ns, nx, found = scene.ns, scene.ns + scene.nw, 0
     held = [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k]) if row[:ns].any()]

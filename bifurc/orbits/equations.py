@@ -48,9 +48,9 @@ class Equations:
         self.scale = np.append(np.tile(sizes, len(signature.nodes)), parameter_scale)
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
         self.closure = signature.signs(scene)
-        self.kernel = kernels(scene.laws, scene.n, sequence.__name__)
+        self.kernel = kernels(scene, sequence.__name__)
         set_clock(path.tables, signature.clock)
-        self.motion = kernels(scene.laws, scene.n, motion.__name__)
+        self.motion = kernels(scene, motion.__name__)
         self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
                       signature.span, self.closure, self.scale, self.weights)
 

@@ -156,7 +156,7 @@ def period_map(system: System, y, periods: int, half: bool):
         return None  # beyond a stop
     if not motion.success or np.any(motion.recorded.rows[:, 3] == CHATTER):
         return None
-    R, period, n = motion.recorded, scene.period, scene.n
+    R, period = motion.recorded, scene.period
     assert period is not None and scene.omega is not None  # `find_orbit` refuses autonomous systems
     listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
     first = int(R.rows[0, 2])
@@ -165,7 +165,7 @@ def period_map(system: System, y, periods: int, half: bool):
     states = np.array([start, *(R.before[i] for i in listed)])
     times = np.array([0.0, *(R.rows[i, 4] + R.times[i] / period for i in listed)])
     M = np.empty((scene.ns, scene.ns))
-    kernels(scene.laws, n, "bifurc.orbits.motion").monodromy(
+    kernels(scene, "bifurc.orbits.motion").monodromy(
         scene.tables, nodes, (0.5 if half else 1.0) * periods, np.column_stack([times, states]).ravel(), M)
     if not np.isfinite(M).all():
         return None

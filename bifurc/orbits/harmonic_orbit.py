@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from .. import io, plotting
 from ..flow.trajectory import Event, Events
 from ..hbm.balance import Balance
 from ..hbm.condensation.condensed import Condensed
@@ -14,16 +13,16 @@ from ..hbm.layout import Layout
 from ..hbm.parts import event_kind
 from ..hbm.status import BalanceStatus, MarchStatus
 from ..hbm.waves import value
-from ..notebook import Notebook
 from ..system import System
 from .balance_method import HarmonicBalance
+from .base import Orbit
+from .multipliers import attracting
 
 TOLERANCE = 1e-9  # residual over the forces in it, up to which an orbit counts as converged
 LARGE_ERROR = 1.0  # stated error over the amplitude from which on the message says so
-NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 
 
-class HarmonicOrbit(Notebook):
+class HarmonicOrbit(Orbit):
     """A periodic motion in Fourier coefficients.  Made by `find_orbit(method=HarmonicBalance(...))` and by branches.
 
     Parameters
@@ -58,7 +57,6 @@ class HarmonicOrbit(Notebook):
     """
 
     _facts = ("signature", "period", "stable", "status", "residual")
-    _panels = (1, 2)
 
     closure = 1
     weights: np.ndarray
@@ -118,11 +116,6 @@ class HarmonicOrbit(Notebook):
     def rate(self) -> float:
         """Frequency of the slowest harmonic, omega / periods."""
         return 2.0 * math.pi / self.period
-
-    @property
-    def parameters(self) -> dict:
-        """Parameters of the system."""
-        return self.system.parameters
 
     @functools.cached_property
     def state(self) -> np.ndarray:
@@ -218,10 +211,7 @@ class HarmonicOrbit(Notebook):
     def stable(self) -> bool | None:
         """Whether all multipliers lie inside the unit circle; None on it, and where they are not known."""
         found = self.multipliers
-        if found is None or not np.isfinite(found).all():
-            return None
-        top = float(np.abs(found).max(initial=0.0))
-        return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+        return None if found is None or not np.isfinite(found).all() else attracting(found)
 
     def error(self) -> np.ndarray | None:
         """Return an estimate (n,) of the largest distance of each coordinate from the true motion; see `hbm.errors`."""
@@ -229,21 +219,11 @@ class HarmonicOrbit(Notebook):
 
     # measures
 
-    def harmonic(self, h: float, dof: int = 0) -> complex:
-        """Return a - ib of a cos(h omega t) + b sin(h omega t) in a coordinate; h = 0 gives the mean.
-
-        ``h`` counts forcing frequencies; h times ``periods`` must be whole.  Harmonics that are not balanced are 0.
-        """
-        self._check(dof)
-        if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
-            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number >= 0")
+    def _phasor(self, h: float, dof: int) -> complex:
         return self.layout.phasor(self._x, round(h * self.periods), dof)
 
-    def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
-        """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""
-        if not (isinstance(n, (int, np.integer)) and n >= 2):
-            raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
-        theta = np.linspace(0.0, 2.0 * np.pi, int(n))
+    def _sampled(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        theta = np.linspace(0.0, 2.0 * np.pi, n)
         return theta / self.rate, self._states(theta)
 
     def _states(self, theta) -> np.ndarray:
@@ -287,20 +267,14 @@ class HarmonicOrbit(Notebook):
         return -self._extremum(dof, -1.0)
 
     def _extremum(self, dof: int, sign: float) -> float:
-        self._check(dof)
-        return largest(self.layout, sign * self.layout.matrix(self._x)[:, dof])
+        return largest(self.layout, sign * self.layout.matrix(self._x)[:, self._coordinate(dof)])
 
     def rms(self, dof: int = 0) -> float:
         """Root mean square of a coordinate over the period."""
-        self._check(dof)
         weight = np.where(self.layout.waves == 0, 1.0, 0.5)
-        return math.sqrt(float(weight @ self.layout.matrix(self._x)[:, dof]**2))
+        return math.sqrt(float(weight @ self.layout.matrix(self._x)[:, self._coordinate(dof)]**2))
 
-    def _check(self, dof: int) -> None:
-        if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.layout.n):
-            raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {self.layout.n - 1}")
-
-    # files and pictures
+    # files
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
@@ -316,18 +290,6 @@ class HarmonicOrbit(Notebook):
         layout = Layout(tuple(header["harmonics"]), system.n, int(header["periods"]))
         status = None if header["status"] is None else BalanceStatus(header["status"])
         return cls(system, HarmonicBalance.from_record(header["method"]), layout, arrays["coefficients"], header["how"], status)
-
-    def save(self, path) -> None:
-        """Write the orbit to an npz file."""
-        io.write(path, *self.to_record())
-
-    def plot(self, axes=None, names=None):
-        """Draw phase plane and time history; return the axes."""
-        return plotting.plot_orbit(self, axes, names=names)
-
-    def animate(self, path=None, **options):
-        """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        return plotting.animate_orbit(self, path, **options)
 
     def __repr__(self):
         harmonics = f"{len(self.layout.harmonics)} harmonics up to {self.layout.top / self.periods:g}"

@@ -143,7 +143,7 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
         span = _span(forced, now, step, unit)
         motion = _checked(march(scene, y, *span, max_events))
         R = motion.recorded
-        grow = kernels(scene.laws, scene.n, "bifurc.flow.tangent").grow
+        grow = kernels(scene, "bifurc.flow.tangent").grow
         turning = now < begin  # the directions turn to where they belong before they are measured
         into = np.zeros((step, ns)) if turning else sums if forced else sums[now - begin:now - begin + 1]
         first = now if turning else begin
@@ -219,7 +219,7 @@ def _contraction(scene, R, end) -> tuple[int, float]:
         traces = np.array([np.trace(T.A[m, :, :ns]) for m in range(len(scene.keys))])
         total = float(spans @ traces[R.rows[:, 2]])
     else:  # the divergence depends on the state: volumes of the arcs
-        total, arc = 0.0, kernels(scene.laws, scene.n).arc
+        total, arc = 0.0, kernels(scene).arc
         y1, Phi = np.empty(ns), np.empty((ns, ns))
         for m, y, tau, span in zip(R.rows[:, 2], R.after, R.times, spans, strict=True):
             arc(T, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), max(span, 0.0), y1, Phi)

@@ -8,6 +8,14 @@ import numpy as np
 
 from .sequence import BEFORE
 
+NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
+
+
+def attracting(multipliers) -> bool | None:
+    """Return whether all multipliers lie inside the unit circle; None where the largest lies on it."""
+    top = float(np.abs(multipliers).max(initial=0.0))
+    return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+
 
 def nontrivial(equations, whole, U, M, kept, gradient=None) -> np.ndarray:
     """Return the multipliers, complex, largest modulus first; infinite where the matrix is.

@@ -5,34 +5,34 @@ import math
 
 import numpy as np
 
-from .. import io, plotting
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
 from ..flow.scan import closure
 from ..flow.trajectory import Event, Events
-from ..notebook import Notebook
 from ..system import System
 from . import sequence
+from .base import Orbit
 from .energy import EnergyEquations, conservative, energy
 from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
-from .multipliers import nontrivial
+from .multipliers import attracting, nontrivial
 from .path import constant_path
+from .refused import Refusal, earlier_modes
 from .resting import resting_intervals
 from .sequence import AFTER, BEFORE, CLOSES, GUARD
 from .signature import Signature, repeated
 
-NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
 INSTANT = 1e-12  # periods: kicks this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
+NOTHING = 1e-13  # scaled speed of an impact after which the rest of an infinite sequence is rounding, however it ends
 LATE = 8.0  # excess up to which a closed infinite sequence counts: the error of the closed form is of second order in it
 
 
-class PeriodicOrbit(Notebook):
+class PeriodicOrbit(Orbit):
     """A periodic motion y(t + period) = y(t).  Made by `find_orbit`, by branches and by basin maps.
 
     Parameters
@@ -70,8 +70,6 @@ class PeriodicOrbit(Notebook):
     """
 
     _facts = ("signature", "period", "stable", "status", "residual", "multipliers")
-    _panels = (1, 2)
-
     def __init__(self, system: System, sequence: Signature, unknowns: np.ndarray, weights: np.ndarray,
                  how: dict | None = None, status: OrbitStatus | None = None):
         self.system, self.sequence = system, sequence
@@ -138,11 +136,6 @@ class PeriodicOrbit(Notebook):
         """Events of a period in words."""
         return self.sequence.text(self.scene)
 
-    @property
-    def parameters(self) -> dict:
-        """Parameters of the system."""
-        return self.system.parameters
-
     @functools.cached_property
     def state(self) -> np.ndarray:
         """State (ns,) at phase 0, after the event if one falls there."""
@@ -207,7 +200,8 @@ class PeriodicOrbit(Notebook):
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
                                       U, self.weights, info)
         listed, peak, leaving, broken = info[[sequence.LISTED, sequence.PEAK, sequence.LEAVING, sequence.BROKEN]].tolist()
-        return listed, peak, leaving, broken
+        refusal = Refusal(self.equations, earlier_modes(self.scene, self.sequence), 0.0)
+        return listed, peak, max(leaving, refusal.worst(np.append(self._unknowns, 0.0))), broken
 
     @property
     def _ordered(self) -> bool:
@@ -227,7 +221,7 @@ class PeriodicOrbit(Notebook):
     @functools.cached_property
     def closing_excess(self) -> float:
         """Largest excess of the infinite sequences of impacts that are closed, see `flow.scan.closure`: at most 1 where the
-        simulation closes them; 0 without any."""
+        simulation closes them; 0 without any, or where all that is left is rounding."""
         s, T, worst = self.sequence, self.equations.path.tables, 0.0
         kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
         for node, values in zip(s.nodes.tolist(), rows, strict=True):
@@ -242,6 +236,8 @@ class PeriodicOrbit(Notebook):
             kernel.forcing_rate(T, x, dw)
             kernel.guard_gradient(T, m, g, x, row)
             speed = float(kernel.guard_rate(row, f, dw))
+            if np.abs(T.B[m, g] * speed / self.weights).max() <= NOTHING:
+                continue
             worst = max(worst, float(closure_of(self.scene)(T, m, g, x, speed, np.empty(x.size))[0]))
         return worst
 
@@ -353,18 +349,14 @@ class PeriodicOrbit(Notebook):
         """Whether all multipliers lie inside the unit circle; None on it, or for a failed orbit."""
         if not self.success or self._disputed is not None:
             return None
-        top = float(np.abs(self.multipliers).max(initial=0.0))
-        if self._energy_gradient is not None and top < 1.0 + NEUTRAL:
-            return None  # a motion that keeps its energy attracts nothing
-        return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+        told = attracting(self.multipliers)
+        return None if told and self._energy_gradient is not None else told  # a motion that keeps its energy attracts nothing
 
     # measures
 
-    def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
-        """Return times ``t`` (n,) from 0 over one period, both ends included, and exact states ``y`` (n, ns)."""
-        if not (isinstance(n, (int, np.integer)) and n >= 2):
-            raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
-        tau = np.linspace(0.0, self._whole[0].span, int(n))
+    def _sampled(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        """Exact states."""
+        tau = np.linspace(0.0, self._whole[0].span, n)
         return tau * self.forcing_period, self._states(tau)
 
     def _states(self, tau) -> np.ndarray:
@@ -392,11 +384,9 @@ class PeriodicOrbit(Notebook):
             states[modes == mode] = shown
 
     def _measure(self, dof: int, h: float) -> np.ndarray:
-        if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.scene.n):
-            raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {self.scene.n - 1}")
-        whole, U = self._whole
-        out = np.empty(5)
-        self.equations.motion.measures(self.equations.path.tables, whole.nodes, whole.span, U, int(dof), float(h), out)
+        """Return largest and smallest value, mean square, and the parts of harmonic ``h`` (an own period each) of a coordinate."""
+        (whole, U), out = self._whole, np.empty(5)
+        self.equations.motion.measures(self.equations.path.tables, whole.nodes, whole.span, U, self._coordinate(dof), float(h), out)
         return out
 
     def maximum(self, dof: int = 0) -> float:
@@ -411,15 +401,7 @@ class PeriodicOrbit(Notebook):
         """Root mean square of a coordinate over the period."""
         return math.sqrt(self._measure(dof, 0.0)[2])
 
-    def harmonic(self, h: float, dof: int = 0) -> complex:
-        """Return a - ib of a cos(h omega t) + b sin(h omega t) in a coordinate; h = 0 gives the mean.
-
-        ``h`` counts forcing frequencies (of an autonomous orbit: its own); h times ``periods`` must be whole (1/2 for a
-        period-2 orbit).
-        """
-        if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
-            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole "
-                             "number >= 0")
+    def _phasor(self, h: float, dof: int) -> complex:
         out = self._measure(dof, h / self._whole[0].span if self.autonomous else h)
         return complex(out[3], -out[4])
 
@@ -447,7 +429,7 @@ class PeriodicOrbit(Notebook):
         """
         return importlib.import_module("bifurc.certify").certify_orbit(self, precision)
 
-    # files and pictures
+    # files
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
@@ -466,18 +448,6 @@ class PeriodicOrbit(Notebook):
         status = None if header["status"] is None else OrbitStatus(header["status"])
         return cls(system, signature, arrays["unknowns"], arrays["weights"], header["how"], status)
 
-    def save(self, path) -> None:
-        """Write the orbit to an npz file."""
-        io.write(path, *self.to_record())
-
-    def plot(self, axes=None, names=None):
-        """Draw phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
-        return plotting.plot_orbit(self, axes, names=names)
-
-    def animate(self, path=None, **options):
-        """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
-        return plotting.animate_orbit(self, path, **options)
-
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         return f"PeriodicOrbit({self.signature}, {stable}, {self.status}, residual {self.residual:.1e})"
@@ -487,9 +457,9 @@ def closure_of(scene: Scene):
     """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
     if scene.closed_form:
         return closure
-    return kernels(scene.laws, scene.n).closure
+    return kernels(scene).closure
 
 
 def _order_gap(scene: Scene):
     """Return the function that compares the two orders of simultaneous kicks."""
-    return kernels(scene.laws, scene.n, "bifurc.flow.saltation").order_gap
+    return kernels(scene, "bifurc.flow.saltation").order_gap

@@ -79,7 +79,7 @@ class Family:
         self.signature = sections(self.mode, whole.span)
         self.length = whole.span * orbit.forcing_period
         self.equations = Equations(scene, self.path, self.signature, orbit.weights)
-        self.kernel, self.motion = self.equations.kernel, kernels(scene.laws, scene.n, motion.__name__)
+        self.kernel, self.motion = self.equations.kernel, kernels(scene, motion.__name__)
         self.ns = scene.ns
         self.unknowns = np.append(0.0, orbit.state)
         self.tops = self.largest(self.unknowns)

@@ -358,8 +358,9 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
             if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0 and (
-                    order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0):
-                speed = min(speed, lasted)  # births: the duration is smooth
+                    order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0
+                    or nodes[previous, CLOSES] == 0 and T.n_holds[before] > T.n_holds[nodes[previous, BEFORE]]):
+                speed = min(speed, lasted)  # births, and rests after one impact: the duration is smooth
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)

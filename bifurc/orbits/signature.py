@@ -78,14 +78,14 @@ class Signature:
             if all(not T.A[m, c].any() and c not in [place for place, _ in scene.slaved(m)] for m in modes) \
                     and all(np.array_equal(slope_of_jump(scene, T, m, g)[c], unit[c]) for m, g in events):
                 found.append(c)
-        if len(modes) == 1 and not events:
-            for row in T.H[next(iter(modes))][:T.n_holds[next(iter(modes))]]:
-                if row[scene.ns:].any():  # carried along: it does not rest
-                    continue
-                place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
-                surface = T.S[next(iter(modes))]
-                if not surface.any() and not row[scene.ns:].any() and place not in found:  # a belt carries what it holds
-                    found.append(place)
+        first = min(modes)
+        for row, surface in zip(T.H[first, :T.n_holds[first]], T.S[first, :T.n_holds[first]], strict=True):
+            if row[scene.ns:].any() or surface.any() or not all((T.H[m, :T.n_holds[m]] == row).all(axis=1).any() for m in modes):
+                continue  # carried along by a belt, at rest on a surface, or not held all the time
+            place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
+            for state in (place, scene.n + place)[:1 if len(events) < len(self.nodes) else 2]:  # a section puts speeds to rest
+                if state not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[state], unit[state]) for m, g in events):
+                    found.append(state)
         return sorted(found)
 
     def text(self, scene: Scene) -> str:
@@ -214,7 +214,7 @@ def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
     """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
     P = np.empty((T.A.shape[1], T.A.shape[2]))
     x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
-    kernels(scene.laws, scene.n, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
+    kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
     return P
 
 

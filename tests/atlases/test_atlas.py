@@ -2,6 +2,7 @@
 import networkx as nx
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import bifurc as bf
 from bifurc.atlases.identity import on_branch, periods_of
@@ -76,7 +77,7 @@ def test_files_give_the_atlas_back(found, tmp_path):
 
 
 def test_a_picture_with_bands(found):
-    ax = found.plot()
+    ax = found.plot(ax=Figure().subplots())
     assert "number of stable motions" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
@@ -142,3 +143,15 @@ def test_intervals():
     assert layers([(0.0, 0.5, 0), (0.25, 0.75, 1)], 0.0, 1.0) == [(0.0, 0.25, (0,)), (0.25, 0.5, (0, 1)), (0.5, 0.75, (1,)),
                                                                     (0.75, 1.0, ())]
     assert np.isclose(sum(b - a for a, b in gaps([], 0.0, 1.0)), 1.0)
+
+
+def test_a_continuum_of_rests_is_named_and_counts_once():
+    """Dry friction of strength 1 under a load of 0.8 lets a mass rest up to 0.2 from its middle; motions creep to its edge."""
+    system = bf.System(1.0, 0.1, 1.0, [bf.elements.HarmonicForce(0.8), bf.elements.Coulomb(1.0)], omega=1.2)
+    atlas = bf.atlas(system, "harmonic_force.amplitude", (0.7, 0.9), {"q0": (-3, 3), "v0": (-3, 3)}, probes=1, checks=1, samples=20,
+                     periods=1)
+    assert all(probe.counts == [probe.starts] for probe in atlas.probes)  # one attractor, and every start ends on it
+    for probe in atlas.probes:
+        (band,) = probe.continua
+        np.testing.assert_allclose(band["0"], (probe.value - 1.0, 1.0 - probe.value), atol=1e-12)
+    assert "continuum" in atlas.statement and f"{len(atlas.probes)} of {len(atlas.probes)} values" in atlas.statement

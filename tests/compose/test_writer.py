@@ -92,7 +92,7 @@ def loaded(path):
 
 def key_of(law):
     laws = scene_of(bf.System(1.0, 0.0, 1.0, (Force(law),), omega=1.0)).laws
-    return writer._Writer(writer.law_text(laws, 1)).key
+    return writer.law_key(writer.law_text(laws, 1))
 
 
 def test_an_edited_law_is_never_replayed(tmp_path):
@@ -130,16 +130,18 @@ def test_results_that_do_not_fit_are_named(law, jacobian, words):
 def test_scenes_without_laws_take_the_modules_themselves():
     from bifurc.orbits import sequence
 
-    assert writer.kernels((), 1, "bifurc.orbits.sequence") is sequence
+    assert writer.kernels(scene_of(bf.systems.impact_oscillator()), "bifurc.orbits.sequence") is sequence
 
 
 def test_written_modules_take_the_engine_of_the_laws():
-    laws = scene_of(bf.System(1.0, 0.1, 1.0, (CubicSpring(1.0),), omega=1.0)).laws
-    engine = writer.kernels(laws, 1)
-    scan = writer.kernels(laws, 1, "bifurc.flow.scan")
+    springs = CubicSpring(1.0), Force(lambda u, s: -u**5)
+    scene, other = (scene_of(bf.System(1.0, 0.1, 1.0, (spring,), omega=1.0)) for spring in springs)
+    engine = writer.kernels(scene)
+    scan = writer.kernels(scene, "bifurc.flow.scan")
     for name in ("coast", "inside", "all_series", "land"):
         assert getattr(scan, name).__module__ == engine.__name__ or getattr(engine, name) is getattr(scan, name), name
-    assert writer.kernels(laws, 1, "bifurc.flow.scan") is scan
+    assert writer.kernels(other, "bifurc.flow.scan") is scan  # one for all laws
+    assert scene.bound.all() and other.bound.all() and not (scene.bound == other.bound).any()  # each with a step of its own
     text = pathlib.Path(scan.__file__).read_text(encoding="utf-8")
     assert "from bifurc.flow.affine import" in text  # forcing stays, the rest leads elsewhere
     assert ".part" not in " ".join(os.listdir(os.path.dirname(scan.__file__)))

@@ -15,7 +15,7 @@ from tests.flow.taylor import Duffing
 def parts(system):
     """Engine, tables and a function that makes the joined state."""
     scene = scene_of(system)
-    engine = kernels(scene.laws, scene.n)
+    engine = kernels(scene)
 
     def joined(y, t=0.0):
         x = np.zeros(scene.ns + scene.nw)
@@ -84,7 +84,7 @@ def test_order_is_sixteen():
     sn, cn, dn, _ = ellipj(rate * s, amplitude**2 / (2.0 + 2.0 * amplitude**2))
     steps, errors = (3, 4, 5, 6), []
     for count in steps:
-        x, x1, scratch = joined((amplitude, 0.0)), np.empty(5), engine.scratch_of(1, 1, 3, 0)
+        x, x1, scratch = joined((amplitude, 0.0)), np.empty(5), engine.scratch_of(T, 0)
         for _ in range(count):
             h = engine.step(T, 0, x, s / count, 1e3, x1, np.empty((1, NODES + 2)), np.empty((1, NODES + 2)),
                             np.empty((0, 2)), 0, np.empty((0, 1, NODES + 2)), scratch)

@@ -41,6 +41,7 @@ PARTING = 60  # forcing periods until they are told apart, and over which expone
 SETTLING = 10  # forcing periods until neighbours lie along the direction that grows
 APART = 1e-7  # scaled distance of neighbours
 MOST_EVENTS = 2000
+CREEPING, SEEN = 1e-3, 65  # scaled motion of a creeping mass, and at how many times of its orbit
 MOST_MEMBERS = 40000  # of a family that are told to the kernels, one a radius
 
 
@@ -149,8 +150,31 @@ def examine(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
             orbit = from_motion(system, motion, BLOCK - 2 * k, k)  # of its end: a start may add an event of rounding
             orbit = finished(orbit, None) if orbit.success else find_orbit(system, guess=y, periods=k)
             if orbit.success and orbit.stable and distance(section_points(orbit) / scale, y / scale) <= NEAR:
-                return orbit
+                return at_rest(system, orbit, scale) or orbit
     return sampled(system, y, scale)
+
+
+def at_rest(system: System, orbit, scale: np.ndarray):
+    """Return the rest, one of a continuum, that an orbit is but for slips that no one sees; None where it is another motion.
+
+    Towards the edge of the interval in which a mass may rest motions creep for ever, by slips that tend to zero: that edge is a
+    member of the continuum and no attractor of its own.
+    """
+    if not orbit.events or orbit.intervals:
+        return None
+    states = orbit.sample(SEEN)[1]
+    if np.ptp(states / scale, axis=0).max() > CREEPING:
+        return None
+    start, n = states.mean(axis=0), scene_of(system).n
+    start[n:2 * n] = 0.0
+    for c in range(n):
+        for side in (-CREEPING, CREEPING):  # one of them leads into the interval
+            inside = start.copy()
+            inside[c] += side * scale[c]
+            rest = find_orbit(system, guess=inside, periods=1)
+            if rest.success and rest.intervals and distance(section_points(rest) / scale, start / scale) <= 2.0 * CREEPING:
+                return rest
+    return None
 
 
 def distance(points: np.ndarray, y: np.ndarray) -> float:

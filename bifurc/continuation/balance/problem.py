@@ -18,7 +18,8 @@ from ...hbm.residual import kept, order_of
 from ...hbm.status import MarchStatus
 from ...hbm.tables import numbers_at
 from ...orbits.balance_method import HarmonicBalance
-from ...orbits.harmonic_orbit import NEUTRAL, HarmonicOrbit, largest
+from ...orbits.harmonic_orbit import HarmonicOrbit, largest
+from ...orbits.multipliers import attracting
 from ...orbits.path import DEGREES, PAD, series_over
 from ...solve.bordered import factor, null_vectors
 from ..families import PathFamily
@@ -368,8 +369,7 @@ class BalanceProblem(Problem):
         """Return a column of multipliers, or of stability as orbits tell it: None on the unit circle and where it is not known."""
         mu = self.multipliers_of_rows(xs)
         if name == "stable":
-            tops = [math.nan] * len(xs) if mu is None else np.abs(mu).max(axis=1, initial=0.0).tolist()
-            told = [None if not math.isfinite(top) or abs(top - 1.0) < NEUTRAL else top < 1.0 for top in tops]
+            told = [None] * len(xs) if mu is None else [attracting(row) if np.isfinite(row).all() else None for row in mu]
             return np.array(told, object if None in told else bool)
         if mu is None:
             return np.full(len(xs), np.nan)

@@ -65,7 +65,7 @@ def returning(scene, numbers, mode, guard, other, target, owner, x):
     if other >= len(numbers.n_guards):
         numbers = scene.tables  # of a mode that the branch has not met yet
     after = np.empty(x.size)
-    kernels(scene.laws, scene.n, "bifurc.flow.rule").jump(numbers, mode, guard, False, x, after, np.empty((scene.ns, x.size)))
+    kernels(scene, "bifurc.flow.rule").jump(numbers, mode, guard, False, x, after, np.empty((scene.ns, x.size)))
     for back in scene.guards_of(other, owner):
         T = scene.expand(other, back)
         row = numbers.G[other, back]

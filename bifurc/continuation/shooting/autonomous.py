@@ -93,6 +93,8 @@ def free(plain, signature, x):
 
 def through_change(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event sequence, or the reason why none goes on."""
+    if monitor.name not in CHANGES:  # static friction above kinetic holds what would have turned round
+        return StopReason.JUMP
     found = changed(CHANGES[monitor.name], problem, point.x)
     if found is not None:
         new = problem.with_sequence(*found)

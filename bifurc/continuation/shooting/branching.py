@@ -9,6 +9,7 @@ from ..switching import Switched
 from .appearing import inserted
 from .autonomous import changed
 from .signature_change import admissible_side
+from .successor import inside
 from .vanishing import dropped
 
 OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
@@ -63,10 +64,9 @@ def stepped_out(problem, x, direction):
     """Return the first audited orbit on the branch through ``x`` in ``direction`` (n + 1,, own units), or None."""
     tangent = direction / problem.scale
     tangent /= np.sqrt(tangent @ tangent)
-    boundary = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
     for step in OUT:
         c = problem.correct(x + step * problem.scale * tangent, tangent)
-        if c.converged and all(c.monitors[k] < 0.0 for k in boundary):
+        if c.converged and inside(problem, c):
             orbit = problem.solution(c.x)
             if orbit.success:
                 return orbit

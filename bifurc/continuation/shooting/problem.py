@@ -9,9 +9,10 @@ from ...compose.scene import scene_of
 from ...orbits import sequence
 from ...orbits.energy import conservative
 from ...orbits.equations import Equations
-from ...orbits.multipliers import nontrivial
-from ...orbits.orbit import HELD, INSTANT, NEUTRAL, TOUCH, PeriodicOrbit, closure_of
-from ...orbits.path import ParameterPath, parameter_path
+from ...orbits.multipliers import attracting, nontrivial
+from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
+from ...orbits.path import ParameterPath, constant_path, parameter_path
+from ...orbits.refused import Refusal, earlier_modes
 from ...orbits.repetition import repetition
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
 from ...orbits.signature import Signature, divided, repeated, sections
@@ -19,10 +20,11 @@ from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
 from . import autonomous, branching, signature_change
+from .completion import completed
 from .extremes import extreme_gradient
-from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, UNLISTED
+from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
 from .vanishing import listed_speeds
 
@@ -32,6 +34,9 @@ SPARE = 0.7  # logarithm of the closure of the last impact but one below which t
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
+ROUNDING = 1e-10  # of the natural size of a parameter
+BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -103,7 +108,12 @@ class OrbitProblem(Problem):
         self.parameter_scale = parameter_scale
         sequence = generic(self.scene, path, sequence)
         self.sequence = sequence
+        earlier = earlier_modes(self.scene, sequence)
+        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
+            self.path = path = (parameter_path(self.scene, system, path.name, (path.low, path.high), pad=0.0) if path.name
+                                else constant_path(self.scene, system))
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
+        self._refusal = Refusal(self.equations, earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
         self.weights = self.equations.weights
         self.size, self.scale = self.equations.size, self.equations.scale
         self.x0 = np.array(x0, float)
@@ -120,6 +130,8 @@ class OrbitProblem(Problem):
         self._leaves = bool(np.any(self.sequence.nodes[:, STARTS:] < 0))
         if self._leaves:
             monitors.append(Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True))
+        if self._refusal:
+            monitors.append(Monitor(SpecialPointKind.STICK_ONSET, REFUSED, boundary=True))
         self._holds = bool(np.any((self.sequence.nodes[:, GUARD] >= 0)
                                   & (self.scene.tables.n_holds[self.sequence.nodes[:, AFTER]] > 0)))
         if self._holds:
@@ -170,6 +182,8 @@ class OrbitProblem(Problem):
         values.append(peak if peak > NO_PEAK else NO_PEAK)
         if self._leaves:
             values.append(info[sequence.LEAVING])
+        if self._refusal:
+            values.append(max(self._refusal.worst(x), NO_PEAK))
         if self._holds:
             values.append(info[sequence.BROKEN] - 0.5 * HELD)
         if self._chatters:
@@ -186,6 +200,11 @@ class OrbitProblem(Problem):
     def _flip(self, x, value: float) -> float:
         """Test of the multiplier -1 at ``x`` (n + 1,): ``value``, or where that is not known, beside the birth of a contact without
         duration, prod(1 + mu) with the sign that it has elsewhere on the same equations."""
+        if self._chatters and self.sequence.closure > 0:  # flights hardly longer than rounding leave nothing else in `value`
+            mu = self._multipliers(x)
+            if np.isfinite(mu).all():
+                value = float(np.real(np.prod(1.0 + mu)))
+                return value / (1.0 + abs(value))
         if math.isfinite(value):
             self._clear = x, value
             return value
@@ -265,11 +284,15 @@ class OrbitProblem(Problem):
         return signature_change.changed(self, x, getattr(successor, "inner", successor), kind) or kind
 
     def confirm(self, kind, x) -> bool:
-        """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle."""
-        if kind is not SpecialPointKind.NEIMARK_SACKER:
+        """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""
+        if kind is SpecialPointKind.NEIMARK_SACKER:
+            mu = self._multipliers(x)
+            return bool(np.any((np.abs(mu.imag) > 1e-7) & (np.abs(np.abs(mu) - 1.0) < 1e-6)))
+        if kind is not SpecialPointKind.PERIOD_DOUBLING or self.sequence.closure < 0:
             return True
         mu = self._multipliers(x)
-        return bool(np.any((np.abs(mu.imag) > 1e-7) & (np.abs(np.abs(mu) - 1.0) < 1e-6)))
+        near = max(FLIPS, FLIPS_OF * float(np.abs(mu).max(initial=0.0)))
+        return not np.isfinite(mu).all() or float(np.abs(mu + 1.0).min(initial=np.inf)) <= near
 
     def locate(self, kind, a, b):
         """Return the point between two rows where a doubled orbit merges with its orbit of half the period, or where an orbit
@@ -330,14 +353,12 @@ class OrbitProblem(Problem):
         """Return the problem with the numbers of another path along the same parameter."""
         other = copy.copy(self)
         other.path, other.equations = path, self.equations.on(path)
+        other._refusal = self._refusal.on(other.equations)
         return other
 
     def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
         """Return the problem of another event signature along the same path."""
-        path = self.path
-        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
-            path = parameter_path(self.scene, self.system, self.parameter, (path.low, path.high), pad=0.0)
-        return OrbitProblem(self.system, path, signature, self.weights, x0, self.parameter_scale)
+        return OrbitProblem(self.system, self.path, signature, self.weights, x0, self.parameter_scale)
 
     def switch(self, point, monitor):
         """Return the equations that go on behind a grazing, see `orbit_switching`."""
@@ -350,6 +371,11 @@ class OrbitProblem(Problem):
             ended = autonomous.ends(self, monitor.name, point.x)
             return StopReason.CYCLE_END if ended else autonomous.through_change(self, point, monitor)
         answer = signature_change.through_grazing(self, point, monitor)
+        if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
+            return StopReason.CHATTERING
+        if isinstance(answer, tuple) and signature_change.repeats(*answer) and not signature_change.repeats(
+                self, point.x, -point.tangent):
+            return StopReason.MERGED
         return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
 
     def named_end(self, x, reason, message):
@@ -361,6 +387,14 @@ class OrbitProblem(Problem):
             if self._slip(x) < STUCK:
                 return StopReason.STICKING, message
         return reason, message
+
+    def end_point(self, x, reason):
+        """See `Problem.end_point`: where a chattering just completes."""
+        found = completed(self, x) if reason is StopReason.CHATTERING else None
+        if found is None:
+            return None
+        problem, at, error = found
+        return EndPoint(SpecialPointKind.CHATTER_COMPLETION, COMPLETES, at, error, None if problem is self else problem)
 
     def _slip(self, x) -> float:
         """Least share of the period for which a contact slips that also sticks, 1 without such a contact."""
@@ -492,14 +526,14 @@ class OrbitProblem(Problem):
 
     def _stable(self, x) -> bool | None:
         """Stability as the orbit at ``x`` tells it."""
-        top = float(np.abs(self._multipliers(x)).max(initial=0.0))
-        if self._together(x) or self.sequence.clock:
-            return self.solution(x).stable
-        return None if abs(top - 1.0) < NEUTRAL else top < 1.0
+        return self.solution(x).stable if self._together(x) or self.sequence.clock else attracting(self._multipliers(x))
 
     def solution(self, x) -> PeriodicOrbit:
-        """Return the orbit at ``x`` (n + 1,)."""
-        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
+        """Return the orbit at ``x`` (n + 1,); a parameter beyond the end of its path by rounding is put onto it."""
+        value, room = float(x[-1]), ROUNDING * self.parameter_scale
+        if self.path.low - room <= value <= self.path.high + room:
+            value = min(max(value, self.path.low), self.path.high)
+        system = self.system.with_parameters(**{self.parameter: value})
         return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
 
     def to_record(self) -> dict:

@@ -11,15 +11,19 @@ import numpy as np
 from ...compose.writer import kernels
 from ...elements import EventKind
 from ...orbits import sequence
-from ...orbits.sequence import AFTER, CLOSES, GUARD
+from ...orbits.sequence import AFTER, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
-from .successor import cycle, jumps, successor, verified
+from .successor import completed, cycle, jumps, successor, verified
 from .vanishing import dropped
 
+AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
+ALIKE = 1e-2  # their difference, as part of the way there, that is none
+TRAIN = 4  # impacts a forcing period that may be those of a sequence just completed
+Counts = collections.namedtuple("Counts", "completed kicks")
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
-COMPLETES, CLOSURE = "completes", "closure"
+COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
 KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
          EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}
 ORDER = [SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET, SpecialPointKind.SEPARATION, SpecialPointKind.GRAZING]
@@ -43,12 +47,48 @@ def through_grazing(problem, point, monitor):
         if side is not None and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
-    lost = search.incomplete if answer is None else not np.any(answer[0].sequence.nodes[:, CLOSES] == 1)
+    lost = search.incomplete if answer is None else completed(answer[0].sequence) < completed(problem.sequence)
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
+    if answer is None and search.creeps:
+        return StopReason.STICKING
     if answer is None and jumps(problem, point):
         return StopReason.JUMP
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
+
+
+def accumulates(signature, other) -> bool:
+    """Whether one of two sequences, the second that of the problem ``other``, completes an infinite sequence of impacts where the
+    other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
+    one, two = (Counts(completed(s), kicks(other.scene, s)) for s in (signature, other.sequence))
+    fewer, more = (one, two) if one.completed < two.completed else (two, one)
+    return fewer.completed < more.completed and fewer.kicks >= max(TRAIN, 0.5 * more.kicks)
+
+
+def repeats(problem, x, tangent) -> bool:
+    """Whether the orbits of ``problem`` ahead of ``x`` (n + 1,) along ``tangent`` run through one of a part of their period."""
+    s = problem.sequence
+    count = len(s.nodes)
+    for step in AHEAD if s.closure > 0 and s.events and s.span else ():
+        c = problem.correct(x + step * problem.scale * tangent, tangent)
+        if not c.converged:
+            continue
+        rows = np.reshape(c.x[:-1], (count, -1))
+        moved = np.abs((c.x - x) / problem.scale)[:-1].max()
+        for part in (k for k in range(1, count) if count % k == 0 and round(s.span * k / count, 9) % 1.0 == 0.0):
+            if np.array_equal(s.nodes[part:], s.nodes[:-part]):
+                apart = rows[part:] - rows[:-part]
+                apart[:, 0] -= s.span * part / count
+                if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= ALIKE * moved:
+                    return True
+        return False
+    return False
+
+
+def kicks(scene, signature) -> float:
+    """Return the number of impacts a forcing period."""
+    events = signature.nodes[signature.nodes[:, GUARD] >= 0][:, :AFTER].T
+    return float(np.count_nonzero(scene.tables.kick[tuple(events)])) / (signature.span or 1.0)
 
 
 def constructed(problem, x, name):
@@ -135,7 +175,7 @@ def named_events(problem) -> list[tuple[int, str]]:
 def kind_of(problem, name, x):
     """Return what kind of change of signature happens at ``x``: grazing, or the onset of stick, slip or separation."""
     scene, s, e = problem.scene, problem.sequence, problem.equations
-    if name == LEAVING:
+    if name in (LEAVING, REFUSED):
         return SpecialPointKind.STICK_ONSET
     T, info = e.numbers_at(x[-1]), np.zeros(sequence.INFO)
     e.kernel.monitor(T, s.nodes, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
@@ -163,5 +203,5 @@ def is_surface(scene, T, mode, guard, y):
     if T.D[mode, guard].any() or not T.LG[mode, guard].any():
         return bool(T.D[mode, guard].any())
     n, row = scene.n, np.empty(T.A.shape[2])
-    kernels(scene.laws, n).guard_gradient(T, mode, guard, np.append(y, np.eye(1, row.size - y.size)), row)
+    kernels(scene).guard_gradient(T, mode, guard, np.append(y, np.eye(1, row.size - y.size)), row)
     return bool(row[:n].any() and not row[n:2 * n].any())

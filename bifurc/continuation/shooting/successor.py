@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...elements.friction import SLIP_DOWN, SLIP_UP, STICK
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
@@ -41,11 +42,12 @@ SAME = 2e-6  # scaled distance of two motions that are one
 
 @dataclass
 class Search:
-    """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete no
-    chattering."""
+    """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete
+    fewer chatterings; whether a contact beyond slips in one direction only."""
 
     reasons: dict[str, None] = field(default_factory=dict)
     incomplete: bool = False
+    creeps: bool = False
 
     def say(self, reason: str) -> None:
         """Note why a candidate was not taken."""
@@ -77,7 +79,7 @@ def successor(problem, point, through=False):
     for step in BEYOND:
         for x in _beyond(problem, point, step):
             for signature, unknowns in _read(problem, x, search):
-                search.incomplete |= not np.any(signature.nodes[:, CLOSES] == 1)
+                search.incomplete |= completed(signature) < completed(problem.sequence)
                 if _cycle(problem.scene, signature) in tried:
                     continue
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
@@ -162,6 +164,8 @@ def determined(problem, x) -> bool:
     A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
     duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
     """
+    if creeps(problem):
+        return False
     e = problem.equations
     J = e.jacobian(x)
     noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
@@ -175,6 +179,20 @@ def determined(problem, x) -> bool:
     kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
     clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return len(nodes) == 1 or bool(clear.all())
+
+
+def creeps(problem) -> bool:
+    """Whether a contact, at rest otherwise, slips in one direction only: not back where it began after a period, or not at all."""
+    scene, s = problem.scene, problem.sequence
+    if s.closure < 0:
+        return False
+    words = [scene.keys[mode] for mode in s.nodes[:, AFTER]]
+    for e, element in enumerate(scene.system.elements):
+        slips = {key[e] for key in words} - {STICK}
+        if len(slips) == 1 and slips <= {SLIP_UP, SLIP_DOWN} and any(key[e] == STICK for key in words) \
+                and not np.any(element.site(scene.n).drift):
+            return True
+    return False
 
 
 def retraces(problem, point, new, c) -> bool:
@@ -210,13 +228,23 @@ def rebounds(problem) -> bool:
 
 
 def inside(problem, c) -> bool:
-    """Whether a corrected point lies where the equations of the problem are valid."""
-    return all(c.monitors[k] < 0.0 for k in boundaries(problem))
+    """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it."""
+    return allowed(problem, c.p) and all(c.monitors[k] < 0.0 for k in boundaries(problem))
+
+
+def allowed(problem, p: float) -> bool:
+    """Whether a value of the parameter lies on the path of a problem: beyond, its elements may refuse it."""
+    return bool(problem.path.low <= p <= problem.path.high)
 
 
 def boundaries(problem) -> list[int]:
     """Return the numbers of the monitors that bound the validity."""
     return [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
+
+
+def completed(signature) -> float:
+    """Return the number of infinite sequences of impacts a forcing period."""
+    return round(np.count_nonzero(signature.nodes[:, CLOSES] == 1) / (signature.span or 1.0), 9)
 
 
 def cycle(problem):
@@ -291,9 +319,19 @@ def _begun(problem, point, signature, x, search, through):
     """Return (problem, x, tangent) where the new sequence begins, at the old end, if it goes on from there as a motion."""
     name = signature.text(problem.scene)
     new = problem.with_sequence(signature, x)
+    if creeps(new):
+        search.creeps = True
+        search.say(f"in {name!r} a contact slips in one direction only, which is no periodic motion")
+        return None
+    if rebounds(new):
+        search.say(f"in {name!r} an impact with rebound ends in rest, as only an infinite sequence does")
+        return None
     x = onto(new, x)
     if x is None:
         search.say(f"no orbit {name!r} near")
+        return None
+    if not allowed(problem, x[-1]):
+        search.say(f"the orbit {name!r} lies beyond the values that {problem.parameter} may have")
         return None
     begin = at_beginning(new, x, float(point.x[-1]), through)
     if begin is None:
@@ -311,7 +349,7 @@ def _from(problem, point, signature, x, through, beside=False):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
     where the orbits that follow are motions; or None."""
     new = problem.with_sequence(signature, x)
-    if not abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale:
+    if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
         return None
     if not distance(problem.solution(point.x), new.solution(x)) <= SAME:
         return None

@@ -31,7 +31,7 @@ ON_SURFACE = 64 * 2.2e-16  # of the sizes of its terms: a guard so small at the 
 
 
 def integrate(system: System, y0: np.ndarray, start: float, stop: float, history=None, breaks=(),
-              max_events: int = 2000) -> DelayedMotion:
+              max_events: int = 2000, watch=None) -> DelayedMotion:
     """Return the motion of a system with `DelayedFeedback` of one delay from ``y0`` (ns,) at ``start``.
 
     Parameters
@@ -40,8 +40,10 @@ def integrate(system: System, y0: np.ndarray, start: float, stop: float, history
         States (k, ns) at times (k,) before the start; None: the feedback begins one delay after it.
     breaks : sequence of float
         Times of the events of that history.
+    watch : callable, optional
+        ``watch(state) -> bool`` at the whole periods of a forced system; true ends the motion there.
     """
-    return _March(system, start, history, breaks).run(np.array(y0, float), stop, max_events)
+    return _March(system, start, history, breaks).run(np.array(y0, float), stop, max_events, watch)
 
 
 def without_feedback(system: System) -> System:
@@ -98,17 +100,24 @@ class _March:
         pushed = [self.scene.refill(one) for one in self.ones]
         self.push = np.stack([one.A[:, :, ns] - T.A[:, :, ns] for one in pushed], axis=-1)  # (modes, ns, m) rate per unit of force
         self.felt = np.stack([one.G[:, :, ns] - T.G[:, :, ns] for one in pushed], axis=-1)  # (modes, guards, m): of reactions
-        self.engine = kernels(self.scene.laws, self.scene.n)
+        self.engine = kernels(self.scene)
 
-    def run(self, y: np.ndarray, stop: float, max_events: int) -> DelayedMotion:
-        """March to ``stop``."""
+    def run(self, y: np.ndarray, stop: float, max_events: int, watch=None) -> DelayedMotion:
+        """March to ``stop``, or until ``watch(state)`` (ns,) at a whole period is true."""
         scene, t, period = self.scene, self.start, self.scene.period
         events: list[Event] = []
         status, message, count, since = Status.COMPLETED, Status.COMPLETED.sentence, 0, -1
         first = self._joined(np.array([t]), y[None])[0]
         mode, x = self._settled(lambda t, x: settle.start(scene, x), t, first)
         y = x[:scene.ns].copy()
+        passed = math.floor(self.start / period) if period is not None else 0
         while t < stop:
+            while watch is not None and (passed + 1) * period <= t:
+                passed += 1
+                if watch(self.history.at(np.array([passed * period]))[0][0]):
+                    stop = t
+            if t >= stop:
+                break
             h, broken = self._reach(mode, t, stop)
             piece = self._piece(mode, t, h, y)
             if piece is None:

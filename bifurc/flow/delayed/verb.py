@@ -23,11 +23,11 @@ def simulate_delayed(system: System, y0, periods, duration, t0, max_events, hist
     if periods is not None:
         length *= free.period or 1.0
     delay = feedbacks[0].delay_of(system.omega)
-    past, events = _past(history, t0, delay)
+    past, events = past_of(history, t0, delay)
     return integrate(system, y0, t0, t0 + length, past, events, max_events)
 
 
-def _past(history, t0: float, delay: float):
+def past_of(history, t0: float, delay: float):
     """Return the past as a callable, and the times of its events."""
     if history is None:
         return None, []

@@ -1,0 +1,83 @@
+"""What orbits have in common, however they were found: measures that are checked alike, files, pictures."""
+import math
+
+import numpy as np
+
+from .. import io, plotting
+from ..notebook import Notebook
+from ..system import System
+
+
+class Orbit(Notebook):
+    """A periodic motion of a system: a sequence of events (`PeriodicOrbit`) or a Fourier series (`HarmonicOrbit`).
+
+    Attributes
+    ----------
+    system : System
+    how : dict
+        How it was found, and what limits it.
+    success : bool
+    message : str
+    periods : int
+        Number of forcing periods after which the motion repeats.
+    """
+
+    _panels = (1, 2)
+
+    system: System
+    how: dict
+    success: bool
+    message: str
+    periods: int
+
+    @property
+    def parameters(self) -> dict:
+        """Parameters of the system."""
+        return self.system.parameters
+
+    def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
+        """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""
+        if not (isinstance(n, (int, np.integer)) and n >= 2):
+            raise ValueError(f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2")
+        return self._sampled(int(n))
+
+    def harmonic(self, h: float, dof: int = 0) -> complex:
+        """Return a - ib of a cos(h omega t) + b sin(h omega t) in a coordinate; h = 0 gives the mean.
+
+        ``h`` counts forcing frequencies (of an autonomous orbit: its own); h times ``periods`` must be whole (1/2 for a
+        period-2 orbit).  Harmonics that a balance leaves out are 0.
+        """
+        if not (math.isfinite(h) and h >= 0.0 and abs(h * self.periods - round(h * self.periods)) < 1e-9):
+            raise ValueError(f"harmonic: h = {h!r} is not allowed; h times {self.periods} periods must be a whole number >= 0")
+        return self._phasor(h, self._coordinate(dof))
+
+    def save(self, path) -> None:
+        """Write the orbit to an npz file."""
+        io.write(path, *self.to_record())
+
+    def plot(self, axes=None, names=None):
+        """Draw phase plane and time history; return the axes. ``names`` gives labels: ``{"q0": "x (mm)"}``."""
+        return plotting.plot_orbit(self, axes, names=names)
+
+    def animate(self, path=None, **options):
+        """Return the motion as a matplotlib animation, written to a ``.gif`` when a path is given; see `animate_orbit`."""
+        return plotting.animate_orbit(self, path, **options)
+
+    def _coordinate(self, dof: int) -> int:
+        """Return the number of a coordinate, checked."""
+        if not (isinstance(dof, (int, np.integer)) and 0 <= dof < self.system.n):
+            raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {self.system.n - 1}")
+        return int(dof)
+
+    # what every kind of orbit brings
+
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        raise NotImplementedError
+
+    def _sampled(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        raise NotImplementedError
+
+    def _phasor(self, h: float, dof: int) -> complex:
+        raise NotImplementedError
+

@@ -1,0 +1,88 @@
+"""Where a complete chattering just completes: a special point with its error, and a curve, against bounces in 60 digits."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.continuation.shooting.completion import growth, ratio
+from tests.reference.completion import completes
+
+
+@pytest.fixture(scope="module")
+def branch():
+    """Return a branch over the restitution that ends where its chattering no longer completes."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.6, gap=0.0, restitution=0.42)
+    return bf.trace(bf.find_orbit(system), "restitution", bounds=(0.4, 0.5))
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9])
+def test_ratio_is_the_fixed_point_of_two_flights_under_a_falling_load(restitution):
+    """x'' = c tau: one flight from the fixed point ends on it; a neighbour is left ``growth`` times as far away."""
+    r, rho = restitution, ratio(restitution)
+
+    def bounce(w):  # from impact to impact: time left 1, speed before the impact w, both scaled by what is left behind
+        s = min(root.real for root in np.roots([1.0 / 6.0, -0.5, r * w]) if abs(root.imag) < 1e-12 and root.real > 0.0)
+        return 1.0 - s, (s - 0.5 * s * s - r * w) / (1.0 - s)**2
+
+    s = 1.0 - rho
+    w = (s / 2.0 - s * s / 6.0) / r
+    assert bounce(w) == pytest.approx((rho, w), rel=1e-12)
+    slope = (bounce(w + 1e-6)[1] - bounce(w - 1e-6)[1]) / 2e-6
+    assert slope == pytest.approx(growth(r), rel=1e-8) and slope > 1.0
+
+
+def test_a_branch_ends_in_the_completion_of_its_chattering(branch):
+    (point,) = branch.special_points
+    assert point.kind == "chatter_completion" and branch.stop_reason[1] == "chattering"
+    assert point.error < 1e-13
+    assert point.parameter == pytest.approx(0.46735067445959911495, abs=1e-14)  # halved in 60 digits with `completes`
+    assert completes("0.05", "0.7", "0.6", point.parameter - 1e-13)
+    assert not completes("0.05", "0.7", "0.6", point.parameter + 1e-13)
+    assert point.solution.success and branch.audit.ok
+    (release,) = [event.time * 0.7 for event in point.solution.events if event.kind == "release"]
+    assert np.cos(release) == pytest.approx(0.0, abs=1e-12)  # the load changes its sign there
+
+
+def test_motions_that_never_come_to_rest_end_in_the_same_point(branch, tmp_path):
+    """Beyond, impacts are added one by one, with a grazing and a fold each; the limit of them all is the completion."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.6, gap=0.0, restitution=0.48)
+    other = bf.trace(bf.find_orbit(system), "restitution", bounds=(0.46, 0.481))
+    (point,) = other.special_points.of("chatter_completion")
+    assert point.parameter == pytest.approx(branch.special_points[0].parameter, abs=1e-14)
+    assert point.solution.success and "release" in point.solution.signature
+    assert other.audit.ok
+    other.save(tmp_path / "other.npz")
+    (loaded,) = bf.Branch.load(tmp_path / "other.npz").special_points.of("chatter_completion")
+    assert (loaded.parameter, loaded.error) == (point.parameter, point.error) and np.array_equal(loaded.x, point.x)
+    assert len(other.extend(bounds=(0.46, 0.485))) > len(other)
+    curve = bf.trace_curve(loaded, ("restitution", "omega"), bounds={"omega": (0.69, 0.71), "restitution": (0.3, 0.6)}, max_steps=1)
+    assert curve.stop_reason == ("max_steps", "max_steps")
+
+
+@pytest.mark.slow
+def test_completions_are_followed_in_two_parameters(branch):
+    """Each point of the curve lies between a motion that completes and one that does not."""
+    (point,) = branch.special_points
+    curve = bf.trace_curve(point, ("restitution", "omega"), bounds={"omega": (0.62, 0.76), "restitution": (0.3, 0.6)})
+    assert curve.stop_reason == ("bound", "bound")
+    rows = list(zip(curve.column("omega"), curve.column("restitution"), strict=True))
+    for omega, restitution in (rows[0], rows[len(rows) // 2], rows[-1]):
+        assert completes("0.05", omega, "0.6", restitution - 1e-11)
+        assert not completes("0.05", omega, "0.6", restitution + 1e-11)
+
+
+@pytest.mark.slow
+def test_completion_in_a_chain_of_two_masses_against_simulation():
+    """The stop holds one mass while the other moves on: simulated motions come to rest before it, and never behind it."""
+    stiffness = np.array([[2.0, -1.0], [-1.0, 1.0]])
+
+    def chain(restitution):
+        elements = [bf.elements.HarmonicForce(1.2, dof=1), bf.elements.RigidStop(0.3, restitution, dof=0)]
+        return bf.System(np.eye(2), 0.2 * stiffness, stiffness, elements, omega=0.4)
+
+    branch = bf.trace(bf.find_orbit(chain(0.6)), "rigid_stop.restitution", bounds=(0.55, 0.9))
+    (point,) = branch.special_points.of("chatter_completion")
+    assert point.error < 1e-13 and point.solution.success
+    for aside in (-1e-8, 1e-8):
+        motion = bf.simulate(chain(point.parameter + aside), point.solution.state, periods=40)
+        rests = sum(event.kind == "chatter" and event.time > 38 * 2.0 * np.pi / 0.4 for event in motion.events)
+        assert rests == (2 if aside < 0.0 else 0)

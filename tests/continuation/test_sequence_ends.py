@@ -1,0 +1,160 @@
+"""Where event sequences can only end: static friction that refuses a reversal, rests of no duration, trains of impacts without
+end, doubled motions at a graze, slips in one direction only, bounds that an element sets."""
+import dataclasses
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.continuation.kinds import StopReason
+from bifurc.continuation.tracing import beside
+from bifurc.elements import Coulomb, HarmonicForce, RigidStop
+from bifurc.orbits.equations import Equations
+from bifurc.orbits.path import constant_path
+from bifurc.orbits.refused import Refusal, earlier_modes, proportional
+from bifurc.orbits.repetition import repetition
+
+
+def belt(amplitude, ratio=1.3):
+    """Return a mass on a belt whose friction turns round once a period."""
+    return bf.System(1.0, 0.0248, 1.0, [HarmonicForce(amplitude), Coulomb(0.204, belt_speed=0.195, static_ratio=ratio)], omega=2.39)
+
+
+@pytest.fixture(scope="module")
+def refused():
+    """Return the branch of the belt, which ends where stick holds what would have turned round."""
+    return bf.trace(bf.find_orbit(belt(0.585)), "harmonic_force.amplitude", bounds=(0.2925, 0.8775))
+
+
+def test_stick_within_its_static_limit_refuses_a_reversal(refused):
+    """At the end the force that holds the mass at the reversal is the static limit: K x + c v - F cos, with v that of the belt."""
+    assert refused.stop_reason == (StopReason.JUMP, StopReason.BOUND)
+    end = refused.orbits[0]
+    turn = next(event for event in end.events if "stick" not in (event.mode_before[-1], event.mode_after[-1]))
+    x, v = turn.before
+    force = x + 0.0248 * v - end.parameters["harmonic_force.amplitude"] * np.cos(2.39 * turn.time)
+    assert v == pytest.approx(0.195, abs=1e-12)
+    assert abs(force) == pytest.approx(1.3 * 0.204, abs=1e-10)
+
+
+def test_beyond_a_refused_reversal_the_motion_differs_by_a_finite_amount(refused):
+    """Hysteresis: the motion that sticks there exists up to a little less than where the reversing one ends."""
+    end = refused.ends[0].p
+    other = bf.find_orbit(belt(0.39))
+    found = bf.trace(other, "harmonic_force.amplitude", bounds=(0.2925, 0.8775))
+    assert found.stop_reason == (StopReason.CYCLE_END, StopReason.JUMP)
+    assert end - 1e-4 < found.ends[1].p < end
+    phases = np.linspace(0.0, 1.0, 200, endpoint=False)
+    assert np.abs(found.orbits[-1]._states(phases) - refused.orbits[0]._states(phases)).max() > 1e-3
+
+
+def test_a_reversal_that_stick_would_hold_is_no_motion(refused):
+    """The equations of the reversing motion go on below the end: what they give there is told apart."""
+    problem = refused.problems[0]
+    x = refused.x(0)
+    x[-1] -= 2e-3
+    c = problem.correct(x, np.eye(1, x.size, x.size - 1)[0], True)
+    orbit = problem.solution(c.x)
+    assert c.converged and orbit.residual < 1e-11
+    assert not orbit.success and not repetition(orbit).repeated
+
+
+def test_without_more_static_friction_the_reversal_itself_tells():
+    """Stick refused and slip leaving are one condition: none is added."""
+    for ratio, more in ((1.0, 0), (1.3, 1)):
+        orbit = bf.find_orbit(belt(0.8, ratio))
+        earlier = earlier_modes(orbit.scene, orbit.sequence)
+        equations = Equations(orbit.scene, constant_path(orbit.scene, orbit.system), orbit.sequence, orbit.weights)
+        refusal = Refusal(equations, earlier, 0.0)
+        assert earlier and bool(refusal) is bool(more)
+        worst = refusal.worst(np.append(orbit.unknowns, 0.0))
+        assert worst < 0.0 and (worst > -np.inf) == more
+    a = np.array([1.0, 2.0])
+    assert proportional(a, -2.0 * a) and not proportional(a, np.array([1.0, 2.1]))
+
+
+def test_a_rest_after_one_plastic_impact_ends_where_it_has_no_duration():
+    """The impact falls on the release: beyond, the mass leaves at once, and every row is a motion."""
+    system = bf.System(1.0, 0.0267, 1.0, [HarmonicForce(0.789), RigidStop(0.549, 0.0)], omega=0.889)
+    branch = bf.trace(bf.find_orbit(system), "harmonic_force.amplitude", bounds=(0.3945, 1.1835))
+    assert branch.audit.ok and branch.stop_reason[1] is StopReason.BOUND
+    changes = np.array([point.s for point in branch.special_points])
+    for s, orbit in zip(branch.column("s"), branch.orbits, strict=True):
+        assert np.abs(changes - s).min() < 1e-9 or orbit.success and repetition(orbit).repeated, orbit
+
+
+def test_a_chattering_that_no_longer_completes_ends_the_branch_from_both_sides():
+    """Grazings accumulate; a branch does not step over infinitely many of them."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), RigidStop(0.0, 0.3)], omega=0.6)
+    orbit = bf.find_orbit(system)
+    branch = bf.trace(orbit, "rigid_stop.restitution", bounds=(0.0, 0.95))
+    assert StopReason.CHATTERING in branch.stop_reason
+    assert all(end.reason is not StopReason.NO_SUCCESSOR for end in branch.ends)
+
+
+def test_a_doubled_motion_ends_on_its_parent_where_its_only_impact_grazes():
+    """The mass that just misses its stop moves with the period of the force: beyond the graze of every second period nothing new
+    goes on. Its single period, run through without impact, touches the stop at the same amplitude."""
+    def system(amplitude):
+        return bf.System(1.0, 0.0245, 1.0, [HarmonicForce(amplitude), RigidStop(0.203, 0.23), Coulomb(0.175)], omega=2.36)
+
+    branch = bf.trace(bf.find_orbit(system(1.0)), "harmonic_force.amplitude", bounds=(0.5, 1.5))
+    assert branch.stop_reason == (StopReason.MERGED, StopReason.MERGED)
+    single = bf.trace(bf.find_orbit(system(0.8)), "harmonic_force.amplitude", bounds=(0.7, 1.0))
+    graze = single.special_points.of("grazing")[0].parameter
+    assert min(end.p for end in branch.ends) == pytest.approx(graze, abs=1e-9)
+
+
+def test_a_contact_that_would_slip_one_way_only_ends_the_branch_of_stick():
+    """Two masses, the second held: its slip begins where the force that holds it, linear in the motion of the first, meets mu."""
+    K, C, m2, F, w = 1.542, 0.0925, 1.67, 0.629, 0.622
+    system = bf.System(np.diag([1.0, m2]), [[C, -0.0325], [-0.0325, C]], [[K, -0.542], [-0.542, K]],
+                       [HarmonicForce(F), RigidStop(0.95, 0.0701), Coulomb(0.521, dof=1)], omega=w)
+    orbit = bf.find_orbit(system)
+    branch = bf.trace(orbit, "coulomb.friction", bounds=(0.2605, 0.7815))
+    assert branch.stop_reason == (StopReason.STICKING, StopReason.BOUND)
+    u = orbit.state[1]
+    x = F / (K - w**2 + 1j * w * C)
+    limit = abs((0.542 + 0.0325j * w) * x) + abs(0.542 * (0.542 * u / K) - K * u)
+    assert branch.ends[0].p == pytest.approx(limit, abs=1e-9)
+
+
+def test_impacts_beside_a_mass_that_sticks_all_the_time():
+    """What is held through all impacts labels a family: the equations are regular, and the motion goes on past its grazing."""
+    system = bf.System(np.diag([1.0, 1.55]), [[0.1296, -0.0696], [-0.0696, 0.1296]], [[2.16, -1.16], [-1.16, 2.16]],
+                       [HarmonicForce(0.653), RigidStop(0.244, 0.298), Coulomb(0.361, dof=1)], omega=2.42)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(1.694, 3.146))
+    hits = [orbit for orbit in branch.orbits if orbit.sequence.events == 1]
+    assert hits and all(orbit.sequence.kept(orbit.scene) == [1, 3] for orbit in hits)
+    assert branch.audit.ok and branch.stop_reason[0] is StopReason.STICKING
+
+
+def test_a_branch_that_starts_on_the_end_of_a_range_stays_there():
+    """A plastic impact, traced in its restitution from 0: the half that would leave the range ends on its bound."""
+    system = bf.System(1.0, 0.141, 1.0, [HarmonicForce(2.99), RigidStop(-0.0697, 0.0)], omega=2.89)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.restitution", bounds=(0.0, 0.25))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert len(branch.special_points) == 0 and branch.ends[0].p == 0.0
+
+
+@dataclasses.dataclass
+class Short:
+    """A row whose boundary monitor is -s (1 - s/1e-6): valid for a stretch of 1e-6 only."""
+
+    part: object = None
+    x: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(2))
+    direction: np.ndarray = dataclasses.field(default_factory=lambda: np.array([1.0, 0.0]))
+    tangent: np.ndarray = dataclasses.field(default_factory=lambda: np.array([1.0, 0.0]))
+    tests: tuple = (1.0, 0.0)
+
+
+def test_the_side_of_a_boundary_is_looked_up_where_it_is_told(monkeypatch):
+    """A fixed step off the boundary would lie beyond the other end of a short stretch."""
+    class Equations:
+        def correct(self, x, tangent):
+            return dataclasses.make_dataclass("C", ["converged", "s"])(True, float(x[0]))
+
+    row = Short(part=dataclasses.make_dataclass("P", ["problem"])(Equations()))
+    monkeypatch.setattr("bifurc.continuation.tracing.tests_of", lambda c: (1.0, -c.s * (1.0 - c.s / 1e-6)))
+    length, change = beside(row, 1)
+    assert length == 1e-7 and change < 0.0
