@@ -45,14 +45,13 @@ def test_fast_starts_on_a_rigid_wall_end_in_backward_whirl_that_rolls_and_slips(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("nu, known", [(1.5, (284, 554, 123)), (2.1, (437, 24, 500))])
-def test_partial_rub_and_dry_whirl_beside_no_rub_in_a_concentric_stator(nu, known):
-    # counts of Runge-Kutta motions of fixed step, the same at two steps (at 2.1: to one start)
-    system = bf.systems.jeffcott_rotor(stiffness=25.0, friction=0.1, offset=0.0, nu=nu)
+def test_partial_rub_and_dry_whirl_beside_no_rub_in_a_concentric_stator():
+    # counts of Runge-Kutta motions of fixed step, the same at two steps
+    system = bf.systems.jeffcott_rotor(stiffness=25.0, friction=0.1, offset=0.0, nu=1.5)
     basins = bf.basins_of_attraction(system, starts(0.9, 3.0, 31), max_periods=400)
     found = {0.0: 0, 1.0: 0, 2.0: 0}
     for k, attractor in enumerate(basins.attractors):
         points = attractor.points if isinstance(attractor, bf.basins.QuasiperiodicAttractor) else attractor.state[None]
         beyond = np.mean(np.hypot(points[:, 0], points[:, 1]) > 1.0)
         found[0.0 if beyond == 0.0 else 2.0 if beyond == 1.0 else 1.0] += basins.counts[k]  # dry whirl never lets go
-    assert basins.counts[-1] == 0 and np.abs(np.subtract(list(found.values()), known)).max() <= (0 if nu == 1.5 else 3)
+    assert basins.counts[-1] == 0 and list(found.values()) == [284, 554, 123]
