@@ -174,7 +174,7 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
     work = partial(followed, system, orbit, past, tolerance, max_periods, max_events, round(turns))
     chunks = np.array_split(starts, max(1, -(-len(starts) // CHUNK)))
     with Progress("basins under feedback", len(starts), progress) as bar:
-        found = []
+        found: list[tuple] = []
         for part in (executor or SerialExecutor()).map(work, chunks):
             found.extend(part)
             bar.advance(len(part))
@@ -186,7 +186,7 @@ def followed(system, orbit, past, tolerance, max_periods, max_events, turns, sta
     free = scene_of(without_feedback(system))
     period, delay = system.period, turns * orbit.period
     places = orbit._states(np.arange(orbit.periods, dtype=float))
-    found = []
+    found: list[tuple] = []
     for y in starts:
         if not admissible(free, y):
             found.append((CellState.OUTSIDE, 0, None))

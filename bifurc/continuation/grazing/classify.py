@@ -156,12 +156,12 @@ def classified(touch: Touch, point=None) -> Grazing:
     return Grazing(touch.apex, touch.h, touch.B, touch.E, s, multiplier, births, admissible, verdict, sentence, touch, point)
 
 
-def powers(E, h, B):
-    """Return (s_k, |h| |E^k| |B|) for k = 1 .. K, until |E^k| < 1e-8 (1 for the least), both (K,)."""
+def powers(E, h, B, most=MOST):
+    """Return (s_k, |h| |E^k| |B|) for k = 1 .. K, until |E^k| < 1e-8 (1 for the least) or K = ``most``, both (K,)."""
     s, sizes = [], []
     row, power = h.copy(), np.eye(len(h))
     size = float(np.linalg.norm(h) * np.linalg.norm(B))
-    for _ in range(MOST):
+    for _ in range(most):
         row, power = row @ E, power @ E
         norm = float(np.linalg.norm(power, 2))
         if not norm < 1e8:

@@ -115,7 +115,7 @@ class Touching:
                   float(np.linalg.det(E - eye)), float(np.linalg.det(E + eye))]
         if touch.restitution is None:
             return values + [math.nan] * POWERS
-        found = powers(E, h, B)[0][:POWERS] / (size * float(np.linalg.norm(B)))
+        found = powers(E, h, B, POWERS)[0] / (size * float(np.linalg.norm(B)))
         return values + found.tolist() + [math.nan] * (POWERS - found.size)
 
 

@@ -112,7 +112,7 @@ class _March:
         y = x[:scene.ns].copy()
         passed = math.floor(self.start / period) if period is not None else 0
         while t < stop:
-            while watch is not None and (passed + 1) * period <= t:
+            while watch is not None and period is not None and (passed + 1) * period <= t:
                 passed += 1
                 if watch(self.history.at(np.array([passed * period]))[0][0]):
                     stop = t
