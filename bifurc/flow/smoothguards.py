@@ -404,9 +404,12 @@ def coast(T, m, x, count, orders, slopes_known):
 
 
 @njit
-def gradient_sizes(T, m, g, x, f, size):
+def gradient_sizes(T, m, g, x, f, pull, size):
     """Return value and rate of guard ``g`` at ``x`` (nx,) under the field ``f`` (ns,); what their rounding is measured by, the
-    gradient times the states and times the largest of their rates, is added to ``size[0]`` and ``size[1]``."""
+    gradient times the states and times the largest of their rates, is added to ``size[0]`` and ``size[1]``.
+
+    ``pull`` (n,) has the sums of the sizes of the terms of the accelerations: what is held has forces that cancel.
+    """
     n, ns, nx = T.LP.shape[2], f.size, x.size
     row, dw = np.empty(nx), np.empty(nx - ns)
     value = guard_and_gradient(T, m, g, x, row)
@@ -421,7 +424,7 @@ def gradient_sizes(T, m, g, x, f, size):
         place += abs(row[i])
         speed = max(speed, abs(f[i]))
     for i in range(n):
-        size[1] += abs(row[n + i] * f[n + i])
+        size[1] += abs(row[n + i]) * pull[i]
     size[1] += place * speed
     return value, total
 
@@ -460,7 +463,13 @@ def guard_terms(T, m, g, x, scale, a, size):
             size[1] += abs(G[m, g, n + i]) * force_size
             size[2] += 0.5 * abs(G[m, g, i]) * force_size
     if exact == 0 or rows > T.stages[ACTING] and weighed(T, m, g):  # the gradient makes value and rate exact
-        a[0], a[1] = gradient_sizes(T, m, g, x, f, size)
+        pull = np.zeros(n)
+        for i in range(n):
+            for c in range(nx):
+                pull[i] += abs(A[m, n + i, c] * x[c])
+            for r in range(T.stages[ACTING]):
+                pull[i] += abs(LP[m, r, i] * one[2, r, 0])
+        a[0], a[1] = gradient_sizes(T, m, g, x, f, pull, size)
         exact = 1
     for j in range(exact + 1, ORDER + 1):
         size[j] = max(size[j], size[j - 1] / h)
@@ -493,7 +502,7 @@ def land(T, m, g, x, hit, out):
     f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
     for _ in range(LANDINGS):
         field(T, m, out, f)
-        value, speed = gradient_sizes(T, m, g, out, f, size)
+        value, speed = gradient_sizes(T, m, g, out, f, f[T.LP.shape[2]:], size)
         if not abs(speed) > 0.0 or abs(value) <= EPS * size[0]:
             break
         change = -value / speed
@@ -511,7 +520,7 @@ def arrival(T, m, g, x, known):
         return known
     f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
     field(T, m, x, f)
-    return max(gradient_sizes(T, m, g, x, f, size)[1], 0.0)
+    return max(gradient_sizes(T, m, g, x, f, f[T.LP.shape[2]:], size)[1], 0.0)
 
 
 @njit

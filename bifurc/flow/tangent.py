@@ -2,7 +2,7 @@
 import numpy as np
 
 from .._jit import njit
-from .affine import arc, forcing
+from .affine import arc, curved_hold, forcing
 from .rule import jump
 from .saltation import saltation
 
@@ -25,6 +25,8 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
         for c in range(ns):
             x[c] = after[i, c]
         forcing(T, times[i], x)
+        bin = sums[min(max(rows[i, 4] - begin, 0), sums.shape[0] - 1)]
+        held(T, rows[i, 2], x, Q, alive, P, new, bin)
         if i + 1 < count:
             span = (rows[i + 1, 4] - rows[i, 4]) * period + (times[i + 1] - times[i])
         else:
@@ -49,7 +51,33 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
                     new[c, k] = total
             if stage == 1:
                 alive[0] = min(alive[0], ns - forgotten(T, rows[i + 1, 2]))
-            orthonormal(new, alive, Q, sums[min(max(rows[i, 4] - begin, 0), sums.shape[0] - 1)])
+            orthonormal(new, alive, Q, bin)
+
+
+@njit
+def held(T, m, x, Q, alive, P, new, sums):
+    """Take out of the directions ``Q`` what a constraint on a curve forgets where mode ``m`` begins at ``x`` (nx,): the constraint
+    acts on accelerations, along which a distance from the curve would stay, and count as a direction that neither grows nor dies.
+
+    ``P`` (ns, nx) and ``new`` (ns, ns) are room.
+    """
+    ns = new.shape[0]
+    P[:] = 0.0
+    for c in range(ns):
+        P[c, c] = 1.0
+    curved_hold(T, m, x, P)
+    changed = False
+    for c in range(ns):
+        for j in range(ns):
+            changed = changed or P[c, j] != (1.0 if c == j else 0.0)
+    if not changed:
+        return
+    for c in range(ns):
+        for k in range(alive[0]):
+            new[c, k] = 0.0
+            for j in range(ns):
+                new[c, k] += P[c, j] * Q[j, k]
+    orthonormal(new, alive, Q, sums)
 
 
 @njit

@@ -26,9 +26,6 @@ class Orbit(Notebook):
 
     system: System
     how: dict
-    success: bool
-    message: str
-    periods: int
 
     @property
     def parameters(self) -> dict:
@@ -70,6 +67,21 @@ class Orbit(Notebook):
         return int(dof)
 
     # what every kind of orbit brings
+
+    @property
+    def periods(self) -> int:
+        """Number of forcing periods after which the motion repeats."""
+        raise NotImplementedError
+
+    @property
+    def success(self) -> bool:
+        """Whether it is a motion of the system."""
+        raise NotImplementedError
+
+    @property
+    def message(self) -> str:
+        """What became of the search, in a sentence."""
+        raise NotImplementedError
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""

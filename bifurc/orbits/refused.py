@@ -82,7 +82,8 @@ class Refusal:
     def worst(self, x) -> float:
         """Return the largest scaled margin by which an earlier mode could start at ``x`` (n + 1,); -inf without one."""
         e = self.equations
-        T, s, U = e.numbers_at(x[-1]), *e.signature.written_out(x[:-1])
+        T = e.numbers_at(x[-1])
+        s, U = e.signature.written_out(x[:-1])
         period, size = 2.0 * np.pi / T.flat[0], 1 + e.scene.ns
         start, P, worst = np.empty(T.A.shape[2]), np.empty((e.scene.ns, T.A.shape[2])), -np.inf
         for one in self.earlier:

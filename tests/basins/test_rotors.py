@@ -1,6 +1,8 @@
-"""Attractors without a period: points on a curve are told from others."""
+"""Basins of rotors that rub, and attractors without a period: points on a curve are told from others."""
 import numpy as np
+import pytest
 
+import bifurc as bf
 from bifurc.basins.attractors.attractors import on_curve
 
 
@@ -13,3 +15,43 @@ def test_points_on_a_curve_are_told_from_others():
     assert on_curve(np.column_stack([np.cos(slow), np.sin(slow)]))
     assert not on_curve(rng.random((4000, 4))) and not on_curve(np.column_stack([circle[:, :2], rng.random((4000, 2))]))
     assert not on_curve(np.zeros((4000, 4)))
+
+
+def starts(x, v, count, centre=0.0):
+    """Return the grid whose cells have their centres at positions up to +-x around ``centre`` and speeds y' up to +-v."""
+    return bf.Grid(q0=(centre - x * count / (count - 1), centre + x * count / (count - 1), count),
+                   v1=(-v * count / (count - 1), v * count / (count - 1), count))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("nu, known", [(1.7, {"free": 18, "stator.impact": 135, "in contact": 472}),
+                                       (2.0, {"free": 215, "in contact": 410})])
+def test_rigid_rub_beside_the_free_motion_and_beside_sustained_contact(nu, known):
+    # counts of an integrator of its own: free flight exact, impacts bisected, friction on the wall by Runge-Kutta, at two steps
+    basins = bf.basins_of_attraction(bf.systems.rigid_stator_rotor(nu=nu), starts(0.95, 2.0, 25, centre=0.5), max_periods=400)
+    assert {str(attractor.signature).split(" /")[0]: basins.counts[k] for k, attractor in enumerate(basins.attractors)} == known
+    assert basins.counts[-1] == 0
+
+
+@pytest.mark.slow
+def test_fast_starts_on_a_rigid_wall_end_in_backward_whirl_that_rolls_and_slips():
+    basins = bf.basins_of_attraction(bf.systems.rigid_stator_rotor(nu=1.7), starts(0.9, 3.0, 25, centre=0.5), max_periods=400)
+    whirl = [k for k, attractor in enumerate(basins.attractors) if isinstance(attractor, bf.basins.QuasiperiodicAttractor)]
+    assert len(whirl) == 1 and basins.counts[whirl[0]] == 6 and basins.counts[-1] == 0
+    assert sorted(basins.counts.values()) == [0, 6, 19, 117, 483]  # the same integrator: 489 that stay on the wall
+    points = basins.attractors[whirl[0]].points
+    turn = ((points[:, 0] - 0.5) * points[:, 3] - points[:, 1] * points[:, 2]).mean()
+    assert turn < -2.0
+
+
+@pytest.mark.slow
+def test_partial_rub_and_dry_whirl_beside_no_rub_in_a_concentric_stator():
+    # counts of Runge-Kutta motions of fixed step, the same at two steps
+    system = bf.systems.jeffcott_rotor(stiffness=25.0, friction=0.1, offset=0.0, nu=1.5)
+    basins = bf.basins_of_attraction(system, starts(0.9, 3.0, 31), max_periods=400)
+    found = {0.0: 0, 1.0: 0, 2.0: 0}
+    for k, attractor in enumerate(basins.attractors):
+        points = attractor.points if isinstance(attractor, bf.basins.QuasiperiodicAttractor) else attractor.state[None]
+        beyond = np.mean(np.hypot(points[:, 0], points[:, 1]) > 1.0)
+        found[0.0 if beyond == 0.0 else 2.0 if beyond == 1.0 else 1.0] += basins.counts[k]  # dry whirl never lets go
+    assert basins.counts[-1] == 0 and list(found.values()) == [284, 554, 123]

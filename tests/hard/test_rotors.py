@@ -1,6 +1,7 @@
 """Hard and bad cases of rotors that rub: each ends in the right motion, a named status, or one clear sentence."""
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import bifurc as bf
 from bifurc.orbits.concentric import concentric
@@ -113,3 +114,36 @@ def test_rolling_holds_the_surface_speed():
     sliding = (y[:, 0] * y[:, 3] - y[:, 1] * y[:, 2]) / r + surface
     assert motion.success and motion.modes[-1][-1] == "roll"
     assert np.abs(sliding).max() < 1e-10 and np.abs(r - radius).max() < 1e-9
+
+
+@pytest.mark.parametrize("quarter", range(3))  # near -y it never is
+def test_rolling_on_a_rigid_wall_ends_where_the_friction_cone_is_left(quarter):
+    # nearly along x or y the tangential acceleration, which vanishes, is one coordinate's alone: forces of order one that cancel
+    zeta, nu, eccentricity, friction, radius, offset = 0.1, 1.7, 0.3, 0.1, 2.0, 0.5
+    system = bf.systems.rigid_stator_rotor(nu=nu)
+    turn = -radius * nu
+
+    def beyond(t, t1, angle):  # on the rolling motion that has this angle at t1
+        turned = angle + turn * (t - t1)
+        f = -2j * zeta * turn - 1.0 - offset * np.exp(-1j * turned) + eccentricity * nu**2 * np.exp(1j * (nu * t - turned))
+        return abs(f.imag) - friction * (f.real + turn**2)
+
+    tried = 0
+    for away in (3e-2, 1e-3, 2.5e-4, -8.9e-4, -1e-5, 1e-7):
+        angle = quarter * np.pi / 2.0 + away
+        times = np.linspace(0.0, system.period, 60)
+        values = [beyond(t, t, angle) for t in times]
+        for t0, t1, v0, v1 in zip(times[:-1], times[1:], values[:-1], values[1:], strict=True):
+            if v0 * v1 > 0.0:
+                continue
+            slips = brentq(lambda t, angle=angle: beyond(t, t, angle), t0, t1, xtol=1e-14)
+            before = slips - 0.02
+            if not (beyond(before, slips, angle) < 0.0 < beyond(slips + 1e-3, slips, angle)):
+                continue
+            q = np.exp(1j * (angle - turn * 0.02))
+            v = 1j * turn * q
+            motion = bf.simulate(system, (offset + q.real, q.imag, v.real, v.imag), duration=0.04, t0=before)
+            assert motion.success and motion.modes[0][-1] == "roll" and str(motion.events[0].kind) == "slip"
+            assert motion.events[0].time == pytest.approx(slips, abs=1e-12) and len(motion.events) == 1
+            tried += 1
+    assert tried >= 6

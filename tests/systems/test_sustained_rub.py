@@ -43,3 +43,19 @@ def test_sustained_contact_closes_on_the_wall(nu):
     ours = orbit.multipliers[:2]
     assert np.abs(np.sort_complex(np.linalg.eigvals(M)) - np.sort_complex(ours)).max() < 1e-7
     assert np.abs(orbit.multipliers[2:]).max(initial=0.0) < 1e-12  # what the wall holds is forgotten
+
+
+@pytest.mark.parametrize("nu, eccentricity, friction", [(2.0, 0.3, 0.1), (1.5, 0.5, 0.05)])
+def test_exponents_of_a_rotor_that_slides_on_the_wall_are_those_of_its_phase(nu, eccentricity, friction):
+    # all round the wall psi = angle of the load - angle of the rotor is constant (Zhang 2008, section 4.3)
+    zeta = 0.1
+    system = bf.systems.rigid_stator_rotor(zeta=zeta, nu=nu, eccentricity=eccentricity, friction=friction, offset=0.0)
+    load = eccentricity * nu**2
+    psi = np.arctan(friction) + np.arcsin((2.0 * zeta * nu + friction * (nu**2 - 1.0)) / (load * np.sqrt(1.0 + friction**2)))
+    assert nu**2 - 1.0 + load * np.cos(psi) > 0.0
+    z = np.exp(-1j * psi)
+    v = 1j * nu * z
+    found = bf.lyapunov_exponents(system, (z.real, z.imag, v.real, v.imag), periods=40, transient=4, batches=4)
+    decay = np.roots([1.0, 2.0 * zeta + 2.0 * friction * nu, load * (np.cos(psi) + friction * np.sin(psi))]).real
+    assert found.values[:2].sum() == pytest.approx(decay.sum(), rel=1e-8)  # a pair turns: each alone only on the average
+    assert (found.values[2:] == -np.inf).all() and found.sum_rule == -np.inf  # what the wall holds is forgotten
