@@ -13,9 +13,8 @@ from the amplitudes that are there, and a step costs one multiplication a coordi
 import numpy as np
 import scipy.linalg
 
-from .tables import LEVELS, ORDER, TURN, Tables
+from .tables import LEVELS, MANY, ORDER, TURN, Tables
 
-LEAST = 5  # degrees of freedom; below, and beside memory alone, whole steps of the tables cost less
 SLOW = 1e-7  # of the largest frequency without damping: a free mass moves as slowly as rounding allows, the root of eps
 APART = 1e-5  # of a harmonic's frequency: an eigenvalue that near resonates
 ALIGNED = 1e-4  # cosine of left and right eigenvector, for the fastest eigenvalue: below it an eigenvalue is defective
@@ -26,8 +25,8 @@ GROWTH = 0.5  # of a growing motion on the last level, exponent
 
 
 def give_modal(tables: Tables) -> None:
-    """Fill the modal coordinates of all modes that have none yet and allow them; of fewer than `LEAST` masses none."""
-    if tables.LP.shape[2] < LEAST:
+    """Fill the modal coordinates of all modes that have none yet and allow them; of fewer than `MANY` degrees of freedom, and beside laws, none."""
+    if tables.LP.shape[2] < MANY or not tables.V.size:
         return
     for m in range(len(tables.V)):
         if tables.blocks[m, 3] == 0:

@@ -22,7 +22,7 @@ from .pointer import Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
-MANY = 10  # states from which on modes have modal coordinates: below it whole steps of the tables cost less
+MANY = 5  # degrees of freedom from which on modes have modal coordinates: below it whole steps of the tables cost less
 LEVELS = 80  # of the steps in modal coordinates, each longer than the one before by the root of 2
 
 
@@ -155,7 +155,7 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
               rows.owners, rows.stages, np.zeros(2, whole) if bound is None else bound, np.zeros((modes, guards), whole)]
     derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
                np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx)), np.zeros((ns, nx))]
-    many, wide, levels = (modes, nx, LEVELS) if ns >= MANY and laws == 0 else (0, 0, 0)
+    many, wide, levels = (modes, nx, LEVELS) if n >= MANY and laws == 0 else (0, 0, 0)
     derived += [np.zeros((modes, 4), whole), *(np.zeros((many, wide, wide)) for _ in range(3)), np.zeros((many, wide, 2)),
                 np.zeros((many, guards, wide, ORDER + 1)), np.zeros((many, guards, wide, 2)), np.zeros((many, levels, wide)),
                 np.zeros((many, levels))]
