@@ -25,7 +25,8 @@ GROWTH = 0.5  # of a growing motion on the last level, exponent
 
 
 def give_modal(tables: Tables) -> None:
-    """Fill the modal coordinates of all modes that have none yet and allow them; of fewer than `MANY` degrees of freedom, and beside laws, none."""
+    """Fill the modal coordinates of all modes that have none yet and allow them; not of fewer than `MANY` degrees of freedom, nor
+    beside laws."""
     if tables.LP.shape[2] < MANY or not tables.V.size:
         return
     for m in range(len(tables.V)):
