@@ -10,7 +10,6 @@ cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by 
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
 """
 import array
-import copy
 import dataclasses
 import math
 from typing import NamedTuple
@@ -113,17 +112,30 @@ class Tables(array.array):
         return Tables(*(getattr(self, name) for name in PARTS))
 
     def __deepcopy__(self, memo):
-        return Tables(*(self.bound if name == "bound" else copy.deepcopy(getattr(self, name), memo) for name in PARTS))
+        return _over(self.flat.copy(), self._places(), [getattr(self, name).copy() for name in PARTS], self.bound)
 
     def __reduce_ex__(self, protocol):
         """Addresses of functions mean nothing elsewhere."""
-        return Tables, tuple(np.zeros_like(self.bound) if name == "bound" else getattr(self, name) for name in PARTS)
+        return _over, (self.flat, self._places(), [getattr(self, name) for name in PARTS], np.zeros_like(self.bound))
+
+    def _places(self) -> list[int]:
+        """Return where in ``flat`` every array begins that is a view of it; -1: an array of its own."""
+        first, last = self.flat.ctypes.data, self.flat.ctypes.data + self.flat.nbytes
+        return [(part.ctypes.data - first) // self.flat.itemsize if part.size and first <= part.ctypes.data < last else -1
+                for part in (getattr(self, name) for name in PARTS)]
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__  # type: ignore[assignment]
 
 
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
+
+
+def _over(flat: np.ndarray, places: list[int], parts: list[np.ndarray], bound: np.ndarray) -> Tables:
+    """Return tables of these arrays, those with a place again as views on ``flat``."""
+    made = [part if place < 0 else flat[place:place + part.size].reshape(part.shape)
+            for place, part in zip(places, parts, strict=True)]
+    return Tables(*(bound if name == "bound" else part for name, part in zip(PARTS, made, strict=True)))
 
 
 NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1]))
