@@ -13,7 +13,7 @@ from the amplitudes that are there, and a step costs one multiplication a coordi
 import numpy as np
 import scipy.linalg
 
-from .tables import LEVELS, MANY, ORDER, TURN, Tables
+from .tables import LEVELS, ORDER, TURN, Tables
 
 SLOW = 1e-7  # of the largest frequency without damping: a free mass moves as slowly as rounding allows, the root of eps
 APART = 1e-5  # of a harmonic's frequency: an eigenvalue that near resonates
@@ -25,10 +25,8 @@ GROWTH = 0.5  # of a growing motion on the last level, exponent
 
 
 def give_modal(tables: Tables) -> None:
-    """Fill the modal coordinates of all modes that have none yet and allow them; not of fewer than `MANY` degrees of freedom, nor
-    beside laws."""
-    if tables.LP.shape[2] < MANY or not tables.V.size:
-        return
+    """Fill the modal coordinates of all modes that have none yet and allow them; tables of few degrees of freedom, or beside laws,
+    have no room for them (`tables.allocate`), and nothing is done."""
     for m in range(len(tables.V)):
         if tables.blocks[m, 3] == 0:
             parts = separated(tables, m)

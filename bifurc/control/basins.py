@@ -28,7 +28,7 @@ PASTS = ("free", "constant", "orbit")
 STAYED = 3  # delays for which a motion must stay near the orbit, or repeat
 NEARER = 0.25  # of the distance at which it came near: to this it must fall
 REPEATED = 1e-8  # scaled: sections that repeat are one motion
-MOST = 8  # periods of other motions that are told
+MOST = 8  # longest period, in forcing periods, that is recognised in other motions
 SAME = 1e-3  # scaled distance of sections of one motion
 CHUNK = 16  # starts a chunk
 
