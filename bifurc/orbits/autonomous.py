@@ -146,10 +146,12 @@ def settled(system: System, transient: int) -> PeriodicOrbit:
     """Return the orbit on which the motion from rest settles."""
     slow = slowest(scene_of(system))
     first = y = aside(system, resting_start(system))
-    done, best = 0, None
+    done, chunk, best = 0, CHUNK, None
     while done < max(transient, 1):
-        motion = simulate(system, y, duration=CHUNK * slow, max_events=MANY)
-        done += CHUNK
+        motion = simulate(system, y, duration=chunk * slow, max_events=MANY)
+        done += chunk
+        if too_short(motion):
+            chunk *= 2  # a cycle of relaxation may stick far longer than anything oscillates
         for found in from_motion(system, motion, None, early=False):
             if not found.success or found.stable is False:
                 continue
@@ -261,16 +263,33 @@ def section(scene: Scene, y, weights) -> np.ndarray:
     return plane
 
 
-def returns(motion: Trajectory, early: bool) -> list[Return]:
-    """Return the listed events of a motion; where it has none that repeats, maxima of its widest coordinate, the first of them if
-    ``early``, else the last."""
+def listed(motion: Trajectory) -> list[Return]:
+    """Return the events of a motion that an orbit lists."""
     R = motion.recorded
     found = []
     for row, time, before, speed in zip(R.rows[1:].tolist(), R.times[1:], R.before[1:], R.speeds[1:], strict=True):
         m, g, after, what, _ = row
         if what not in (PASSED, GRAZE):
             found.append(Return(float(time), (m, g, after, 0, 1 if what == CHATTER else 0), before, float(speed)))
-    if len({item.node for item in found}) < len(found):
+    return found
+
+
+def repeated(found: list[Return]) -> bool:
+    """Whether one of the events of a motion happens again."""
+    return len({item.node for item in found}) < len(found)
+
+
+def too_short(motion: Trajectory) -> bool:
+    """Whether nothing of a motion comes again: no event, and without events no maximum."""
+    found = listed(motion)
+    return not repeated(found) if found else len(maxima(motion, motion.start, motion.stop, False)) < 2
+
+
+def returns(motion: Trajectory, early: bool) -> list[Return]:
+    """Return the listed events of a motion; where it has none that repeats, maxima of its widest coordinate, the first of them if
+    ``early``, else the last."""
+    found = listed(motion)
+    if repeated(found):
         return found
     return maxima(motion, found[-1].time if found else motion.start, motion.stop, early)
 

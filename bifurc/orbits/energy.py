@@ -11,7 +11,7 @@ from ..compose.scene import Scene, scene_of
 from ..flow.linear import ModeField
 from ..solve.newton import newton
 from ..system import System
-from .equations import Equations
+from .equations import TOLERANCE, Equations
 from .path import ParameterPath
 from .sequence import BEFORE
 from .signature import Signature
@@ -123,8 +123,9 @@ class EnergyEquations:
 
 
 def corrected(system: System, signature: Signature, unknowns, weights, E: float):
-    """Return (unknowns, iterations) of the orbit with the energy E near ``unknowns``; None where Newton finds none."""
+    """Return the `NewtonResult` for (unknowns, unfolding) of the orbit with the energy E near ``unknowns``."""
     equations = EnergyEquations(system, signature, weights)
     scale = np.append(equations.equations.scale[:-1], 1.0)
-    made = newton(lambda u: equations.residual(u, E), equations.jacobian, np.append(unknowns, 0.0), scale)
+    made = newton(lambda u: equations.residual(u, E), equations.jacobian, np.append(unknowns, 0.0), scale,
+                  noise=TOLERANCE)
     return made

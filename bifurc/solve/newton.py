@@ -55,7 +55,8 @@ class NewtonResult:
         return f"NewtonResult({self.status.value}, {self.iterations} iterations, residual {self.residual:.2e})"
 
 
-def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iterations: int = ITERATIONS) -> NewtonResult:
+def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iterations: int = ITERATIONS,
+           noise: float = 0.0) -> NewtonResult:
     """Solve ``residual(x) = 0``.
 
     Parameters
@@ -72,6 +73,8 @@ def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iteration
         Wanted size of the scaled correction, dimensionless; corrections at rounding level of ``x`` always suffice.
     iterations : int
         Limit.
+    noise : float
+        Norm of the residual below which a full step that gains nothing is due to rounding: the iteration has converged.
 
     Returns
     -------
@@ -114,6 +117,8 @@ def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iteration
                     simplified = _norm(solve_factored(lu, pivots, f_trial))
                     if simplified <= (1.0 - 0.5 * damping) * size or simplified <= 16.0 * rounding:
                         break
+                if _norm(f) <= noise:  # rounding of terms that cancel in the residual, which J does not show
+                    return NewtonResult(x, NewtonStatus.CONVERGED, count, _norm(f), size)
                 damping *= 0.5
                 if damping < SMALLEST_DAMPING:
                     return NewtonResult(x, NewtonStatus.STUCK, count, _norm(f), size)
