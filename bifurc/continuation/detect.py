@@ -168,7 +168,9 @@ def crossed(half, row, new, at_boundary):
         crossing, cause = branch_point(row, new)
         if cause is not None:
             return None, cause
-        if crossing is not None and at_boundary and abs(crossing.s - new.s) < AT_BOUNDARY:
+        begins = bool(part.born) and (len(half.rows) < 2 or half.rows[-2].part is not part)
+        if crossing is not None and (at_boundary and abs(crossing.s - new.s) < AT_BOUNDARY
+                                     or begins and abs(crossing.s - row.s) < AT_BOUNDARY):
             crossing = None  # an interval of no duration makes the equations singular on the boundary itself
         if crossing is not None:
             found.append(crossing)

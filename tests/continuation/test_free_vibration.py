@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -32,6 +33,22 @@ def test_bilinear(gap, k, E):
     assert orbit.multipliers.size == 0 and orbit.stable is None
 
 
+def test_bilinear_of_any_gap_stiffness_and_energy():
+    rng = np.random.default_rng(12)
+    cases = [(-0.49394990, 1854.1193, 0.1225), (-4.118822030652432, 300.446247719355, 8.500053815063234)]
+    for stiff, size, sign, high in rng.uniform((-2.0, -2.0, -1.0, -3.0), (6.0, 1.0, 1.0, 1.5), (150, 4)):
+        k, gap = 10.0**stiff, math.copysign(10.0**size, sign)
+        cases.append((gap, k, 10.0**high + (0.5 * k * gap * gap / (1.0 + k) if gap < 0.0 else 0.0)))
+    for gap, k, E in cases:
+        system = System(1.0, 0.0, 1.0, [el.ElasticStop(gap, k)])
+        x = 0.0 if gap > 0.0 else k * gap / (1.0 + k)
+        orbit = bf.find_orbit(system, guess=(x, math.sqrt(2.0 * (E - bf.energy(system, (x, 0.0))))))
+        # the speed in a stiff contact that is hardly left is what remains of frequency times gap
+        left = math.sqrt(max(2.0 * E - gap * gap, 0.0))
+        rounding = 2.2e-16 * math.sqrt(1.0 + k) * abs(gap) / left if gap < 0.0 < left else 0.0
+        assert orbit.success and orbit.omega == pytest.approx(bilinear(E, gap, k), rel=1e-12 + 8.0 * rounding)
+
+
 @pytest.mark.parametrize("gap, E", [(0.5, 0.5), (-0.5, 0.5), (0.0, 1.3), (1.0, 7.0), (-0.9, 0.42)])
 def test_rigid(gap, E):
     orbit = bf.find_orbit(System(1.0, 0.0, 1.0, [el.RigidStop(gap, 1.0)]), guess=(-math.sqrt(2.0 * E), 0.0))
@@ -59,6 +76,60 @@ def test_chain_with_a_stop(E):
     assert orbit.omega == pytest.approx(omega, abs=1e-11)
     assert (orbit.maximum(0), orbit.maximum(1)) == pytest.approx((q1, q2), abs=1e-11)
     assert orbit.multipliers == pytest.approx([multiplier, np.conj(multiplier)], abs=1e-9)
+
+
+def chain_motion(K, gap, k, y0, duration):
+    """Return the state (4,) of two unit masses with a stop at the second, by DOP853."""
+    def field(t, y, touching):
+        a = -K @ y[:2]
+        a[1] -= k * (y[1] - gap) if touching else 0.0
+        return np.concatenate([y[2:], a])
+
+    def stop(t, y, touching):
+        return y[1] - gap
+
+    t, y = 0.0, np.array(y0)
+    touching = y[1] > gap or y[1] == gap and y[3] > 0.0
+    while True:
+        stop.terminal, stop.direction = True, -1 if touching else 1
+        part = solve_ivp(field, (t, duration), y, args=(touching,), method="DOP853", rtol=1e-13, atol=1e-14, events=stop,
+                         max_step=0.02)
+        t, y = part.t[-1], part.y[:, -1]
+        if part.status == 0:
+            return y
+        touching = not touching
+
+
+@pytest.mark.parametrize("gap, k, coupling, mode, E", [(0.3, 40.0, 0.7, 0, 0.8), (0.2, 60.0, 1.6, 1, 2.0), (1.2, 0.4, 1.0, 0, 4.0)])
+def test_other_chains_with_a_stop(gap, k, coupling, mode, E):
+    K = np.array([[1.0 + coupling, -coupling], [-coupling, 1.0]])
+    orbit = bf.nonlinear_mode(System(np.eye(2), np.zeros((2, 2)), K, [el.ElasticStop(gap, k, dof=1)]), mode, energy=E)
+    assert orbit.success and len(orbit.events) >= 2
+    y = orbit.state
+    stored = 0.5 * (y[2:] @ y[2:] + y[:2] @ K @ y[:2] + k * max(y[1] - gap, 0.0) ** 2)
+    assert stored == pytest.approx(E, rel=1e-13)
+    assert np.abs(chain_motion(K, gap, k, y, orbit.period) - y).max() < 1e-10
+    h, M = 1e-6, np.empty((4, 4))
+    y = next(y for y in orbit.sample(7)[1] if abs(y[1] - gap) > 1e-3)  # on the stop the motion bends
+    for i in range(4):
+        ends = [chain_motion(K, gap, k, y + sign * h * np.eye(4)[i], orbit.period) for sign in (1, -1)]
+        M[:, i] = (ends[0] - ends[1]) / (2.0 * h)
+    trace = np.trace(M) - 2.0  # the trivial pair is 1, 1
+    assert orbit.multipliers.sum().real == pytest.approx(trace, rel=1e-6)
+
+
+def test_a_family_goes_on_where_it_touches_the_stop_twice_at_once():
+    # a mode is its own image under reversal of time: contacts beside that at its turning point are born in pairs
+    K, gap, k = np.array([[1.7, -0.7], [-0.7, 0.7]]), 0.3, 40.0
+    start = bf.nonlinear_mode(System(np.eye(2), np.zeros((2, 2)), K, [el.ElasticStop(gap, k, dof=1)]), 0, energy=0.8)
+    branch = bf.trace(start, "energy", bounds=(0.8, 0.9), direction=1, max_steps=12)
+    (graze,) = branch.special_points.of("grazing")
+    end = chain_motion(K, gap, k, graze.solution.state, graze.solution.period)
+    assert np.abs(end - graze.solution.state).max() < 1e-10
+    assert all(abs(point.parameter - graze.parameter) > 1e-6 for point in branch.special_points.of("branch_point"))
+    behind = branch.orbits[-1]
+    assert len(behind.events) == 6
+    assert np.abs(chain_motion(K, gap, k, behind.state, behind.period) - behind.state).max() < 1e-10
 
 
 def test_rigid_anywhere():

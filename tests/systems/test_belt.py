@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import bifurc as bf
@@ -128,6 +128,81 @@ def test_from_steady_sliding_through_the_hopf_point_to_stick_slip(law, hopf, end
     assert branch.special_points.of("stick_onset")[0].reverses is (law is EXPONENTIAL)
     last = branch.orbits[0 if branch.ends[0].reason == "bound" else -1]
     assert len(last.events) == 2 and last.stable
+
+
+def force(law, u):
+    """F(u) for u > 0."""
+    if law["law"] == "exponential":
+        return law["kinetic"] + (law["static"] - law["kinetic"]) * np.exp(-u / law["decay_speed"])
+    return law["static"] - law["falling"] * u + law["rising"] * u**3
+
+
+def arc_of_slip(law, V, stop):
+    """Return time and state at the first landing, or at the first top of x' (``stop``), of the arc of slip from its release, where
+    its acceleration is zero: by DOP853."""
+    def field(t, y):
+        return [y[1], force(law, V - y[1]) - 2.0 * law["zeta"] * y[1] - y[0]]
+
+    def lands(t, y):
+        return y[1] - V
+
+    def top(t, y):
+        return field(t, y)[1]
+
+    lands.terminal, lands.direction, top.terminal, top.direction = stop == "landing", 1, 2, -1
+    found = solve_ivp(field, (0.0, 60.0), [force(law, 0.0) - 2.0 * law["zeta"] * V, V], method="DOP853", rtol=1e-13, atol=1e-14,
+                      first_step=1e-3, events=lands if stop == "landing" else top)
+    times, states = found.t_events[0], found.y_events[0]
+    k = int(np.flatnonzero(times > 1e-2)[0])
+    return times[k], states[k]
+
+
+LAWS = [{"law": "exponential", "kinetic": 0.8096, "decay_speed": 0.4684, "zeta": 0.0481, "static": 1.1838},
+        {"law": "exponential", "kinetic": 0.1496, "decay_speed": 0.4387, "zeta": 0.0675, "static": 1.0806},
+        {"law": "cubic", "static": 1.8283, "falling": 0.5962, "rising": 0.1209, "zeta": 0.0396},
+        {"law": "cubic", "static": 0.5102, "falling": 0.2888, "rising": 0.1077, "zeta": 0.0248}]
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("part", [0.1, 0.6])
+def test_falling_friction_of_other_numbers(law, part):
+    if law["law"] == "exponential":
+        hopf = law["decay_speed"] * math.log((law["static"] - law["kinetic"]) / (2.0 * law["zeta"] * law["decay_speed"]))
+    else:
+        hopf = math.sqrt((law["falling"] - 2.0 * law["zeta"]) / (3.0 * law["rising"]))
+    V = part * hopf
+    orbit = bf.find_orbit(bf.systems.belt_oscillator(belt_speed=V, **law))
+    slip, (x, _) = arc_of_slip(law, V, "landing")
+    assert orbit.period == pytest.approx(slip + (force(law, 0.0) - 2.0 * law["zeta"] * V - x) / V, abs=1e-10)
+    branch = bf.trace(orbit, "belt_speed", bounds=(0.05 * hopf, 4.0 * hopf))
+    end, sliding = branch.special_points  # the same names whichever event the orbit begins with
+    assert (end.kind, sliding.kind) == ("stick_onset", "hopf") and {e.reason.value for e in branch.ends} == {"bound", "hopf"}
+    assert sliding.parameter == pytest.approx(hopf, abs=1e-12)
+    # the slip from the release comes back to the speed of the belt with its top
+    known = brentq(lambda V: arc_of_slip(law, V, "top")[1][1] - V, end.parameter * (1 - 1e-3), end.parameter * (1 + 1e-3), xtol=1e-14)
+    assert end.parameter == pytest.approx(known, abs=1e-10)
+
+
+def test_a_landing_beyond_the_static_limit_slips_through():
+    # from the belt speed on at which the landing lies at -static, the mass overtakes the belt before it sticks
+    law = {"law": "cubic", "static": 0.7679, "falling": 0.4378, "rising": 0.0322, "zeta": 0.0168}
+
+    def landing(V):
+        return arc_of_slip(law, V, "landing")[1][0] + 2.0 * law["zeta"] * V + law["static"]
+
+    known = brentq(landing, 0.7, 0.8, xtol=1e-14)
+    branch = bf.trace(bf.find_orbit(bf.systems.belt_oscillator(belt_speed=0.614, **law)), "belt_speed", bounds=(0.1, 8.18))
+    points = branch.special_points
+    assert [str(point.kind) for point in points] == ["slip_onset", "slip_onset", "stick_onset", "hopf"]
+    assert points[0].parameter == pytest.approx(known, abs=1e-11)
+
+
+@pytest.mark.parametrize("zeta, V, static, kinetic", [(0.154, 0.0136, 1.822, 0.3018), (0.1215, 0.0049, 0.999, 0.467),
+                                                      (0.232, 3.04e-4, 1.096, 0.841)])
+def test_relaxation_of_a_slow_belt(zeta, V, static, kinetic):
+    # the mass sticks for hundreds of periods of anything that oscillates
+    orbit = bf.find_orbit(bf.systems.belt_oscillator(zeta=zeta, belt_speed=V, static=static, kinetic=kinetic))
+    assert orbit.success and orbit.period == pytest.approx(sum(stick_slip(zeta, V, static, kinetic)), rel=1e-12)
 
 
 @pytest.mark.parametrize("bounds", [(0.6, 1.5), (0.3, 3.0)])

@@ -11,6 +11,7 @@ from ...orbits.sequence import AFTER, BEFORE, ENDING, FOREVER, GUARD, STARTS
 from ...orbits.signature import Signature, divided
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
+ASIDE = 1e-4  # of an interval, from a maximum: where others are looked for
 SHARP = 1e-11  # the same, where a train of impacts has more than one slow impact
 
 
@@ -30,15 +31,33 @@ def touches(problem, x, near=NEAR):
         for q in range(int(T.n_guards[mode])):
             if node.size > STARTS and node[STARTS + q] == FOREVER:
                 continue
-            value, at = e.kernel.segment_peak(T, mode, q, joined, (ends[i + 1] - ends[i]) * period, 1,
-                                                     abs(int(node[STARTS + q])) if node.size > STARTS else 0)
+            low = abs(int(node[STARTS + q])) if node.size > STARTS else 0
             row = np.empty(joined.size)
             e.kernel.guard_gradient(T, mode, q, joined, row)
-            if abs(value) <= near * e.kernel.scale_of(row, e.weights):
+            size = near * e.kernel.scale_of(row, e.weights)
+            for at in tops(e, T, mode, q, joined, ends[i] * period, (ends[i + 1] - ends[i]) * period, low, size):
                 y = np.empty(scene.ns)
                 e.motion.advance(T, mode, joined, at, y)
                 found.append((ends[i] + at / period, mode, q, y))
     return sorted(found, key=lambda item: item[0])
+
+
+def tops(e, T, mode, guard, x, begin, length, low, size):
+    """Return the times after ``begin`` of all maxima of a guard that are zero to ``size``, inside an interval from the state ``x``
+    (nx,): an orbit that is its own image under reversal of time touches twice at once."""
+    value, at = e.kernel.segment_peak(T, mode, guard, x, length, 1, low)
+    if not abs(value) <= size:
+        return []
+    aside = ASIDE * length
+    found = tops(e, T, mode, guard, x, begin, at - aside, low, size) if at > 2.0 * aside else []
+    found.append(at)
+    if length - at > 2.0 * aside:
+        y, after = np.empty(e.scene.ns), x.copy()
+        e.motion.advance(T, mode, x, at + aside, y)
+        after[:y.size] = y
+        e.motion.forcing(T, begin + at + aside, after)
+        found += [at + aside + later for later in tops(e, T, mode, guard, after, begin + at + aside, length - at - aside, 0, size)]
+    return found
 
 
 def event_nodes(scene, numbers, mode, guard, x):

@@ -7,6 +7,7 @@ A stick that is reached tangentially ends the orbit.  In forced and autonomous s
 misses the speed of the surface beyond, while the stick still lasts: there is nothing near that could go on.
 """
 import dataclasses
+import math
 
 import numpy as np
 from scipy.optimize import brentq
@@ -162,7 +163,8 @@ def shrunk(problem, a, b):
     direction = (b.x - a.x) / problem.scale
     direction[-1] = 0.0  # the parameter is even in the amplitude
     direction /= np.sqrt(direction @ direction)
-    return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, a.det_log,
+    # its equations are singular: what the determinant headed for is not known
+    return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, math.nan,
                      at_end(problem, a, problem._shrinks))
 
 

@@ -143,8 +143,9 @@ def changed(problem, x, other, kind=None):
 
 def shortest(problem, x):
     """Return stick or slip onset after the shortest interval of ``x`` (n + 1,) that ends in slip or stick; None without one."""
-    scene, s = problem.scene, problem.sequence
-    times = x[:-1:1 + scene.ns]
+    scene = problem.scene
+    s, U = problem.sequence.written_out(x[:-1])  # without a clock the period stands in the place of the first time
+    times = np.ravel(U)[::1 + scene.ns]
     spans = times - np.append(times[-1] - s.span, times[:-1])
     ending = [(span, ENDS[kind]) for span, node in zip(spans, s.nodes.tolist(), strict=True) if node[GUARD] >= 0
               and (kind := scene.event_kind(*node[:AFTER])) in (EventKind.STICK, EventKind.SLIP)]
