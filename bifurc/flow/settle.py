@@ -10,6 +10,7 @@ import numpy as np
 
 from ..compose.tables import ORDER
 from ..compose.writer import kernels
+from ..elements import Circle
 from .rule import NOISE
 from .scan import PENETRATION
 
@@ -132,13 +133,21 @@ def start(scene, x):
         reasons.append(_say(scene, m, why))
         for w in why:
             if w[0] == "guard" and w[2] == 0 and T.kick[m, w[1]]:
-                deepest = scene.element_name(m, w[1]), _value(scene, m, w[1], y)[0]
+                deepest = scene.element_name(m, w[1]), _depth(scene, m, w[1], y)
     if arriving is not None:
         return arriving
     if deepest is not None:
         raise Penetration(f"y0 lies {deepest[1]:.6g} beyond the stop {deepest[0]!r}; a start must be on the free side of "
                           "every rigid stop, or on it")
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
+
+
+def _depth(scene, m, g, x) -> float:
+    """Return how far a state is beyond a surface, length: of a circle the guard is a polynomial that says so near it only."""
+    site = scene.system.elements[scene.guard(m, g).element].site(scene.n)
+    if isinstance(site, Circle):
+        return float(np.hypot(*(site.R @ x[:scene.n] - np.array(site.centre)))) - site.radius
+    return float(_value(scene, m, g, x)[0])
 
 
 def unloaded(scene, x):

@@ -10,6 +10,7 @@ from ..compose.scene import Scene
 from ..compose.tables import ORDER
 from ..compose.writer import kernels
 from ..elements import Circle
+from ..flow.linear import ModeField
 
 SAMPLES = 6
 TRIALS = 400  # drawn at most
@@ -37,13 +38,13 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
         return orders
     engine, rule = kernels(scene), kernels(scene, "bifurc.flow.rule")
     y, P, a, size = np.empty(scene.ns + scene.nw), np.empty((scene.ns, scene.ns + scene.nw)), *np.empty((2, ORDER + 1))
-    speeds = np.array([speed for _, speed in samples])
+    speeds, field = np.array([speed for _, speed in samples]), ModeField(scene, T, after)
     for q in range(len(orders)):
         terms = []
         for x, _ in samples:
             rule.jump(T, before, guard, False, x, y, P)
             engine.guard_terms(T, after, q, y, np.abs(y), a, size)
-            terms.append(a[:MOST + 1] * (0.25 * T.step[after]) ** np.arange(MOST + 1))
+            terms.append(a[:MOST + 1] * min(0.25 * T.step[after], shortest(field, y)) ** np.arange(MOST + 1))
         terms_ = np.array(terms)
         top = np.abs(terms_).max(axis=1)
         for order in range(MOST):
@@ -54,6 +55,12 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
                 orders[q] = -order if own and not T.kick[before, guard] else order
                 break
     return orders
+
+
+def shortest(field: ModeField, y) -> float:
+    """Return the time in which a state (nx,) of a mode changes fastest: the steps of the tables know nothing of stiff laws."""
+    J = field.jacobian(y[:field.scene.ns])
+    return 1.0 / max(float(np.abs(np.linalg.eigvals(J)).max()), 1e-300) if np.isfinite(J).all() else np.inf
 
 
 def _samples(scene: Scene, T, before: int, guard: int):
@@ -100,12 +107,12 @@ def curved_rests(scene: Scene, mode: int, x) -> list[tuple[float, np.ndarray]]:
             continue
         p, v = site.R @ x[:n] - np.array(site.centre), site.R @ x[n:2 * n]
         r = float(np.hypot(*p))
-        normal = p / r
+        normal = p / r if r > 0.0 else np.array([1.0, 0.0])  # as `curve.polar`
         tangent = np.array([-normal[1], normal[0]])
         for hold in element.mode(key, scene.system.core).hold:
             unit, across = (normal, tangent @ v) if hold.row == 0 else (tangent, -(normal @ v))
             gradient = np.zeros(x.size)
-            gradient[:n], gradient[n:2 * n] = (across / r * tangent) @ site.R, unit @ site.R
+            gradient[:n], gradient[n:2 * n] = (across / max(r, 1e-300) * tangent) @ site.R, unit @ site.R
             value = float(unit @ v)
             if hold.row == 1:
                 value += site.surface_speed + site.spin * r

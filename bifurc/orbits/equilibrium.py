@@ -16,6 +16,7 @@ from ..flow import settle
 from ..flow.linear import ModeField
 from ..notebook import Notebook
 from ..system import System
+from .births import curved_rests
 from .hopf import lyapunov_coefficient
 
 STEPS = 40
@@ -179,7 +180,8 @@ class Equilibrium(Notebook):
         slaved = [place for place, _ in scene.slaved(self.mode)]
         free = np.setdiff1d(np.arange(ns), slaved)
         J = self.field.jacobian(self._state)[np.ix_(free, free)]
-        Z = np.eye(ns)[:, free] @ _kernel(self.field.constraints()[:, free]).T
+        curved = [slope for _, slope in curved_rests(scene, self.mode, self.field.joined(self._state))]
+        Z = np.eye(ns)[:, free] @ _kernel(np.vstack([self.field.constraints(), *curved])[:, free]).T
         A = Z[free].T @ J @ Z[free]
         N = _kernel(A) if len(self.continuum) else np.empty((0, len(A)))
         if len(N):
@@ -372,12 +374,13 @@ def _conditions(scene: Scene, field: ModeField, y):
     rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
     for place, row in scene.slaved(field.mode):
         rows = np.vstack([rows, np.eye(1, x.size, place) - row])
-    F = np.concatenate([field.rate(y), rows @ x])
-    J = np.vstack([field.jacobian(y), rows[:, :ns]])
+    curved = curved_rests(scene, field.mode, x)
+    F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved]])
+    J = np.vstack([field.jacobian(y), rows[:, :ns], *(slope[:ns] for _, slope in curved)])
     T = field.tables
     rates = np.abs(T.A[field.mode]) @ np.abs(x)
     rates[n:2 * n] += np.abs(field.forces(y)) @ np.abs(T.LP[field.mode])
-    size = np.concatenate([rates, np.abs(rows) @ np.abs(x)])
+    size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved))])
     return F, J, np.maximum(size, max(float(size.max()), 1e-300))
 
 

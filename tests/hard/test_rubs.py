@@ -1,0 +1,146 @@
+"""Hard and bad cases of contacts on circles, one after the other of those that a rub can meet: against closed forms, and motions
+of scipy's DOP853."""
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import bifurc as bf
+from bifurc import System
+from bifurc import elements as el
+from bifurc.elements import ElasticStator, RigidStator
+from studies.elastic_to_rigid import ORBITS, PARAMETERS, RESTITUTION, damping_ratio
+from tests.elements.test_bearings import pressure
+
+PLANE = np.eye(2)
+TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
+
+
+@pytest.mark.parametrize(("builder", "changes", "named"), [
+    ("jeffcott_rotor", {"offset": 1.01}, "offset"), ("rigid_stator_rotor", {"offset": -1.5}, "offset"),
+    ("oil_film_rub_rotor", {"clearance": -0.1}, "clearance"), ("snubber_rotor", {"preload": -0.2}, "preload"),
+    ("jeffcott_rotor", {"stiffness": 0.0, "contact_damping": 0.4}, "stiffness"),
+    ("snubber_rotor", {"stiffness": 0.0, "contact_damping": 0.4}, "stiffness"),
+    ("rotating_frame_rotor", {"stiffness": 0.0, "contact_damping": 0.4}, "stiffness"),
+    ("rigid_stator_rotor", {"restitution": 1.2}, "restitution"), ("jeffcott_rotor", {"friction": -0.1}, "friction"),
+    ("rotor_in_casing", {"casing_mass": 0.0}, "casing_mass"), ("oil_film_rotor", {"load": np.nan}, "load")])
+def test_what_no_rotor_can_have_is_refused_by_name(builder, changes, named):
+    with pytest.raises(ValueError, match=f"{named} = "):
+        getattr(bf.systems, builder)(**changes)
+
+
+@pytest.mark.parametrize("surface_speed", [3.0, -1.0])
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_at_rest_on_a_stator_whose_centre_lies_outside(surface_speed, friction):
+    # |z - d| = r with d = 1.5: the spring pulls to z = 0, beyond the wall, and the rub holds against the pull along it
+    d, stiffness, sign = 1.5, 30.0, np.sign(surface_speed)
+
+    def balance(angle, radius):  # force along the wall, friction taken off; radial force of the wall
+        z = d + radius * np.exp(1j * angle)
+        f = -z * np.exp(-1j * angle)
+        return f.imag - sign * friction * f.real, f.real
+
+    angle = brentq(lambda a: balance(a, 1.0)[0], np.pi - 1.0, np.pi + 1.0, xtol=1e-15)
+    known = d + np.exp(1j * angle)
+    assert balance(angle, 1.0)[1] > 0.0
+    system = System(PLANE, 0.1 * PLANE, PLANE, [RigidStator(centre_x=d, friction=friction, surface_speed=surface_speed)])
+    rest = bf.find_equilibrium(system)
+    assert rest.success and rest.stable and rest.contacts["rigid_stator"] == ("slip+" if sign > 0.0 else "slip-")
+    assert np.abs(rest.state - [known.real, known.imag, 0.0, 0.0]).max() < 1e-12
+    slope = (balance(angle + 1e-5, 1.0)[0] - balance(angle - 1e-5, 1.0)[0]) / 2e-5
+    assert rest.eigenvalues == pytest.approx(np.roots([1.0, 0.1, -slope]), abs=1e-8)
+
+    def elastic(y):
+        z = complex(*y) - d
+        n = z / abs(z)
+        return -(z + d) - stiffness * (abs(z) - 1.0) * n * (1.0 + 1j * sign * friction)
+
+    soft = bf.find_equilibrium(System(PLANE, 0.1 * PLANE, PLANE, [ElasticStator(stiffness=stiffness, centre_x=d, friction=friction,
+                                                                                surface_speed=surface_speed)]))
+    assert soft.success and soft.stable and abs(elastic(soft.state[:2])) < 1e-12
+
+
+def test_a_start_beyond_a_rigid_wall_is_told_how_far():
+    system = System(PLANE, 0.1 * PLANE, PLANE, [RigidStator(centre_x=1.5)])
+    with pytest.raises(ValueError, match="y0 lies 0.5 beyond the stop 'rigid_stator'"):
+        bf.simulate(system, (0.0, 0.0, 0.0, 0.0), duration=1.0)
+    with pytest.raises(ValueError, match="y0 lies 0.3 beyond"):
+        bf.find_orbit(bf.systems.rigid_stator_rotor(), guess=(1.8, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(("release", "ratio"), [("force", 0.45098), ("penetration", 0.37233)])
+@pytest.mark.parametrize("stiffness", [1.0, 1e9])
+def test_restitution_of_a_damped_contact_depends_on_where_it_ends(release, ratio, stiffness):
+    beta = 0.3
+    b = np.sqrt(1.0 - beta**2)
+    turn = np.arctan2(2.0 * beta * b, 2.0 * beta**2 - 1.0) if release == "force" else np.pi
+    known = np.exp(-beta / b * turn)
+    assert known == pytest.approx(ratio, abs=6e-6)
+    root = np.sqrt(stiffness)
+    system = System(PLANE, 0.0 * PLANE, 0.0 * PLANE, [ElasticStator(stiffness=stiffness, damping=2.0 * beta * root, friction=0.0,
+                                                                    release=release)])
+    motion = bf.simulate(system, (0.6, 0.0, 0.8, 0.0), duration=0.5 + 4.0 / root)
+    assert motion.final[2] == pytest.approx(-0.8 * known, abs=1e-10) and motion.final[3] == 0.0
+    ends = [event.time for event in motion.events]
+    assert ends[1] - ends[0] == pytest.approx(turn / (root * b), rel=1e-6)
+
+
+def two_walls(y0, duration, zeta, nu, size, stiffness):
+    """Return the state (2,) of x'' + 2 zeta x' + x + stiffness (|x| - 1)+ sgn x = size cos nu t after a time, by DOP853."""
+    def field(t, y, side):
+        return [y[1], size * np.cos(nu * t) - 2.0 * zeta * y[1] - y[0] - (stiffness * (y[0] - side) if side else 0.0)]
+
+    def wall(t, y, side):
+        return (y[0] - 1.0) * (y[0] + 1.0) if side == 0.0 else side * y[0] - 1.0
+
+    t, y, side = 0.0, np.array(y0, float), 0.0 if abs(y0[0]) < 1.0 else np.sign(y0[0])
+    while True:
+        wall.terminal, wall.direction = True, -1 if side else 1
+        part = solve_ivp(field, (t, duration), y, args=(side,), events=wall, max_step=0.1, **TIGHT)
+        t, y = part.t[-1], part.y[:, -1]
+        if part.status == 0:
+            return y
+        side = 0.0 if side else float(np.sign(y[0]))
+
+
+def test_an_orbit_through_the_centre_of_the_stator():
+    # loaded along x alone, without friction: through r = 0 from wall to wall
+    zeta, nu, size, stiffness = 0.08, 1.2, 0.9, 14.0
+    system = System(PLANE, 2.0 * zeta * PLANE, PLANE, [el.HarmonicForce(size), ElasticStator(stiffness=stiffness, friction=0.0)],
+                    omega=nu)
+    orbit = bf.find_orbit(system)
+    assert orbit.success and orbit.stable and np.abs(orbit.sample(80)[1][:, [1, 3]]).max() == 0.0
+    x = orbit.sample(400)[1][:, 0]
+    assert x.min() < -1.0 and x.max() > 1.0
+    assert np.abs(two_walls(orbit.state[[0, 2]], orbit.period, zeta, nu, size, stiffness) - orbit.state[[0, 2]]).max() < 1e-11
+
+
+@pytest.mark.parametrize(("name", "constant"), [("one impact, nu = 1.7", 7.95825), ("three impacts, nu = 1.1", 0.56583)])
+def test_orbits_of_a_stator_of_stiffness_1e9(name, constant):
+    nu, guess = ORBITS[name]
+    stiffness = 1e9
+    rigid = bf.find_orbit(bf.systems.rigid_stator_rotor(nu=nu, restitution=RESTITUTION, **PARAMETERS), guess=guess)
+    system = bf.systems.jeffcott_rotor(nu=nu, stiffness=stiffness, contact_damping=2.0 * damping_ratio(RESTITUTION) * stiffness**0.5,
+                                       **PARAMETERS)
+    orbit = bf.find_orbit(system, guess=rigid.state)
+    assert rigid.success and orbit.success
+    assert np.abs(orbit.state - rigid.state).max() * stiffness**0.5 == pytest.approx(constant, rel=2e-4)
+
+
+def test_a_journal_that_passes_exact_half_speed_whirl():
+    # x - 2 y' = y + 2 x' = 0: no pressure anywhere, the direction of the force is that of what comes next
+    system, y0 = bf.systems.oil_film_rotor(), (0.3, 0.4, -0.2, 0.15)
+    motion = bf.simulate(system, y0, periods=1)
+
+    def field(t, y):
+        f = pressure(*y)
+        return [y[2], y[3], f[0] / 10.0 + 0.2 * np.cos(t), (f[1] - 1.0) / 10.0 + 0.2 * np.sin(t)]
+
+    known = solve_ivp(field, (0.0, system.period), y0, **TIGHT).y[:, -1]
+    assert motion.success and np.abs(motion.final - known).max() < 1e-10
+
+
+@pytest.mark.parametrize("y0", [(0.8, 0.7, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)])
+def test_a_journal_beyond_its_bearing_goes_nowhere(y0):
+    motion = bf.simulate(bf.systems.oil_film_rotor(), y0, periods=1)
+    assert not motion.success and motion.status == "diverged"
