@@ -103,15 +103,16 @@ def two_walls(y0, duration, zeta, nu, size, stiffness):
         side = 0.0 if side else float(np.sign(y[0]))
 
 
-def test_an_orbit_through_the_centre_of_the_stator():
-    # loaded along x alone, without friction: through r = 0 from wall to wall
-    zeta, nu, size, stiffness = 0.08, 1.2, 0.9, 14.0
+@pytest.mark.parametrize(("zeta", "nu", "size", "stiffness", "guess"), [(0.1, 0.9, 0.6, 6.0, None),
+                                                                       (0.08, 1.2, 0.9, 14.0, (1.1757, 0.0, 0.7541, 0.0))])
+def test_an_orbit_through_the_centre_of_the_stator(zeta, nu, size, stiffness, guess):
+    # loaded along x alone, without friction: through r = 0 from wall to wall; the second is unstable aside
     system = System(PLANE, 2.0 * zeta * PLANE, PLANE, [el.HarmonicForce(size), ElasticStator(stiffness=stiffness, friction=0.0)],
                     omega=nu)
-    orbit = bf.find_orbit(system)
-    assert orbit.success and orbit.stable and np.abs(orbit.sample(80)[1][:, [1, 3]]).max() == 0.0
-    x = orbit.sample(400)[1][:, 0]
-    assert x.min() < -1.0 and x.max() > 1.0
+    orbit = bf.find_orbit(system, guess=guess)
+    assert orbit.success and orbit.stable is (guess is None)
+    _, y = orbit.sample(400)
+    assert np.abs(y[:, [1, 3]]).max() == 0.0 and y[:, 0].min() < -1.0 and y[:, 0].max() > 1.0
     assert np.abs(two_walls(orbit.state[[0, 2]], orbit.period, zeta, nu, size, stiffness) - orbit.state[[0, 2]]).max() < 1e-11
 
 
@@ -144,3 +145,88 @@ def test_a_journal_that_passes_exact_half_speed_whirl():
 def test_a_journal_beyond_its_bearing_goes_nowhere(y0):
     motion = bf.simulate(bf.systems.oil_film_rotor(), y0, periods=1)
     assert not motion.success and motion.status == "diverged"
+
+
+def test_friction_turns_with_the_sliding_of_a_slow_disk():
+    # too little grip to roll: the sliding passes through zero in contact and friction turns round
+    zeta, nu, stiffness, friction, disk = 0.02, 1.0, 8.0, 0.05, 0.4
+    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=nu, eccentricity=0.5, stiffness=stiffness, friction=friction, offset=0.3,
+                                       disk_radius=disk)
+    y0 = (1.2, 0.3, 0.5, -0.7)
+    motion = bf.simulate(system, y0, duration=9.0)
+    modes = [mode[-1] for mode in motion.modes]
+    assert motion.success and {"slip+", "slip-"} <= set(modes)
+
+    def parts(y):
+        p = np.array([y[0] - 0.3, y[1]])
+        r = np.hypot(*p)
+        n = p / r
+        return r, n, np.array([-n[1], n[0]])
+
+    def field(t, y, touching, sign):
+        r, n, tangent = parts(y)
+        f = 0.5 * nu**2 * np.array([np.cos(nu * t), np.sin(nu * t)]) - 2.0 * zeta * y[2:] - y[:2]
+        return np.concatenate([y[2:], f - (stiffness * (r - 1.0) * (n + friction * sign * tangent) if touching else 0.0)])
+
+    def wall(t, y, touching, sign):
+        return parts(y)[0] - 1.0
+
+    def slides(t, y, touching, sign):
+        return parts(y)[2] @ y[2:] + disk * nu
+
+    wall.terminal = slides.terminal = True
+    t, y = 0.0, np.array(y0)
+    touching, sign = wall(t, y, 0, 0) > 0.0, np.sign(slides(t, y, 0, 0))
+    while True:
+        wall.direction, slides.direction = -1 if touching else 1, -sign
+        part = solve_ivp(field, (t, 9.0), y, args=(touching, sign), events=(wall, slides), max_step=0.05, **TIGHT)
+        t, y = part.t[-1], part.y[:, -1]
+        if part.status == 0:
+            break
+        touching, sign = (not touching, sign) if len(part.t_events[0]) else (touching, -sign)
+    assert np.abs(motion.final - y).max() < 1e-9
+
+
+def snubbed(y0, duration, *, zeta, nu, eccentricity, stiffness, friction, preload, disk_radius, gravity=0.0, contact_damping=0.0):
+    """Return the state (4,) of the rotor between four arcs after a time, and whether two were touched at once; by DOP853 from one
+    contact to the next."""
+    centres = preload * np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    load = eccentricity * nu**2
+
+    def depths(y):
+        return np.hypot(*(y[:2] - centres).T) - 1.0 - preload
+
+    def field(t, y, touched):
+        f = load * np.array([np.cos(nu * t), np.sin(nu * t)]) - 2.0 * zeta * y[2:] - y[:2] - [0.0, gravity]
+        for k in touched:
+            p = y[:2] - centres[k]
+            n = p / np.hypot(*p)
+            tangent = np.array([-n[1], n[0]])
+            f = f - stiffness * depths(y)[k] * (n + friction * np.sign(tangent @ y[2:] + disk_radius * nu) * tangent)
+        return np.concatenate([y[2:], f])
+
+    events = [lambda t, y, touched, k=k: depths(y)[k] for k in range(4)]
+    t, y, both = 0.0, np.array(y0), False
+    touched = tuple(np.flatnonzero(depths(y) > 0.0))
+    while True:
+        for k, event in enumerate(events):
+            event.terminal, event.direction = True, -1 if k in touched else 1
+        part = solve_ivp(field, (t, duration), y, args=(touched,), events=events, max_step=0.05, **TIGHT)
+        t, y = part.t[-1], part.y[:, -1]
+        both |= len(touched) > 1
+        if part.status == 0:
+            return y, both
+        k = next(k for k in range(4) if len(part.t_events[k]))
+        touched = tuple(sorted(set(touched) ^ {k}))
+
+
+@pytest.mark.parametrize(("changes", "twice"), [({}, None), ({"nu": 0.7, "stiffness": 5.0, "friction": 0.0}, None),
+                                                ({"nu": 1.0, "preload": 0.1, "stiffness": 8.0}, None),
+                                                ({"gravity": 0.8, "nu": 0.8}, None)])
+def test_orbits_between_four_arcs(changes, twice):
+    system = bf.systems.snubber_rotor(**changes)
+    orbit = bf.find_orbit(system)
+    given = {k: v for k, v in system.parameters.items()}
+    end, both = snubbed(orbit.state, orbit.period, **given)
+    print("QQ", changes, orbit, both, np.abs(end - orbit.state).max(), orbit.multipliers)
+    assert orbit.success

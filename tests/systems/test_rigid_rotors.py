@@ -178,31 +178,33 @@ def steady(nu, digits=50, zeta=0.1, eccentricity=0.3):
         return z, 1j * nu * z
 
 
-def entry_speed(nu):
+def entry_speed(nu, zeta=0.1, eccentricity=0.3, offset=0.5):
     """Return the radial speed with which the free motion |z e^{i nu t} - d| = 1 first leaves the circle, a number of mpmath."""
     import mpmath as mp
 
-    A, d = abs(steady(nu)[0]), mp.mpf("0.5")
+    A, d = abs(steady(nu, 50, zeta, eccentricity)[0]), mp.mpf(offset)
     return A * d * mp.mpf(nu) * mp.sin(mp.acos((A * A + d * d - 1) / (2 * A * d)))
 
 
 @pytest.mark.parametrize("exponent", range(-12, -1))
-def test_speeds_just_past_grazing(exponent):
+@pytest.mark.parametrize("changes", [{}, {"zeta": 0.04, "eccentricity": 0.25, "offset": 0.3}])
+def test_speeds_just_past_grazing(exponent, changes):
     import mpmath as mp
 
+    zeta, eccentricity, offset = (changes.get(k, v) for k, v in (("zeta", 0.1), ("eccentricity", 0.3), ("offset", 0.5)))
     step = 10.0**exponent
-    nu = 0.80424764150707548 * (1.0 + step)
-    system = bf.systems.rigid_stator_rotor(nu=nu)
-    z, v = steady(nu)
+    nu = contact_speeds(zeta, eccentricity, offset)[0] * (1.0 + step)
+    system = bf.systems.rigid_stator_rotor(nu=nu, **changes)
+    z, v = steady(nu, 50, zeta, eccentricity)
     motion = bf.simulate(system, [float(part) for part in (z.real, z.imag, v.real, v.imag)], periods=1)
     found = motion.events[0].speed
     with mp.workdps(50):
         # the speed is a square root: it moves by eps / (2 step) of itself where nu, or the height 1, is rounded
-        low, high = (float(entry_speed(mp.mpf(nu) * (1 + sign * 3 * mp.mpf(2) ** -53))) for sign in (-1, 1))
-        known = float(entry_speed(nu))
+        low, high = (float(entry_speed(mp.mpf(nu) * (1 + sign * 3 * mp.mpf(2) ** -53), zeta, eccentricity, offset)) for sign in (-1, 1))
+        known = float(entry_speed(nu, zeta, eccentricity, offset))
     assert low * (1.0 - 1e-9) <= found <= high * (1.0 + 1e-9)
     assert step < 0.9e-10 or found == pytest.approx(known, rel=1e-6)
-    assert step > 1e-4 or known == pytest.approx(0.88665951 * step**0.5, rel=10.0 * step + 1e-7 + 1.2e-16 / step)
+    assert changes or step > 1e-4 or known == pytest.approx(0.88665951 * step**0.5, rel=10.0 * step + 1e-7 + 1.2e-16 / step)
 
 
 @pytest.mark.parametrize("changes", [{}, {"offset": 0.3, "eccentricity": 0.2, "zeta": 0.05}])
