@@ -121,8 +121,8 @@ def test_orbits_of_a_stator_of_stiffness_1e9(name, constant):
     nu, guess = ORBITS[name]
     stiffness = 1e9
     rigid = bf.find_orbit(bf.systems.rigid_stator_rotor(nu=nu, restitution=RESTITUTION, **PARAMETERS), guess=guess)
-    system = bf.systems.jeffcott_rotor(nu=nu, stiffness=stiffness, contact_damping=2.0 * damping_ratio(RESTITUTION) * stiffness**0.5,
-                                       **PARAMETERS)
+    damping = 2.0 * damping_ratio(RESTITUTION) * stiffness**0.5
+    system = bf.systems.jeffcott_rotor(nu=nu, stiffness=stiffness, contact_damping=damping, **PARAMETERS)
     orbit = bf.find_orbit(system, guess=rigid.state)
     assert rigid.success and orbit.success
     assert np.abs(orbit.state - rigid.state).max() * stiffness**0.5 == pytest.approx(constant, rel=2e-4)

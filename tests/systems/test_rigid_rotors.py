@@ -200,7 +200,8 @@ def test_speeds_just_past_grazing(exponent, changes):
     found = motion.events[0].speed
     with mp.workdps(50):
         # the speed is a square root: it moves by eps / (2 step) of itself where nu, or the height 1, is rounded
-        low, high = (float(entry_speed(mp.mpf(nu) * (1 + sign * 3 * mp.mpf(2) ** -53), zeta, eccentricity, offset)) for sign in (-1, 1))
+        low, high = (float(entry_speed(mp.mpf(nu) * (1 + sign * 3 * mp.mpf(2) ** -53), zeta, eccentricity, offset))
+                     for sign in (-1, 1))
         known = float(entry_speed(nu, zeta, eccentricity, offset))
     assert low * (1.0 - 1e-9) <= found <= high * (1.0 + 1e-9)
     assert step < 0.9e-10 or found == pytest.approx(known, rel=1e-6)

@@ -184,17 +184,17 @@ def test_partial_rub_is_an_orbit_of_the_rotating_frame(given, nu, entry, duratio
     found = sorted(orbit.multipliers, key=lambda value: -value.imag)
     assert abs(found[0] - multipliers[0]) < 1e-3 and abs(found[1] - multipliers[1]) < 1e-3
     # in the fixed frame it comes back turned by nu T, in another implementation, and so do its neighbours
-    given_ = {"zeta": zeta, "nu": nu, "eccentricity": eccentricity, "stiffness": stiffness, "friction": friction, "disk_radius": 20.0}
+    numbers = {"zeta": zeta, "nu": nu, "eccentricity": eccentricity, "stiffness": stiffness, "friction": friction,
+               "disk_radius": 20.0}
     y = fixed(next(y for y in orbit.sample(9)[1] if abs(np.hypot(*y[:2]) - 1.0) > 0.03), nu)
     h, M = 1e-4, np.empty((4, 4))
     for k, e in enumerate(np.eye(4)):
-        near = [turned(rub.elastic_rotor(y + m * h * e, duration, **given_), -nu * duration) for m in (1, -1, 2, -2)]
+        near = [turned(rub.elastic_rotor(y + m * h * e, duration, **numbers), -nu * duration) for m in (1, -1, 2, -2)]
         M[:, k] = (8.0 * (near[0] - near[1]) - near[2] + near[3]) / (12.0 * h)
     known = np.linalg.eigvals(M)
     known = np.delete(known, np.argmin(np.abs(known - 1.0)))  # the shift along the orbit
     assert np.abs(np.sort_complex(known) - np.sort_complex(orbit.multipliers)).max() < 1e-6
-    end = rub.elastic_rotor(fixed(orbit.state, nu), duration, zeta=zeta, nu=nu, eccentricity=eccentricity, stiffness=stiffness,
-                            friction=friction, disk_radius=20.0)
+    end = rub.elastic_rotor(fixed(orbit.state, nu), duration, **numbers)
     assert np.abs(end - turned(fixed(orbit.state, nu), nu * duration)).max() < 1e-10
 
 
