@@ -40,12 +40,15 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
     y, P, a, size = np.empty(scene.ns + scene.nw), np.empty((scene.ns, scene.ns + scene.nw)), *np.empty((2, ORDER + 1))
     speeds, field = np.array([speed for _, speed in samples]), ModeField(scene, T, after)
     for q in range(len(orders)):
-        terms = []
+        terms, shortest = [], []
         for x, _ in samples:
             rule.jump(T, before, guard, False, x, y, P)
             engine.guard_terms(T, after, q, y, np.abs(y), a, size)
-            terms.append(a[:MOST + 1] * min(0.25 * T.step[after], shortest(field, y)) ** np.arange(MOST + 1))
-        terms_ = np.array(terms)
+            terms.append(a[:MOST + 1].copy())
+            shortest.append(fastest(field, y))
+        # the steps of the tables know nothing of stiff laws
+        step = min(0.25 * T.step[after], float(np.median(shortest)))
+        terms_ = np.array(terms) * step ** np.arange(MOST + 1)
         top = np.abs(terms_).max(axis=1)
         for order in range(MOST):
             leading = terms_[:, order]
@@ -57,8 +60,8 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
     return orders
 
 
-def shortest(field: ModeField, y) -> float:
-    """Return the time in which a state (nx,) of a mode changes fastest: the steps of the tables know nothing of stiff laws."""
+def fastest(field: ModeField, y) -> float:
+    """Return the time in which a state (nx,) changes fastest in a mode; inf where that is not defined."""
     J = field.jacobian(y[:field.scene.ns])
     return 1.0 / max(float(np.abs(np.linalg.eigvals(J)).max()), 1e-300) if np.isfinite(J).all() else np.inf
 

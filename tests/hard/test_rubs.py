@@ -220,13 +220,12 @@ def snubbed(y0, duration, *, zeta, nu, eccentricity, stiffness, friction, preloa
         touched = tuple(sorted(set(touched) ^ {k}))
 
 
-@pytest.mark.parametrize(("changes", "twice"), [({}, None), ({"nu": 0.7, "stiffness": 5.0, "friction": 0.0}, None),
-                                                ({"nu": 1.0, "preload": 0.1, "stiffness": 8.0}, None),
-                                                ({"gravity": 0.8, "nu": 0.8}, None)])
-def test_orbits_between_four_arcs(changes, twice):
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [{}, {"nu": 1.0, "preload": 0.1, "stiffness": 8.0}])
+def test_orbits_between_four_arcs(changes):
     system = bf.systems.snubber_rotor(**changes)
     orbit = bf.find_orbit(system)
-    given = {k: v for k, v in system.parameters.items()}
-    end, both = snubbed(orbit.state, orbit.period, **given)
-    print("QQ", changes, orbit, both, np.abs(end - orbit.state).max(), orbit.multipliers)
     assert orbit.success
+    end, both = snubbed(orbit.state, orbit.periods * system.period, **system.parameters)
+    print("QQ", changes, orbit, both, np.abs(end - orbit.state).max())
+    assert np.abs(end - orbit.state).max() < 1e-9
