@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 import bifurc as bf
 from bifurc.continuation.maps import SmoothMap
@@ -188,7 +189,38 @@ def test_strong_resonances_of_a_map():
     assert tuple(two.parameters.values()) == pytest.approx((0.904761904761905, 2.81179138321995), abs=1e-11)
     assert [str(start.kind) for start in bf.switch_branch(two)] == ["period_doubling"]
     assert all("becomes real" in end.message for end in curve.ends)  # no torus behind 1:1 and 1:2
-    assert "no curve" in bf.switch_branch(curve.special_points.of("resonance_1_3")[0]).status
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times, kind", [(3, "resonance_1_3"), (4, "resonance_1_4")])
+def test_folds_of_orbits_of_three_and_four_periods_beside_a_strong_resonance(times, kind):
+    """Against Newton's method on the map written out; the curve of folds of four periods begins in the resonance."""
+    theta = math.acos(0.3)
+    y = 2.0 * math.cos(theta) / (-0.1 - 2.0)
+    be = 1.0 - 0.1 * y
+    system = SmoothMap(quadratic, 2, al=(1.0 + be) * y + 1.1 * y * y, be=be - 0.02, R=-0.1)
+    (torus,) = bf.trace(system.find(1, guess=(y, y)), "be", bounds=(0.5, 1.5)).special_points.of("neimark_sacker")
+    curve = bf.trace_curve(torus, ("be", "al"), bounds={"be": (0.5, 1.5), "al": (-1.0, 4.0)})
+    (point,) = curve.special_points.of(kind)
+    starts = bf.switch_branch(point)
+    fold = next(start for start in starts if start.kind == "fold")
+    assert fold.solution.period == times and f"orbits of {times} periods" in starts.status
+    name, value = fold.problem.parameter, fold.parameter
+    known = fold.solution.map.parameters
+
+    def equations(z):
+        x, slope = z[:2], np.eye(2)
+        al, be, R = {**known, name: z[2]}.values()
+        for _ in range(times):
+            slope = np.array([[0.0, 1.0], [-be + R * x[1], -2.0 * x[1] + R * x[0]]]) @ slope
+            x = quadratic(x, al, be, R)
+        return [*(x - z[:2]), np.linalg.det(slope - np.eye(2))]
+    exact = fsolve(equations, [*fold.solution.points[0], value], xtol=1e-14)
+    assert exact[2] == pytest.approx(value, abs=1e-10)
+    if times == 4:
+        folds = bf.trace_curve(fold, ("be", "al"), bounds={"be": (0.9, 1.05), "al": (-0.05, 0.05)}, max_steps=60)
+        nearest = np.hypot(folds.column("be") - 1.0, folds.column("al")).min()
+        assert nearest < 1e-6
 
 
 def test_fold_flip_of_a_map_on_both_curves():
