@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 import bifurc as bf
@@ -82,6 +83,49 @@ def test_formal_orbits_leave_no_curve_and_it_is_said(grazings):
                 key=lambda p: abs(p.parameters["omega"] - w))
     starts = bf.switch_branch(point)
     assert not starts and "through the stop" in starts.status
+
+
+def magnet(u, s, strength):
+    """A magnet behind the stop, another one as far behind the mass."""
+    return strength / (1.8 - u)**2 - strength / (1.8 + u)**2
+
+
+@bf.systems.builder
+def beside_a_magnet(*, omega=1.9, amplitude=0.3):
+    """Return an oscillator with a rigid stop, beside a user's law and a cubic spring."""
+    law = bf.elements.Force(magnet, odd=True, label="magnet", strength=0.2)
+    return System(1.0, 0.1, 1.0, [bf.elements.CubicSpring(0.3), law, HarmonicForce(amplitude), RigidStop(1.0, R)], omega=omega)
+
+
+@pytest.mark.slow
+def test_resonant_grazing_beside_laws_against_integrated_variations():
+    """Where s_k = 0, E^k of the orbit that touches leads from no speed to any height: by DOP853 with variations."""
+    (point, *_) = bf.trace(bf.find_orbit(beside_a_magnet()), "amplitude", bounds=(0.3, 6.0)).special_points.of("grazing")
+    curve = bf.trace_curve(point, ("amplitude", "omega"), bounds={"amplitude": (0.05, 6.0), "omega": (1.25, 2.7)})
+
+    def motion(t, z, amplitude, omega):
+        x, v = z[:2]
+        force = 0.2 / (1.8 - x)**2 - 0.2 / (1.8 + x)**2 - 0.3 * x**3 - x - 0.1 * v
+        stiffness = 0.4 / (1.8 - x)**3 + 0.4 / (1.8 + x)**3 - 0.9 * x * x - 1.0
+        rates = [v, force + amplitude * math.cos(omega * t)]
+        for k in (2, 4):
+            rates += [z[k + 1], stiffness * z[k] - 0.1 * z[k + 1]]
+        return rates
+
+    for k in (1, 2):
+        known = next(p for p in curve.special_points.of("resonant_grazing") if p.name == f"s_{k}" and p.parameters["omega"] > 1.5)
+
+        def equations(unknown, k=k, rtol=1e-12):
+            start, amplitude, omega = unknown
+            span = (start, start + 2.0 * math.pi / omega)
+            z = solve_ivp(motion, span, [1.0, 0.0, 1.0, 0.0, 0.0, 1.0], "DOP853", rtol=rtol, atol=0.1 * rtol,
+                          args=(amplitude, omega)).y[:, -1]
+            return z[0] - 1.0, z[1], np.linalg.matrix_power(z[2:].reshape(2, 2).T, k)[0, 1]
+        amplitude, omega = known.parameters["amplitude"], known.parameters["omega"]
+        starts = np.linspace(0.0, 2.0 * math.pi / omega, 40)
+        start = min(starts, key=lambda t: np.abs(equations((t, amplitude, omega), rtol=1e-5)[:2]).sum())
+        exact = fsolve(equations, (start, amplitude, omega), xtol=1e-13)
+        assert exact[1:] == pytest.approx([amplitude, omega], abs=2e-9)
 
 
 def test_flip_orbit_that_touches_inside_its_period_ends_the_curve():
