@@ -14,12 +14,6 @@ TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
 
 
 @njit
-def is_modal(T, m):
-    """Whether mode ``m`` has modal coordinates; of few degrees of freedom a length of the tables says so, once for a loop."""
-    return T.V.shape[0] > 0 and T.blocks[m, 3] > 0
-
-
-@njit
 def to_modal(T, m, x, xi):
     """Write the modal coordinates of ``x`` (nx,) into ``xi`` (nx,)."""
     product(T.L, m, x, xi)

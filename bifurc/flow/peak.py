@@ -4,7 +4,6 @@ import numpy as np
 from .._jit import both
 from ..compose.tables import ORDER
 from .affine import carry, guard_series
-from .modal import is_modal, modal_peak
 from .polynomial import highest
 
 
@@ -17,8 +16,6 @@ def segment_peak(T, m, g, x, s, closing, low):
     value counts unless the guard is the one that ``closing`` (1) says ends the segment, or has its largest value, zero, at the
     start and falls: behind a rebound of next to no speed that is the rounding of zero.
     """
-    if is_modal(T, m):
-        return modal_peak(T, m, g, x, s, closing, low)
     G, GT, G4, step = T.G, T.GT, T.G4, T.step
     nx = x.size
     now, after = x.copy(), np.empty(nx)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
-from .affine import forcing, forcing_rate  # noqa: F401  (with these the module has all names of `affine`)
+from .affine import forcing_rate
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 from .law_calls import (
     ACTING,
@@ -39,7 +39,7 @@ from .law_calls import (
     values,
 )
 from .polynomial import EPS, fourth, highest, horner
-from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
+from .smooth import DEFECT, arc, carry, field
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
           "closing", "closure", "segment_peak", "land", "terms_size", "arrival",

@@ -8,7 +8,6 @@ import numpy as np
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
-from ..flow.scan import closure
 from ..flow.trajectory import Event, Events
 from ..system import System
 from . import sequence
@@ -455,9 +454,7 @@ class PeriodicOrbit(Orbit):
 
 def closure_of(scene: Scene):
     """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
-    if scene.closed_form:
-        return closure
-    return kernels(scene).closure
+    return kernels(scene, "bifurc.flow.scan").closure
 
 
 def _order_gap(scene: Scene):
