@@ -328,7 +328,7 @@ class Half:
             c = problem.correct(row.x + step * problem.scale * tangent, tangent)
         except ERRORS:  # the problem's own code
             return False
-        if not c.converged or float(np.dot(c.tangent, tangent)) < problem.told:
+        if not c.converged or float(np.dot(c.tangent, tangent)) < problem.same_tangent:
             return False
         self.corner = self.steps
         successor = Part(problem, row.part.index + 1)
@@ -390,7 +390,7 @@ class Half:
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
             c = problem.correct(np.asarray(x, float), tangent)
             along = 0.0
-            good = c.converged and float(np.dot(c.tangent, tangent)) > problem.told
+            good = c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent
             for step in () if good else ASIDE:  # the new equations are singular at their very beginning
                 c, along = problem.correct(x + step * problem.scale * tangent, tangent), step
                 if c.converged:

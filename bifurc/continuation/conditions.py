@@ -234,11 +234,9 @@ def weighted_second(family, x, w, along):
 
 def measure_gradient(problem, name, x):
     """Return the gradient (n + 1,) of a measure in unknowns and parameter, own units; the problem's own or differenced."""
-    own = getattr(problem, "measure_gradient", None)
-    if own is not None:
-        made = own(name, x)
-        if made is not None:
-            return made
+    made = problem.measure_gradient(name, x)
+    if made is not None:
+        return made
     scale = np.where(np.isfinite(problem.scale), problem.scale, 1.0)
 
     def value(y):

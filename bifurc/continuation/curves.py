@@ -23,7 +23,7 @@ from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .leaving import curves_from
 from .monitors import WithMonitors
 from .problem import EPS, Monitor, Problem
-from .shooting.completion import completed, condition
+from .shooting.completion import completion_near, condition
 from .special import SpecialPoint
 from .stability_changes import confirmed, tests
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
@@ -189,7 +189,7 @@ class CurveProblem(Problem):
     def _renewed(self, point):
         """Return the problem for the order of events behind a boundary, where that is all that changes (balances), or None."""
         base = self.family.problem
-        if not getattr(base, "smooth_boundaries", False):
+        if not base.smooth_boundaries:
             return None
         for ahead in (1.0, 10.0, 100.0):
             x = point.x + ahead * BESIDE * self.scale * point.tangent
@@ -279,15 +279,15 @@ def condition_of(problem, kind, name, x):
     # a change of the sequence of events may be called by what changes: its monitor is found by its own name
     followed = [k for k, monitor in enumerate(problem.monitors)
                 if monitor.name == name and (monitor.kind == kind or monitor.boundary and name)]
-    if kind is SpecialPointKind.PERIOD_DOUBLING and hasattr(problem, "wrapped_jacobian"):
+    if kind is SpecialPointKind.PERIOD_DOUBLING and problem.wraps:
         return conditions.Flip(problem), -1
-    if kind is SpecialPointKind.BRANCH_POINT and followed and hasattr(problem, "wrapped_jacobian"):
+    if kind is SpecialPointKind.BRANCH_POINT and followed and problem.wraps:
         return conditions.Flip(problem), -1  # of the half period: the symmetry breaks
-    if followed and name == "unlisted" and hasattr(problem, "sequence"):
+    if followed and name == "unlisted" and problem.sequence is not None:
         touch = touching(problem, x)
         if touch is not None and touch[0] is problem:
             return Touching(problem, touch[2]), followed[0]
-    if followed and kind is SpecialPointKind.CHATTER_COMPLETION and hasattr(problem, "sequence"):
+    if followed and kind is SpecialPointKind.CHATTER_COMPLETION and problem.sequence is not None:
         own = condition(problem, x)
         if own is None:
             raise ValueError("a chatter_completion cannot be followed in two parameters without a train of impacts, see the end of "
@@ -407,12 +407,12 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     problem = point.problem
     inner = bare(problem)
     kind, named, at = point.kind, point.name, point.x
-    if kind is SpecialPointKind.GRAZING and hasattr(inner, "sequence"):
+    if kind is SpecialPointKind.GRAZING and inner.sequence is not None:
         touch = touching(inner, at)
         if touch is not None and touch[0] is not inner:  # follow the orbit that touches, from whichever side it was met
             inner, at, named = touch[0], touch[1], "unlisted"
-    if kind is SpecialPointKind.CHATTER_COMPLETION and hasattr(inner, "sequence"):
-        found = completed(inner, at)
+    if kind is SpecialPointKind.CHATTER_COMPLETION and inner.sequence is not None:
+        found = completion_near(inner, at)
         inner, at = (inner, at) if found is None else found[:2]
     if isinstance(parameters, str) or not isinstance(parameters, Iterable) or len(tuple(parameters)) != 2:
         raise ValueError(f"parameters must be two names, got {parameters!r}")
@@ -425,7 +425,7 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     table = bounds_by_name(inner, names, bounds)
     low, high = table[second]
     a = table[inner.parameter]
-    path = getattr(inner, "path", None)
+    path = inner.path
     if path is not None:
         if not math.isfinite(a[0] + a[1]):
             a = (path.low, path.high)
@@ -470,8 +470,7 @@ def watching_function(problem, kind, name):
 
 def full_name(problem, name):
     """Return the full name of a parameter of an orbit's system; that of a hand-written problem is what it is."""
-    system = getattr(problem, "system", None)
-    return name if system is None else system.parameter_name(name)
+    return name if problem.system is None else problem.system.parameter_name(name)
 
 
 def bounds_by_name(problem, names, bounds):

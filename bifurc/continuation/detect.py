@@ -199,8 +199,7 @@ def crossed(half, row, new, at_boundary):
             if new.s - row.s > SHORT:
                 return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
             special = guessed(part, row, new, j)
-        confirm = getattr(part.problem, "confirm", None)
-        if j and confirm is not None and not confirm(part.kinds[j], special.x):
+        if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
         if j == 0:
             special.reverses = True
@@ -290,14 +289,12 @@ def zero_between(part, a, b, j):
     """Locate the zero of test ``j`` between two rows; None if that fails."""
     curve = Curve(a, b)
     fa, fb = a.tests[j], b.tests[j]
-    own = getattr(part.problem, "locate", None)
-    if own is not None:
-        c = own(part.kinds[j], a, b)
-        if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
-            t, _ = curve.nearest(c.x)
-            noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
-            root = Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0, True)
-            return located(part, a, b, j, curve, root)
+    c = part.problem.locate(part.kinds[j], a, b)
+    if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
+        t, _ = curve.nearest(c.x)
+        noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
+        root = Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0, True)
+        return located(part, a, b, j, curve, root)
     guess = None
     if j == 0:  # the parameter is known with its slope: root of the derivative of its cubic
         mean = (b.p - a.p) / (part.scale[-1] * curve.length)
@@ -333,8 +330,7 @@ def parameter_error(part, c, root, length):
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
     along = p_scale * abs(float(c.tangent[-1])) * length * root.error
-    across = getattr(part.problem, "uncertainty", None)
-    own = across(c.x, c.tangent) if across is not None else 0.0
+    own = part.problem.uncertainty(c.x, c.tangent)
     return along + 0.5 * root.p_curve * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
 
 

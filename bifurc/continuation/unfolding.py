@@ -87,7 +87,7 @@ class Unfolded(Problem):
         own = self.inner.monitor_values(u[:-1], p, np.delete(tangent, self.size - 1)) if self._kept else ()
         return np.array([*(own[k] for k in self._kept), abs(float(u[-1])) - BROKEN])
 
-    def family(self, name, bounds):
+    def family_over(self, name, bounds):
         """Return the unfolded equations over a second parameter."""
         return UnfoldedFamily(self, family_of(self.inner, name, bounds))
 

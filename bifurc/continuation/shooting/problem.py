@@ -21,8 +21,9 @@ from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
+from ..watching import bare
 from . import autonomous, branching, signature_change
-from .completion import completed
+from .completion import completion_near
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
@@ -100,6 +101,7 @@ class OrbitProblem(Problem):
     """
 
     touch = TOUCH  # as the audit of an orbit
+    wraps = True
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
@@ -281,7 +283,7 @@ class OrbitProblem(Problem):
 
     def change(self, kind, x, successor) -> SpecialPointKind:
         """See `Problem.change`: what changes between the two sequences has one name from both sides."""
-        return signature_change.changed(self, x, getattr(successor, "inner", successor), kind) or kind
+        return signature_change.changed(self, x, bare(successor), kind) or kind
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""
@@ -345,7 +347,7 @@ class OrbitProblem(Problem):
             made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
         return OrbitProblem(self.system, made[path], self.sequence, self.weights, self.x0, self.parameter_scale)
 
-    def family(self, name: str, bounds: tuple[float, float]):
+    def family_over(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
         return orbit_family(self, name, bounds)
 
@@ -390,7 +392,7 @@ class OrbitProblem(Problem):
 
     def end_point(self, x, reason):
         """See `Problem.end_point`: where a chattering just completes."""
-        found = completed(self, x) if reason is StopReason.CHATTERING else None
+        found = completion_near(self, x) if reason is StopReason.CHATTERING else None
         if found is None:
             return None
         problem, at, error = found
@@ -408,7 +410,7 @@ class OrbitProblem(Problem):
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may
         turn between them."""
-        speeds, scene, kick = listed_speeds(self, x), self.scene, self.scene.tables.kick
+        speeds, scene, kick = listed_speeds(*autonomous.written_out(self, x)), self.scene, self.scene.tables.kick
         impacts = [(scene.guard(int(before), int(guard)).element, speed)
                    for (before, guard), speed in zip(self.sequence.nodes[:, :AFTER], speeds, strict=True)
                    if guard >= 0 and kick[before, guard]]

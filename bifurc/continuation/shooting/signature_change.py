@@ -14,7 +14,7 @@ from ...orbits import sequence
 from ...orbits.sequence import AFTER, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
-from .successor import completed, cycle, jumps, successor, verified
+from .successor import complete_chatters, cycle, jumps, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -47,7 +47,7 @@ def through_grazing(problem, point, monitor):
         if side is not None and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
-    lost = search.incomplete if answer is None else completed(answer[0].sequence) < completed(problem.sequence)
+    lost = search.incomplete if answer is None else complete_chatters(answer[0].sequence) < complete_chatters(problem.sequence)
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
     if answer is None and search.creeps:
@@ -60,7 +60,7 @@ def through_grazing(problem, point, monitor):
 def accumulates(signature, other) -> bool:
     """Whether one of two sequences, the second that of the problem ``other``, completes an infinite sequence of impacts where the
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
-    one, two = (Counts(completed(s), kicks(other.scene, s)) for s in (signature, other.sequence))
+    one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
     fewer, more = (one, two) if one.completed < two.completed else (two, one)
     return fewer.completed < more.completed and fewer.kicks >= max(TRAIN, 0.5 * more.kicks)
 

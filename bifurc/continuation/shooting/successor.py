@@ -79,7 +79,7 @@ def successor(problem, point, through=False):
     for step in BEYOND:
         for x in _beyond(problem, point, step):
             for signature, unknowns in _read(problem, x, search):
-                search.incomplete |= completed(signature) < completed(problem.sequence)
+                search.incomplete |= complete_chatters(signature) < complete_chatters(problem.sequence)
                 if _cycle(problem.scene, signature) in tried:
                     continue
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
@@ -242,8 +242,8 @@ def boundaries(problem) -> list[int]:
     return [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
 
 
-def completed(signature) -> float:
-    """Return the number of infinite sequences of impacts a forcing period."""
+def complete_chatters(signature) -> float:
+    """Return the number of complete chatterings (infinite sequences of impacts) a forcing period."""
     return round(np.count_nonzero(signature.nodes[:, CLOSES] == 1) / (signature.span or 1.0), 9)
 
 
