@@ -74,7 +74,7 @@ class CurveProblem(Problem):
         self.base_parameter, self.parameter = base.parameter, family.name
         self.x0 = np.array(x0, float)
         self.size, self.scale = self.x0.size - 1, family.scale.copy()
-        self.condition, self._followed = ((conditions.Number(function), -1) if function is not None else
+        self.condition, self._followed = ((conditions.Number(base, function), -1) if function is not None else
                                           condition_of(base, kind, name, self.x0[:-1]))
         self.signature = base.signature
         monitors = [Monitor(SpecialPointKind.EXTREMUM, base.parameter, odd=True)]
@@ -142,6 +142,8 @@ class CurveProblem(Problem):
                 c = super().correct(x, tangent, fixed)
             finally:
                 self._noisy = False
+        if c.converged:
+            self.condition.reached(self.family, c.x)
         return c
 
     def monitor_values(self, u, p, tangent):
@@ -286,7 +288,7 @@ def condition_of(problem, kind, name, x):
     if followed and name == "unlisted" and problem.sequence is not None:
         touch = touching(problem, x)
         if touch is not None and touch[0] is problem:
-            return Touching(problem, touch[2]), followed[0]
+            return Touching(problem, x, touch[2]), followed[0]
     if followed and kind is SpecialPointKind.CHATTER_COMPLETION and problem.sequence is not None:
         own = condition(problem, x)
         if own is None:
