@@ -100,6 +100,13 @@ class Condition:
     def reached(self, family, x) -> None:
         """Take note of a point ``x`` = (u, a, b) (n + 2,) of the curve, where g is zero.  Here: nothing."""
 
+    def instants(self, problem, x) -> np.ndarray:
+        """Return the times (k,) of what happens in a period at ``x`` = (u, a) (n + 1,), parts of the span; none: not known."""
+        s = problem.sequence
+        if s is None or not s.events or s.span == 0.0:
+            return np.empty(0)
+        return np.mod(np.reshape(x[:-1], (len(s.nodes), -1))[:, 0] / s.span, 1.0)
+
 
 class Fold(Condition):
     """F_u is singular."""

@@ -43,6 +43,7 @@ SINGULAR = {"shrinks": "an orbit shrinks onto an equilibrium is followed as the 
 RESONANCES = (SpecialPointKind.RESONANCE_1_1, SpecialPointKind.RESONANCE_1_2)
 ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
 APART = 1e-6  # by which a unit step along a curve of branch points may part the branches
+MEETING = 2e-3  # of a period (or of half of one that is symmetric), between two events
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -183,6 +184,21 @@ class CurveProblem(Problem):
         if renewed is None:
             return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
         return renewed, point.x, point.tangent
+
+    def named_end(self, x, reason, message):
+        """See `Problem.named_end`: where two instants of the orbit that were apart at the start meet, another change of its
+        sequence happens together with the followed one."""
+        if reason is StopReason.DS_MIN:
+            here, there = (self._close(y) for y in (x, self.x0))
+            if here > there:
+                return StopReason.NO_SUCCESSOR, (f"the followed {self.kind!s} meets another change of the sequence of events here, "
+                                                 "a point of codimension two")
+        return reason, message
+
+    def _close(self, x) -> int:
+        """Return how many pairs of successive instants of the orbit at ``x`` (n + 2,) are hardly apart."""
+        instants = np.sort(self.condition.instants(self.family.at(float(x[-1])), x[:-1]))
+        return int(np.count_nonzero(np.diff(instants, append=instants[:1] + 1.0) < MEETING))
 
     def branches(self, point, n_max):
         """Return points on the curves that leave a codimension-2 point, see `leaving`."""

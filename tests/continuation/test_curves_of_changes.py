@@ -38,7 +38,8 @@ def test_a_curve_forgets_the_steps_that_failed():
     value = system.parameter("coulomb.friction")
     point = bf.trace(bf.find_orbit(system), "omega", bounds=(0.4, 0.9)).special_points.of(kind)[-1]
     curve = bf.trace_curve(point, ("omega", "coulomb.friction"), bounds={"coulomb.friction": (value - 0.02, value + 0.02)})
-    assert curve.ends[0].reason == "bound"
+    assert [end.reason.value for end in curve.ends] == ["bound", "no_successor"]
+    assert "a point of codimension two" in curve.ends[1].message
     assert curve.column("coulomb.friction")[[0, -1]] == pytest.approx([value - 0.02, 0.28597], abs=2e-5)
     beside = system.with_parameters(**{"coulomb.friction": value - 0.02})
     other = bf.trace(bf.find_orbit(beside), "omega", bounds=(0.4, 0.9)).special_points.of(kind)[-1]

@@ -490,14 +490,15 @@ class OrbitProblem(Problem):
         """Return the multipliers at a solution, as those of `PeriodicOrbit`."""
         return self._multipliers(x)
 
-    def repeated(self, x):
-        """Return the equations of the orbit run through twice, and their solution."""
+    def repeated(self, x, times: int = 2):
+        """Return the equations of the orbit run through several times, and their solution."""
         s = self.sequence
-        later = x[:-1].reshape(len(s.nodes), -1).copy()
-        later[:, 0] += s.span
-        nodes = np.vstack([s.nodes, s.nodes])
-        start = np.concatenate([x[:-1], later.ravel(), x[-1:]])
-        return self.with_sequence(Signature(nodes, np.concatenate([s.fixed, s.fixed + s.span]), 2.0 * s.span), start), start
+        rows = np.tile(x[:-1].reshape(len(s.nodes), -1), (times, 1))
+        later = np.repeat(s.span * np.arange(times), len(s.nodes))
+        rows[:, 0] += later
+        start = np.append(rows.ravel(), x[-1])
+        signature = Signature(np.tile(s.nodes, (times, 1)), np.tile(s.fixed, times) + later, times * s.span)
+        return self.with_sequence(signature, start), start
 
     def _multipliers(self, x) -> np.ndarray:
         whole, U = self._whole(x)
