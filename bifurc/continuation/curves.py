@@ -425,6 +425,9 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     problem = point.problem
     inner = bare(problem)
     kind, named, at = point.kind, point.name, point.x
+    if isinstance(inner, CurveProblem):
+        raise ValueError(f"the {kind.value} is a point of a curve in two parameters already; curves that leave it begin at "
+                         "the points that switch_branch(point) gives")
     if kind is SpecialPointKind.GRAZING and inner.sequence is not None:
         touch = touching(inner, at)
         if touch is not None and touch[0] is not inner:  # follow the orbit that touches, from whichever side it was met

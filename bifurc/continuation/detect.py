@@ -16,6 +16,7 @@ from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, St
 from .problem import Corrected
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
+from .tori import pair_on_circle
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
@@ -192,13 +193,15 @@ def crossed(half, row, new, at_boundary):
             continue
         if j and sign < 0 and part.monitors[j - 1].falling:
             continue
-        if a.tests[j] * sign <= 0.0:
+        if not a.tests[j] * sign > 0.0:
             a, b = earlier_pair(half, row, new, j, sign)
+        if a.tests[j] != a.tests[j] or b.tests[j] != b.tests[j]:
+            continue  # not known on this side: nothing can be enclosed
         special = zero_between(part, a, b, j)
         if special is None:
             if new.s - row.s > SHORT:
                 return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
-            special = guessed(part, row, new, j)
+            special = guessed(part, a, b, j)
         if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
         if j == 0:
@@ -208,8 +211,22 @@ def crossed(half, row, new, at_boundary):
         if not any(other.kind is special.kind and other.name == special.name and abs(other.s - special.s) < 1e-9
                    for other in half.found):
             found.append(special)
+    if SpecialPointKind.NEIMARK_SACKER in part.kinds:
+        found += torus(half, row, new, at_boundary, found)
     found.sort(key=lambda special: special.s)
     return found, None
+
+
+def torus(half, row, new, at_boundary, found):
+    """Return the Neimark-Sacker point of a step in a list, if multipliers tell one that no test showed."""
+    part, kind = row.part, SpecialPointKind.NEIMARK_SACKER
+    j = part.kinds.index(kind)
+    a, b = beginning(half, row, new, j), ending(half, row, new, j) if at_boundary else new
+    if any(special.kind is kind for special in found) or b is None:
+        return []
+    made = pair_on_circle(part, a, b, found)
+    special = None if made is None else located(part, a, b, j, *made)
+    return [] if special is None else [special]
 
 
 def beginning(half, row, new, j):

@@ -318,6 +318,11 @@ class Problem:
         """Return the Floquet multipliers at ``x`` (n + 1,), complex, or None where there are none to be balanced."""
         return None
 
+    def half_multipliers(self, x):
+        """Return the multipliers of half a period followed by the mirror, complex, of solutions that are their own mirror image
+        after half a period; None of others."""
+        return None
+
     def multipliers_of_rows(self, xs):
         """Return the Floquet multipliers (m, k) of rows ``xs`` (m, n + 1), NaN where they are not known, of problems that do not
         watch them in every step; None of others."""

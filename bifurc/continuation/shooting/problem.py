@@ -33,11 +33,13 @@ ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the fir
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
+KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
+BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -121,6 +123,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._kept = sequence.kept(self.scene)
+        self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
@@ -196,7 +199,8 @@ class OrbitProblem(Problem):
         if self._born:
             values.append(autonomous.extent(self, x))
         if self._tori:
-            values.append(self._torus(x))
+            born = self._hits and info[sequence.LISTED] <= BORN
+            values.append(math.nan if born else self._torus(x))
         return np.array(values)
 
     def _flip(self, x, value: float) -> float:
@@ -354,7 +358,7 @@ class OrbitProblem(Problem):
     def on_path(self, path: ParameterPath) -> "OrbitProblem":
         """Return the problem with the numbers of another path along the same parameter."""
         other = copy.copy(self)
-        other.path, other.equations = path, self.equations.on(path)
+        other.path, other.equations, other._known = path, self.equations.on(path), {}
         other._refusal = self._refusal.on(other.equations)
         return other
 
@@ -501,10 +505,15 @@ class OrbitProblem(Problem):
         return self.with_sequence(signature, start), start
 
     def _multipliers(self, x) -> np.ndarray:
-        whole, U = self._whole(x)
-        M = np.empty((self.scene.ns, self.scene.ns))
-        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
-        return nontrivial(self.equations, whole, U, M, self._kept)
+        key = np.asarray(x, float).tobytes()
+        if key not in self._known:
+            whole, U = self._whole(x)
+            M = np.empty((self.scene.ns, self.scene.ns))
+            self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
+            if len(self._known) >= KNOWN:
+                self._known.clear()
+            self._known[key] = nontrivial(self.equations, whole, U, M, self._kept)
+        return self._known[key].copy()
 
     def is_motion(self, x) -> bool:
         """See `Problem.is_motion`."""
@@ -514,6 +523,16 @@ class OrbitProblem(Problem):
     def floquet_multipliers(self, x):
         """See `Problem.floquet_multipliers`; None where two impacts of one instant leave them undefined."""
         return None if self._together(x) else self._multipliers(x)
+
+    def half_multipliers(self, x):
+        """See `Problem.half_multipliers`."""
+        s = self.sequence
+        if s.closure > 0:
+            return None
+        s, U = s.written_out(x[:-1])
+        M = np.empty((self.scene.ns, self.scene.ns))
+        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), s.nodes, s.span, U, M)
+        return nontrivial(self.equations, s, U, -M, self._kept)
 
     def _together(self, x) -> bool:
         """Whether two impacts of different stops fall on one instant: then only the orbit tells its multipliers."""

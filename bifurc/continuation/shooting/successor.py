@@ -121,18 +121,19 @@ def balanced(problem, point, new, x, tangent) -> bool:
     The period map is continuous, so that of one branch the number of solutions at a parameter, counted with their index, is
     the same on both sides (di Bernardo et al. 2008, section 3.1, after Feigin).
     """
-    before = index(problem, point.x, point.tangent, -1.0)
-    return before == 0.0 or before * index(new, x, tangent, 1.0) >= 0.0
+    half = problem.sequence.closure < 0 and new.sequence.closure < 0
+    before = index(problem, point.x, point.tangent, -1.0, half)
+    return before == 0.0 or before * index(new, x, tangent, 1.0, half) >= 0.0
 
 
-def index(problem, x, tangent, toward) -> float:
+def index(problem, x, tangent, toward, half=False) -> float:
     """Return the sign of det(1 - M) dp/ds beside ``x`` (n + 1,), 0 where it cannot be told; ``tangent`` in the direction of travel,
-    ``toward`` 1 ahead and -1 back."""
+    ``toward`` 1 ahead and -1 back; M is that of half a period followed by the mirror where ``half`` says so."""
     for step in BESIDE:
         c = problem.correct(x + toward * step * problem.scale * tangent, tangent)
         if not (c.converged and inside(problem, c)):
             continue
-        numbers = counted(problem.floquet_multipliers(c.x))
+        numbers = counted(problem.half_multipliers(c.x) if half else problem.floquet_multipliers(c.x))
         if numbers is not None and abs(c.tangent[-1]) > BOUNDARY_BAND:
             return math.copysign(1.0, c.tangent[-1]) * (-1.0)**numbers[0]
     return 0.0
