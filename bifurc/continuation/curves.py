@@ -17,6 +17,7 @@ from . import conditions
 from .balance.problem import BESIDE
 from .branch import Branch
 from .codimension_two import watched
+from .detect import AT_BOUNDARY
 from .families import family_of
 from .grazing.following import Touching, touching
 from .kinds import CorrectorStatus, SpecialPointKind, StopReason
@@ -24,6 +25,7 @@ from .leaving import curves_from
 from .monitors import WithMonitors
 from .problem import EPS, Monitor, Problem
 from .shooting.completion import completion_near, condition
+from .shooting.signature_change import LEAVING, UNLISTED
 from .special import SpecialPoint
 from .stability_changes import confirmed, tests
 from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
@@ -301,7 +303,9 @@ def condition_of(problem, kind, name, x):
         return conditions.Flip(problem), -1
     if kind is SpecialPointKind.BRANCH_POINT and followed and problem.wraps:
         return conditions.Flip(problem), -1  # of the half period: the symmetry breaks
-    if followed and name == "unlisted" and problem.sequence is not None:
+    if followed and name == UNLISTED and (rate := zero_with(problem, x, LEAVING)) is not None:
+        followed = [rate]  # a mass that turns round begins to rest: behind it the maximum grows like the square of the rate
+    elif followed and name == UNLISTED and problem.sequence is not None:
         touch = touching(problem, x)
         if touch is not None and touch[0] is problem:
             return Touching(problem, x, touch[2]), followed[0]
@@ -319,6 +323,15 @@ def condition_of(problem, kind, name, x):
         raise ValueError(f"a {kind.value} cannot be followed in two parameters: its equations have no condition that stays zero "
                          "along a curve")
     return conditions.Zero(problem, followed[0]), followed[0]
+
+
+def zero_with(problem, x, name) -> int | None:
+    """Return the index of the monitor ``name`` if it is zero at ``x`` (n + 1,), to rounding."""
+    index = next((k for k, monitor in enumerate(problem.monitors) if monitor.name == name), None)
+    if index is None:
+        return None
+    value = problem.monitor_values(x[:-1], float(x[-1]), np.zeros(x.size))[index]
+    return index if abs(value) <= AT_BOUNDARY else None
 
 
 class ParameterCurve(Branch):
