@@ -43,6 +43,7 @@ SINGULAR = {"shrinks": "an orbit shrinks onto an equilibrium is followed as the 
 RESONANCES = (SpecialPointKind.RESONANCE_1_1, SpecialPointKind.RESONANCE_1_2)
 ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
 APART = 1e-6  # by which a unit step along a curve of branch points may part the branches
+MEETING = 2e-3  # of a period (or of half of one that is symmetric), between two events
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -74,7 +75,7 @@ class CurveProblem(Problem):
         self.base_parameter, self.parameter = base.parameter, family.name
         self.x0 = np.array(x0, float)
         self.size, self.scale = self.x0.size - 1, family.scale.copy()
-        self.condition, self._followed = ((conditions.Number(function), -1) if function is not None else
+        self.condition, self._followed = ((conditions.Number(base, function), -1) if function is not None else
                                           condition_of(base, kind, name, self.x0[:-1]))
         self.signature = base.signature
         monitors = [Monitor(SpecialPointKind.EXTREMUM, base.parameter, odd=True)]
@@ -142,6 +143,8 @@ class CurveProblem(Problem):
                 c = super().correct(x, tangent, fixed)
             finally:
                 self._noisy = False
+        if c.converged:
+            self.condition.reached(self.family, c.x)
         return c
 
     def monitor_values(self, u, p, tangent):
@@ -181,6 +184,21 @@ class CurveProblem(Problem):
         if renewed is None:
             return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
         return renewed, point.x, point.tangent
+
+    def named_end(self, x, reason, message):
+        """See `Problem.named_end`: where two instants of the orbit that were apart at the start meet, another change of its
+        sequence happens together with the followed one."""
+        if reason is StopReason.DS_MIN:
+            here, there = (self._close(y) for y in (x, self.x0))
+            if here > there:
+                return StopReason.NO_SUCCESSOR, (f"the followed {self.kind!s} meets another change of the sequence of events here, "
+                                                 "a point of codimension two")
+        return reason, message
+
+    def _close(self, x) -> int:
+        """Return how many pairs of successive instants of the orbit at ``x`` (n + 2,) are hardly apart."""
+        instants = np.sort(self.condition.instants(self.family.at(float(x[-1])), x[:-1]))
+        return int(np.count_nonzero(np.diff(instants, append=instants[:1] + 1.0) < MEETING))
 
     def branches(self, point, n_max):
         """Return points on the curves that leave a codimension-2 point, see `leaving`."""
@@ -286,7 +304,7 @@ def condition_of(problem, kind, name, x):
     if followed and name == "unlisted" and problem.sequence is not None:
         touch = touching(problem, x)
         if touch is not None and touch[0] is problem:
-            return Touching(problem, touch[2]), followed[0]
+            return Touching(problem, x, touch[2]), followed[0]
     if followed and kind is SpecialPointKind.CHATTER_COMPLETION and problem.sequence is not None:
         own = condition(problem, x)
         if own is None:
@@ -407,6 +425,9 @@ def trace_curve(point, parameters, bounds=None, direction=None, *, ds=DS, ds_max
     problem = point.problem
     inner = bare(problem)
     kind, named, at = point.kind, point.name, point.x
+    if isinstance(inner, CurveProblem):
+        raise ValueError(f"the {kind.value} is a point of a curve in two parameters already; curves that leave it begin at "
+                         "the points that switch_branch(point) gives")
     if kind is SpecialPointKind.GRAZING and inner.sequence is not None:
         touch = touching(inner, at)
         if touch is not None and touch[0] is not inner:  # follow the orbit that touches, from whichever side it was met

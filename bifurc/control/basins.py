@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from .. import plotting
+from .. import io, plotting
 from ..compose.scene import scene_of
 from ..elements import DelayedFeedback
 from ..elements.checks import choice, number, whole
@@ -19,11 +19,13 @@ from ..flow import settle
 from ..flow.delayed.march import feedbacks_of, integrate, without_feedback
 from ..flow.delayed.verb import past_of
 from ..flow.status import Status
-from ..jobs.executors import SerialExecutor, check_executor
+from ..jobs.executors import check_executor, user_parts
 from ..jobs.progress import Progress
+from ..jobs.resumable import resumable
 from ..orbits.orbit import PeriodicOrbit
 from ..system import System, require_system
 
+KIND = "feedback basins"
 PASTS = ("free", "constant", "orbit")
 STAYED = 3  # delays for which a motion must stay near the orbit, or repeat
 NEARER = 0.25  # of the distance at which it came near: to this it must fall
@@ -72,6 +74,8 @@ class FeedbackBasins:
         Forcing periods until that was known.
     attractors : tuple
         The orbit, and other periodic motions that were met (`HeldMotion`).
+    key : str
+        Of the job in its file.
     """
 
     system: System = field(repr=False)
@@ -82,6 +86,7 @@ class FeedbackBasins:
     states: np.ndarray = field(repr=False)
     periods: np.ndarray = field(repr=False)
     attractors: tuple = field(repr=False)
+    key: str = field(default="", repr=False)
 
     @property
     def fractions(self) -> dict[int, float]:
@@ -94,13 +99,43 @@ class FeedbackBasins:
         """Share of the starts that end on the orbit."""
         return self.fractions[0]
 
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        orbit, stored = self.orbit.to_record()
+        others = self.attractors[1:]
+        arrays = {"labels": self.labels, "states": self.states, "periods": self.periods,
+                  "points": np.array([row for other in others for row in other.points]).reshape(-1, self.orbit.state.size),
+                  "counts": np.array([other.periods for other in others], np.int64),
+                  **{f"orbit.{name}": values for name, values in stored.items()}}
+        return {"kind": KIND, "system": self.system.to_record(), "orbit": orbit, "grid": self.grid.to_record(), "past": self.past,
+                "key": self.key}, arrays
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "FeedbackBasins":
+        """Make the map that `to_record` described; ``elements`` are user classes and laws."""
+        stored = {name.removeprefix("orbit."): values for name, values in arrays.items() if name.startswith("orbit.")}
+        orbit = PeriodicOrbit.from_record(header["orbit"], stored, elements)
+        parts = np.split(arrays["points"], np.cumsum(arrays["counts"])[:-1]) if arrays["counts"].size else []
+        return cls(System.from_record(header["system"], elements), orbit, Grid.from_record(header["grid"]), header["past"],
+                   arrays["labels"], arrays["states"], arrays["periods"], (orbit, *(HeldMotion(part, len(part)) for part in parts)),
+                   header["key"])
+
+    def save(self, path) -> None:
+        """Write the map to an npz file."""
+        io.write(path, *self.to_record())
+
+    @classmethod
+    def load(cls, path, elements=()) -> "FeedbackBasins":
+        """Read a map that `save`, or `feedback_basins` with ``file=``, has written."""
+        return cls.from_record(*io.read(path, KIND), elements=elements)
+
     def plot(self, ax=None):
         """Draw the map; return the axes."""
         return plotting.plot_basins(self, ax)
 
 
 def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: str = "free", tolerance: float = 1e-3,
-                    max_periods: int = 400, max_events: int = 2000, executor=None, progress: bool = False) -> FeedbackBasins:
+                    max_periods: int = 400, max_events: int = 2000, executor=None, file=None, progress=False) -> FeedbackBasins:
     """Return which starts of a grid a delayed feedback brings to an orbit.
 
     Every start is simulated with events on its own past, until it stays near the orbit and comes nearer, repeats otherwise, leaves
@@ -125,7 +160,9 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
         Largest number of events a forcing period.
     executor : Executor, optional
         With the shape of `concurrent.futures.Executor`; None: this thread.
-    progress : bool
+    file : path-like, optional
+        Where the map is saved; finished starts are kept beside it until then, so that an interrupted call goes on.
+    progress : bool or callable
 
     Returns
     -------
@@ -135,6 +172,8 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
     ------
     ValueError
         System without forcing or feedback, a delay that is no multiple of the orbit's period, arguments out of range.
+    FileExistsError
+        When ``file`` is something else than such a map.
 
     References
     ----------
@@ -173,12 +212,43 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
     starts = states_at(free, grid.names, grid.at, grid.points(np.arange(grid.size)))
     work = partial(followed, system, orbit, past, tolerance, max_periods, max_events, round(turns))
     chunks = np.array_split(starts, max(1, -(-len(starts) // CHUNK)))
-    with Progress("basins under feedback", len(starts), progress) as bar:
-        found: list[tuple] = []
-        for part in (executor or SerialExecutor()).map(work, chunks):
-            found.extend(part)
-            bar.advance(len(part))
-    return _numbered(system, orbit, grid, past, found)
+    header, arrays = orbit.to_record()
+    job = {"what": KIND, "system": system.to_record(), "orbit": [header, arrays], "past": past, "tolerance": tolerance,
+           "max_periods": max_periods, "max_events": max_events, "elements": user_parts(system)}
+
+    def compute(store, key) -> FeedbackBasins:
+        names = [store.name({"starts": chunk}) for chunk in chunks]
+        found = {k: unpacked(*kept) for k, name in enumerate(names) if (kept := store.load(name)) is not None}
+        missing = [k for k in range(len(chunks)) if k not in found]
+        with Progress("basins under feedback", len(starts), progress) as bar:
+            bar.advance(sum(len(chunks[k]) for k in found))
+            parts = (map if executor is None else executor.map)(work, [chunks[k] for k in missing])  # one by one: each is kept
+            for k, part in zip(missing, parts, strict=True):
+                store.save(names[k], *packed(part))
+                found[k] = part
+                bar.advance(len(part))
+        return _numbered(system, orbit, grid, past, [each for k in range(len(chunks)) for each in found[k]], key)
+
+    return resumable(KIND, file, job, partial(FeedbackBasins.from_record, elements=user_parts(system)), compute,
+                     part={"grid": grid.to_record()})
+
+
+def packed(part) -> tuple[dict, dict]:
+    """Return what `followed` found as header and arrays of a chunk."""
+    cycles = [np.empty((0, 0)) if cycle is None else cycle for _, _, cycle in part]
+    rows = [row for cycle in cycles for row in cycle]
+    return ({"states": [state.value for state, _, _ in part], "periods": [count for _, count, _ in part],
+             "counts": [None if cycle is None else len(cycle) for _, _, cycle in part]}, {"rows": np.array(rows)})
+
+
+def unpacked(meta, arrays) -> list[tuple]:
+    """Return what `packed` stored."""
+    found, at = [], 0
+    for state, periods, count in zip(meta["states"], meta["periods"], meta["counts"], strict=True):
+        cycle = None if count is None else arrays["rows"][at:at + count]
+        at += count or 0
+        found.append((CellState(state), periods, cycle))
+    return found
 
 
 def followed(system, orbit, past, tolerance, max_periods, max_events, turns, starts) -> list[tuple]:
@@ -264,7 +334,7 @@ class Watch:
         return False
 
 
-def _numbered(system, orbit, grid, past, found) -> FeedbackBasins:
+def _numbered(system, orbit, grid, past, found, key) -> FeedbackBasins:
     """Return the map with numbers for the motions that were met, in the order of the starts."""
     attractors: list = [orbit]
     labels = np.full(len(found), -1)
@@ -285,4 +355,4 @@ def _numbered(system, orbit, grid, past, found) -> FeedbackBasins:
     states = np.array([state.code for state, _, _ in found], np.int8)
     periods = np.array([count for _, count, _ in found], np.int32)
     return FeedbackBasins(system, orbit, grid, past, labels.reshape(grid.shape), states.reshape(grid.shape),
-                          periods.reshape(grid.shape), tuple(attractors))
+                          periods.reshape(grid.shape), tuple(attractors), key)
