@@ -11,12 +11,14 @@ import numpy as np
 from . import conditions
 from .balance.problem import BESIDE
 from .codimension_two import watched
+from .detect import AT_BOUNDARY
 from .families import family_of
 from .grazing.following import Touching, touching
 from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .leaving import curves_from
 from .problem import EPS, Monitor, Problem
 from .shooting.completion import condition
+from .shooting.signature_change import LEAVING, UNLISTED
 from .stability_changes import confirmed, tests
 from .unfolding import BREAKS, Crossed, Unfolded
 
@@ -29,6 +31,7 @@ SINGULAR = {"shrinks": "an orbit shrinks onto an equilibrium is followed as the 
             "merges": "a doubled orbit merges with its parent is followed as the period doubling of the parent: trace that"}
 RESONANCES = (SpecialPointKind.RESONANCE_1_1, SpecialPointKind.RESONANCE_1_2)
 ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
+MEETING = 2e-3  # of a period (or of half of one that is symmetric), between two events
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -60,7 +63,7 @@ class CurveProblem(Problem):
         self.base_parameter, self.parameter = base.parameter, family.name
         self.x0 = np.array(x0, float)
         self.size, self.scale = self.x0.size - 1, family.scale.copy()
-        self.condition, self._followed = ((conditions.Number(function), -1) if function is not None else
+        self.condition, self._followed = ((conditions.Number(base, function), -1) if function is not None else
                                           condition_of(base, kind, name, self.x0[:-1]))
         self.signature = base.signature
         monitors = [Monitor(SpecialPointKind.EXTREMUM, base.parameter, odd=True)]
@@ -128,6 +131,8 @@ class CurveProblem(Problem):
                 c = super().correct(x, tangent, fixed)
             finally:
                 self._noisy = False
+        if c.converged:
+            self.condition.reached(self.family, c.x)
         return c
 
     def monitor_values(self, u, p, tangent):
@@ -167,6 +172,21 @@ class CurveProblem(Problem):
         if renewed is None:
             return f"the followed {self.kind!s} meets a {monitor.kind!s} here, a point of codimension two"
         return renewed, point.x, point.tangent
+
+    def named_end(self, x, reason, message):
+        """See `Problem.named_end`: where two instants of the orbit that were apart at the start meet, another change of its
+        sequence happens together with the followed one."""
+        if reason is StopReason.DS_MIN:
+            here, there = (self._close(y) for y in (x, self.x0))
+            if here > there:
+                return StopReason.NO_SUCCESSOR, (f"the followed {self.kind!s} meets another change of the sequence of events here, "
+                                                 "a point of codimension two")
+        return reason, message
+
+    def _close(self, x) -> int:
+        """Return how many pairs of successive instants of the orbit at ``x`` (n + 2,) are hardly apart."""
+        instants = np.sort(self.condition.instants(self.family.at(float(x[-1])), x[:-1]))
+        return int(np.count_nonzero(np.diff(instants, append=instants[:1] + 1.0) < MEETING))
 
     def branches(self, point, n_max):
         """Return points on the curves that leave a codimension-2 point, see `leaving`."""
@@ -269,10 +289,12 @@ def condition_of(problem, kind, name, x):
         return conditions.Flip(problem), -1
     if kind is SpecialPointKind.BRANCH_POINT and followed and problem.wraps:
         return conditions.Flip(problem), -1  # of the half period: the symmetry breaks
-    if followed and name == "unlisted" and problem.sequence is not None:
+    if followed and name == UNLISTED and (rate := zero_with(problem, x, LEAVING)) is not None:
+        followed = [rate]  # a mass that turns round begins to rest: behind it the maximum grows like the square of the rate
+    elif followed and name == UNLISTED and problem.sequence is not None:
         touch = touching(problem, x)
         if touch is not None and touch[0] is problem:
-            return Touching(problem, touch[2]), followed[0]
+            return Touching(problem, x, touch[2]), followed[0]
     if followed and kind is SpecialPointKind.CHATTER_COMPLETION and problem.sequence is not None:
         own = condition(problem, x)
         if own is None:
@@ -287,3 +309,12 @@ def condition_of(problem, kind, name, x):
         raise ValueError(f"a {kind.value} cannot be followed in two parameters: its equations have no condition that stays zero "
                          "along a curve")
     return conditions.Zero(problem, followed[0]), followed[0]
+
+
+def zero_with(problem, x, name) -> int | None:
+    """Return the index of the monitor ``name`` if it is zero at ``x`` (n + 1,), to rounding."""
+    index = next((k for k, monitor in enumerate(problem.monitors) if monitor.name == name), None)
+    if index is None:
+        return None
+    value = problem.monitor_values(x[:-1], float(x[-1]), np.zeros(x.size))[index]
+    return index if abs(value) <= AT_BOUNDARY else None

@@ -95,7 +95,7 @@ def other_touches(curve, point):
             continue
         other = copy.copy(curve)
         for sign in (1.0, -1.0):
-            other.condition = Touching(curve.family.problem, item)
+            other.condition = Touching(curve.family.problem, point.x[:-1], item)
             x = point.x + sign * ASIDE[0] * curve.scale[-1] * row
             if not curve.family.interval[0] <= x[-1] <= curve.family.interval[1]:
                 continue

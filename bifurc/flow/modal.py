@@ -8,6 +8,7 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER, TURN
+from .peak import zeros
 from .polynomial import EPS, first_zero, highest
 
 TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
@@ -224,7 +225,7 @@ def modal_peak(T, m, g, x, s, closing, low):
     best, where, t, rising = -np.inf, 0.0, 0.0, False
     to_modal(T, m, x, xi)
     rows_series(T, m, g, xi, a)
-    for j in range(low):  # the zero at the start is exact: rounding is no maximum beyond it
+    for j in range(zeros(T, m, g, x, low)):  # the zero at the start is exact: rounding is no maximum beyond it
         a[j] = 0.0
     while t < s:
         amplitudes(T, m, xi, size)

@@ -1,33 +1,42 @@
 """One touch of an orbit as the condition of a curve in two parameters, and the numbers that single out points of it."""
 import math
+from collections import deque
 
 import numpy as np
 
-from ..conditions import ALONG, difference
+from ..conditions import ALONG, Condition, difference
 from .classify import powers
 from .touch import every_touch, maxima, rates, touch_at, unlisted
 
 POWERS = 6  # s_k that are watched
 FAR = 5.0  # scaled depth below which no other maximum is looked for
 MAX_ITERATIONS = 40
+REMEMBERED = 8  # latest points of a curve
 BESIDE = 2e-3  # periods between the five accelerations of a top beside a law
 SYMMETRIC = 1e-12  # scaled rate of the guard at the zero of its third derivative
 
 
-class Touching:
+class Touching(Condition):
     """The maximum of a guard that is followed is zero: smooth through other maxima, unlike the largest of all.
+
+    Which of several maxima is meant is told by the nearest of the latest points of the curve, and of the first: what Newton meets
+    on its way to no solution is forgotten.
 
     Parameters
     ----------
     problem : OrbitProblem
         Of the touching orbit, which does not list the touch.
+    x : ndarray (n + 1,)
+        Unknowns and parameter of the touching orbit.
     item : tuple
         (tau, mode, guard, state) of the touch.
     """
 
-    def __init__(self, problem, item):
-        self.problem = problem
-        self.tau, self.mode, self.guard = float(item[0]), int(item[1]), int(item[2])
+    def __init__(self, problem, x, item):
+        super().__init__(problem)
+        self.mode, self.guard = int(item[1]), int(item[2])
+        self.first = np.array(x, float), float(item[0])  # point (u, a) (n + 1,) of the curve, time of the touch (periods)
+        self.latest: deque = deque(maxlen=REMEMBERED)
 
     def value(self, family, x) -> float:
         """Return the scaled maximum at ``x`` = (u, a, b) (n + 2,)."""
@@ -38,8 +47,7 @@ class Touching:
 
         The guard is stationary in time there, so that its maximum changes as it does at the same instant.
         """
-        value, self.tau = self.top(family.at(float(x[-1])), x[:-1])
-        tau = self.tau
+        value, tau = self.top(family.at(float(x[-1])), x[:-1])
 
         def there(y):
             problem = family.at(float(y[-1]))
@@ -47,6 +55,14 @@ class Touching:
             return float(state @ problem.equations.path.tables.G[self.mode, self.guard]) / self.size(problem)
         gradient = np.array([difference(there, x, i, ALONG * family.scale[i]) for i in range(x.size)])
         return value, gradient
+
+    def reached(self, family, x) -> None:
+        """See `Condition.reached`."""
+        self.latest.append((x[:-1].copy(), self.top(family.at(float(x[-1])), x[:-1])[1]))
+
+    def instants(self, problem, x) -> np.ndarray:
+        """See `Condition.instants`: the touch is one of them."""
+        return np.append(super().instants(problem, x), np.mod(self.top(problem, x)[1] / problem.sequence.span, 1.0))
 
     def size(self, problem) -> float:
         """Natural size of the guard."""
@@ -84,10 +100,10 @@ class Touching:
         return np.array([*own, a[2] / 2.0, third / 6.0, fourth / 24.0])
 
     def top(self, problem, x):
-        """Return (scaled value, tau) of the stationary point of the guard next to the followed one, at ``x`` (n + 1,)."""
+        """Return (scaled value, tau) of the stationary point of the guard that is followed, at ``x`` (n + 1,)."""
         T = problem.equations.numbers_at(x[-1])
         period, reach = 2.0 * np.pi / T.flat[0], float(T.step[self.mode])
-        tau = self.tau
+        tau = min((self.first, *self.latest), key=lambda point: float(np.linalg.norm((x - point[0]) / problem.scale)))[1]
         for _ in range(3):  # each on the series about the last place
             a = self.series(problem, x, tau)
             move = stationary(a, reach)

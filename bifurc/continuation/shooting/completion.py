@@ -22,7 +22,7 @@ from ...elements import EventKind
 from ...orbits.autonomous import wound
 from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE
 from ...orbits.signature import Signature, divided
-from ..conditions import difference
+from ..conditions import Condition, difference
 
 IMPACTS = 6  # of a train, at least
 LEFT = 1e-7  # periods left at the last impact whose ratio is used: rounding of times is 1e-9 of that
@@ -142,7 +142,7 @@ def begun_at(problem, x, first):
                     [state_at(problem, x, k) for k in places])
 
 
-class Completion:
+class Completion(Condition):
     """The ratios of the times left at three successive impacts extrapolate to that of the boundary.
 
     Parameters
@@ -155,7 +155,8 @@ class Completion:
     """
 
     def __init__(self, problem, impacts, release):
-        self.problem, self.impacts, self.release = problem, tuple(impacts), release
+        super().__init__(problem)
+        self.impacts, self.release = tuple(impacts), release
         self.hit = tuple(node_at(problem, impacts[0])[:AFTER])
 
     def restitution(self, problem, p) -> float:
