@@ -1,11 +1,14 @@
-"""Kernels of scenes under laws that are not affine: the package's own text, written again.
+"""Kernels of scenes that another engine moves: the package's own text, written again.
 
 Two kinds of modules are written.  One for every set of laws: `bifurc.flow.collocation` with the functions of these laws in
-the place of `bifurc.flow.nolaw`; it holds the two C functions that the tables of a scene point to.  And, once for all laws,
+the place of `bifurc.flow.nolaw`; it holds the two C functions that the tables of a scene point to.  And, once for an engine,
 twins of the modules of kernels that build on `bifurc.flow.affine`: in a twin every name of the engine comes from the
-engine of laws (`ENGINE` of `bifurc.flow.smooth` and `smoothguards`), and imports of modules that have a twin lead there.
+engine's own modules (their `ENGINE`), and what reaches such a name is defined again on it.  There are two engines beside the
+affine one: of laws that are not affine, and of many degrees of freedom.
 Files are named by a hash of everything in them and of numba's version, appear by renaming, and are ordinary modules with
 ordinary ``@njit(cache=True)``: a later process loads them.
+
+One file, because a written module is collected, written, hashed and loaded by one set of rules on names.
 """
 import ast
 import functools
@@ -18,6 +21,7 @@ import pathlib
 import sys
 import time
 from collections.abc import Callable, Container
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -27,14 +31,23 @@ from . import curve, written
 from .lawtext import LawError, standalone
 from .pieces import FORCE, GUARD, KICK, REACTION, REST, law_rows
 
-ENGINE_MODULES = ("bifurc.flow.smooth", "bifurc.flow.smoothguards")  # their `ENGINE` names replace those of templates
-FACADE_MODULE = "bifurc.flow.smoothguards"  # has every name of the affine engine
 AFFINE_MODULE = "bifurc.flow.affine"
 STEP_MODULE = "bifurc.flow.collocation"  # the text written around laws
 LAW_MODULE = "bifurc.flow.nolaw"  # whose place they take in it
 LEVELS, FALL = 5, 16.0  # of the steps of differences: how many, and by what factor they fall
 
 _log = logging.getLogger("bifurc.compose")
+
+
+class Engine(NamedTuple):
+    """Functions that move a state in the place of those of `bifurc.flow.affine`."""
+
+    name: str
+    modules: tuple[str, ...]  # their `ENGINE` names replace those of templates
+
+
+LAWS = Engine("laws", ("bifurc.flow.smooth", "bifurc.flow.smoothguards"))
+MODAL = Engine("modal", ("bifurc.flow.modal_engine",))
 _compiled: dict[tuple, tuple[int, ...]] = {}
 
 
@@ -44,7 +57,7 @@ def kernels(scene, template: str = AFFINE_MODULE):
     Parameters
     ----------
     scene : Scene
-        Without laws the template itself is returned.
+        Without laws and of few degrees of freedom the template itself is returned.
     template : str
         Full name of a module of kernels, such as "bifurc.orbits.sequence".  The affine engine's name gives the engine.
 
@@ -53,10 +66,10 @@ def kernels(scene, template: str = AFFINE_MODULE):
     LawError
         When a law cannot be written or compiled.
     """
-    if not scene.laws:
-        return importlib.import_module(template)
-    bind(scene)
-    return importlib.import_module(FACADE_MODULE) if template == AFFINE_MODULE else twin(template)
+    if scene.laws:
+        bind(scene)
+        return twin(template, LAWS)
+    return twin(template, MODAL) if scene.tables.V.size else importlib.import_module(template)
 
 
 def bind(scene) -> None:
@@ -286,32 +299,48 @@ def _check(law) -> None:
 
 
 @functools.cache
-def twin(name: str):
-    """Return the twin of a module of kernels on the engine of laws; the module itself where it builds on no engine."""
-    if not _builds_on_engine(name):
+def twin(name: str, engine: Engine):
+    """Return the twin of a module of kernels on an engine; the module itself where it builds on no name of the engine."""
+    changed = _changed(name, engine)
+    if not changed:
         return importlib.import_module(name)
-    own = f"bifurc_twin_{name.removeprefix('bifurc.').replace('.', '_')}_{_key(name, __name__, *ENGINE_MODULES)}"
-    engine = _engine()
+    names = _names(engine)
+    own = f"bifurc_{engine.name}_{name.removeprefix('bifurc.').replace('.', '_')}_{_key(name, __name__, *engine.modules)}"
 
     def place(source: str, imported: str) -> str:
-        return engine.get(imported) or twin(source).__name__
+        if imported in names:
+            return names[imported]
+        return twin(source, engine).__name__ if imported in _changed(source, engine) else source
 
-    return written.load(own, _folder() / f"{own}.py", _redirected(name, place, engine))
-
-
-@functools.cache
-def _engine() -> dict[str, str]:
-    """Return the module of every name of the engine of laws."""
-    return {name: module for module in ENGINE_MODULES for name in importlib.import_module(module).ENGINE}
+    kept = {function.name for function in _functions(name) if function.name in names or function.name not in changed}
+    return written.load(own, _folder() / f"{own}.py", _redirected(name, place, kept))
 
 
 @functools.cache
-def _builds_on_engine(name: str) -> bool:
-    """Return whether a module imports a name of the engine, or a module that does."""
-    if name in ENGINE_MODULES or name == AFFINE_MODULE:
-        return False
-    return any(_builds_on_engine(source) or not _engine().keys().isdisjoint(alias.name for alias in node.names)
-               for node, source in _imports(name))
+def _names(engine: Engine) -> dict[str, str]:
+    """Return the module of every name of an engine."""
+    return {name: module for module in engine.modules for name in importlib.import_module(module).ENGINE}
+
+
+@functools.cache
+def _changed(name: str, engine: Engine) -> frozenset[str]:
+    """Return the names in a module that are others on an engine: its own, and the functions that reach one."""
+    if name in engine.modules:
+        return frozenset()
+    names = _names(engine)
+    changed = {alias.asname or alias.name for node, source in _imports(name) for alias in node.names
+               if alias.name in names or alias.name in _changed(source, engine)}
+    functions = {function.name: {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
+                 for function in _functions(name)}
+    changed |= names.keys() & functions.keys()
+    while found := {function for function, used in functions.items() if function not in changed and not used.isdisjoint(changed)}:
+        changed |= found
+    return frozenset(changed)
+
+
+def _functions(name: str) -> list[ast.FunctionDef]:
+    """Return the functions that a module defines."""
+    return [statement for statement in ast.parse(written.source(name)).body if isinstance(statement, ast.FunctionDef)]
 
 
 def _folder() -> pathlib.Path:

@@ -4,6 +4,8 @@ Keller (1977) for the bordered corrector; step law by turning angle and predicte
 Schilder 2013) with the iteration count as ceiling.  A step is accepted only if it turns little, if its sideways
 distance fits the arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point
 is found in it: an angle law alone jumps between branches that nearly touch.
+
+One file, because predicting, correcting, judging and cutting a step are one loop over one state.
 """
 import copy
 import math
@@ -328,7 +330,7 @@ class Half:
             c = problem.correct(row.x + step * problem.scale * tangent, tangent)
         except ERRORS:  # the problem's own code
             return False
-        if not c.converged or float(np.dot(c.tangent, tangent)) < problem.told:
+        if not c.converged or float(np.dot(c.tangent, tangent)) < problem.same_tangent:
             return False
         self.corner = self.steps
         successor = Part(problem, row.part.index + 1)
@@ -390,7 +392,7 @@ class Half:
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
             c = problem.correct(np.asarray(x, float), tangent)
             along = 0.0
-            good = c.converged and float(np.dot(c.tangent, tangent)) > problem.told
+            good = c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent
             for step in () if good else ASIDE:  # the new equations are singular at their very beginning
                 c, along = problem.correct(x + step * problem.scale * tangent, tangent), step
                 if c.converged:

@@ -39,7 +39,7 @@ def watched(base, condition, kind):
     if kind is K.NEIMARK_SACKER:  # behind 1:1 and 1:2 the pair is real: no torus
         kinds = (K.RESONANCE_1_1, K.RESONANCE_1_2, K.RESONANCE_1_3, K.RESONANCE_1_4)
         return tuple(Monitor(kind, boundary=kind in kinds[:2]) for kind in kinds), cosines
-    if not hasattr(base, "wrapped_jacobian"):
+    if not base.wraps:
         return (), None
     if kind is K.FOLD:
         return (Monitor(K.FOLD_FLIP), Monitor(K.RESONANCE_1_1)), _joined(second(-1.0), double(1.0))
@@ -83,21 +83,14 @@ def cosines(problem, x):
 
     The first two are negative where the pair is complex.
     """
-    own = getattr(problem, "pencil", None)
-    c = np.empty(0) if own is None else own(x)
-    if c.size == 3:  # smooth where the two meet
+    c = problem.pencil(x)
+    if c is not None and c.size == 3:  # smooth where the two meet
         cosine = -0.5 * c[1] / c[2]
     else:
-        mu = np.roots(c[::-1]) if own is not None else multipliers(problem, x)
+        mu = problem.multipliers_at(x) if c is None else np.roots(c[::-1])
         cosine = min((abs(mu[i] * mu[j] - 1.0), 0.5 * float(np.real(mu[i] + mu[j])))
                      for i in range(len(mu)) for j in range(i))[1]
     return [cosine - 1.0, -1.0 - cosine, cosine + 0.5, cosine]
-
-
-def multipliers(problem, x):
-    """Return the multipliers at a solution, of problems that watch them and of those that know them only by rows."""
-    own = getattr(problem, "multipliers_at", None)
-    return problem.multipliers_of_rows(x[None])[0] if own is None else own(x)
 
 
 def cubic_coefficient(problem, x):

@@ -77,11 +77,39 @@ def null_vector(wide, scale):
     return orthogonal_sign(q) * (-1.0 if negative else 1.0) * q[:, -1], q, r
 
 
-class Fold:
-    """F_u is singular."""
+class Condition:
+    """One scalar g that is zero along a curve; subclasses give its value and gradient.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the branch on which the curve begins.
+    """
 
     def __init__(self, problem):
         self.problem = problem
+
+    def value(self, family, x) -> float:
+        """Return g at ``x`` = (u, a, b) (n + 2,)."""
+        raise NotImplementedError
+
+    def linearised(self, family, x, wide):
+        """Return g and its gradient (n + 2,), own units; ``wide`` (n, n + 1) = [F_u F_a] there."""
+        raise NotImplementedError
+
+    def reached(self, family, x) -> None:
+        """Take note of a point ``x`` = (u, a, b) (n + 2,) of the curve, where g is zero.  Here: nothing."""
+
+    def instants(self, problem, x) -> np.ndarray:
+        """Return the times (k,) of what happens in a period at ``x`` = (u, a) (n + 1,), parts of the span; none: not known."""
+        s = problem.sequence
+        if s is None or not s.events or s.span == 0.0:
+            return np.empty(0)
+        return np.mod(np.reshape(x[:-1], (len(s.nodes), -1))[:, 0] / s.span, 1.0)
+
+
+class Fold(Condition):
+    """F_u is singular."""
 
     def value(self, family, x) -> float:
         """Return g at ``x`` = (u, a, b) (n + 2,)."""
@@ -96,11 +124,11 @@ class Fold:
         return g, weighted_second(family, x, w, np.append(scale[:n] * v, 0.0))
 
 
-class Extremum:
+class Extremum(Condition):
     """A measure is stationary along the branch in the problem's own parameter."""
 
     def __init__(self, problem, name):
-        self.problem = problem
+        super().__init__(problem)
         self.name = name
 
     def value(self, family, x) -> float:
@@ -131,11 +159,8 @@ class Extremum:
         return float(slope @ t), gradient
 
 
-class Flip:
+class Flip(Condition):
     """The Jacobian with multiplier -1 over a period is singular."""
-
-    def __init__(self, problem):
-        self.problem = problem
 
     def value(self, family, x) -> float:
         """Return g at ``x`` = (u, a, b) (n + 2,)."""
@@ -153,11 +178,11 @@ class Flip:
         return family.at(float(x[-1])).wrapped_jacobian(x[:-1], -1.0)[0] * family.scale[:n]
 
 
-class Zero:
+class Zero(Condition):
     """A monitor of the problem is zero."""
 
     def __init__(self, problem, index):
-        self.problem = problem
+        super().__init__(problem)
         self.index = index
 
     def value(self, family, x) -> float:
@@ -172,7 +197,7 @@ class Zero:
         return self.value(family, x), gradient
 
 
-class Circle:
+class Circle(Condition):
     """A multiplier or a pair of them lies on the unit circle, of problems that do not watch theirs in every step.
 
     Parameters
@@ -183,7 +208,8 @@ class Circle:
     """
 
     def __init__(self, problem, test):
-        self.problem, self.test = problem, test
+        super().__init__(problem)
+        self.test = test
 
     def value(self, family, x) -> float:
         """Return g at ``x`` = (u, a, b) (n + 2,)."""
@@ -195,10 +221,11 @@ class Circle:
         return self.value(family, x), gradient
 
 
-class Number:
+class Number(Condition):
     """A function of the solution is zero: a user's monitor."""
 
-    def __init__(self, function):
+    def __init__(self, problem, function):
+        super().__init__(problem)
         self.function = function
 
     def value(self, family, x) -> float:
@@ -234,11 +261,9 @@ def weighted_second(family, x, w, along):
 
 def measure_gradient(problem, name, x):
     """Return the gradient (n + 1,) of a measure in unknowns and parameter, own units; the problem's own or differenced."""
-    own = getattr(problem, "measure_gradient", None)
-    if own is not None:
-        made = own(name, x)
-        if made is not None:
-            return made
+    made = problem.measure_gradient(name, x)
+    if made is not None:
+        return made
     scale = np.where(np.isfinite(problem.scale), problem.scale, 1.0)
 
     def value(y):

@@ -3,6 +3,8 @@
 A boundary is located first and the step is cut there, so that every other test is one-sided.  A test counts as crossed
 when its last clear sign changes; values at rounding level keep the old sign, so that a step that lands on a zero
 neither loses it nor counts it twice.
+
+One file, because every test of a step is bracketed, cut and polished by the same functions.
 """
 import math
 from dataclasses import dataclass
@@ -16,6 +18,7 @@ from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, St
 from .problem import Corrected
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
+from .tori import pair_on_circle
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
@@ -194,15 +197,16 @@ def crossed(half, row, new, at_boundary):
             continue
         if j and sign < 0 and part.monitors[j - 1].falling:
             continue
-        if a.tests[j] * sign <= 0.0:
+        if not a.tests[j] * sign > 0.0:
             a, b = earlier_pair(half, row, new, j, sign)
+        if a.tests[j] != a.tests[j] or b.tests[j] != b.tests[j]:
+            continue  # not known on this side: nothing can be enclosed
         special = zero_between(part, a, b, j)
         if special is None:
             if new.s - row.s > SHORT:
                 return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
-            special = guessed(part, row, new, j)
-        confirm = getattr(part.problem, "confirm", None)
-        if j and confirm is not None and not confirm(part.kinds[j], special.x):
+            special = guessed(part, a, b, j)
+        if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
         if j == 0:
             special.reverses = True
@@ -211,8 +215,22 @@ def crossed(half, row, new, at_boundary):
         if not any(other.kind is special.kind and other.name == special.name and abs(other.s - special.s) < 1e-9
                    for other in half.found):
             found.append(special)
+    if SpecialPointKind.NEIMARK_SACKER in part.kinds:
+        found += torus(half, row, new, at_boundary, found)
     found.sort(key=lambda special: special.s)
     return found, None
+
+
+def torus(half, row, new, at_boundary, found):
+    """Return the Neimark-Sacker point of a step in a list, if multipliers tell one that no test showed."""
+    part, kind = row.part, SpecialPointKind.NEIMARK_SACKER
+    j = part.kinds.index(kind)
+    a, b = beginning(half, row, new, j), ending(half, row, new, j) if at_boundary else new
+    if any(special.kind is kind for special in found) or b is None:
+        return []
+    made = pair_on_circle(part, a, b, found)
+    special = None if made is None else located(part, a, b, j, *made)
+    return [] if special is None else [special]
 
 
 def beginning(half, row, new, j):
@@ -292,14 +310,12 @@ def zero_between(part, a, b, j):
     """Locate the zero of test ``j`` between two rows; None if that fails."""
     curve = Curve(a, b)
     fa, fb = a.tests[j], b.tests[j]
-    own = getattr(part.problem, "locate", None)
-    if own is not None:
-        c = own(part.kinds[j], a, b)
-        if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
-            t, _ = curve.nearest(c.x)
-            noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
-            root = Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0, True)
-            return located(part, a, b, j, curve, root)
+    c = part.problem.locate(part.kinds[j], a, b)
+    if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
+        t, _ = curve.nearest(c.x)
+        noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
+        root = Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0, True)
+        return located(part, a, b, j, curve, root)
     guess = None
     if j == 0:  # the parameter is known with its slope: root of the derivative of its cubic
         mean = (b.p - a.p) / (part.scale[-1] * curve.length)
@@ -335,8 +351,7 @@ def parameter_error(part, c, root, length):
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
     along = p_scale * abs(float(c.tangent[-1])) * length * root.error
-    across = getattr(part.problem, "uncertainty", None)
-    own = across(c.x, c.tangent) if across is not None else 0.0
+    own = part.problem.uncertainty(c.x, c.tangent)
     return along + 0.5 * root.p_curve * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
 
 

@@ -240,7 +240,7 @@ class EquilibriumProblem(Problem):
 
     # other equations
 
-    def family(self, name: str, bounds: tuple[float, float]):
+    def family_over(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
         return orbit_family(self, name, bounds)
 

@@ -1,6 +1,6 @@
 """Problems F(u, a, b) = 0 in two parameters: for every value of b the one-parameter problem in a.
 
-`family_of(problem, name, bounds)` asks the problem (``problem.family(name, bounds)``: orbits answer with numbers of the
+`family_of(problem, name, bounds)` asks the problem (``problem.family_over(name, bounds)``: orbits answer with numbers of the
 system that are sampled once over both intervals), and otherwise varies a plain number that the problem has as an attribute,
 which is all that a hand-written problem needs.
 """
@@ -169,9 +169,9 @@ def surface(sample, first, second, name):
 
 def family_of(problem, name, bounds):
     """Return the family of ``problem`` over ``name`` between ``bounds``, which may be infinite for hand-written problems."""
-    own = getattr(problem, "family", None)
+    own = problem.family_over(name, bounds)
     if own is not None:
-        return own(name, bounds)
+        return own
     width = 0.5 * (bounds[1] - bounds[0])
     value = getattr(problem, name, 1.0)
     size = width if math.isfinite(width) else max(1.0, abs(value) if isinstance(value, (int, float)) else 1.0)

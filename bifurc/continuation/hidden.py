@@ -10,6 +10,7 @@ DOUBT = 0.01  # misfit of a step that is looked at
 DECAY = 0.5  # part to which the determinant falls in a step that is looked at
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
+AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
 
 
@@ -137,6 +138,13 @@ def between(half, row, new, j, t, sign):
     if least <= 1e-9 * max(ends):
         kind = part.kinds[j] if j < part.count else SpecialPointKind.BRANCH_POINT
         s = row.s + t * curve.length
-        if not any(other[0] == kind.value and abs(other[1] - s) < 1e-3 * curve.length for other in half.unresolved):
+        known = any(other[0] == kind.value and abs(other[1] - s) < AT_END * curve.length for other in half.unresolved)
+        begins = (t < AT_END and on_boundary(half, row)) or (1.0 - t < AT_END and on_boundary(half, new))
+        if not (known or begins):  # where an event is born, other tests may begin at zero with the square of the way
             half.unresolved.append((kind.value, s, float(curve.place(t)[-1])))
     return None
+
+
+def on_boundary(half, row) -> bool:
+    """Whether a row lies on a boundary of its equations, to rounding."""
+    return any(abs(row.tests[j]) <= MONITOR_BAND * max(half.sizes[j], 1e-3) for j in row.part.boundary)

@@ -7,6 +7,7 @@ import numpy as np
 from .grazing.following import Touching
 from .grazing.touch import every_touch
 from .kinds import ContinuationError, LocationStatus, SpecialPointKind
+from .resonant import PERIODS, of_periods
 from .shooting.appearing import inserted
 from .shooting.branching import stepped_out
 from .shooting.signature_change import admissible_side
@@ -23,8 +24,6 @@ CHANGES = (K.GRAZING, K.STICK_ONSET, K.SLIP_ONSET, K.SEPARATION, K.CHATTER_COMPL
 SAME_TOP = 1e-6  # periods
 NO_CURVE = {
     K.CUSP: "two parts of this curve meet in a cusp: no other curve of folds, flips or tori leaves it",
-    K.RESONANCE_1_3: "no curve of folds, flips or tori leaves a 1:3 resonance: an unstable orbit of three periods passes it",
-    K.RESONANCE_1_4: "curves of orbits of four periods may leave a 1:4 resonance; they are not started here",
     K.DEGENERATE_GRAZING: "the touch is flat here: beyond, two tops touch at once or none does, and no curve goes on",
 }
 
@@ -35,7 +34,8 @@ def curves_from(curve, point, n_max: int):
     Curves of the same orbit (at fold-flips, resonances 1:1 and 1:2, grazings of an orbit with a multiplier 1 or -1, and where a
     followed orbit ends at a grazing or another change of its events) start at the point itself; those of other orbits (folds and
     flips of orbits with one impact in n periods at a resonant grazing, folds of doubled orbits at a generalised flip) and of
-    another touch of the same orbit (at a double grazing) at points a little aside, on whichever side they are.
+    another touch of the same orbit (at a double grazing) at points a little aside, on whichever side they are; so do those of
+    orbits of three and four periods at the resonances 1:3 and 1:4 (see `resonant`).
     """
     b = float(point.x[-1])
     other = SAME_ORBIT.get((curve.kind, point.kind))
@@ -62,6 +62,8 @@ def curves_from(curve, point, n_max: int):
             f"no motion has one impact in {periods} periods near here: its orbit would go through the stop in between"))
     if point.kind is K.DOUBLE_GRAZING:
         return other_touches(curve, point)
+    if point.kind in PERIODS and curve.family.problem.wraps:
+        return of_periods(curve, point)
     if point.kind is K.GENERALIZED_FLIP:
         def doubled(problem, x):
             return problem.branches(at(problem, point, K.PERIOD_DOUBLING, x), n_max)
@@ -93,7 +95,7 @@ def other_touches(curve, point):
             continue
         other = copy.copy(curve)
         for sign in (1.0, -1.0):
-            other.condition = Touching(curve.family.problem, item)
+            other.condition = Touching(curve.family.problem, point.x[:-1], item)
             x = point.x + sign * ASIDE[0] * curve.scale[-1] * row
             if not curve.family.interval[0] <= x[-1] <= curve.family.interval[1]:
                 continue

@@ -43,7 +43,7 @@ class WithPeaks(Watching):
     def values(self, c):
         """See `Watching.values`."""
         tangent = c.tangent
-        if not getattr(self.inner, "exact_tangent", False) and c.det_sign:
+        if not self.inner.exact_tangent and c.det_sign:
             # the corrector's derivative in the parameter may be a rough difference: good for a step, not for a peak
             parts = self.inner.jacobian(c.x[:-1], float(c.x[-1]))
             wide = np.column_stack([np.reshape(part, (self.inner.size, -1)) for part in parts])

@@ -5,10 +5,13 @@ holds their natural sizes; arclength, angles and tangents are measured in ``x / 
 there, and a step of length ds is predicted as ``x + ds scale tangent``.
 
 A problem may be any object with the attributes and methods of `Problem`; periodic orbits bring their own, compiled.
+
+One file, because it is one interface: every hook that a problem may have stands here with its default.
 """
 import copy
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -170,7 +173,16 @@ class Problem:
     monitors: tuple[Monitor, ...] = ()
     signature = ""
     touch = math.inf  # value of a boundary's monitor beyond which a solution is not valid, whatever the size of the monitor
-    told = 0.99  # cosine to the tangent that `switch` tells up to which the one found at a boundary is taken for the same
+    corner = 0.0  # angle in radians by which a branch may turn in a point: of equations that are only piecewise smooth
+    same_tangent = 0.99  # cosine to the tangent that `switch` gives up to which the one found at a boundary is taken for the same
+    exact_tangent = False  # whether the corrector's derivative in the parameter is exact to rounding, not a rough difference
+    smooth_boundaries = False  # whether the equations are smooth across boundaries, at which only the order of events changes
+    wraps = False  # whether `wrapped_jacobian` gives the multipliers as singularities of the equations
+
+    # What the solutions are motions of: None for algebraic equations.
+    system: Any = None  # System: any of the family; its other parameters hold along the branch
+    path: Any = None  # ParameterPath: the coefficients of the system as functions of the parameter, on an interval
+    sequence: Any = None  # Signature: sequence of contact states of an orbit that is solved event by event
 
     def __init__(self, u0, p0, scale_u=None, scale_p=None):
         u0 = np.array(u0, float, ndmin=1)
@@ -240,6 +252,16 @@ class Problem:
         """Return the `EndPoint` that a branch which ends at ``x`` (n + 1,) approaches without reaching it, or None."""
         return None
 
+    def locate(self, kind, a, b):
+        """Return the `Corrected` point of a kind between two rows where the equations are singular at it, or None for the general
+        search."""
+        return None
+
+    def uncertainty(self, x, tangent) -> float:
+        """Return how uncertain the parameter of a special point at ``x`` (n + 1,) is beside the rounding of its location, own
+        units."""
+        return 0.0
+
     def branches(self, point, n_max):
         """Return start objects on the branches that meet this one in a special point, or None for the general rule."""
         return None
@@ -254,6 +276,14 @@ class Problem:
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
         return np.sqrt((xs[:, :-1]**2).mean(axis=1)) if name == "norm" else xs[:, int(name[2:])].copy()
+
+    def measure_gradient(self, name, x):
+        """Return the gradient (n + 1,) of a measure at ``x`` (n + 1,), own units; None: it is differenced."""
+        return None
+
+    def parameters(self, x) -> dict[str, float]:
+        """Return the parameters at ``x`` (n + 1,) by name."""
+        return {self.parameter: float(x[-1])}
 
     def solution(self, x):
         """Return what ``branch.orbits[i]`` shows for ``x`` (n + 1,)."""
@@ -290,9 +320,36 @@ class Problem:
         """Return the Floquet multipliers at ``x`` (n + 1,), complex, or None where there are none to be balanced."""
         return None
 
+    def half_multipliers(self, x):
+        """Return the multipliers of half a period followed by the mirror, complex, of solutions that are their own mirror image
+        after half a period; None of others."""
+        return None
+
     def multipliers_of_rows(self, xs):
         """Return the Floquet multipliers (m, k) of rows ``xs`` (m, n + 1), NaN where they are not known, of problems that do not
         watch them in every step; None of others."""
+        return None
+
+    def multipliers_at(self, x):
+        """Return the multipliers (k,) at a solution ``x`` (n + 1,), complex, as the problem has them; None where it has none."""
+        rows = self.multipliers_of_rows(x[None])
+        return None if rows is None else rows[0]
+
+    def wrapped_jacobian(self, x, mu):
+        """Return F_u (n, n) with the factor ``mu`` on the columns that close the orbit, and F_p (n,); where `wraps`.
+
+        det F_u(mu) = 0 exactly where mu is a multiplier.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not know its multipliers from its equations")
+
+    def pencil(self, x):
+        """Return the coefficients (k + 1,) of the characteristic polynomial of the multipliers, constant first, where the problem
+        has it in closed form; None elsewhere."""
+        return None
+
+    def family_over(self, name, bounds):
+        """Return the same equations as a `families.Family` over a second parameter between ``bounds``; None: an attribute of the
+        problem is varied."""
         return None
 
     def bounded(self, low, high, made):

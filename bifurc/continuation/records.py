@@ -6,7 +6,7 @@ import numpy as np
 from .kinds import CorrectorStatus, End, LocationStatus, SpecialPointKind, StopReason
 from .monitors import WithMonitors, unknown
 from .peaks import WithPeaks
-from .problem import Corrected, Solution
+from .problem import Corrected, Problem
 from .registry import OF_RECORD, named
 from .rows import Part, Row
 from .special import SpecialPoint
@@ -152,29 +152,14 @@ def _monitored(problem, names):
     return WithMonitors(problem, {name: unknown(name) for name in names})
 
 
-class Missing:
+class Missing(Problem):
     """Stands for an algebraic problem whose code was not given: rows can be read, not extended."""
-
-    monitors: tuple = ()
-    signature = ""
 
     def __init__(self, record):
         self.record = record
         self.x0 = np.array(record["x0"], float)
         self.scale = np.array(record["scale"], float)
-        self.measure_names = tuple(f"u_{i}" for i in range(self.x0.size - 1)) if self.x0.size <= 13 else ("norm",)
-
-    def measure(self, name, xs):
-        """Return a column of unknowns."""
-        return np.sqrt((xs[:, :-1]**2).mean(axis=1)) if name == "norm" else xs[:, int(name[2:])].copy()
-
-    def multipliers_of_rows(self, xs):
-        """Multipliers are not known."""
-        return None
-
-    def solution(self, x):
-        """Return the plain solution."""
-        return Solution(x[:-1].copy(), float(x[-1]))
+        self.size = self.x0.size - 1
 
     def to_record(self):
         """Return the record it was read from."""

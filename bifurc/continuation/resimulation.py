@@ -4,7 +4,9 @@ its multipliers have a special point?
 Between two rows of one sequence of events a real multiplier passes +1 at a fold or a branch point, -1 at a period doubling,
 and a pair leaves the unit circle at a Neimark-Sacker point (Kuznetsov 2004, chapters 4 and 5).  Where the sequence changes,
 multipliers jump, but the period map stays continuous: its index, the sign of det(1 - M), changes where the parameter turns back
-and only there (di Bernardo et al. 2008, section 3.1, after Feigin).
+and only there (di Bernardo et al. 2008, section 3.1, after Feigin).  Orbits that are their own mirror image on both sides are fixed
+points of half a period followed by the mirror, and it is the index of that map that they keep: in a graze, which touches both
+stops at once, its multiplier may pass -1 (orbits without the symmetry are born), and that of the whole period +1.
 """
 import time
 from dataclasses import dataclass
@@ -87,7 +89,7 @@ def samples(branch, arrays):
     for i, (s, part) in enumerate(zip(places, parts, strict=True)):
         problem = branch.problems[int(part)]
         if np.abs(edges - s).min() > EDGE:
-            step, numbers = 0.0, counted(problem.floquet_multipliers(branch.x(i)))
+            step, numbers = 0.0, numbers_at(problem, branch.x(i))
         else:
             first, last = i == 0 or parts[i - 1] != part, i == len(parts) - 1 or parts[i + 1] != part
             if first == last:
@@ -110,7 +112,7 @@ def numbers_beside(problem, x, tangent, room):
             break
         step = np.copysign(length, room)
         at = beside(problem, x, tangent, step)
-        numbers = None if at is None else counted(problem.floquet_multipliers(at))
+        numbers = None if at is None else numbers_at(problem, at)
         if numbers is not None and numbers == before:
             return step, numbers
         before = numbers
@@ -136,6 +138,12 @@ def counted(multipliers):
     return int(np.sum(real & (outside.real > 0.0))), int(np.sum(real & (outside.real < 0.0))), len(outside)
 
 
+def numbers_at(problem, x):
+    """Return `counted` of the solution ``x`` (n + 1,) and the number beyond +1 over half a period, None where that says nothing."""
+    whole, half = counted(problem.floquet_multipliers(x)), counted(problem.half_multipliers(x))
+    return None if whole is None else (*whole, None if half is None else half[0])
+
+
 def mismatch(branch, before, after) -> str:
     """Return what the special points between two samples do not explain; empty if all is.
 
@@ -144,13 +152,18 @@ def mismatch(branch, before, after) -> str:
     """
     points = [point for point in branch.special_points if before[0] - EDGE <= point.s <= after[0] + EDGE]
     kinds = [point.kind for point in points]
-    plus, minus = sum(kind in PLUS for kind in kinds), kinds.count(SpecialPointKind.PERIOD_DOUBLING)
+    touched = sum(point.kind is SpecialPointKind.BRANCH_POINT and point.reverses for point in points)  # +1 is reached, not passed
+    plus, minus = sum(kind in PLUS for kind in kinds) - touched, kinds.count(SpecialPointKind.PERIOD_DOUBLING)
     pairs = kinds.count(SpecialPointKind.NEIMARK_SACKER)
     turns = sum(point.reverses and point.kind not in PLUS for point in points)
-    change = [b - a for a, b in zip(before[2], after[2], strict=True)]
+    change = [b - a for a, b in zip(before[2][:3], after[2][:3], strict=True)]
     if before[1] != after[1]:
-        if (change[0] - plus - turns) % 2:
-            return (f"{before[2][0]} multipliers beyond +1 become {after[2][0]} through a change of the sequence of events with "
+        index, at = change[0] - plus, 0
+        if before[2][3] is not None and after[2][3] is not None:  # over half a period the symmetry is lost at -1
+            at = 3
+            index = after[2][at] - before[2][at] - sum(point.kind in PLUS and not touches(point) for point in points)
+        if (index - turns) % 2:
+            return (f"{before[2][at]} multipliers beyond +1 become {after[2][at]} through a change of the sequence of events with "
                     f"{plus} folds or branch points and {turns} reversals of the parameter")
         return ""
     if (change[0] - plus) % 2:
@@ -161,3 +174,9 @@ def mismatch(branch, before, after) -> str:
         return (f"{before[2][2]} multipliers outside the unit circle become {after[2][2]} with {plus} folds or branch points, "
                 f"{minus} period doublings and {pairs} Neimark-Sacker points between")
     return ""
+
+
+def touches(point) -> bool:
+    """Whether a branch point is one at which no multiplier of this branch passes +1: orbits of less symmetry are born on it, or it
+    is theirs and turns back there."""
+    return point.kind is SpecialPointKind.BRANCH_POINT and (point.reverses or point.directions is None)

@@ -24,8 +24,8 @@ class Part:
         self.index = index
         self.born = born
         self.scale = problem.scale
-        self.corner = float(getattr(problem, "corner", 0.0))
-        self.touch = float(getattr(problem, "touch", math.inf))
+        self.corner = float(problem.corner)
+        self.touch = float(problem.touch)
         self.monitors = tuple(problem.monitors)
         self.kinds = [SpecialPointKind.FOLD] + [SpecialPointKind(monitor.kind) for monitor in self.monitors]
         self.boundary = [1 + k for k, monitor in enumerate(self.monitors) if monitor.boundary]

@@ -100,8 +100,7 @@ class SpecialPoint(Notebook):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters by name: one, or both at a point of a curve in two parameters."""
-        both = getattr(self.problem, "parameters", None)
-        return {self.problem.parameter: self.parameter} if both is None else both(self.x)
+        return self.problem.parameters(self.x)
 
     def certify(self, precision: int | None = None):
         """Prove the point in ball arithmetic, transversality included; see `bifurc.certify.certify_point`.

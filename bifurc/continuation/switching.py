@@ -56,7 +56,8 @@ def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:
     own = point.problem.branches(point, n_max)
     if own is not None:
         known = tuple(own)
-        return Switched(known, getattr(own, "status", f"{len(known)} {'start' if len(known) == 1 else 'starts'} of other motions"))
+        return own if isinstance(own, Switched) else Switched(
+            known, f"{len(known)} {'start' if len(known) == 1 else 'starts'} of other motions")
     if point.kind is not SpecialPointKind.BRANCH_POINT or point.directions is None:
         return Switched((), f"no other branch is known at a {point.kind.value}")
     problem = point.problem

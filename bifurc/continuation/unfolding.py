@@ -13,7 +13,7 @@ import copy
 
 import numpy as np
 
-from .conditions import ALONG, finite_scale, smallest, weighted_second, wide_at
+from .conditions import ALONG, Condition, finite_scale, smallest, weighted_second, wide_at
 from .families import Family, family_of
 from .kinds import SpecialPointKind
 from .problem import Monitor, Problem
@@ -87,7 +87,7 @@ class Unfolded(Problem):
         own = self.inner.monitor_values(u[:-1], p, np.delete(tangent, self.size - 1)) if self._kept else ()
         return np.array([*(own[k] for k in self._kept), abs(float(u[-1])) - BROKEN])
 
-    def family(self, name, bounds):
+    def family_over(self, name, bounds):
         """Return the unfolded equations over a second parameter."""
         return UnfoldedFamily(self, family_of(self.inner, name, bounds))
 
@@ -148,11 +148,8 @@ class UnfoldedFamily(Family):
         return self if inner is self.inner else UnfoldedFamily(self.problem, inner)
 
 
-class Crossed:
+class Crossed(Condition):
     """F_u of the branch is singular at a solution of the unfolded equations: the condition of a curve of branch points."""
-
-    def __init__(self, problem):
-        self.problem = problem
 
     def value(self, family, x) -> float:
         """Return g at ``x`` = (u, beta, a, b) (n + 3,)."""

@@ -3,12 +3,10 @@
 Motions under delayed feedback have a past, so that a start is a state and what was before it.  A map over states needs a rule for
 the past; there are three, and their maps differ.
 """
-from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
-from .. import plotting
 from ..compose.scene import scene_of
 from ..elements import DelayedFeedback
 from ..elements.checks import choice, number, whole
@@ -19,10 +17,12 @@ from ..flow import settle
 from ..flow.delayed.march import feedbacks_of, integrate, without_feedback
 from ..flow.delayed.verb import past_of
 from ..flow.status import Status
-from ..jobs.executors import SerialExecutor, check_executor
+from ..jobs.executors import check_executor, user_parts
 from ..jobs.progress import Progress
+from ..jobs.resumable import resumable
 from ..orbits.orbit import PeriodicOrbit
 from ..system import System, require_system
+from .feedback_map import KIND, FeedbackBasins, HeldMotion
 
 PASTS = ("free", "constant", "orbit")
 STAYED = 3  # delays for which a motion must stay near the orbit, or repeat
@@ -36,71 +36,8 @@ ENDED = {Status.DIVERGED: CellState.DIVERGED, Status.TOO_MANY_EVENTS: CellState.
          Status.INCONSISTENT: CellState.INCONSISTENT}
 
 
-@dataclass(frozen=True)
-class HeldMotion:
-    """A periodic motion under feedback that is not the orbit.
-
-    Attributes
-    ----------
-    points : ndarray (periods, ns)
-        States at whole forcing periods.
-    periods : int
-    """
-
-    points: np.ndarray = field(repr=False)
-    periods: int
-
-
-@dataclass(frozen=True)
-class FeedbackBasins:
-    """Which starts end on the orbit under delayed feedback.
-
-    Attributes
-    ----------
-    system : System
-        With its feedback.
-    orbit : PeriodicOrbit
-        Label 0.
-    grid : Grid
-    past : str
-        "free", "constant" or "orbit".
-    labels : ndarray of int, shape of the grid
-        0 the orbit, k > 0 ``attractors[k]``, -1 neither.
-    states : ndarray of int, shape of the grid
-        Codes of `CellState`.
-    periods : ndarray of int, shape of the grid
-        Forcing periods until that was known.
-    attractors : tuple
-        The orbit, and other periodic motions that were met (`HeldMotion`).
-    """
-
-    system: System = field(repr=False)
-    orbit: PeriodicOrbit = field(repr=False)
-    grid: Grid
-    past: str
-    labels: np.ndarray = field(repr=False)
-    states: np.ndarray = field(repr=False)
-    periods: np.ndarray = field(repr=False)
-    attractors: tuple = field(repr=False)
-
-    @property
-    def fractions(self) -> dict[int, float]:
-        """Share of the starts that end on each attractor; starts beyond a stop are none."""
-        starts = max(int(np.count_nonzero(self.states != CellState.OUTSIDE.code)), 1)
-        return {k: float(np.count_nonzero(self.labels == k)) / starts for k in range(len(self.attractors))}
-
-    @property
-    def held(self) -> float:
-        """Share of the starts that end on the orbit."""
-        return self.fractions[0]
-
-    def plot(self, ax=None):
-        """Draw the map; return the axes."""
-        return plotting.plot_basins(self, ax)
-
-
 def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: str = "free", tolerance: float = 1e-3,
-                    max_periods: int = 400, max_events: int = 2000, executor=None, progress: bool = False) -> FeedbackBasins:
+                    max_periods: int = 400, max_events: int = 2000, executor=None, file=None, progress=False) -> FeedbackBasins:
     """Return which starts of a grid a delayed feedback brings to an orbit.
 
     Every start is simulated with events on its own past, until it stays near the orbit and comes nearer, repeats otherwise, leaves
@@ -125,7 +62,9 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
         Largest number of events a forcing period.
     executor : Executor, optional
         With the shape of `concurrent.futures.Executor`; None: this thread.
-    progress : bool
+    file : path-like, optional
+        Where the map is saved; finished starts are kept beside it until then, so that an interrupted call goes on.
+    progress : bool or callable
 
     Returns
     -------
@@ -135,6 +74,8 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
     ------
     ValueError
         System without forcing or feedback, a delay that is no multiple of the orbit's period, arguments out of range.
+    FileExistsError
+        When ``file`` is something else than such a map.
 
     References
     ----------
@@ -173,12 +114,43 @@ def feedback_basins(system: System, orbit: PeriodicOrbit, grid: Grid, *, past: s
     starts = states_at(free, grid.names, grid.at, grid.points(np.arange(grid.size)))
     work = partial(followed, system, orbit, past, tolerance, max_periods, max_events, round(turns))
     chunks = np.array_split(starts, max(1, -(-len(starts) // CHUNK)))
-    with Progress("basins under feedback", len(starts), progress) as bar:
-        found: list[tuple] = []
-        for part in (executor or SerialExecutor()).map(work, chunks):
-            found.extend(part)
-            bar.advance(len(part))
-    return _numbered(system, orbit, grid, past, found)
+    header, arrays = orbit.to_record()
+    job = {"what": KIND, "system": system.to_record(), "orbit": [header, arrays], "past": past, "tolerance": tolerance,
+           "max_periods": max_periods, "max_events": max_events, "elements": user_parts(system)}
+
+    def compute(store, key) -> FeedbackBasins:
+        names = [store.name({"starts": chunk}) for chunk in chunks]
+        found = {k: unpacked(*kept) for k, name in enumerate(names) if (kept := store.load(name)) is not None}
+        missing = [k for k in range(len(chunks)) if k not in found]
+        with Progress("basins under feedback", len(starts), progress) as bar:
+            bar.advance(sum(len(chunks[k]) for k in found))
+            parts = (map if executor is None else executor.map)(work, [chunks[k] for k in missing])  # one by one: each is kept
+            for k, part in zip(missing, parts, strict=True):
+                store.save(names[k], *packed(part))
+                found[k] = part
+                bar.advance(len(part))
+        return _numbered(system, orbit, grid, past, [each for k in range(len(chunks)) for each in found[k]], key)
+
+    return resumable(KIND, file, job, partial(FeedbackBasins.from_record, elements=user_parts(system)), compute,
+                     part={"grid": grid.to_record()})
+
+
+def packed(part) -> tuple[dict, dict]:
+    """Return what `followed` found as header and arrays of a chunk."""
+    cycles = [np.empty((0, 0)) if cycle is None else cycle for _, _, cycle in part]
+    rows = [row for cycle in cycles for row in cycle]
+    return ({"states": [state.value for state, _, _ in part], "periods": [count for _, count, _ in part],
+             "counts": [None if cycle is None else len(cycle) for _, _, cycle in part]}, {"rows": np.array(rows)})
+
+
+def unpacked(meta, arrays) -> list[tuple]:
+    """Return what `packed` stored."""
+    found, at = [], 0
+    for state, periods, count in zip(meta["states"], meta["periods"], meta["counts"], strict=True):
+        cycle = None if count is None else arrays["rows"][at:at + count]
+        at += count or 0
+        found.append((CellState(state), periods, cycle))
+    return found
 
 
 def followed(system, orbit, past, tolerance, max_periods, max_events, turns, starts) -> list[tuple]:
@@ -264,7 +236,7 @@ class Watch:
         return False
 
 
-def _numbered(system, orbit, grid, past, found) -> FeedbackBasins:
+def _numbered(system, orbit, grid, past, found, key) -> FeedbackBasins:
     """Return the map with numbers for the motions that were met, in the order of the starts."""
     attractors: list = [orbit]
     labels = np.full(len(found), -1)
@@ -285,4 +257,4 @@ def _numbered(system, orbit, grid, past, found) -> FeedbackBasins:
     states = np.array([state.code for state, _, _ in found], np.int8)
     periods = np.array([count for _, count, _ in found], np.int32)
     return FeedbackBasins(system, orbit, grid, past, labels.reshape(grid.shape), states.reshape(grid.shape),
-                          periods.reshape(grid.shape), tuple(attractors))
+                          periods.reshape(grid.shape), tuple(attractors), key)

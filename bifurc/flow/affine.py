@@ -8,8 +8,6 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
-from .modal import is_modal, modal_land, modal_series
-from .modal_states import modal_arc, modal_reach, modal_state_series
 
 
 @njit
@@ -76,9 +74,6 @@ def march(T, m, x, k):
 @njit
 def carry(T, m, x, s, out):
     """Write the joined state (state and forcing) after ``0 <= s <= step`` into ``out`` (nx,)."""
-    if is_modal(T, m):
-        modal_land(T, m, x, s, out)
-        return
     A, flat, harmonics, step = T.A, T.flat, T.harmonics, T.step
     ns, nx = A.shape[1], A.shape[2]
     for c in range(nx):
@@ -98,12 +93,6 @@ def carry(T, m, x, s, out):
 @njit
 def advance(T, m, x, s, y1):
     """Write the state at time ``s >= 0`` after ``x`` (nx,) into ``y1`` (ns,); ``x`` is kept."""
-    if is_modal(T, m):
-        moved = np.empty(x.size)
-        modal_land(T, m, x, s, moved)
-        for i in range(y1.size):
-            y1[i] = moved[i]
-        return
     step = T.step
     k = int(s / step[m])
     if k == 0:
@@ -120,9 +109,6 @@ def arc(T, m, x, s, y1, Phi):
 
     The derivatives in the times follow from the vector field f: ``f(y1)`` in the end time, ``-Phi f(x)`` in the start.
     """
-    if is_modal(T, m):
-        modal_arc(T, m, x, s, y1, Phi)
-        return
     A, E, YT, step = T.A, T.E, T.YT, T.step
     ns = A.shape[1]
     k = int(s / step[m])
@@ -171,7 +157,7 @@ def multiply(a, b, scratch):
 @njit
 def reach(T, m, x):
     """Duration from ``x`` on which the series of guards and states are good: a step of the tables."""
-    return modal_reach(T, m, x) if is_modal(T, m) else T.step[m]
+    return T.step[m]
 
 
 @njit
@@ -238,9 +224,6 @@ def forcing_rate(T, x, dw):
 @njit
 def state_series(T, m, i, x, a):
     """Write the Taylor coefficients (ORDER+1,) of state ``i`` along the flow from ``x``; good up to one step."""
-    if is_modal(T, m):
-        modal_state_series(T, m, i, x, a)
-        return
     YT = T.YT
     for j in range(ORDER + 1):
         a[j] = 0.0
@@ -253,8 +236,6 @@ def state_series(T, m, i, x, a):
 @njit
 def all_series(T, m, x, orders, a):
     """Write the series (guards, ORDER+1) of the guards with a zero of known order below ORDER; return their reach."""
-    if is_modal(T, m):
-        return modal_series(T, m, x, orders, a)
     for g in range(T.n_guards[m]):
         if orders[g] != ORDER:
             guard_series(T, m, g, x, a[g])

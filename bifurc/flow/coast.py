@@ -7,7 +7,6 @@ out: ``b1 < 0, b2 + 16/3 e < 0, b3 < 0`` suffices, since the difference is at mo
 import numpy as np
 
 from .._jit import njit
-from .modal import is_modal, modal_coast
 
 
 @njit
@@ -17,8 +16,6 @@ def coast(T, m, x, count, orders, slopes):
     ``orders`` (guards,) are the orders of the zeros that the guards are known to have at the start, ``slopes`` their
     known slopes (NaN: not known).
     """
-    if is_modal(T, m):
-        return modal_coast(T, m, x, count * T.step[m], orders, slopes)
     A, E, G, G4, GT, n_guards, step, turn, harmonics = T.A, T.E, T.G, T.G4, T.GT, T.n_guards, T.step, T.turn, T.harmonics
     ns, nx = A.shape[1], A.shape[2]
     ng = n_guards[m]

@@ -1,10 +1,22 @@
-"""The compiled kernels that move a scene: those kept with the package, or a written module where a law is not affine."""
+"""The compiled kernels that move a scene: those kept with the package, or twins on the engine that the scene needs."""
+from types import SimpleNamespace
+
+from ..compose.writer import kernels
 
 
-def engine_of(scene):
-    """Return an object with the kernels ``run``, ``sample``, ``workspace`` for the modes of a scene."""
-    if not scene.closed_form:
-        from .laws import engine_of_laws  # a scene loads the kernels that it calls for, and no others
-        return engine_of_laws(scene)
-    from . import kernels  # as above
-    return kernels
+def engine_of(scene) -> SimpleNamespace:
+    """Return the kernels ``run``, ``sample``, ``workspace`` for the modes of a scene.
+
+    Raises
+    ------
+    ValueError
+        For memory with a rate beside a law: in the steps of `collocation` memory stays, until an event writes it.
+    """
+    if not scene.closed_form and scene.tables.A[:, 2 * scene.n:].any():
+        moving = [label for label, element, place in zip(scene.system.labels, scene.system.elements, scene.slices, strict=True)
+                  if element.memory and scene.tables.A[:, place].any()]
+        raise ValueError(f"{', '.join(moving)}: memory with a rate is not marched together with a force law that is not affine "
+                         f"({', '.join(law.name for law in scene.laws)}); make it a coordinate of the system, or the law "
+                         "piecewise linear")
+    scan = kernels(scene, "bifurc.flow.scan")
+    return SimpleNamespace(run=scan.run, workspace=scan.workspace, sample=kernels(scene, "bifurc.flow.dense").sample)

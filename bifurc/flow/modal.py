@@ -8,15 +8,10 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER, TURN
+from .peak import zeros
 from .polynomial import EPS, first_zero, highest
 
 TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
-
-
-@njit
-def is_modal(T, m):
-    """Whether mode ``m`` has modal coordinates; of few degrees of freedom a length of the tables says so, once for a loop."""
-    return T.V.shape[0] > 0 and T.blocks[m, 3] > 0
 
 
 @njit
@@ -230,7 +225,7 @@ def modal_peak(T, m, g, x, s, closing, low):
     best, where, t, rising = -np.inf, 0.0, 0.0, False
     to_modal(T, m, x, xi)
     rows_series(T, m, g, xi, a)
-    for j in range(low):  # the zero at the start is exact: rounding is no maximum beyond it
+    for j in range(zeros(T, m, g, x, low)):  # the zero at the start is exact: rounding is no maximum beyond it
         a[j] = 0.0
     while t < s:
         amplitudes(T, m, xi, size)

@@ -1,11 +1,28 @@
 """Largest maximum of a guard along a segment of an affine mode: how near a motion comes to an event it does not have."""
 import numpy as np
 
-from .._jit import both
+from .._jit import both, njit
 from ..compose.tables import ORDER
 from .affine import carry, guard_series
-from .modal import is_modal, modal_peak
-from .polynomial import highest
+from .polynomial import EPS, highest
+
+NOISE = 4.0 * EPS  # of the sum of its terms: a smaller rate is zero
+
+
+@njit
+def zeros(T, m, g, x, low):
+    """Return how many coefficients of the series of guard ``g`` from ``x`` (nx,) are zero, where it has a zero of order ``low``.
+
+    One more than ``low`` where the rate behind the zero is smaller than the rounding of its terms, as where a mass that turns
+    round begins to rest: what such a rate makes of the guard is no maximum.
+    """
+    if not 0 < low < ORDER:
+        return low
+    rate, terms = 0.0, 0.0
+    for c in range(x.size):
+        rate += T.GT[m, g, c, low] * x[c]
+        terms += abs(T.GT[m, g, c, low] * x[c])
+    return low + 1 if abs(rate) <= NOISE * terms else low
 
 
 @both
@@ -17,8 +34,6 @@ def segment_peak(T, m, g, x, s, closing, low):
     value counts unless the guard is the one that ``closing`` (1) says ends the segment, or has its largest value, zero, at the
     start and falls: behind a rebound of next to no speed that is the rounding of zero.
     """
-    if is_modal(T, m):
-        return modal_peak(T, m, g, x, s, closing, low)
     G, GT, G4, step = T.G, T.GT, T.G4, T.step
     nx = x.size
     now, after = x.copy(), np.empty(nx)
@@ -30,7 +45,8 @@ def segment_peak(T, m, g, x, s, closing, low):
         slope += GT[m, g, c, 1] * x[c]
     if low > 0:
         value = 0.0
-    if low > 1:
+    known = zeros(T, m, g, x, low)
+    if known > 1:
         slope = 0.0
     while t < s:
         h = min(step[m], s - t)
@@ -46,7 +62,7 @@ def segment_peak(T, m, g, x, s, closing, low):
         if top > best and ((slope > 0.0 and slope1 <= 0.0) or top > max(value, value1)):
             guard_series(T, m, g, now, a)
             if t == 0.0:  # the zero at the start is exact: rounding is no maximum beyond it
-                for j in range(low):
+                for j in range(known):
                     a[j] = 0.0
             found = highest(a, h, best, out, stack)
             if found > best:

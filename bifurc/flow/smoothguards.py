@@ -3,12 +3,15 @@
 The accelerations at the start, the nodes and the end of a step make a polynomial of degree nine, positions one of degree
 eleven.  Steps for polynomials are short (`TIGHT`), so that zeros found on them are as good as the state; steps that are
 only proved free of events are long, with the defect as a bound on what the polynomial may miss.
+
+One file, because it is the counterpart of `affine` for modes under a law: the twins of all kernels take their guards, jumps and
+peaks from it by name.
 """
 import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
-from .affine import forcing, forcing_rate  # noqa: F401  (with these the module has all names of `affine`)
+from .affine import forcing_rate
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 from .law_calls import (
     ACTING,
@@ -39,7 +42,7 @@ from .law_calls import (
     values,
 )
 from .polynomial import EPS, fourth, highest, horner
-from .smooth import DEFECT, advance, arc, carry, field  # noqa: F401
+from .smooth import DEFECT, arc, carry, field
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
           "closing", "closure", "segment_peak", "land", "terms_size", "arrival",

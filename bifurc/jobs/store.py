@@ -28,7 +28,7 @@ _OURS = re.compile(r"[0-9a-f]{32}\.npz|\..*\.tmp|" + re.escape(MANIFEST))
 _PACKAGE = Path(__file__).resolve().parent.parent
 # what numbers can depend on, by the order of imports
 _COUNTS = ("elements", "system.py", "systems", "compose", "flow", "hbm", "orbits", "ensemble", "basins", "continuation", "atlases",
-           "solve", "io.py", "_jit.py")
+           "control", "solve", "io.py", "_jit.py")
 
 
 @functools.cache

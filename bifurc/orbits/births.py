@@ -36,14 +36,14 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
     samples = list(_samples(scene, T, before, guard))
     if not samples:
         return orders
-    engine, rule = kernels(scene), kernels(scene, "bifurc.flow.rule")
+    terms_of, rule = kernels(scene, "bifurc.flow.smoothguards").guard_terms, kernels(scene, "bifurc.flow.rule")
     y, P, a, size = np.empty(scene.ns + scene.nw), np.empty((scene.ns, scene.ns + scene.nw)), *np.empty((2, ORDER + 1))
     speeds, field = np.array([speed for _, speed in samples]), ModeField(scene, T, after)
     for q in range(len(orders)):
         terms, shortest = [], []
         for x, _ in samples:
             rule.jump(T, before, guard, False, x, y, P)
-            engine.guard_terms(T, after, q, y, np.abs(y), a, size)
+            terms_of(T, after, q, y, np.abs(y), a, size)
             terms.append(a[:MOST + 1].copy())
             shortest.append(fastest(field, y))
         # the steps of the tables know nothing of stiff laws

@@ -1,4 +1,7 @@
-"""PeriodicOrbit: a closed motion as an event sequence, with its multipliers, its audit and exact measures."""
+"""PeriodicOrbit: a closed motion as an event sequence, with its multipliers, its audit and exact measures.
+
+One file, because it is one class with the audit that decides whether its equations are a motion.
+"""
 import functools
 import importlib
 import math
@@ -8,7 +11,6 @@ import numpy as np
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
-from ..flow.scan import closure
 from ..flow.trajectory import Event, Events
 from ..system import System
 from . import sequence
@@ -455,9 +457,7 @@ class PeriodicOrbit(Orbit):
 
 def closure_of(scene: Scene):
     """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
-    if scene.closed_form:
-        return closure
-    return kernels(scene).closure
+    return kernels(scene, "bifurc.flow.scan").closure
 
 
 def _order_gap(scene: Scene):

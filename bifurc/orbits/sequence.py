@@ -17,12 +17,16 @@ carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 Where nothing depends on time the period is unknown and the phase is free: ``span`` = 0, node 0 is at time zero, and the
 place of its time holds that of the closing node, the period.  A section then asks for ``normal . y = value`` instead of a
 time.  So there is one equation for each unknown, and the trivial multiplier +1 is no zero of ``det J``.
+
+One file, because residual, Jacobian and corrector are compiled as one call and share the columns of `nodes` and the places of
+`info`.
 """
 import numpy as np
 
 from .._jit import both, njit
 from ..compose.tables import ORDER, rebuild, rebuild_mode
 from ..flow.affine import (
+    advance,
     arc,
     curved_hold,
     field,
@@ -49,6 +53,8 @@ LONGEST = 64.0  # units of time that an orbit of unknown period may become
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
 CALM = 1e-6  # a step so small (scaled) at a residual that is rounding twice over: a duration near its birth is known no better
+LAST = 1e-9  # a step so small (scaled) is the last one, and changes the derivative in the parameter by less than its error
+NEAR = 1e-4  # a step so small is followed by next to none
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
@@ -231,7 +237,10 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         if not -step[after] <= duration <= most * period:  # Newton has left the sequence: nothing to integrate
             F[:] = np.nan
             return
-        arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
+        if want > 0.0:
+            arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
+        else:
+            advance(T, after, xp, duration, y1)
         field(T, after, xp, f)
         for c in range(ns):
             move[c] = start[c] - f[c] * period
@@ -455,8 +464,8 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched; ``scales`` (n+1,) natural sizes.  With ``free``
     = 0 the parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
 
-    The derivative in the parameter is a difference; it is renewed at the end, where the tangent needs it, and kept in
-    between, where it only steers Newton.
+    The derivative in the parameter is a difference; it is renewed near the solution, for the tangent there, and
+    kept in between, where it only steers Newton.
     """
     n = U.size - 1
     size = 1 + weights.size
@@ -467,12 +476,13 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     pivot = np.empty(n + 1, np.int64)
     delta = DIFFERENCE * scales[n]
     old_step, older_step, calm = np.inf, np.inf, 0
+    moved = 0.0  # since the derivative in the parameter was taken
     info[CONTRACTION] = 0.0
     born = 1 if np.any(nodes[:, DIVIDE] > 0) else 0  # a duration near zero is a nearly free unknown that rounding moves
     k = 0
     while True:
-        renew = k == 0 or old_step < 1e-4  # the last iteration is foreseen by the step before it
-        if renew and index.size > 0:
+        renew = index.size > 0 and (k == 0 or moved > LAST and old_step < NEAR)
+        if renew:
             set_modes(T, index, series, low, high, U[n] + delta, nodes)
             assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0)
         set_modes(T, index, series, low, high, U[n], nodes)
@@ -484,11 +494,12 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
                 info[RESIDUAL] = np.inf
                 return 0
             info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
-            if renew and index.size > 0:
+            if renew:
+                moved = 0.0
                 slope[i] = (F2[i] - F[i]) / DIFFERENCE
         calm = calm + born if info[RESIDUAL] <= tolerance and old_step <= CALM else 0
         stalled = max(old_step, older_step) <= STALLED
-        finished = calm > 1 or k > 0 and old_step <= 1e-9 and (info[RESIDUAL] <= tolerance or stalled
+        finished = calm > 1 or k > 0 and old_step <= LAST and (info[RESIDUAL] <= tolerance or stalled
                                                                or at_rounding(F, J, U, tolerance))
         for i in range(n):
             for j in range(n):
@@ -522,6 +533,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
         for j in range(n + 1):
             U[j] += b[j] * scales[j]
         older_step, old_step = old_step, step
+        moved += step
         k += 1
     for j in range(n):
         b[j] = 0.0

@@ -13,6 +13,7 @@ import bifurc as bf
 from bifurc.compose import lawtext, writer
 from bifurc.compose.scene import scene_of
 from bifurc.elements import CubicSpring, Force
+from bifurc.flow import affine, modal_engine, polynomial, rule
 
 HARD = 3.5
 SWITCH = True
@@ -139,12 +140,24 @@ def test_written_modules_take_the_engine_of_the_laws():
     engine = writer.kernels(scene)
     scan = writer.kernels(scene, "bifurc.flow.scan")
     for name in ("coast", "inside", "all_series", "land"):
-        assert getattr(scan, name).__module__ == engine.__name__ or getattr(engine, name) is getattr(scan, name), name
+        assert getattr(scan, name).__module__ == "bifurc.flow.smoothguards", name
+    assert engine.land is scan.land and engine.arc.__module__ == "bifurc.flow.smooth"
+    assert engine.forcing is affine.forcing and scan.first_zero is polynomial.first_zero  # what reaches no law stays
     assert writer.kernels(other, "bifurc.flow.scan") is scan  # one for all laws
     assert scene.bound.all() and other.bound.all() and not (scene.bound == other.bound).any()  # each with a step of its own
     text = pathlib.Path(scan.__file__).read_text(encoding="utf-8")
     assert "from bifurc.flow.affine import" in text  # forcing stays, the rest leads elsewhere
     assert ".part" not in " ".join(os.listdir(os.path.dirname(scan.__file__)))
+
+
+def test_many_degrees_of_freedom_take_the_engine_of_modal_coordinates_and_few_do_not():
+    K = 2.0 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1)
+    many = scene_of(bf.System(np.eye(5), 0.1 * K, K, (bf.elements.RigidStop(1.0, 0.5),), omega=1.0))
+    few = scene_of(bf.System(np.eye(4), 0.1 * K[:4, :4], K[:4, :4], (bf.elements.RigidStop(1.0, 0.5),), omega=1.0))
+    engine, scan = writer.kernels(many), writer.kernels(many, "bifurc.flow.scan")
+    assert engine.arc is modal_engine.arc and scan.coast is modal_engine.coast and scan.land is engine.land is not affine.land
+    assert engine.guard_value is affine.guard_value and writer.kernels(many, "bifurc.flow.rule") is rule
+    assert writer.kernels(few) is affine
 
 
 def test_several_rows_are_one_law_with_all_derivatives():

@@ -4,7 +4,11 @@ import math
 import numpy as np
 import pytest
 
-from bifurc.continuation import StopReason, switch_branch, trace
+from bifurc.continuation import Problem, StopReason, hidden, switch_branch, trace
+from bifurc.continuation.arclength import Half, StepOptions
+from bifurc.continuation.kinds import CorrectorStatus
+from bifurc.continuation.problem import Corrected
+from bifurc.continuation.rows import Part, Row, tests_of
 
 from .problems import (
     STEPS,
@@ -259,3 +263,43 @@ def test_branches_that_nearly_cross(seed, eps):
         x = branch.x(i)
         w = (problem.inverse @ x[:-1])[0]
         assert side * (2.0 * w - np.polyval(a, x[-1]) - np.polyval(b, x[-1])) > 0.0
+
+
+@pytest.mark.parametrize("deep", [1.05, 1.3])
+def test_two_folds_in_one_step(deep):
+    """dp/du = 1 - deep (1 - u^2)^2 is 1 at u = -1 and 1 and negative between: the cubic through both ends has a dip above zero."""
+    class Dip(Problem):
+        def residual(self, u, p):
+            return u - deep * (u - 2.0 * u**3 / 3.0 + u**5 / 5.0) - p
+
+    problem = Dip(-1.0, -1.0 + deep * 8.0 / 15.0, scale_u=1.0, scale_p=10.0)
+    part, rows = Part(problem, 0), []
+    for u in (-1.0, 1.0):
+        c = problem.correct(np.array([u, u * (1.0 - deep * 8.0 / 15.0)]), np.array([1.0, 0.0]))
+        rows.append(Row(c, part, u, 0.1, tests_of(c), 0.1))
+    half = Half(rows[0], StepOptions(-1.0, 1.0, 0.1, 1e-9, 0.5, 10))
+    assert rows[0].tests[0] > 0.0 and rows[1].tests[0] > 0.0
+    inner = hidden.dip(half, *rows)
+    assert inner is not None and inner.tests[0] < 0.0
+    assert abs(float(inner.x[0])) < np.sqrt(1.0 - np.sqrt(1.0 / deep))
+
+
+def test_a_step_that_leads_aside_without_a_turn_is_rejected():
+    """The sideways distance must fit the arc that the turn describes, to a tenth of the step."""
+    class Line(Problem):
+        def residual(self, u, p):
+            return u - p
+
+    problem = Line(0.0, 0.0, scale_u=1.0, scale_p=1.0)
+    tangent = np.array([1.0, 1.0]) / np.sqrt(2.0)
+    part = Part(problem, 0)
+    row = Row(Corrected(np.zeros(2), tangent, True, CorrectorStatus.CONVERGED, 1, 0.0, 0.0, 0.0, 1.0, 0.0, np.empty(0)), part, 0.0,
+              0.0, [tangent[-1]], 0.1)
+    half = Half(row, StepOptions(-1.0, 1.0, 0.1, 1e-9, 0.5, 10))
+
+    def judged(distance):
+        c = Corrected(0.1 * tangent, tangent, True, CorrectorStatus.CONVERGED, 1, 0.0, distance, 0.0, 1.0, 0.0, np.empty(0))
+        return half.judge(row, c, 0.1, False)
+
+    assert judged(0.009)[0] is not None
+    assert judged(0.011)[0] is None and judged(0.011)[1][0] == "ds_min"

@@ -1,10 +1,11 @@
 """Where a complete chattering just completes: a special point with its error, and a curve, against bounces in 60 digits."""
 import numpy as np
 import pytest
+from mpmath import mpf
 
 import bifurc as bf
 from bifurc.continuation.shooting.completion import growth, ratio
-from tests.reference.completion import completes
+from tests.reference.completion import completes, cycle
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +87,83 @@ def test_completion_in_a_chain_of_two_masses_against_simulation():
         motion = bf.simulate(chain(point.parameter + aside), point.solution.state, periods=40)
         rests = sum(event.kind == "chatter" and event.time > 38 * 2.0 * np.pi / 0.4 for event in motion.events)
         assert rests == (2 if aside < 0.0 else 0)
+
+
+def between_stops(**changes):
+    """Return a mass that chatters on each of two stops in turn."""
+    parameters = {"zeta": 0.05, "omega": 0.8, "amplitude": 1.5, "gap": 0.3, "restitution": 0.5}
+    return bf.systems.two_sided_impact_oscillator(**{**parameters, **changes})
+
+
+@pytest.mark.parametrize("parameter, bounds", [("omega", (0.8, 1.0)), ("amplitude", (0.3, 1.5))])
+def test_orbits_solved_on_half_their_period_end_in_the_completion(parameter, bounds):
+    orbit = bf.find_orbit(between_stops() if parameter == "omega" else between_stops(omega=0.3))
+    assert orbit.closure == -1
+    (point,) = bf.trace(orbit, parameter, bounds=bounds).special_points.of("chatter_completion")
+    assert point.error < 1e-13 and point.solution.success
+
+    def at(value):
+        p = {**point.solution.system.parameters, parameter: value}
+        return completes(p["zeta"], p["omega"], p["amplitude"], p["restitution"], gap=p["gap"])
+    inside = -1e-12 if parameter == "omega" else 1e-12
+    assert at(point.parameter + inside) and not at(point.parameter - inside)
+
+
+@pytest.mark.slow
+def test_completions_of_the_half_period_are_followed():
+    (point,) = bf.trace(bf.find_orbit(between_stops()), "omega", bounds=(0.8, 1.0)).special_points.of("chatter_completion")
+    curve = bf.trace_curve(point, ("omega", "restitution"), bounds={"omega": (0.5, 1.2), "restitution": (0.37, 0.55)})
+    assert curve.stop_reason == ("bound", "bound")
+    rows = list(zip(curve.column("omega"), curve.column("restitution"), strict=True))
+    for omega, restitution in (rows[0], rows[len(rows) // 3], rows[-1]):
+        assert completes("0.05", omega - 1e-11, "1.5", restitution, gap="0.3")
+        assert not completes("0.05", omega + 1e-11, "1.5", restitution, gap="0.3")
+
+
+@bf.systems.builder
+def driven_by_damping(*, restitution=0.3, damping=0.03, gap=-0.1):
+    """Return two masses, one on a stop, the other one with negative damping: nothing depends on time."""
+    stiffness = np.array([[2.0, -1.0], [-1.0, 1.0]])
+    return bf.System(np.eye(2), np.diag([0.2, -damping]), stiffness, [bf.elements.RigidStop(gap, restitution, dof=0)])
+
+
+def settled(speed, restitution, damping):
+    """Return the speed of the second mass at the releases of the motion that repeats itself, by secants, in mpmath."""
+    a = mpf(speed)
+    fa = cycle(a, restitution, damping)[1] - a
+    b = a + fa
+    fb = cycle(b, restitution, damping)[1] - b
+    while abs(fb) > mpf("1e-14"):
+        a, fa, b = b, fb, b - fb * (b - a) / (fb - fa)
+        fb = cycle(b, restitution, damping)[1] - b
+    return b
+
+
+@pytest.mark.slow
+def test_a_motion_without_a_clock_ends_in_its_completion():
+    """The number of listed impacts grows on the way; motions in 30 digits lead to the point, and one is led on to either side."""
+    excited = bf.trace(bf.find_orbit(driven_by_damping()), "damping", bounds=(0.02, 0.2), direction=1).orbits[-1]
+    branch = bf.trace(excited, "restitution", bounds=(0.2, 0.9))
+    assert branch.stop_reason[1] == "chattering"
+    (point,) = branch.special_points.of("chatter_completion")
+    assert point.error < 1e-13 and point.solution.success and point.solution.autonomous
+    (release,) = [event for event in point.solution.events if event.kind == "release"]
+    speed = float(point.solution._states(np.array([release.time / point.solution.period]))[0][3])
+    at, step = mpf(point.parameter), mpf("1e-7")
+    damping = excited.system.parameters["damping"]
+    one, two = settled(speed, at - 2 * step, damping), settled(speed, at - step, damping)
+    assert float(2 * two - one) == pytest.approx(speed, abs=1e-12)
+    for d in (mpf("1e-9"), mpf("1e-10")):
+        slope = (two - one) / step
+        assert cycle(two + slope * (step - d), at - d, damping)[0]
+        assert not cycle(two + slope * (step + d), at + d, damping)[0]
+    curve = bf.trace_curve(point, ("restitution", "damping"), bounds={"damping": (0.1, 0.22), "restitution": (0.3, 0.9)})
+    assert curve.stop_reason == ("bound", "bound")
+    row = curve.orbits[len(curve) // 2]
+    damping, at = row.system.parameters["damping"], mpf(row.system.parameters["restitution"])
+    (release,) = [event for event in row.events if event.kind == "release"]
+    speed = float(row._states(np.array([release.time / row.period]))[0][3])
+    one, two = settled(speed, at - 2 * step, damping), settled(speed, at - step, damping)
+    d, slope = mpf("1e-9"), (two - one) / step
+    assert cycle(two + slope * (step - d), at - d, damping)[0]
+    assert not cycle(two + slope * (step + d), at + d, damping)[0]

@@ -3,6 +3,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 import bifurc as bf
 from bifurc.continuation.maps import SmoothMap
@@ -81,6 +83,49 @@ def test_formal_orbits_leave_no_curve_and_it_is_said(grazings):
                 key=lambda p: abs(p.parameters["omega"] - w))
     starts = bf.switch_branch(point)
     assert not starts and "through the stop" in starts.status
+
+
+def magnet(u, s, strength):
+    """A magnet behind the stop, another one as far behind the mass."""
+    return strength / (1.8 - u)**2 - strength / (1.8 + u)**2
+
+
+@bf.systems.builder
+def beside_a_magnet(*, omega=1.9, amplitude=0.3):
+    """Return an oscillator with a rigid stop, beside a user's law and a cubic spring."""
+    law = bf.elements.Force(magnet, odd=True, label="magnet", strength=0.2)
+    return System(1.0, 0.1, 1.0, [bf.elements.CubicSpring(0.3), law, HarmonicForce(amplitude), RigidStop(1.0, R)], omega=omega)
+
+
+@pytest.mark.slow
+def test_resonant_grazing_beside_laws_against_integrated_variations():
+    """Where s_k = 0, E^k of the orbit that touches leads from no speed to any height: by DOP853 with variations."""
+    (point, *_) = bf.trace(bf.find_orbit(beside_a_magnet()), "amplitude", bounds=(0.3, 6.0)).special_points.of("grazing")
+    curve = bf.trace_curve(point, ("amplitude", "omega"), bounds={"amplitude": (0.05, 6.0), "omega": (1.25, 2.7)})
+
+    def motion(t, z, amplitude, omega):
+        x, v = z[:2]
+        force = 0.2 / (1.8 - x)**2 - 0.2 / (1.8 + x)**2 - 0.3 * x**3 - x - 0.1 * v
+        stiffness = 0.4 / (1.8 - x)**3 + 0.4 / (1.8 + x)**3 - 0.9 * x * x - 1.0
+        rates = [v, force + amplitude * math.cos(omega * t)]
+        for k in (2, 4):
+            rates += [z[k + 1], stiffness * z[k] - 0.1 * z[k + 1]]
+        return rates
+
+    for k in (1, 2):
+        known = next(p for p in curve.special_points.of("resonant_grazing") if p.name == f"s_{k}" and p.parameters["omega"] > 1.5)
+
+        def equations(unknown, k=k, rtol=1e-12):
+            start, amplitude, omega = unknown
+            span = (start, start + 2.0 * math.pi / omega)
+            z = solve_ivp(motion, span, [1.0, 0.0, 1.0, 0.0, 0.0, 1.0], "DOP853", rtol=rtol, atol=0.1 * rtol,
+                          args=(amplitude, omega)).y[:, -1]
+            return z[0] - 1.0, z[1], np.linalg.matrix_power(z[2:].reshape(2, 2).T, k)[0, 1]
+        amplitude, omega = known.parameters["amplitude"], known.parameters["omega"]
+        starts = np.linspace(0.0, 2.0 * math.pi / omega, 40)
+        start = min(starts, key=lambda t: np.abs(equations((t, amplitude, omega), rtol=1e-5)[:2]).sum())
+        exact = fsolve(equations, (start, amplitude, omega), xtol=1e-13)
+        assert exact[1:] == pytest.approx([amplitude, omega], abs=2e-9)
 
 
 def test_flip_orbit_that_touches_inside_its_period_ends_the_curve():
@@ -188,7 +233,38 @@ def test_strong_resonances_of_a_map():
     assert tuple(two.parameters.values()) == pytest.approx((0.904761904761905, 2.81179138321995), abs=1e-11)
     assert [str(start.kind) for start in bf.switch_branch(two)] == ["period_doubling"]
     assert all("becomes real" in end.message for end in curve.ends)  # no torus behind 1:1 and 1:2
-    assert "no curve" in bf.switch_branch(curve.special_points.of("resonance_1_3")[0]).status
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times, kind", [(3, "resonance_1_3"), (4, "resonance_1_4")])
+def test_folds_of_orbits_of_three_and_four_periods_beside_a_strong_resonance(times, kind):
+    """Against Newton's method on the map written out; the curve of folds of four periods begins in the resonance."""
+    theta = math.acos(0.3)
+    y = 2.0 * math.cos(theta) / (-0.1 - 2.0)
+    be = 1.0 - 0.1 * y
+    system = SmoothMap(quadratic, 2, al=(1.0 + be) * y + 1.1 * y * y, be=be - 0.02, R=-0.1)
+    (torus,) = bf.trace(system.find(1, guess=(y, y)), "be", bounds=(0.5, 1.5)).special_points.of("neimark_sacker")
+    curve = bf.trace_curve(torus, ("be", "al"), bounds={"be": (0.5, 1.5), "al": (-1.0, 4.0)})
+    (point,) = curve.special_points.of(kind)
+    starts = bf.switch_branch(point)
+    fold = next(start for start in starts if start.kind == "fold")
+    assert fold.solution.period == times and f"orbits of {times} periods" in starts.status
+    name, value = fold.problem.parameter, fold.parameter
+    known = fold.solution.map.parameters
+
+    def equations(z):
+        x, slope = z[:2], np.eye(2)
+        al, be, R = {**known, name: z[2]}.values()
+        for _ in range(times):
+            slope = np.array([[0.0, 1.0], [-be + R * x[1], -2.0 * x[1] + R * x[0]]]) @ slope
+            x = quadratic(x, al, be, R)
+        return [*(x - z[:2]), np.linalg.det(slope - np.eye(2))]
+    exact = fsolve(equations, [*fold.solution.points[0], value], xtol=1e-14)
+    assert exact[2] == pytest.approx(value, abs=1e-10)
+    if times == 4:
+        folds = bf.trace_curve(fold, ("be", "al"), bounds={"be": (0.9, 1.05), "al": (-0.05, 0.05)}, max_steps=60)
+        nearest = np.hypot(folds.column("be") - 1.0, folds.column("al")).min()
+        assert nearest < 1e-6
 
 
 def test_fold_flip_of_a_map_on_both_curves():

@@ -1,5 +1,6 @@
 """Curves in two parameters of what changes the sequence of events, of peaks of orbits, of Hopf points and boundary equilibria."""
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,42 @@ def rubbing_neighbour():
 def plastic():
     """A plastic impact that begins to rest."""
     return impact_oscillator(zeta=0.01737, omega=2.1, amplitude=6.268, gap=0.0, restitution=0.0)
+
+
+def narrow():
+    """As `rubbing`, damped little: it rests twice in a window of frequencies that closes at a friction of .28597."""
+    return bf.System(1.0, 0.054338123106597732, 1.0, [HarmonicForce(1.0), Coulomb(0.2737362155577171)], omega=0.9)
+
+
+def test_a_stick_onset_is_followed_under_either_name_that_rounding_gives_it():
+    """Rate and maximum behind the reversal are zero together; only the rate has a derivative there."""
+    system = rubbing_neighbour().with_parameters(**{"coulomb.friction": 0.2})
+    point = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5, 1.2)).special_points.of("stick_onset")[-1]
+    assert point.name in ("leaving", "unlisted")
+    ends = []
+    for name in ("leaving", "unlisted"):
+        curve = bf.trace_curve(replace(point, name=name), ("omega", "coulomb.friction"), bounds={"coulomb.friction": (0.185, 0.22)})
+        assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
+        ends.append(curve.column("omega")[[0, -1]])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-12)
+    other = bf.trace(bf.find_orbit(rubbing_neighbour().with_parameters(**{"coulomb.friction": 0.185})), "omega", bounds=(0.5, 1.2))
+    assert ends[0][0] == pytest.approx(other.special_points.of("stick_onset")[-1].parameter, abs=1e-10)
+
+
+@pytest.mark.slow
+def test_a_curve_forgets_the_steps_that_failed():
+    """Where the window closes, one way, steps fail; the other way the curve goes on to the points of separate branches."""
+    kind = "stick_onset"
+    system = narrow()
+    value = system.parameter("coulomb.friction")
+    point = bf.trace(bf.find_orbit(system), "omega", bounds=(0.4, 0.9)).special_points.of(kind)[-1]
+    curve = bf.trace_curve(point, ("omega", "coulomb.friction"), bounds={"coulomb.friction": (value - 0.02, value + 0.02)})
+    assert [end.reason.value for end in curve.ends] == ["bound", "no_successor"]
+    assert "a point of codimension two" in curve.ends[1].message
+    assert curve.column("coulomb.friction")[[0, -1]] == pytest.approx([value - 0.02, 0.28597], abs=2e-5)
+    beside = system.with_parameters(**{"coulomb.friction": value - 0.02})
+    other = bf.trace(bf.find_orbit(beside), "omega", bounds=(0.4, 0.9)).special_points.of(kind)[-1]
+    assert curve.column("omega")[0] == pytest.approx(other.parameter, abs=1e-10)
 
 
 @pytest.mark.parametrize(("make", "bounds", "kind", "second", "width"), [

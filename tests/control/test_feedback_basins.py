@@ -4,6 +4,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import bifurc as bf
+from bifurc.control import basins
 from tests.reference.impacting_orbit import impacting
 
 
@@ -39,6 +40,36 @@ def test_what_cannot_be_asked_is_said(orbit, held):
         bf.control.feedback_basins(odd, orbit, grid)
     with pytest.raises(ValueError, match="DelayedFeedback"):
         bf.control.feedback_basins(orbit.system, orbit, grid)
+
+
+def test_an_interrupted_map_goes_on_and_its_file_holds_it(orbit, held, tmp_path, monkeypatch):
+    grid, options = bf.Grid(q0=(-7.5, -2.5, 3), v0=(-3.0, 9.0, 3)), {"past": "orbit", "max_periods": 12}
+    monkeypatch.setattr(basins, "CHUNK", 3)
+    whole = bf.control.feedback_basins(held, orbit, grid, **options)
+    counted, followed = [], basins.followed
+
+    def stopped(*arguments):
+        if len(counted) == 2:
+            raise KeyboardInterrupt
+        counted.append(len(arguments[-1]))
+        return followed(*arguments)
+    file = tmp_path / "held.npz"
+    monkeypatch.setattr(basins, "followed", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        bf.control.feedback_basins(held, orbit, grid, file=file, **options)
+    assert not file.exists() and counted == [3, 3]
+    monkeypatch.setattr(basins, "followed", lambda *arguments: counted.append(len(arguments[-1])) or followed(*arguments))
+    found = bf.control.feedback_basins(held, orbit, grid, file=file, **options)
+    assert counted == [3, 3, 3]
+    loaded = bf.control.FeedbackBasins.load(file)
+    again = bf.control.feedback_basins(held, orbit, grid, file=file, **options)
+    assert counted == [3, 3, 3]
+    for other in (found, loaded, again):
+        assert np.array_equal(other.labels, whole.labels) and np.array_equal(other.periods, whole.periods)
+        assert len(other.attractors) == len(whole.attractors) and other.fractions == whole.fractions
+    (tmp_path / "note.txt").write_text("mine")
+    with pytest.raises(FileExistsError, match="left alone"):
+        bf.control.feedback_basins(held, orbit, grid, file=tmp_path / "note.txt", **options)
 
 
 @pytest.mark.slow

@@ -9,6 +9,8 @@ import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import differenced, kernels
 from bifurc.elements import CubicSpring, Force, HarmonicForce, RigidStop
+from bifurc.flow.gauss import NODES
+from bifurc.flow.law_calls import scratch_of, step
 from tests.flow.taylor import Duffing
 
 
@@ -76,18 +78,16 @@ def test_backward_undoes_forward():
 
 
 def test_order_is_sixteen():
-    from bifurc.flow.gauss import NODES
-
-    engine, T, joined = parts(duffing(zeta=0.0, amplitude=0.0, omega=1.0))
+    _, T, joined = parts(duffing(zeta=0.0, amplitude=0.0, omega=1.0))
     amplitude, s = 2.0, 2.0
     rate = math.sqrt(1.0 + amplitude**2)
     sn, cn, dn, _ = ellipj(rate * s, amplitude**2 / (2.0 + 2.0 * amplitude**2))
     steps, errors = (3, 4, 5, 6), []
     for count in steps:
-        x, x1, scratch = joined((amplitude, 0.0)), np.empty(5), engine.scratch_of(T, 0)
+        x, x1, scratch = joined((amplitude, 0.0)), np.empty(5), scratch_of(T, 0)
         for _ in range(count):
-            h = engine.step(T, 0, x, s / count, 1e3, x1, np.empty((1, NODES + 2)), np.empty((1, NODES + 2)),
-                            np.empty((0, 2)), 0, np.empty((0, 1, NODES + 2)), scratch)
+            h = step(T, 0, x, s / count, 1e3, x1, np.empty((1, NODES + 2)), np.empty((1, NODES + 2)),
+                     np.empty((0, 2)), 0, np.empty((0, 1, NODES + 2)), scratch)
             assert h == s / count
             x = x1.copy()
         errors.append(np.hypot(x[0] - amplitude * cn, x[1] + amplitude * rate * sn * dn))

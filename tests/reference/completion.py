@@ -1,8 +1,10 @@
 """Whether the bouncing of a mass ends before its stop would let it go, bounce by bounce in mpmath.
 
 x'' + 2 zeta x' + x = force cos(omega t),   x <= 0,   v+ = -r v-; it starts at rest at the release, force cos(omega t) = 0 falling.
-Every flight is solved with the exact flow.  No limit of the sequence is used: the times left to the next release fall by a constant
-ratio while a motion is near the boundary, and leave that to one side or the other.
+Between two stops, |x| <= gap, it starts at rest on one, and must come to rest on the other within half a period (`completes`).
+Without a load: two masses, of which the other one has negative damping (`cycle`).  Every flight is solved with the exact flow.  No
+limit of the sequence is used: the times left to the next release fall by a constant ratio while a motion is near the boundary, and
+leave that to one side or the other.
 """
 from mpmath import mp, mpf
 
@@ -11,23 +13,24 @@ WARM = 4  # bounces after which the ratio counts
 BOUNCES = 70
 
 
-def completes(zeta, omega, force, restitution, digits=40) -> bool:
-    """Return whether the mass comes to rest before its release, one period after the last."""
+def completes(zeta, omega, force, restitution, digits=40, gap=0) -> bool:
+    """Return whether the mass comes to rest before its release, one period after the last; between two stops half a period."""
     saved = mp.dps
     mp.dps = digits
     try:
-        zeta, omega, force, r = (mpf(value) for value in (zeta, omega, force, restitution))
+        zeta, omega, force, r, gap = (mpf(value) for value in (zeta, omega, force, restitution, gap))
         wd = mp.sqrt(1 - zeta**2)
         steady = force / mp.mpc(1 - omega**2, 2 * zeta * omega)
-        start = mp.acos(mpf(0)) / omega
-        end = start + 2 * mp.pi / omega
+        start = (2 * mp.pi - mp.acos(-gap / force) if gap else mp.acos(mpf(0))) / omega
+        end = start + (mp.pi if gap else 2 * mp.pi) / omega
+        x0 = -gap
 
         def flow(t, v, s):
-            """Displacement and speed a time s after leaving the stop at t with v."""
+            """Displacement from the stop and speed a time s after leaving x0 at t with v."""
             at, then = steady * mp.expj(omega * t), steady * mp.expj(omega * (t + s))
-            c, d = -at.real, v - (1j * omega * at).real
+            c, d = x0 - at.real, v - (1j * omega * at).real
             decay, cos, sin = mp.exp(-zeta * s), mp.cos(wd * s), mp.sin(wd * s)
-            return (decay * (c * cos + (d + zeta * c) / wd * sin) + then.real,
+            return (decay * (c * cos + (d + zeta * c) / wd * sin) + then.real - gap,
                     decay * (d * cos - (c + zeta * d) / wd * sin) + (1j * omega * then).real)
 
         t, v, left = start, mpf(0), end - start
@@ -40,7 +43,7 @@ def completes(zeta, omega, force, restitution, digits=40) -> bool:
                     return False
             low, high = s - step, s
             if low == 0:  # shorter than a step: nearly ballistic
-                s = -2 * v / (force * mp.cos(omega * t))
+                s = -2 * v / (force * mp.cos(omega * t) - gap)
             else:
                 for _ in range(12):
                     s = (low + high) / 2
@@ -49,12 +52,75 @@ def completes(zeta, omega, force, restitution, digits=40) -> bool:
                 x, w = flow(t, v, s)
                 s -= x / (w - x / s)
             w = flow(t, v, s)[1]
-            t, v = t + s, -r * w
+            t, v, x0 = t + s, -r * w, gap
             before, left = left, end - t
             if left <= 0:
                 return False
             if bounce > WARM and not SOONER < left / before < LATER:
                 return left / before >= LATER
         raise ArithmeticError("too near to the boundary to tell")
+    finally:
+        mp.dps = saved
+
+
+def cycle(speed, restitution, damping, gap="-0.1", stiffness=1, digits=30):
+    """Return (whether the bouncing completes, speed at the next release) of two masses,
+
+        q0'' + .2 q0' + (1 + k) q0 - k q1 = 0,   q1'' - damping q1' + k (q1 - q0) = 0,   q0 <= gap,
+
+    from a release of the first one, at rest on its stop, with the ``speed`` of the second.  The speed is None where it does not
+    complete.  The times left are those to the release if the first mass stayed on its stop.
+    """
+    saved = mp.dps
+    mp.dps = digits
+    try:
+        v1, r, c, gap, k = (mpf(value) for value in (speed, restitution, damping, gap, stiffness))
+        A = mp.matrix([[0, 0, 1, 0], [0, 0, 0, 1], [-(1 + k), k, -mpf("0.2"), 0], [k, -k, 0, c]])
+        values, V = mp.eig(A)
+        W = V**-1
+        roots = [(c + sign * mp.sqrt(c * c - 4 * k)) / 2 for sign in (1, -1)]
+        at_release = (1 + k) * gap / k
+
+        def flow(y, s):
+            """State a time s after y in flight."""
+            b = W * y
+            return (V * mp.matrix([b[j] * mp.exp(values[j] * s) for j in range(4)])).apply(mp.re)
+
+        def to_release(y):
+            """Time to, and speed of the second mass at, the release, with the first one at rest."""
+            u, v = y[1] - gap, y[3]
+            a = (v - roots[1] * u) / (roots[0] - roots[1])
+            parts = ((a, roots[0]), (u - a, roots[1]))
+
+            def motion(s, order):
+                return mp.re(sum(weight * root**order * mp.exp(root * s) for weight, root in parts))
+            s, level = mpf(0), at_release - gap
+            while motion(s + mpf("0.01"), 0) > level:
+                s += mpf("0.01")
+            for _ in range(9):
+                s -= (motion(s, 0) - level) / motion(s, 1)
+            return s, motion(s, 1)
+
+        y, left = mp.matrix([gap, at_release, 0, v1]), None
+        for bounce in range(4 * BOUNCES):
+            a = -(1 + k) * gap + k * y[1] - mpf("0.2") * y[2]
+            s = -2 * y[2] / a if bounce > WARM else mpf("0.02")
+            if bounce <= WARM:
+                while flow(y, s)[0] < gap:
+                    s += mpf("0.02")
+            for _ in range(9):
+                ahead = flow(y, s)
+                x = ahead[0] - gap
+                s -= x / (ahead[2] - x / s)
+            y = flow(y, s)
+            y[2] *= -r
+            before, (left, end) = left, to_release(y)
+            if bounce > WARM and left / before < SOONER:
+                return False, None
+            if -y[2] < mpf(10)**(6 - digits) * left:
+                return True, end
+            if left < mpf(10)**(8 - digits):
+                raise ArithmeticError("too near to the boundary to tell")
+        raise ArithmeticError("too many impacts")
     finally:
         mp.dps = saved

@@ -1,6 +1,8 @@
 """Random branches: what they hold is motion, their ends are named, both directions of travel see the same."""
+import numpy as np
 import pytest
 
+import bifurc as bf
 from studies import branch_audit
 from studies.common import Setting
 
@@ -45,3 +47,20 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     """Special points accumulate towards the end of chattering; up to a stated distance both directions list the same."""
     row = branch_audit.audited(kind, number)
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
+
+
+@pytest.mark.parametrize(("kind", "number"), [("two_stops", 2001), ("two_stops", 4030), ("belt", 2002), ("two_masses", 3014),
+                                              ("two_masses", 4029)])
+def test_scenes_whose_audit_once_was_not_ok(kind, number):
+    """Every change of multipliers has its special point, every special point a place."""
+    system, name, bounds = branch_audit.scene(kind, number)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert branch.audit.ok, branch.audit
+    assert np.isfinite([[point.s, point.parameter] for point in branch.special_points]).all()
+
+
+@pytest.mark.parametrize("number", [121, 3001, 3014, 3021])
+def test_chattering_under_friction_ends_where_it_completes_no_more(number):
+    """The push falls to the limit of friction: rows are motions to the end, which is named."""
+    row = branch_audit.audited("stop_and_friction", number, back=False)
+    assert row.found and row.ok and (row.not_repeated, row.failed, row.ends) == (0, 0, [])

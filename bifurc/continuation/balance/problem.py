@@ -1,4 +1,7 @@
-"""Harmonic orbits as a continuation problem: one compiled call a step, changes of the order of events as special points."""
+"""Harmonic orbits as a continuation problem: one compiled call a step, changes of the order of events as special points.
+
+One file, because it is one class: residual, monitors, measures and hooks of a branch share its layout and its numbers.
+"""
 import copy
 import functools
 import math
@@ -83,7 +86,7 @@ class BalanceProblem(Problem):
 
     exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
     smooth_boundaries = True  # the equations are the same on both sides
-    told = 1.0 - 1e-5  # one-sided tangents are known: on a corner itself the corrector may take the other one
+    same_tangent = 1.0 - 1e-5  # one-sided tangents are known: on a corner itself the corrector may take the other one
 
     def __init__(self, balance: Balance, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
         self.balance, self.method, self.path = balance, method, path
@@ -238,7 +241,7 @@ class BalanceProblem(Problem):
             behind = row.x + ahead * row.direction
             other = self.with_order(self._counted(behind))
             tangent, det_sign = other._null_vector(behind)
-            if not det_sign or abs(float(tangent @ row.tangent)) > self.told:
+            if not det_sign or abs(float(tangent @ row.tangent)) > self.same_tangent:
                 continue
             if det_sign * row.det_sign < 0.0:
                 tangent = -tangent
@@ -292,7 +295,7 @@ class BalanceProblem(Problem):
         other.path = path
         return other
 
-    def family(self, name: str, bounds: tuple[float, float]):
+    def family_over(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
         name = self.system.parameter_name(name)
         value = self.system.parameter(name)

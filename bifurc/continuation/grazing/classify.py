@@ -124,7 +124,7 @@ def grazing_of(point) -> Grazing | None:
     >>> branch.special_points[0].grazing.verdict.value
     'period_adding'
     """
-    if point.kind is not SpecialPointKind.GRAZING or not hasattr(point.problem, "sequence"):
+    if point.kind is not SpecialPointKind.GRAZING or point.problem.sequence is None:
         return None
     found = touches_of(point)
     if len(found) != 1:

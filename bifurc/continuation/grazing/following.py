@@ -1,32 +1,42 @@
 """One touch of an orbit as the condition of a curve in two parameters, and the numbers that single out points of it."""
 import math
+from collections import deque
 
 import numpy as np
 
-from ..conditions import ALONG, difference
+from ..conditions import ALONG, Condition, difference
 from .classify import powers
-from .touch import every_touch, maxima, touch_at, unlisted
+from .touch import every_touch, maxima, rates, touch_at, unlisted
 
 POWERS = 6  # s_k that are watched
 FAR = 5.0  # scaled depth below which no other maximum is looked for
 MAX_ITERATIONS = 40
+REMEMBERED = 8  # latest points of a curve
+BESIDE = 2e-3  # periods between the five accelerations of a top beside a law
 SYMMETRIC = 1e-12  # scaled rate of the guard at the zero of its third derivative
 
 
-class Touching:
+class Touching(Condition):
     """The maximum of a guard that is followed is zero: smooth through other maxima, unlike the largest of all.
+
+    Which of several maxima is meant is told by the nearest of the latest points of the curve, and of the first: what Newton meets
+    on its way to no solution is forgotten.
 
     Parameters
     ----------
     problem : OrbitProblem
         Of the touching orbit, which does not list the touch.
+    x : ndarray (n + 1,)
+        Unknowns and parameter of the touching orbit.
     item : tuple
         (tau, mode, guard, state) of the touch.
     """
 
-    def __init__(self, problem, item):
-        self.problem = problem
-        self.tau, self.mode, self.guard = float(item[0]), int(item[1]), int(item[2])
+    def __init__(self, problem, x, item):
+        super().__init__(problem)
+        self.mode, self.guard = int(item[1]), int(item[2])
+        self.first = np.array(x, float), float(item[0])  # point (u, a) (n + 1,) of the curve, time of the touch (periods)
+        self.latest: deque = deque(maxlen=REMEMBERED)
 
     def value(self, family, x) -> float:
         """Return the scaled maximum at ``x`` = (u, a, b) (n + 2,)."""
@@ -37,22 +47,30 @@ class Touching:
 
         The guard is stationary in time there, so that its maximum changes as it does at the same instant.
         """
-        value, self.tau = self.top(family.at(float(x[-1])), x[:-1])
-        tau = self.tau
+        value, tau = self.top(family.at(float(x[-1])), x[:-1])
 
         def there(y):
             problem = family.at(float(y[-1]))
-            return float(self.series(problem, y[:-1], tau)[0]) / self.size(problem)
+            state = self.joined(problem, y[:-1], tau)
+            return float(state @ problem.equations.path.tables.G[self.mode, self.guard]) / self.size(problem)
         gradient = np.array([difference(there, x, i, ALONG * family.scale[i]) for i in range(x.size)])
         return value, gradient
+
+    def reached(self, family, x) -> None:
+        """See `Condition.reached`."""
+        self.latest.append((x[:-1].copy(), self.top(family.at(float(x[-1])), x[:-1])[1]))
+
+    def instants(self, problem, x) -> np.ndarray:
+        """See `Condition.instants`: the touch is one of them."""
+        return np.append(super().instants(problem, x), np.mod(self.top(problem, x)[1] / problem.sequence.span, 1.0))
 
     def size(self, problem) -> float:
         """Natural size of the guard."""
         e = problem.equations
         return float(e.kernel.scale_of(e.path.tables.G[self.mode, self.guard].copy(), e.weights))
 
-    def series(self, problem, x, tau) -> np.ndarray:
-        """Return the Taylor coefficients of the guard in time about ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
+    def joined(self, problem, x, tau) -> np.ndarray:
+        """Return the state, joined with the forcing (nx,), at ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
         e, s, scene = problem.equations, problem.sequence, problem.scene
         T = e.numbers_at(x[-1])
         joined = np.empty(T.A.shape[2])
@@ -62,13 +80,30 @@ class Touching:
         turns = 1.0 if s.closure > 0 or round((inside - tau) / s.span) % 2 == 0 else -1.0
         joined[:scene.ns] = turns * state[0]
         e.kernel.forcing(T, tau * 2.0 * np.pi / T.flat[0], joined)
-        return joined @ T.GT[self.mode, self.guard]
+        return joined
+
+    def series(self, problem, x, tau) -> np.ndarray:
+        """Return the Taylor coefficients of the guard in time about ``tau`` (periods) on the orbit at ``x`` (n + 1,).
+
+        All that are kept where the motion is affine.  Beside a law the first three are exact (the guard and its rate are
+        kinematics, its acceleration is that of the equations of motion), two more are those of the interpolated acceleration.
+        """
+        T = problem.equations.numbers_at(x[-1])
+        here = self.joined(problem, x, tau)
+        if not T.LU.shape[0]:
+            return here @ T.GT[self.mode, self.guard]
+        own, width = here @ T.GT[self.mode, self.guard, :, :2], BESIDE * 2.0 * np.pi / T.flat[0]
+        a = np.array([rates(problem.equations, T, self.mode, self.guard, self.joined(problem, x, tau + k * BESIDE))[0]
+                      for k in (-2, -1, 0, 1, 2)])
+        third = (a[0] - 8.0 * a[1] + 8.0 * a[3] - a[4]) / (12.0 * width)
+        fourth = (16.0 * (a[1] + a[3]) - a[0] - a[4] - 30.0 * a[2]) / (12.0 * width**2)
+        return np.array([*own, a[2] / 2.0, third / 6.0, fourth / 24.0])
 
     def top(self, problem, x):
-        """Return (scaled value, tau) of the stationary point of the guard next to the followed one, at ``x`` (n + 1,)."""
+        """Return (scaled value, tau) of the stationary point of the guard that is followed, at ``x`` (n + 1,)."""
         T = problem.equations.numbers_at(x[-1])
         period, reach = 2.0 * np.pi / T.flat[0], float(T.step[self.mode])
-        tau = self.tau
+        tau = min((self.first, *self.latest), key=lambda point: float(np.linalg.norm((x - point[0]) / problem.scale)))[1]
         for _ in range(3):  # each on the series about the last place
             a = self.series(problem, x, tau)
             move = stationary(a, reach)
@@ -139,8 +174,6 @@ def stationary(a, reach) -> float:
 
 def touching(problem, x):
     """Return (problem, x, item) of the touch to follow from a grazing at ``x`` (n + 1,); None where it is not known."""
-    if problem.equations.path.tables.LU.shape[0]:
-        return None  # a law acts: no series
     other, at = unlisted(problem, x)
     if other is None:
         return None

@@ -48,7 +48,7 @@ KINDS = (SpecialPointKind.STICK_ONSET, SpecialPointKind.SLIP_ONSET)
 
 def sliding_class(point) -> SlidingClass | None:
     """Return the class of a stick or slip onset of a branch of periodic orbits; None for other points and elastic sliders."""
-    if point.kind not in KINDS or not hasattr(point.problem, "sequence"):
+    if point.kind not in KINDS or point.problem.sequence is None:
         return None
     problem, x = point.problem, point.x
     if point.name == "leaving":

@@ -27,6 +27,8 @@ class CycleProblem(Problem):
         For an unknown parameter, or a cycle that is none.
     """
 
+    wraps = True
+
     def __init__(self, cycle: MapOrbit, parameter: str, bounds=None):
         if not cycle.success:
             raise ValueError(f"the cycle cannot be continued, it is {cycle.status}: {cycle.message}")
@@ -141,7 +143,7 @@ class CycleProblem(Problem):
 
     # other problems
 
-    def family(self, name, bounds):
+    def family_over(self, name, bounds):
         """Return the same cycle over a second parameter."""
         return MapFamily(self, name, bounds)
 

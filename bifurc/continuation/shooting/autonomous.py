@@ -19,7 +19,9 @@ from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import Corrected, at_end
 from ..registry import EQUILIBRIA, named
 from .appearing import inserted, parted
-from .signature_change import admissible_side
+from .completion import completion_near
+from .signature_change import CLOSURE, admissible_side
+from .train_length import relengthened
 from .vanishing import dropped
 
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
@@ -94,6 +96,11 @@ def free(plain, signature, x):
 
 def through_change(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event sequence, or the reason why none goes on."""
+    if monitor.name == CLOSURE:
+        found = relengthened(problem, point)
+        if found is None:  # it is released before it completes, however many impacts are listed
+            return StopReason.NO_SUCCESSOR if completion_near(problem, point.x) is None else StopReason.CHATTERING
+        return found
     if monitor.name not in CHANGES:  # static friction above kinetic holds what would have turned round
         return StopReason.JUMP
     found = changed(CHANGES[monitor.name], problem, point.x)

@@ -19,9 +19,10 @@ Chattering that ends at the release: Nordmark and Kisitu (2003).  The cubic is d
 import numpy as np
 
 from ...elements import EventKind
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, GUARD
+from ...orbits.autonomous import wound
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE
 from ...orbits.signature import Signature, divided
-from ..conditions import difference
+from ..conditions import Condition, difference
 
 IMPACTS = 6  # of a train, at least
 LEFT = 1e-7  # periods left at the last impact whose ratio is used: rounding of times is 1e-9 of that
@@ -56,21 +57,19 @@ def growth(restitution: float) -> float:
 
 def train(problem, x):
     """Return (impacts, release) of the complete chattering with the shortest rest of an orbit at ``x`` (n + 1,): places of its
-    listed impacts in the sequence, counted on below zero where they lie in the period before, and of the release that follows;
+    listed impacts in the sequence, counted on below zero where they lie in the span before, and of the release that follows;
     None where there is none."""
     s, scene = problem.sequence, problem.scene
-    if s.clock or s.closure < 0:
-        return None
     count, found = len(s.nodes), None
     for i in np.flatnonzero(s.nodes[:, CLOSES] == 1).tolist():
-        m, g = (int(v) for v in s.nodes[(i + 1) % count, :AFTER])
+        m, g = node_at(problem, i + 1)[:AFTER]
         if g < 0 or scene.event_kind(m, g) is not EventKind.RELEASE:
             continue
-        own, impacts = tuple(s.nodes[i, :AFTER]), [i]
+        own, impacts = node_at(problem, i)[:AFTER], [i]
         for k in range(i - 1, i - count, -1):
             if s.nodes[k, CLOSES] != 2:
                 break
-            if tuple(s.nodes[k, :AFTER]) == own:
+            if node_at(problem, k)[:AFTER] == own:
                 impacts.insert(0, k)
         rest = time_of(problem, x, i + 1) - time_of(problem, x, i)
         if len(impacts) >= IMPACTS and (found is None or rest < found[0]):
@@ -78,14 +77,72 @@ def train(problem, x):
     return None if found is None else found[1:]
 
 
-def time_of(problem, x, k) -> float:
-    """Return the time of node ``k``, periods, which may be one of the period before or after."""
+def node_at(problem, k) -> list[int]:
+    """Return mode before, guard, mode after, 0 and the closing of node ``k``, which may be one of the span before or after: of a
+    motion solved on its half period the mirror image."""
+    s, scene = problem.sequence, problem.scene
+    turns, place = divmod(k, len(s.nodes))
+    before, guard, after, _, closes = (int(v) for v in s.nodes[place, :CLOSES + 1])
+    if s.closure < 0 and turns % 2:
+        guard = scene.mirror_guard(before, guard) if guard >= 0 else guard
+        before, after = scene.mirror(before), scene.mirror(after)
+    return [before, guard, after, 0, closes]
+
+
+def state_at(problem, x, k) -> np.ndarray:
+    """Return the state (ns,) before node ``k`` of the orbit at ``x`` (n + 1,), see `node_at`."""
     s = problem.sequence
     turns, place = divmod(k, len(s.nodes))
-    return float(x[place * (1 + problem.scene.ns)]) + turns * s.span
+    return (-1.0 if s.closure < 0 and turns % 2 else 1.0) * x[:-1].reshape(len(s.nodes), -1)[place, 1:]
 
 
-class Completion:
+def slope_of_time(problem, k) -> list[tuple[int, float]]:
+    """Return by which unknowns the time of node ``k`` is given, and their factors; what else there is of it is a number."""
+    s = problem.sequence
+    turns, place = divmod(k, len(s.nodes))
+    own = [(place * (1 + problem.scene.ns), 1.0)]
+    if not s.clock:
+        return own
+    return [(0, float(turns)), *(own if place else [])]  # the first unknown holds the period, its node is at time zero
+
+
+def time_of(problem, x, k) -> float:
+    """Return the time of node ``k``, periods (of a motion without a clock its unit of time), see `node_at`."""
+    turns = k // len(problem.sequence.nodes)
+    return turns * problem.sequence.span + sum(factor * float(x[place]) for place, factor in slope_of_time(problem, k))
+
+
+def apart(problem, p, node, state):
+    """Return the gradient (ns,) of the speed at which a ``node`` is reached, that speed along it, and the ``state`` (ns,) with that
+    speed put to rest: the state is their sum."""
+    m, g = node[:AFTER]
+    gradient = problem.equations.numbers_at(p).B[m, g, :problem.scene.ns].copy()
+    arriving = float(gradient @ state / (gradient @ gradient))
+    return gradient, arriving, state - arriving * gradient
+
+
+def relisted(problem, x, nodes, times, states):
+    """Return (problem, x) with the orbit at ``x`` (n + 1,) listed as ``nodes`` (m, 5) over one span, at ``times`` (m,) and with the
+    ``states`` (m, ns) before them; a motion without a clock begins at the first."""
+    s, scene = problem.sequence, problem.scene
+    span = float(x[0]) if s.clock else s.span
+    rows = divided(scene, np.array(nodes, np.int64), problem.equations.numbers_at(x[-1]), s.closure)
+    signature = Signature(rows, np.zeros(len(nodes)), span, s.closure)
+    unknowns = np.column_stack([times, states]).ravel()
+    if s.clock:
+        signature, unknowns = wound(signature, unknowns, s.clock, None)
+    start = np.append(unknowns, x[-1])
+    return problem.with_sequence(signature, start), start
+
+
+def begun_at(problem, x, first):
+    """Return (problem, x) with the orbit at ``x`` (n + 1,) listed from node ``first`` on."""
+    places = range(first, first + len(problem.sequence.nodes))
+    return relisted(problem, x, [node_at(problem, k) for k in places], [time_of(problem, x, k) for k in places],
+                    [state_at(problem, x, k) for k in places])
+
+
+class Completion(Condition):
     """The ratios of the times left at three successive impacts extrapolate to that of the boundary.
 
     Parameters
@@ -98,8 +155,9 @@ class Completion:
     """
 
     def __init__(self, problem, impacts, release):
-        self.problem, self.impacts, self.release = problem, tuple(impacts), release
-        self.hit = tuple(int(v) for v in problem.sequence.nodes[impacts[0] % len(problem.sequence.nodes), [BEFORE, GUARD]])
+        super().__init__(problem)
+        self.impacts, self.release = tuple(impacts), release
+        self.hit = tuple(node_at(problem, impacts[0])[:AFTER])
 
     def restitution(self, problem, p) -> float:
         """Return that of the stop at the parameter ``p``."""
@@ -116,10 +174,10 @@ class Completion:
         a, b, c = (time_of(problem, x, self.release) - time_of(problem, x, k) for k in self.impacts)
         rho = ratio(self.restitution(problem, float(x[-1])))
         slopes = np.array([rho * b / a**2, -c / b**2 - rho / a, 1.0 / b]) / (1.0 - rho)
-        out, size, count = np.zeros(x.size), 1 + problem.scene.ns, len(problem.sequence.nodes)
-        for k, slope in zip(self.impacts, slopes, strict=True):
-            out[k % count * size] -= slope
-            out[self.release % count * size] += slope
+        out = np.zeros(x.size)
+        for k, slope in [*zip(self.impacts, -slopes, strict=True), (self.release, slopes.sum())]:
+            for place, factor in slope_of_time(problem, k):
+                out[place] += factor * slope
         out[-1] = difference(lambda y: self.of(problem, y), x, x.size - 1, STEP * problem.scale[-1])
         return out
 
@@ -145,12 +203,15 @@ def condition(problem, x):
     return Completion(problem, impacts[last - 2:last + 1], release) if last >= IMPACTS - 1 else None
 
 
-def completed(problem, x):
+def completion_near(problem, x):
     """Return (problem, x, error of the parameter) of the completion next to the last solution ``x`` (n + 1,) of a branch, or None.
 
     The problem is the given one, or if that never comes to rest, the one of motions that do.
     """
     found = train(problem, x)
+    if found is not None and problem.sequence.clock and found[1] % len(problem.sequence.nodes):
+        problem, x = begun_at(problem, x, found[1])  # the first node of such a motion has no time of its own that could be moved
+        found = train(problem, x)
     if found is None:
         made = resting(problem, x)
         found = None if made is None else train(*made)
@@ -197,74 +258,66 @@ def falling(problem, x, impacts, release) -> bool:
 def resting(problem, x):
     """Return (problem, start) of motions that rest at the end of the longest train of impacts of the orbit at ``x`` (n + 1,), which
     does not; None where it has no such train."""
-    s, scene = problem.sequence, problem.scene
-    if s.clock or s.closure < 0:
-        return None
-    T, count, size = problem.equations.numbers_at(x[-1]), len(s.nodes), 1 + scene.ns
-    hits = s.nodes[:, :AFTER].tolist()
+    s, scene, p = problem.sequence, problem.scene, float(x[-1])
+    T, count = problem.equations.numbers_at(p), len(s.nodes)
     best: list[int] = []
     for first in range(count):
-        m, g = hits[first]
+        hit = node_at(problem, first)[:AFTER]
+        m, g = hit
         if g < 0 or not T.kick[m, g] or T.ends_in[m, g] < 0:
             continue
         rho, run = ratio(float(T.ratio[m, g])), [first, first + 1]
-        while len(run) < count and hits[run[-1] % count] == [m, g]:
+        while len(run) < count and node_at(problem, run[-1])[:AFTER] == hit:
             spans = np.diff([time_of(problem, x, k) for k in (*run[-2:], run[-1] + 1)])
-            if hits[(run[-1] + 1) % count] != [m, g] or abs(spans[1] / spans[0] - rho) > ALIKE * (1 if len(run) > IMPACTS else 6):
+            if node_at(problem, run[-1] + 1)[:AFTER] != hit or abs(spans[1] / spans[0] - rho) > ALIKE * (
+                    1 if len(run) > IMPACTS else 6):
                 break
             run.append(run[-1] + 1)
         best = max(best, run, key=len)
     if len(best) < IMPACTS:
         return None
-    m, g = hits[best[0] % count]
+    hit = node_at(problem, best[0])[:AFTER]
+    m, g = hit
     rest, rho = int(T.ends_in[m, g]), ratio(float(T.ratio[m, g]))
     element = scene.guard(m, g).element
     releases = [k for k in scene.guards_of(rest, element) if scene.event_kind(rest, k) is EventKind.RELEASE]
     if not releases:
         return None
-    times = [time_of(problem, x, k) for k in best]
-    release = times[-2] + (times[-1] - times[-2]) / (1.0 - rho)
-    rows = x[:-1].reshape(count, size)
-    speeds = T.B[m, g, :scene.ns]
-    last = rows[best[-1] % count, 1:].copy()
-    arriving = float(speeds @ last / (speeds @ speeds))
+    at = [time_of(problem, x, k) for k in best]
+    release = at[-2] + (at[-1] - at[-2]) / (1.0 - rho)
+    gradient, arriving, still = apart(problem, p, hit, state_at(problem, x, best[-1]))
     behind = best[-1] + 1
-    while time_of(problem, x, behind) < release + (release - times[-IMPACTS]) and hits[behind % count] == [m, g]:
+    while time_of(problem, x, behind) < release + (release - at[-IMPACTS]) and node_at(problem, behind)[:AFTER] == hit:
         behind += 1  # impacts of the same train that have left the boundary
-    kept = [k for k in range(best[-1] + 1 - count, best[-1] + 1) if k + count >= behind]
-    nodes = [[*hits[k % count], int(s.nodes[k % count, AFTER]), 0, 2 if k in best else 0] for k in kept]
-    states = [np.append(time_of(problem, x, k), rows[k % count, 1:]) for k in kept]
-    left = release - times[-1]
+    kept = range(max(best[-1] + 1, behind) - count, best[-1] + 1)
+    nodes = [[*node_at(problem, k)[:DIVIDE], 0, 2 if k in best else 0] for k in kept]
+    times, states = [time_of(problem, x, k) for k in kept], [state_at(problem, x, k) for k in kept]
+    left = release - at[-1]
     while left > LEFT * ROOM:
         left, arriving = rho * left, rho * rho * arriving
-        nodes.append([m, g, nodes[-1][2], 0, 2])
-        rested = last - float(speeds @ last / (speeds @ speeds)) * speeds
-        states.append(np.append(release - left, rested + arriving * speeds))
-    nodes[-1][2], nodes[-1][4] = rest, 1
-    nodes.append([rest, releases[0], int(s.nodes[best[0] % count, BEFORE]), 0, 0])
-    states.append(np.append(release, rested))
-    signature = Signature(divided(scene, np.array(nodes, np.int64), T), np.zeros(len(nodes)), s.span)
-    start = np.append(np.concatenate(states), x[-1])
-    return problem.with_sequence(signature, start), start
+        nodes.append([*nodes[-1][:DIVIDE], 0, 2])
+        times.append(release - left)
+        states.append(still + arriving * gradient)
+    nodes[-1][AFTER], nodes[-1][CLOSES] = rest, 1
+    nodes.append([rest, releases[0], node_at(problem, best[0])[BEFORE], 0, 0])
+    return relisted(problem, x, nodes, [*times, release], [*states, still])
 
 
 def on_boundary(problem, x, impacts, release, k):
     """Return ``x`` (n + 1,) with the impacts of a train behind its ``k``-th put on the boundary, where two ratios extrapolate."""
-    scene, count, size = problem.scene, len(problem.sequence.nodes), 1 + problem.scene.ns
-    T = problem.equations.numbers_at(x[-1])
-    m, g = (int(v) for v in problem.sequence.nodes[impacts[0] % count, [BEFORE, GUARD]])
-    rho = ratio(float(T.ratio[m, g]))
-    left = time_of(problem, x, release) - time_of(problem, x, impacts[k])
+    s, p = problem.sequence, float(x[-1])
+    hit = node_at(problem, impacts[0])
+    rho = ratio(float(problem.equations.numbers_at(p).ratio[tuple(hit[:AFTER])]))
+    end = time_of(problem, x, release)
+    left = end - time_of(problem, x, impacts[k])
+    gradient, arriving, still = apart(problem, p, hit, state_at(problem, x, impacts[k]))
     out = x.copy()
-    rows = out[:-1].reshape(count, size)
-    speeds = T.B[m, g, :scene.ns]
-    reference = rows[impacts[k] % count, 1:].copy()
-    arriving = float(speeds @ reference / (speeds @ speeds))
-    rest = reference - arriving * speeds
+    rows = out[:-1].reshape(len(s.nodes), -1)
     for place in impacts[k + 1:]:
         left, arriving = rho * left, rho * rho * arriving
-        turns, row = divmod(place, count)
-        rows[row] = np.append(time_of(problem, x, release) - left - turns * problem.sequence.span, rest + arriving * speeds)
+        turns, row = divmod(place, len(s.nodes))
+        sign = -1.0 if s.closure < 0 and turns % 2 else 1.0
+        rows[row] = np.append(end - left - turns * (x[0] if s.clock else s.span), sign * (still + arriving * gradient))
     return out
 
 

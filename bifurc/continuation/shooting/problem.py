@@ -1,4 +1,8 @@
-"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step."""
+"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step.
+
+One file, because it is one class: residual, monitors, measures and hooks of a branch share its sequence, its numbers and its
+kernels.
+"""
 import copy
 import dataclasses
 import math
@@ -21,8 +25,9 @@ from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
+from ..watching import bare
 from . import autonomous, branching, signature_change
-from .completion import completed
+from .completion import completion_near
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
@@ -32,11 +37,13 @@ ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the fir
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
+KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
+BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -100,6 +107,7 @@ class OrbitProblem(Problem):
     """
 
     touch = TOUCH  # as the audit of an orbit
+    wraps = True
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
@@ -119,6 +127,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._kept = sequence.kept(self.scene)
+        self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale)
         flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
@@ -194,7 +203,8 @@ class OrbitProblem(Problem):
         if self._born:
             values.append(autonomous.extent(self, x))
         if self._tori:
-            values.append(self._torus(x))
+            born = self._hits and info[sequence.LISTED] <= BORN
+            values.append(math.nan if born else self._torus(x))
         return np.array(values)
 
     def _flip(self, x, value: float) -> float:
@@ -281,7 +291,7 @@ class OrbitProblem(Problem):
 
     def change(self, kind, x, successor) -> SpecialPointKind:
         """See `Problem.change`: what changes between the two sequences has one name from both sides."""
-        return signature_change.changed(self, x, getattr(successor, "inner", successor), kind) or kind
+        return signature_change.changed(self, x, bare(successor), kind) or kind
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""
@@ -345,14 +355,14 @@ class OrbitProblem(Problem):
             made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
         return OrbitProblem(self.system, made[path], self.sequence, self.weights, self.x0, self.parameter_scale)
 
-    def family(self, name: str, bounds: tuple[float, float]):
+    def family_over(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
         return orbit_family(self, name, bounds)
 
     def on_path(self, path: ParameterPath) -> "OrbitProblem":
         """Return the problem with the numbers of another path along the same parameter."""
         other = copy.copy(self)
-        other.path, other.equations = path, self.equations.on(path)
+        other.path, other.equations, other._known = path, self.equations.on(path), {}
         other._refusal = self._refusal.on(other.equations)
         return other
 
@@ -390,7 +400,7 @@ class OrbitProblem(Problem):
 
     def end_point(self, x, reason):
         """See `Problem.end_point`: where a chattering just completes."""
-        found = completed(self, x) if reason is StopReason.CHATTERING else None
+        found = completion_near(self, x) if reason is StopReason.CHATTERING else None
         if found is None:
             return None
         problem, at, error = found
@@ -408,7 +418,7 @@ class OrbitProblem(Problem):
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may
         turn between them."""
-        speeds, scene, kick = listed_speeds(self, x), self.scene, self.scene.tables.kick
+        speeds, scene, kick = listed_speeds(*autonomous.written_out(self, x)), self.scene, self.scene.tables.kick
         impacts = [(scene.guard(int(before), int(guard)).element, speed)
                    for (before, guard), speed in zip(self.sequence.nodes[:, :AFTER], speeds, strict=True)
                    if guard >= 0 and kick[before, guard]]
@@ -488,20 +498,26 @@ class OrbitProblem(Problem):
         """Return the multipliers at a solution, as those of `PeriodicOrbit`."""
         return self._multipliers(x)
 
-    def repeated(self, x):
-        """Return the equations of the orbit run through twice, and their solution."""
+    def repeated(self, x, times: int = 2):
+        """Return the equations of the orbit run through several times, and their solution."""
         s = self.sequence
-        later = x[:-1].reshape(len(s.nodes), -1).copy()
-        later[:, 0] += s.span
-        nodes = np.vstack([s.nodes, s.nodes])
-        start = np.concatenate([x[:-1], later.ravel(), x[-1:]])
-        return self.with_sequence(Signature(nodes, np.concatenate([s.fixed, s.fixed + s.span]), 2.0 * s.span), start), start
+        rows = np.tile(x[:-1].reshape(len(s.nodes), -1), (times, 1))
+        later = np.repeat(s.span * np.arange(times), len(s.nodes))
+        rows[:, 0] += later
+        start = np.append(rows.ravel(), x[-1])
+        signature = Signature(np.tile(s.nodes, (times, 1)), np.tile(s.fixed, times) + later, times * s.span)
+        return self.with_sequence(signature, start), start
 
     def _multipliers(self, x) -> np.ndarray:
-        whole, U = self._whole(x)
-        M = np.empty((self.scene.ns, self.scene.ns))
-        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
-        return nontrivial(self.equations, whole, U, M, self._kept)
+        key = np.asarray(x, float).tobytes()
+        if key not in self._known:
+            whole, U = self._whole(x)
+            M = np.empty((self.scene.ns, self.scene.ns))
+            self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
+            if len(self._known) >= KNOWN:
+                self._known.clear()
+            self._known[key] = nontrivial(self.equations, whole, U, M, self._kept)
+        return self._known[key].copy()
 
     def is_motion(self, x) -> bool:
         """See `Problem.is_motion`."""
@@ -511,6 +527,16 @@ class OrbitProblem(Problem):
     def floquet_multipliers(self, x):
         """See `Problem.floquet_multipliers`; None where two impacts of one instant leave them undefined."""
         return None if self._together(x) else self._multipliers(x)
+
+    def half_multipliers(self, x):
+        """See `Problem.half_multipliers`."""
+        s = self.sequence
+        if s.closure > 0:
+            return None
+        s, U = s.written_out(x[:-1])
+        M = np.empty((self.scene.ns, self.scene.ns))
+        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), s.nodes, s.span, U, M)
+        return nontrivial(self.equations, s, U, -M, self._kept)
 
     def _together(self, x) -> bool:
         """Whether two impacts of different stops fall on one instant: then only the orbit tells its multipliers."""

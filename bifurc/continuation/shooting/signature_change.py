@@ -11,10 +11,10 @@ import numpy as np
 from ...compose.writer import kernels
 from ...elements import EventKind
 from ...orbits import sequence
-from ...orbits.sequence import AFTER, GUARD
+from ...orbits.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
-from .successor import completed, cycle, jumps, successor, verified
+from .successor import complete_chatters, cycle, jumps, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -47,7 +47,7 @@ def through_grazing(problem, point, monitor):
         if side is not None and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
-    lost = search.incomplete if answer is None else completed(answer[0].sequence) < completed(problem.sequence)
+    lost = search.incomplete if answer is None else complete_chatters(answer[0].sequence) < complete_chatters(problem.sequence)
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
     if answer is None and search.creeps:
@@ -60,7 +60,7 @@ def through_grazing(problem, point, monitor):
 def accumulates(signature, other) -> bool:
     """Whether one of two sequences, the second that of the problem ``other``, completes an infinite sequence of impacts where the
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
-    one, two = (Counts(completed(s), kicks(other.scene, s)) for s in (signature, other.sequence))
+    one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
     fewer, more = (one, two) if one.completed < two.completed else (two, one)
     return fewer.completed < more.completed and fewer.kicks >= max(TRAIN, 0.5 * more.kicks)
 
@@ -124,11 +124,14 @@ def admissible_side(problem, x):
 def changed(problem, x, other, kind=None):
     """Return the kind of the change from the sequence of ``problem``, which ends at ``x`` (n + 1,), to that of ``other``; None
     where the events do not tell. ``kind`` is what the monitor of the end says."""
-    one, two = collections.Counter(named_events(problem)), collections.Counter(named_events(other))
+    one, two = (collections.Counter(named_events(end)) for end in (problem, other))
     apart = [event for event in {**one, **two} if one[event] != two[event]]
     if not apart:
         return exchanged(problem, other)
     kinds = {EventKind(kind) for _, kind in apart}
+    if EventKind.IMPACT in kinds and complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0 \
+            and kind not in (None, SpecialPointKind.GRAZING):
+        kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
     if EventKind.IMPACT in kinds:
         return SpecialPointKind.GRAZING
     if kinds == {EventKind.RELEASE}:
@@ -167,9 +170,14 @@ def exchanged(problem, other):
 
 
 def named_events(problem) -> list[tuple[int, str]]:
-    """Return element and kind of the events of a problem's sequence, in order."""
-    scene = problem.scene
-    events = [(int(m), int(g)) for m, g in problem.sequence.nodes[:, :AFTER] if g >= 0]
+    """Return element and kind of the events of a problem's sequence, in order.
+
+    Of an infinite sequence of impacts those that lead to its end are left out, with what happens between them: how many of them
+    are listed is a matter of accuracy.
+    """
+    scene, nodes = problem.scene, problem.sequence.nodes
+    nodes = nodes[nodes[:, CLOSES] != 2]
+    events = [(int(m), int(g)) for m, g in nodes[:, :AFTER] if g >= 0]
     return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
 
 

@@ -5,6 +5,8 @@ simulated from a state of it far from what changes; the rule of `flow.settle` de
 begin, end, merge or change places together need no case of their own.  The equations of the sequence so read are solved,
 their solution is taken back to where the new sequence begins, and is accepted only if it is the same motion there and if
 simulation repeats it a little further on.
+
+One file, because beyond, back and verified are steps of one search with one record of what failed.
 """
 import math
 from dataclasses import dataclass, field
@@ -79,7 +81,7 @@ def successor(problem, point, through=False):
     for step in BEYOND:
         for x in _beyond(problem, point, step):
             for signature, unknowns in _read(problem, x, search):
-                search.incomplete |= completed(signature) < completed(problem.sequence)
+                search.incomplete |= complete_chatters(signature) < complete_chatters(problem.sequence)
                 if _cycle(problem.scene, signature) in tried:
                     continue
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
@@ -121,18 +123,19 @@ def balanced(problem, point, new, x, tangent) -> bool:
     The period map is continuous, so that of one branch the number of solutions at a parameter, counted with their index, is
     the same on both sides (di Bernardo et al. 2008, section 3.1, after Feigin).
     """
-    before = index(problem, point.x, point.tangent, -1.0)
-    return before == 0.0 or before * index(new, x, tangent, 1.0) >= 0.0
+    half = problem.sequence.closure < 0 and new.sequence.closure < 0
+    before = index(problem, point.x, point.tangent, -1.0, half)
+    return before == 0.0 or before * index(new, x, tangent, 1.0, half) >= 0.0
 
 
-def index(problem, x, tangent, toward) -> float:
+def index(problem, x, tangent, toward, half=False) -> float:
     """Return the sign of det(1 - M) dp/ds beside ``x`` (n + 1,), 0 where it cannot be told; ``tangent`` in the direction of travel,
-    ``toward`` 1 ahead and -1 back."""
+    ``toward`` 1 ahead and -1 back; M is that of half a period followed by the mirror where ``half`` says so."""
     for step in BESIDE:
         c = problem.correct(x + toward * step * problem.scale * tangent, tangent)
         if not (c.converged and inside(problem, c)):
             continue
-        numbers = counted(problem.floquet_multipliers(c.x))
+        numbers = counted(problem.half_multipliers(c.x) if half else problem.floquet_multipliers(c.x))
         if numbers is not None and abs(c.tangent[-1]) > BOUNDARY_BAND:
             return math.copysign(1.0, c.tangent[-1]) * (-1.0)**numbers[0]
     return 0.0
@@ -242,8 +245,8 @@ def boundaries(problem) -> list[int]:
     return [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
 
 
-def completed(signature) -> float:
-    """Return the number of infinite sequences of impacts a forcing period."""
+def complete_chatters(signature) -> float:
+    """Return the number of complete chatterings (infinite sequences of impacts) a forcing period."""
     return round(np.count_nonzero(signature.nodes[:, CLOSES] == 1) / (signature.span or 1.0), 9)
 
 
