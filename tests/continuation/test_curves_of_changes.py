@@ -1,5 +1,6 @@
 """Curves in two parameters of what changes the sequence of events, of peaks of orbits, of Hopf points and boundary equilibria."""
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,21 @@ def plastic():
 def narrow():
     """As `rubbing`, damped little: it rests twice in a window of frequencies that closes at a friction of .28597."""
     return bf.System(1.0, 0.054338123106597732, 1.0, [HarmonicForce(1.0), Coulomb(0.2737362155577171)], omega=0.9)
+
+
+def test_a_stick_onset_is_followed_under_either_name_that_rounding_gives_it():
+    """Rate and maximum behind the reversal are zero together; only the rate has a derivative there."""
+    system = rubbing_neighbour().with_parameters(**{"coulomb.friction": 0.2})
+    point = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5, 1.2)).special_points.of("stick_onset")[-1]
+    assert point.name in ("leaving", "unlisted")
+    ends = []
+    for name in ("leaving", "unlisted"):
+        curve = bf.trace_curve(replace(point, name=name), ("omega", "coulomb.friction"), bounds={"coulomb.friction": (0.185, 0.22)})
+        assert [end.reason.value for end in curve.ends] == ["bound", "bound"]
+        ends.append(curve.column("omega")[[0, -1]])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-12)
+    other = bf.trace(bf.find_orbit(rubbing_neighbour().with_parameters(**{"coulomb.friction": 0.185})), "omega", bounds=(0.5, 1.2))
+    assert ends[0][0] == pytest.approx(other.special_points.of("stick_onset")[-1].parameter, abs=1e-10)
 
 
 @pytest.mark.slow
