@@ -1,4 +1,7 @@
-"""A mechanical system: linear core M q'' + C q' + K q, elements acting on it, and its parameters by name."""
+"""A mechanical system: linear core M q'' + C q' + K q, elements acting on it, and its parameters by name.
+
+One file, because it is one class and the decorator that makes builders of it.
+"""
 import functools
 import importlib
 import inspect

@@ -9,6 +9,7 @@ import bifurc
 from bifurc import _cache
 
 PACKAGE = pathlib.Path(bifurc.__file__).parent
+LONG = 350  # lines of a file that needs no reason
 
 
 def modules():
@@ -74,3 +75,13 @@ def test_every_folder_says_what_is_in_it():
     for path in PACKAGE.rglob("__init__.py"):
         said = ast.get_docstring(ast.parse(path.read_text()))
         assert said and len(said) > 20, f"{path}: says nothing"
+
+
+def test_long_files_say_why_they_are_one():
+    """More than 350 lines need a reason in the file's own docstring; a reason that is no longer needed goes."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        lines = path.read_text(encoding="utf-8").count("\n")
+        doc = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        reason = "One file, because" in doc
+        assert reason or lines <= LONG, f"{path} has {lines} lines: split it where it has a seam, or say why it is one file"
+        assert not reason or lines > LONG - 30, f"{path} has {lines} lines and needs no reason to be one file"

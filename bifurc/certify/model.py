@@ -3,6 +3,8 @@
 Nothing is taken from the packed tables of the engine.  With the joined state x = (q, v, z, 1, cos k theta, sin k theta, ...) and
 the phase theta = omega t as time, every mode is dx/dtheta = B x with a constant matrix, every guard a row G, every event a
 matrix R.  Held rows are eliminated by lam = -(J M^-1 D)^-1 (J a_free + base''), D = J^T push.
+
+One file, because it is the model read anew, whole, so that it can be read beside the engine's tables.
 """
 from collections.abc import Hashable, Iterable
 from dataclasses import fields

@@ -6,6 +6,8 @@
 
 A zero in the interior of a box on which Krawczyk's operator contracts is regular: the Jacobian of the extended system is invertible
 on the box, which is the transversality of the point (R. Seydel, Numerische Mathematik 33 (1979), 339-352).
+
+One file, because folds, flips, tori and grazings are one extended system with other last rows.
 """
 import dataclasses
 import math

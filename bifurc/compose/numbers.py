@@ -1,4 +1,7 @@
-"""Numbers of a scene: local expressions of elements become rows of the joined vector, held rows are eliminated."""
+"""Numbers of a scene: local expressions of elements become rows of the joined vector, held rows are eliminated.
+
+One file, because it is one packer: rows of forces, guards, jumps and held rows are eliminated with the same factors.
+"""
 from collections.abc import Callable, Hashable
 from typing import NamedTuple
 

@@ -5,6 +5,8 @@ A scene mode is one mode of every element.  Its forces are summed, its held rows
     lam = -(H M^-1 D)^-1 (H a_free + base''),     a = a_free + M^-1 D lam,
 
 with H the held rows of all elements and D their pushes; guards and resets become rows over x = (q, v, z, 1, cos, sin).
+
+One file, because it is one class: modes are looked up, combined, numbered and mirrored in one table that grows.
 """
 import copy
 import itertools

@@ -7,6 +7,8 @@ engine's own modules (their `ENGINE`), and what reaches such a name is defined a
 affine one: of laws that are not affine, and of many degrees of freedom.
 Files are named by a hash of everything in them and of numba's version, appear by renaming, and are ordinary modules with
 ordinary ``@njit(cache=True)``: a later process loads them.
+
+One file, because a written module is collected, written, hashed and loaded by one set of rules on names.
 """
 import ast
 import functools

@@ -4,6 +4,8 @@ Keller (1977) for the bordered corrector; step law by turning angle and predicte
 Schilder 2013) with the iteration count as ceiling.  A step is accepted only if it turns little, if its sideways
 distance fits the arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point
 is found in it: an angle law alone jumps between branches that nearly touch.
+
+One file, because predicting, correcting, judging and cutting a step are one loop over one state.
 """
 import copy
 import math

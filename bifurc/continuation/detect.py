@@ -3,6 +3,8 @@
 A boundary is located first and the step is cut there, so that every other test is one-sided.  A test counts as crossed
 when its last clear sign changes; values at rounding level keep the old sign, so that a step that lands on a zero
 neither loses it nor counts it twice.
+
+One file, because every test of a step is bracketed, cut and polished by the same functions.
 """
 import math
 from dataclasses import dataclass

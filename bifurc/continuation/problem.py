@@ -5,6 +5,8 @@ holds their natural sizes; arclength, angles and tangents are measured in ``x / 
 there, and a step of length ds is predicted as ``x + ds scale tangent``.
 
 A problem may be any object with the attributes and methods of `Problem`; periodic orbits bring their own, compiled.
+
+One file, because it is one interface: every hook that a problem may have stands here with its default.
 """
 import copy
 import math

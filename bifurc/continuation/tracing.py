@@ -1,4 +1,7 @@
-"""`trace`: a branch of solutions from a start, both ways, with its special points."""
+"""`trace`: a branch of solutions from a start, both ways, with its special points.
+
+One file, because a branch is begun, run both ways and extended under the same options.
+"""
 import copy
 import math
 from contextlib import contextmanager

@@ -3,8 +3,9 @@
 `feedback_range` for delayed feedback (Pyragas 1992), `feedback_basins` for how far it reaches, `ogy` for small changes of a
 parameter (Ott, Grebogi, Yorke 1990).
 """
-from .basins import FeedbackBasins, HeldMotion, feedback_basins
+from .basins import feedback_basins
 from .feedback import controlled_multipliers, feedback_range
+from .feedback_map import FeedbackBasins, HeldMotion
 from .linearization import NotSupported
 from .ogy import ControlStatus, OGYController, ogy
 from .ogy_motion import ControlledMotion

@@ -2,6 +2,8 @@
 
 Limits are forces, mu times the normal load.  Transitions of the elastic contact under a varying load are those of Yang,
 Chu and Menq 1998, derived again: a slider stops where its own speed, not its force, vanishes.
+
+One file, because the laws of friction along a row share their modes, their limits and the images under reversal.
 """
 import dataclasses
 import math

@@ -2,6 +2,8 @@
 
 A command returns a dictionary of what it changes, so that it may run beside others in a thread; `Session` puts changes
 into what is shown by then, and keeps the way back.
+
+One file, because it is one session: every command reads and changes the same record of what is shown.
 """
 import dataclasses
 import math

@@ -1,6 +1,8 @@
 """The page: branch diagram left, orbit right, slice of starts below; it draws what the desk shows and hands on what is done.
 
 All callbacks are Python: the page holds no script of its own.
+
+One file, because it is one page: figures, tables and buttons name each other.
 """
 import html
 from typing import Any

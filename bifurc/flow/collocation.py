@@ -9,6 +9,8 @@ this file, and nothing that calls it.
 
 This is a template: the written module of a scene (`bifurc.compose.writer`) is this text with the law functions of that
 scene in the place of `nolaw`, so that the numbers of degrees of freedom and of rows are literals.
+
+One file, because the written module of a scene is made of this text as a whole.
 """
 import numpy as np
 from numba import carray, cfunc, types

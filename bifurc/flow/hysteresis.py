@@ -3,6 +3,8 @@
 Within a mode force, guards and memory of an affine element are sums of harmonics of theta = omega t.  The march finds
 every zero of every guard (`bifurc.flow.periodic`), decides what follows by the rule of all events - the first candidate
 whose guards are all inside, by value or by the first derivative that is not zero - and ends when a period repeats.
+
+One file, because events, candidates and sums of harmonics of one march stand on the same coefficients.
 """
 from collections.abc import Hashable
 from dataclasses import dataclass, field

@@ -10,6 +10,8 @@ with the arriving speed v, the acceleration a toward the stop and its rate f' al
 
 kappa the loss of a per unit of speed.  Dry friction of the same speed turns round in every impact and at the top of every flight:
 `slowed`.
+
+One file, because the march and what it calls at an event are compiled together, once for an engine.
 """
 import numpy as np
 

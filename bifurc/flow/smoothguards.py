@@ -3,6 +3,9 @@
 The accelerations at the start, the nodes and the end of a step make a polynomial of degree nine, positions one of degree
 eleven.  Steps for polynomials are short (`TIGHT`), so that zeros found on them are as good as the state; steps that are
 only proved free of events are long, with the defect as a bound on what the polynomial may miss.
+
+One file, because it is the counterpart of `affine` for modes under a law: the twins of all kernels take their guards, jumps and
+peaks from it by name.
 """
 import numpy as np
 

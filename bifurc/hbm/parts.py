@@ -7,6 +7,8 @@ Those with guards or memory become *contacts*: tables of their modes over (u, s,
 reached.  One mode with a law that is not affine is a *law*.  Elements that hold rows (`Mode.hold`, set-valued friction) are
 *held*: they have no finite force along a given motion and are left to the solvers of set-valued laws.  All numbers lie in
 one flat vector whose structure does not change with parameters, as in `compose.scene`.
+
+One file, because structure, numbers and views of one set of tables are laid out, filled and read here and nowhere else.
 """
 import math
 from collections.abc import Hashable

@@ -5,6 +5,8 @@ solves that from the guess, so that where equilibria form a continuum (a mass th
 nearest one is found.  A guard that the solution violates names the modes that are tried next.
 
 Eigenvalues are those of the motion that the mode allows, on the states modulo a continuum.
+
+One file, because the equilibrium tells its guards, modes and eigenvalues by the conditions that the search solves.
 """
 import functools
 from enum import StrEnum

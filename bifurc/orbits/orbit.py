@@ -1,4 +1,7 @@
-"""PeriodicOrbit: a closed motion as an event sequence, with its multipliers, its audit and exact measures."""
+"""PeriodicOrbit: a closed motion as an event sequence, with its multipliers, its audit and exact measures.
+
+One file, because it is one class with the audit that decides whether its equations are a motion.
+"""
 import functools
 import importlib
 import math

@@ -17,6 +17,9 @@ carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
 Where nothing depends on time the period is unknown and the phase is free: ``span`` = 0, node 0 is at time zero, and the
 place of its time holds that of the closing node, the period.  A section then asks for ``normal . y = value`` instead of a
 time.  So there is one equation for each unknown, and the trivial multiplier +1 is no zero of ``det J``.
+
+One file, because residual, Jacobian and corrector are compiled as one call and share the columns of `nodes` and the places of
+`info`.
 """
 import numpy as np
 

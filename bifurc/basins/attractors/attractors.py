@@ -1,4 +1,8 @@
-"""Attractors: found from where motions end, confirmed before they get a number."""
+"""Attractors: found from where motions end, confirmed before they get a number.
+
+One file, because finding, confirming, comparing and making targets of an attractor share its scaled distances and their
+thresholds.
+"""
 from dataclasses import dataclass, field
 
 import numpy as np

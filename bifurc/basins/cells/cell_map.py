@@ -1,4 +1,7 @@
-"""CellMap: the groups of a map of cells, what leads to them, the attractors they hold, and how far it can be trusted."""
+"""CellMap: the groups of a map of cells, what leads to them, the attractors they hold, and how far it can be trusted.
+
+One file, because it is one result with the small records that its questions return.
+"""
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property

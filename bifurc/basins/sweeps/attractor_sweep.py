@@ -3,6 +3,8 @@
 At every value attractors are looked for from evenly spread starts; each is then followed to the neighbouring values (Newton
 from the neighbour's orbit, or the motion of what was lost), so that an attractor whose basin is too small for the
 sample is there all the same.  The share of starts is the basin stability of P. Menck et al. (2013).
+
+One file, because the sweep, its tracks and the links between values are written and read as one file.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,7 @@
-"""Harmonic orbits as a continuation problem: one compiled call a step, changes of the order of events as special points."""
+"""Harmonic orbits as a continuation problem: one compiled call a step, changes of the order of events as special points.
+
+One file, because it is one class: residual, monitors, measures and hooks of a branch share its layout and its numbers.
+"""
 import copy
 import functools
 import math

@@ -1,4 +1,8 @@
-"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step."""
+"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step.
+
+One file, because it is one class: residual, monitors, measures and hooks of a branch share its sequence, its numbers and its
+kernels.
+"""
 import copy
 import dataclasses
 import math

@@ -5,6 +5,8 @@ simulated from a state of it far from what changes; the rule of `flow.settle` de
 begin, end, merge or change places together need no case of their own.  The equations of the sequence so read are solved,
 their solution is taken back to where the new sequence begins, and is accepted only if it is the same motion there and if
 simulation repeats it a little further on.
+
+One file, because beyond, back and verified are steps of one search with one record of what failed.
 """
 import math
 from dataclasses import dataclass, field

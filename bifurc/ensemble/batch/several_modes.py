@@ -14,6 +14,8 @@ that it met no guard, or one and only once, that the candidates before the one t
 one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order:
 leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes their whole
 period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
+
+One file, because it is the text of one kernel, written in the order in which it runs.
 """
 from typing import NamedTuple
 

@@ -4,6 +4,8 @@ The method of steps (Bellman 1963), with breaking points: an event at t leaves a
 a weaker one at t + 2 tau, and so on (Baker, Paul, Wille 1995).  Near a periodic orbit the piece between an impact and the
 delayed impact is as short as the distance from the orbit; it carries the impulse of the feedback and is never dropped.
 Collocation is in the integrated form, whose rows do not grow as a piece shrinks.
+
+One file, because it is one march: pieces, breaking points and events share its past.
 """
 import heapq
 import math

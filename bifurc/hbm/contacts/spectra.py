@@ -6,6 +6,8 @@ frozen memory, and one an event at which the force jumps.  Exact and sampled seg
 
     (1/2 pi) int_a^b e^{il theta} = d_l (e^{ilb} - e^{ila}),  d_l = 1/(2 pi i l)
     (1/N) sum_{a <= theta_j < b} e^{il theta_j} = the same with d_l = 1/(N (e^{2 pi il/N} - 1))
+
+One file, because forces and their derivatives of all kinds of segments are one sum, compiled as one.
 """
 import numpy as np
 

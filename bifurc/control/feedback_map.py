@@ -1,0 +1,108 @@
+"""What `feedback_basins` returns: which starts end on the orbit, and the motions on which others end."""
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .. import io, plotting
+from ..ensemble.grid import Grid
+from ..ensemble.outcomes import CellState
+from ..orbits.orbit import PeriodicOrbit
+from ..system import System
+
+KIND = "feedback basins"
+
+
+@dataclass(frozen=True)
+class HeldMotion:
+    """A periodic motion under feedback that is not the orbit.
+
+    Attributes
+    ----------
+    points : ndarray (periods, ns)
+        States at whole forcing periods.
+    periods : int
+    """
+
+    points: np.ndarray = field(repr=False)
+    periods: int
+
+
+@dataclass(frozen=True)
+class FeedbackBasins:
+    """Which starts end on the orbit under delayed feedback.
+
+    Attributes
+    ----------
+    system : System
+        With its feedback.
+    orbit : PeriodicOrbit
+        Label 0.
+    grid : Grid
+    past : str
+        "free", "constant" or "orbit".
+    labels : ndarray of int, shape of the grid
+        0 the orbit, k > 0 ``attractors[k]``, -1 neither.
+    states : ndarray of int, shape of the grid
+        Codes of `CellState`.
+    periods : ndarray of int, shape of the grid
+        Forcing periods until that was known.
+    attractors : tuple
+        The orbit, and other periodic motions that were met (`HeldMotion`).
+    key : str
+        Of the job in its file.
+    """
+
+    system: System = field(repr=False)
+    orbit: PeriodicOrbit = field(repr=False)
+    grid: Grid
+    past: str
+    labels: np.ndarray = field(repr=False)
+    states: np.ndarray = field(repr=False)
+    periods: np.ndarray = field(repr=False)
+    attractors: tuple = field(repr=False)
+    key: str = field(default="", repr=False)
+
+    @property
+    def fractions(self) -> dict[int, float]:
+        """Share of the starts that end on each attractor; starts beyond a stop are none."""
+        starts = max(int(np.count_nonzero(self.states != CellState.OUTSIDE.code)), 1)
+        return {k: float(np.count_nonzero(self.labels == k)) / starts for k in range(len(self.attractors))}
+
+    @property
+    def held(self) -> float:
+        """Share of the starts that end on the orbit."""
+        return self.fractions[0]
+
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        orbit, stored = self.orbit.to_record()
+        others = self.attractors[1:]
+        arrays = {"labels": self.labels, "states": self.states, "periods": self.periods,
+                  "points": np.array([row for other in others for row in other.points]).reshape(-1, self.orbit.state.size),
+                  "counts": np.array([other.periods for other in others], np.int64),
+                  **{f"orbit.{name}": values for name, values in stored.items()}}
+        return {"kind": KIND, "system": self.system.to_record(), "orbit": orbit, "grid": self.grid.to_record(), "past": self.past,
+                "key": self.key}, arrays
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "FeedbackBasins":
+        """Make the map that `to_record` described; ``elements`` are user classes and laws."""
+        stored = {name.removeprefix("orbit."): values for name, values in arrays.items() if name.startswith("orbit.")}
+        orbit = PeriodicOrbit.from_record(header["orbit"], stored, elements)
+        parts = np.split(arrays["points"], np.cumsum(arrays["counts"])[:-1]) if arrays["counts"].size else []
+        return cls(System.from_record(header["system"], elements), orbit, Grid.from_record(header["grid"]), header["past"],
+                   arrays["labels"], arrays["states"], arrays["periods"], (orbit, *(HeldMotion(part, len(part)) for part in parts)),
+                   header["key"])
+
+    def save(self, path) -> None:
+        """Write the map to an npz file."""
+        io.write(path, *self.to_record())
+
+    @classmethod
+    def load(cls, path, elements=()) -> "FeedbackBasins":
+        """Read a map that `save`, or `feedback_basins` with ``file=``, has written."""
+        return cls.from_record(*io.read(path, KIND), elements=elements)
+
+    def plot(self, ax=None):
+        """Draw the map; return the axes."""
+        return plotting.plot_basins(self, ax)
