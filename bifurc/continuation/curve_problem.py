@@ -17,6 +17,7 @@ from .grazing.following import Touching, touching
 from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .leaving import curves_from
 from .problem import EPS, Monitor, Problem
+from .rows import MONITOR_BAND
 from .shooting.completion import condition
 from .shooting.signature_change import LEAVING, UNLISTED
 from .stability_changes import confirmed, tests
@@ -32,6 +33,7 @@ SINGULAR = {"shrinks": "an orbit shrinks onto an equilibrium is followed as the 
 RESONANCES = (SpecialPointKind.RESONANCE_1_1, SpecialPointKind.RESONANCE_1_2)
 ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
 MEETING = 2e-3  # of a period (or of half of one that is symmetric), between two events
+BEYOND = (1e-3, -1e-3, 1e-2, -1e-2)  # arclengths beside an end at which boundaries are looked up: maxima may grow like a cube
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -174,14 +176,27 @@ class CurveProblem(Problem):
         return renewed, point.x, point.tangent
 
     def named_end(self, x, reason, message):
-        """See `Problem.named_end`: where two instants of the orbit that were apart at the start meet, another change of its
-        sequence happens together with the followed one."""
-        if reason is StopReason.DS_MIN:
-            here, there = (self._close(y) for y in (x, self.x0))
-            if here > there:
-                return StopReason.NO_SUCCESSOR, (f"the followed {self.kind!s} meets another change of the sequence of events here, "
-                                                 "a point of codimension two")
-        return reason, message
+        """See `Problem.named_end`: another change of the sequence happens together with the followed one where two instants of the
+        orbit that were apart at the start meet, or where solutions a little beyond violate a boundary."""
+        if reason is not StopReason.DS_MIN:
+            return reason, message
+        met = self._beyond(x)
+        if met is None and self._close(x) > self._close(self.x0):
+            met = "another change of the sequence of events"
+        if met is None:
+            return reason, message
+        return StopReason.NO_SUCCESSOR, f"the followed {self.kind!s} meets {met} here, a point of codimension two"
+
+    def _beyond(self, x) -> str | None:
+        """Return the boundary that solutions just beside ``x`` (n + 2,) violate, None where they violate none."""
+        tangent, _, _ = conditions.null_vector(self.wide_jacobian(x), self.scale)
+        for step in BEYOND:
+            c = self.correct(x + step * self.scale * tangent, tangent)
+            if c.converged:
+                for monitor, value in zip(self.monitors, c.monitors, strict=True):
+                    if monitor.boundary and monitor.name != BOUND and value > MONITOR_BAND:
+                        return f"a {monitor.kind!s}"
+        return None
 
     def _close(self, x) -> int:
         """Return how many pairs of successive instants of the orbit at ``x`` (n + 2,) are hardly apart."""

@@ -231,3 +231,11 @@ def test_a_chaotic_attractor_beside_a_periodic_one_has_a_smooth_boundary():
     assert abs(basins.fractions[0] - 0.3728) <= 1e-4 and basins.fractions[-1] == 0.0
     np.testing.assert_allclose(basins.entropy()[:2], (0.0236, 0.5014), rtol=0, atol=1e-3)
     assert basins.trust.kind is TrustKind.CELLS
+
+
+def test_error_of_a_fraction_with_a_straight_boundary():
+    """Beside it two of three neighbours are alike: variance 2/9 for every cell of the two columns; elsewhere none."""
+    labels = np.zeros((30, 40), int)
+    labels[:, 17:] = 1
+    errors = fraction_errors(labels, np.ones(labels.shape, bool))
+    assert errors == pytest.approx({0: np.sqrt(60 * 2 / 9) / 1200, 1: np.sqrt(60 * 2 / 9) / 1200}, rel=1e-12)

@@ -47,6 +47,19 @@ def test_a_stick_onset_is_followed_under_either_name_that_rounding_gives_it():
 
 
 @pytest.mark.slow
+def test_a_curve_of_stick_onsets_ends_where_a_touch_begins():
+    """Below a friction of .178 the mass rests twice, as separate branches say; the window of that opens like a cube."""
+    system = rubbing_neighbour().with_parameters(**{"coulomb.friction": 0.2})
+    point = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5, 1.2)).special_points.of("stick_onset")[-1]
+    curve = bf.trace_curve(point, ("omega", "coulomb.friction"), bounds={"coulomb.friction": (0.177, 0.2)}, direction=-1)
+    assert curve.ends[0].reason == "no_successor" and "meets a grazing here" in curve.ends[0].message
+    assert curve.column("coulomb.friction")[0] == pytest.approx(0.178047, abs=1e-6)
+    counts = [len(bf.trace(bf.find_orbit(system.with_parameters(**{"coulomb.friction": mu})), "omega",
+                           bounds=(0.6, 0.9)).special_points) for mu in (0.173, 0.183)]
+    assert counts == [2, 1]
+
+
+@pytest.mark.slow
 def test_a_curve_forgets_the_steps_that_failed():
     """Where the window closes, one way, steps fail; the other way the curve goes on to the points of separate branches."""
     kind = "stick_onset"

@@ -41,7 +41,7 @@ def test_counts():
 ])
 def test_what_special_points_of_one_sequence_explain(points, before, after, word):
     """Each side of the real axis has kinds of its own."""
-    text = mismatch(between(*points), (0.0, 0, before), (1.0, 0, after))
+    text = mismatch(between(*points), (0.0, 0, (*before, None)), (1.0, 0, (*after, None)))
     assert (word in text) if word else text == ""
 
 
@@ -54,7 +54,7 @@ def test_what_special_points_of_one_sequence_explain(points, before, after, word
 ])
 def test_index_through_a_change_of_the_sequence(points, before, after, good):
     """The parameter turns back where the number beyond +1 changes by an odd number, and only there."""
-    assert (mismatch(between(*points), (0.0, 0, before), (1.0, 1, after)) == "") is good
+    assert (mismatch(between(*points), (0.0, 0, (*before, None)), (1.0, 1, (*after, None))) == "") is good
 
 
 @pytest.fixture(scope="module")

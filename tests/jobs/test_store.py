@@ -200,3 +200,11 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path):
     assert not list((tmp_path / "chunks").glob("*.tmp"))
     found = run_chunks(ChunkStore(tmp_path / "chunks", JOB), squares, payloads(6))
     assert (found.kept, found.computed) == (3, 3)
+
+
+def test_a_fingerprint_knows_the_shape():
+    """The same bytes in other shapes, and in another type, are other arrays."""
+    flat = np.arange(6.0)
+    found = {fingerprint(flat), fingerprint(flat.reshape(2, 3)), fingerprint(flat.reshape(3, 2)), fingerprint(flat.view(np.int64))}
+    assert len(found) == 4
+    assert fingerprint(np.asfortranarray(flat.reshape(2, 3))) == fingerprint(flat.reshape(2, 3))
