@@ -104,7 +104,7 @@ def from_twice(balance: Balance, method, x) -> np.ndarray | None:
 
     Kinks of the speeds at stick make coefficients fall slowly: the distance falls like 1 / H where contacts stick (within the kept
     harmonics rest is a ripple of turning speeds) and faster where they only reverse.  Of a distance that is halved or better, the
-    larger balance shows at least a half; it falls by fits and starts, and in 225 comparisons a fifth was shown at least: `COVER`
+    larger balance shows at least a half; it falls by fits and starts, and in 231 comparisons a fifth was shown at least: `COVER`
     times what is shown is stated.
     """
     layout = balance.layout

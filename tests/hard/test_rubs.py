@@ -227,5 +227,4 @@ def test_orbits_between_four_arcs(changes):
     orbit = bf.find_orbit(system)
     assert orbit.success
     end, both = snubbed(orbit.state, orbit.periods * system.period, **system.parameters)
-    print("QQ", changes, orbit, both, np.abs(end - orbit.state).max())
     assert np.abs(end - orbit.state).max() < 1e-9
