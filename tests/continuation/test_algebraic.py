@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from bifurc.continuation import Problem, StopReason, hidden, switch_branch, trace
+from bifurc.continuation import rows as branch_rows
 from bifurc.continuation.arclength import Half, StepOptions
 from bifurc.continuation.kinds import CorrectorStatus
 from bifurc.continuation.problem import Corrected
-from bifurc.continuation.rows import Part, Row, tests_of
+from bifurc.continuation.rows import Part, Row
 
 from .problems import (
     STEPS,
@@ -276,7 +277,7 @@ def test_two_folds_in_one_step(deep):
     part, rows = Part(problem, 0), []
     for u in (-1.0, 1.0):
         c = problem.correct(np.array([u, u * (1.0 - deep * 8.0 / 15.0)]), np.array([1.0, 0.0]))
-        rows.append(Row(c, part, u, 0.1, tests_of(c), 0.1))
+        rows.append(Row(c, part, u, 0.1, branch_rows.tests_of(c), 0.1))
     half = Half(rows[0], StepOptions(-1.0, 1.0, 0.1, 1e-9, 0.5, 10))
     assert rows[0].tests[0] > 0.0 and rows[1].tests[0] > 0.0
     inner = hidden.dip(half, *rows)
