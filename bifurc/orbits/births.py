@@ -23,11 +23,14 @@ MOST = 5  # orders looked at
 def needs_samples(T, before: int, guard: int, after: int) -> bool:
     """Return whether a guard that takes part is a law, or a speed that a law changes: falling friction lets go with no
     acceleration."""
-    if guard < 0:
-        return False
-    count, n = T.n_guards[after], T.LP.shape[2]
-    pushed = T.LP[after].any(axis=0)
-    return bool(T.LG[before, guard].any() or T.LG[after, :count].any() or T.G[after, :count, n:2 * n][:, pushed].any())
+    n, pushed = T.LP.shape[2], T.LP[after].any(axis=0)
+    return guard >= 0 and bool(law_guards(T, before, guard, after)
+                               or T.G[after, :T.n_guards[after], n:2 * n][:, pushed].any())
+
+
+def law_guards(T, before: int, guard: int, after: int) -> bool:
+    """Return whether a guard that takes part is a law."""
+    return guard >= 0 and bool(T.LG[before, guard].any() or T.LG[after, :T.n_guards[after]].any())
 
 
 def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.ndarray:

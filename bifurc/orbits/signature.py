@@ -7,7 +7,7 @@ import numpy as np
 from ..compose.scene import Scene
 from ..compose.writer import kernels
 from ..elements.stops import FREE
-from .births import needs_samples, sampled_orders
+from .births import law_guards, needs_samples, sampled_orders
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
 
 PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
@@ -224,7 +224,7 @@ def coincide(scene: Scene, T, opening, guard: int) -> bool:
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
-    if T.kick[before, fired] or owner == scene.guard(before, fired).element or needs_samples(T, before, fired, after):
+    if T.kick[before, fired] or owner == scene.guard(before, fired).element or law_guards(T, before, fired, after):
         return False
     a, b = T.G[before, fired], T.G[after, guard]
     size = np.sqrt((a @ a) * (b @ b))
