@@ -228,10 +228,11 @@ def differences(branch, other, bounds, end) -> list:
 
 def listed(branch, other, width):
     """Return kind and parameter of the special points of a branch, without those so near to a chattering end: there are
-    infinitely many, and how many of them are resolved is chance."""
-    ends = [end.p for end in (*branch.ends, *other.ends) if end.reason is StopReason.CHATTERING]
+    infinitely many, and how many of them are resolved is chance; and without those that are one with another physical end."""
+    ends = [(end.p, ACCUMULATION if end.reason is StopReason.CHATTERING else SAME) for end in (*branch.ends, *other.ends)
+            if end.reason is not StopReason.BOUND]
     return [(p.kind.value, p.parameter) for p in branch.special_points
-            if all(abs(p.parameter - end) >= ACCUMULATION * width for end in ends)]
+            if all(abs(p.parameter - end) >= near * width for end, near in ends)]
 
 
 def unmatched(points, others, width):

@@ -129,8 +129,7 @@ def changed(problem, x, other, kind=None):
     if not apart:
         return exchanged(problem, other)
     kinds = {EventKind(kind) for _, kind in apart}
-    if EventKind.IMPACT in kinds and complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0 \
-            and kind not in (None, SpecialPointKind.GRAZING):
+    if kinds != {EventKind.IMPACT} and complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0:
         kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
     if EventKind.IMPACT in kinds:
         return SpecialPointKind.GRAZING
