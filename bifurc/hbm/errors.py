@@ -1,6 +1,6 @@
 """How far a balance is from the motion: one Newton step in twice the harmonics, whose residual the kept ones leave.
 
-To first order the step is the error (Urabe 1965 bounds it with the same residual), and half as much again is stated; it holds
+To first order the step is the error (Urabe 1965 bounds it with the same residual), and a tenth more is stated; it holds
 what truncation does to the kept harmonics as well.  What lies beyond the doubled set is estimated from how the step falls
 towards its end.
 """
@@ -12,7 +12,7 @@ from .layout import Layout
 from .status import MarchStatus
 
 LARGE = 700  # unknowns up to which the step is solved with all couplings
-SAFETY = 1.5  # an elastic slider was 7 % farther than the step says, with five harmonics
+SAFETY = 1.1  # an elastic slider was 7 % farther than the step says, with five harmonics
 NEXT = 2  # the doubled set reaches to this many times the top harmonic
 
 
