@@ -11,7 +11,7 @@ from ...orbits.sequence import AFTER, BEFORE, ENDING, FOREVER, GUARD, STARTS
 from ...orbits.signature import Signature, divided
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
-ASIDE = 1e-4  # of an interval, from a maximum: where others are looked for
+ASIDE = 1e-3  # of an interval, from a maximum: where others are looked for
 SHARP = 1e-11  # the same, where a train of impacts has more than one slow impact
 
 
@@ -44,20 +44,31 @@ def touches(problem, x, near=NEAR):
 
 def tops(e, T, mode, guard, x, begin, length, low, size):
     """Return the times after ``begin`` of all maxima of a guard that are zero to ``size``, inside an interval from the state ``x``
-    (nx,): an orbit that is its own image under reversal of time touches twice at once."""
+    (nx,): an orbit that is its own image under reversal of time touches twice at once.
+
+    A guard that is zero over a stretch has one there: what lies beside a maximum is looked at where it is clearly lower.
+    """
     value, at = e.kernel.segment_peak(T, mode, guard, x, length, 1, low)
     if not abs(value) <= size:
         return []
-    aside = ASIDE * length
-    found = tops(e, T, mode, guard, x, begin, at - aside, low, size) if at > 2.0 * aside else []
-    found.append(at)
+    aside, found = ASIDE * length, [at]
+    if at > 2.0 * aside and e.kernel.guard_value(T, mode, guard, moved(e, T, mode, x, begin, at - aside)) < -size:
+        found = tops(e, T, mode, guard, x, begin, at - aside, low, size) + found
     if length - at > 2.0 * aside:
-        y, after = np.empty(e.scene.ns), x.copy()
-        e.motion.advance(T, mode, x, at + aside, y)
-        after[:y.size] = y
-        e.motion.forcing(T, begin + at + aside, after)
-        found += [at + aside + later for later in tops(e, T, mode, guard, after, begin + at + aside, length - at - aside, 0, size)]
+        after = moved(e, T, mode, x, begin, at + aside)
+        if e.kernel.guard_value(T, mode, guard, after) < -size:
+            found += [at + aside + later
+                      for later in tops(e, T, mode, guard, after, begin + at + aside, length - at - aside, 0, size)]
     return found
+
+
+def moved(e, T, mode, x, begin, time):
+    """Return the joined state (nx,) a time after ``x`` (nx,), which is at the time ``begin``."""
+    y, after = np.empty(e.scene.ns), x.copy()
+    e.motion.advance(T, mode, x, time, y)
+    after[:y.size] = y
+    e.motion.forcing(T, begin + time, after)
+    return after
 
 
 def event_nodes(scene, numbers, mode, guard, x):
