@@ -116,7 +116,7 @@ def certify_branch(branch, precision: int | None = None, stretches: bool = True)
     ValueError
         For a branch of harmonic balance, of algebraic problems, or a curve in two parameters.
     """
-    if not all(hasattr(problem, "sequence") for problem in branch.problems):
+    if not all(problem.sequence is not None for problem in branch.problems):
         raise ValueError("certify: only branches of event sequences have certificates; polish a harmonic balance with find_orbit")
     start = time.process_time()
     rows = tuple(certify_orbit(orbit, precision) for orbit in branch.orbits)

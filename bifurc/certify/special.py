@@ -55,7 +55,7 @@ def certify_point(point, precision: int | None = None) -> PointCertificate:
     def result(exists, message, **more):
         return PointCertificate(kind, exists, message=message, precision=bits, seconds=time.process_time() - start, **more)
     problem = point.problem
-    if not hasattr(problem, "sequence"):
+    if problem is None or problem.sequence is None:
         return result(Verdict.UNDECIDED, "refused: the point is not one of a branch of event sequences")
     p = float(point.parameter)
     width = 1e-3 * max(abs(p), 1e-3)
