@@ -1,7 +1,10 @@
 """The structure of the package: imports without circles, few of them inside functions, every kernel module in the list of
 the cache, a few lines at the head of every folder."""
 import ast
+import os
 import pathlib
+import subprocess
+import sys
 
 import networkx
 
@@ -85,3 +88,12 @@ def test_long_files_say_why_they_are_one():
         reason = "One file, because" in doc
         assert reason or lines <= LONG, f"{path} has {lines} lines: split it where it has a seam, or say why it is one file"
         assert not reason or lines > LONG - 30, f"{path} has {lines} lines and needs no reason to be one file"
+
+
+def test_the_command_line_sets_one_thread_before_numpy_is_loaded():
+    """Who has set a number keeps it."""
+    code = "import os, sys, bifurc.cli.one_thread; print(os.environ['OPENBLAS_NUM_THREADS'])"
+    free = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    for given, expected in ((free, "1"), ({**free, "OPENBLAS_NUM_THREADS": "3"}, "3")):
+        done = subprocess.run([sys.executable, "-c", code], env=given, capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == expected

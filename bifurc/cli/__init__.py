@@ -4,6 +4,8 @@
 Every command is the Python of the tutorials with names in place of variables.  Files are renamed into place as soon as
 they are complete, so that an interrupt loses nothing that is finished.
 """
+from . import one_thread  # noqa: F401, I001  (before numpy)
+
 import sys
 from collections.abc import Sequence
 
