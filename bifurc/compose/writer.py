@@ -340,7 +340,13 @@ def _changed(name: str, engine: Engine) -> frozenset[str]:
 
 def _functions(name: str) -> list[ast.FunctionDef]:
     """Return the functions that a module defines."""
-    return [statement for statement in ast.parse(written.source(name)).body if isinstance(statement, ast.FunctionDef)]
+    return [statement for statement in _tree(name).body if isinstance(statement, ast.FunctionDef)]
+
+
+@functools.cache
+def _tree(name: str) -> ast.Module:
+    """Return the syntax tree of a module of the package."""
+    return ast.parse(written.source(name))
 
 
 def _folder() -> pathlib.Path:
@@ -375,8 +381,8 @@ def _redirected(name: str, place: Callable[[str, str], str], left_out: Container
             found.setdefault(place(source, alias.name), []).append(ast.unparse(alias))
         gone |= _lines(node.lineno, node)
         new[node.lineno] = "\n".join(f"from {origin} import {', '.join(names)}" for origin, names in found.items())
-    for statement in ast.parse(text).body:
-        if isinstance(statement, ast.FunctionDef) and statement.name in left_out:
+    for statement in _functions(name):
+        if statement.name in left_out:
             start = min([statement.lineno, *(d.lineno for d in statement.decorator_list)])
             gone |= _lines(start, statement)
             new[start] = f"from {place(name, statement.name)} import {statement.name}"
@@ -394,7 +400,7 @@ def _imports(name: str):
     """Return top-level from-imports of a module that stay inside the package, with the full name of their source."""
     package = name.rpartition(".")[0]
     found = []
-    for node in ast.parse(written.source(name)).body:
+    for node in _tree(name).body:
         if isinstance(node, ast.ImportFrom):
             source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             if source == "bifurc" or source.startswith("bifurc."):

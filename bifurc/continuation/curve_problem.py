@@ -203,6 +203,16 @@ class CurveProblem(Problem):
         instants = np.sort(self.condition.instants(self.family.at(float(x[-1])), x[:-1]))
         return int(np.count_nonzero(np.diff(instants, append=instants[:1] + 1.0) < MEETING))
 
+    def aside(self, point, sign, distances):
+        """Yield distance and corrected point of this curve beside ``point``, at scaled distances of the second parameter on the
+        side ``sign``; those beyond the bounds, or that do not converge, are left out."""
+        row = np.zeros(point.x.size)
+        row[-1] = 1.0
+        for distance in distances:
+            x = point.x + sign * distance * self.scale[-1] * row
+            if self.family.interval[0] <= x[-1] <= self.family.interval[1] and (c := self.correct(x, row, True)).converged:
+                yield distance, c
+
     def branches(self, point, n_max):
         """Return points on the curves that leave a codimension-2 point, see `leaving`."""
         return curves_from(self, point, n_max)

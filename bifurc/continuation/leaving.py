@@ -87,8 +87,6 @@ def other_touches(curve, point):
     problem, b = curve.family.alone(float(point.x[-1])), float(point.x[-1])
     followed = curve.condition.top(problem, point.x[:-1])[1]
     span = problem.sequence.span
-    row = np.zeros(point.x.size)
-    row[-1] = 1.0
     found = []
     for item in every_touch(problem, point.x[:-1]):
         if abs((item[0] - followed + 0.5 * span) % span - 0.5 * span) <= SAME_TOP:
@@ -96,11 +94,8 @@ def other_touches(curve, point):
         other = copy.copy(curve)
         for sign in (1.0, -1.0):
             other.condition = Touching(curve.family.problem, point.x[:-1], item)
-            x = point.x + sign * ASIDE[0] * curve.scale[-1] * row
-            if not curve.family.interval[0] <= x[-1] <= curve.family.interval[1]:
-                continue
-            c = other.correct(x, row, True)
-            if c.converged and other.condition.values(other.family.at(float(c.x[-1])), c.x[:-1])[1] < 0.0:
+            _, c = next(other.aside(point, sign, ASIDE[:1]), (None, None))
+            if c is not None and other.condition.values(other.family.at(float(c.x[-1])), c.x[:-1])[1] < 0.0:
                 beside = replace(at(other.family.alone(float(c.x[-1])), point, K.GRAZING, c.x[:-1]), name="unlisted")
                 found.append(beside)
                 break
@@ -128,17 +123,9 @@ def impacting(problem, x, periods):
 def beside(curve, point, starts, kinds):
     """Return the points of some kinds nearest to the point on branches of the orbits that ``starts`` gives a little aside of it."""
     a = curve.base_parameter
-    row = np.zeros(point.x.size)
-    row[-1] = 1.0
     found = []
     for sign in (1.0, -1.0):
-        for distance in ASIDE:
-            x = point.x + sign * distance * curve.scale[-1] * row
-            if not curve.family.interval[0] <= x[-1] <= curve.family.interval[1]:
-                continue
-            c = curve.correct(x, row, True)
-            if not c.converged:
-                continue
+        for distance, c in curve.aside(point, sign, ASIDE):
             problem = curve.family.alone(float(c.x[-1]))
             here = []
             for start in starts(problem, c.x[:-1]) or ():

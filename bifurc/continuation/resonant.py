@@ -30,15 +30,9 @@ def of_periods(curve, point):
     the orbits."""
     times = PERIODS[point.kind]
     orbits, points = [], []
-    row = np.zeros(point.x.size)
-    row[-1] = 1.0
     for sign in (1.0, -1.0):
-        for distance in ASIDE:
-            x = point.x + sign * distance * curve.scale[-1] * row
-            if not curve.family.interval[0] <= x[-1] <= curve.family.interval[1]:
-                continue
-            c = curve.correct(x, row, True)
-            found = first(curve, c.x, times, distance) if c.converged else None
+        for distance, c in curve.aside(point, sign, ASIDE):
+            found = first(curve, c.x, times, distance)
             if found is None:
                 continue
             orbit, a = found
