@@ -11,6 +11,7 @@ import bifurc as bf
 from bifurc import cli, io
 from bifurc.cli import branches as cli_branches
 from bifurc.cli.common import STORIES
+from bifurc.elements import RigidStop
 from tests.plotting import fakes
 
 
@@ -139,8 +140,8 @@ def stand_in_branch(offset, points=()):
 
 
 def stand_in_orbit(omega, state, periods=1):
-    return SimpleNamespace(parameters={"omega": omega}, state=np.array([state, 0.0]), events=(), periods=periods,
-                           system=SimpleNamespace(omega=omega), success=True)
+    return fakes.motion(parameters={"omega": omega}, state=np.array([state, 0.0]), periods=periods,
+                        system=SimpleNamespace(omega=omega, elements=(RigidStop(),)), success=True)
 
 
 @pytest.fixture
@@ -152,7 +153,7 @@ def layers(monkeypatch):
         offset = round(orbit.state[0] - orbit.parameters["omega"], 12)
         traced.append((offset, options))
         point = SimpleNamespace(kind="grazing", name="", parameter=1.0 + offset, s=1.0 + offset, error=1e-14, reverses=False,
-                                status="located")
+                                status="located", measures={})
         return stand_in_branch(offset, [point] if offset < 0.3 else [])
 
     def switch_branch(point):

@@ -59,6 +59,8 @@ def checked(precision) -> int | None:
 class Rationals:
     """The field of rationals: structure (what vanishes identically at an event) is decided exactly."""
 
+    computes = True
+
     def __init__(self):
         found = flint()
         self.scalar, self.matrix = found.fmpq, found.fmpq_mat
@@ -70,6 +72,8 @@ class Rationals:
 
 class Balls:
     """Balls; ``values`` replaces the floats of the system, in the order they are read, by enclosures (of a parameter's range)."""
+
+    computes = True
 
     def __init__(self, values=None):
         found = flint()
@@ -83,6 +87,8 @@ class Balls:
 
 class Recorder:
     """No field: lists the floats of a system in the order in which they are read."""
+
+    computes = False
 
     def __init__(self):
         self.floats: list[float] = []

@@ -105,7 +105,7 @@ class Model:
         M, C, K = ([[number(float(v)) for v in row] for row in matrix] for matrix in system.core[:3])
         sites = [element.site(n) for element in system.elements]
         for label, element, site in zip(system.labels, system.elements, sites, strict=True):
-            if getattr(element, "delayed", False):
+            if element.delayed:
                 raise Refused(f"{label!r} acts on what the motion was one delay ago; certificates are for motions without delay")
             understood(site, Rows, label)
         read_sites = [([[number(float(v)) for v in row] for row in site.R], [self._read(motion) for motion in site.base],
@@ -114,7 +114,7 @@ class Model:
         for e, key in places:
             if (e, key) not in self._modes:
                 self._modes[e, key] = self._read_mode(e, key)
-        if not hasattr(field, "scalar"):  # a recorder has read all it wants
+        if not field.computes:  # a recorder has read all it wants
             return
         self.zero, self.one = field.scalar(0), field.scalar(1)
         self.W = self._forcing_generator()

@@ -19,20 +19,18 @@ def add(commands) -> None:
 def run_certify(options: argparse.Namespace) -> int:
     """Prove a saved orbit, or a saved branch from row to row; write the certificate beside the file."""
     result = bf.load(options.file)
-    if not hasattr(result, "certify"):
+    branch = isinstance(result, bf.Branch)
+    if not (branch or isinstance(result, bf.PeriodicOrbit)):
         raise ValueError(f"{options.file} holds a {type(result).__name__}; orbits and branches can be proved")
     try:
-        branch = hasattr(result, "special_points")
         certificate = (result.certify(options.precision, stretches=not options.rows_only) if branch else
                        result.certify(options.precision))
     except ImportError as error:
         raise ValueError(str(error)) from None
     print(repr(certificate))
-    for point in getattr(certificate, "points", ()):
-        print(f"  {point!r}")
-    for stretch in getattr(certificate, "stretches", ()):
-        if not stretch.proved:
-            print(f"  {stretch!r}")
+    parts = (*certificate.points, *(part for part in certificate.stretches if not part.proved)) if branch else ()
+    for part in parts:
+        print(f"  {part!r}")
     print(certificate.message)
     place = Path(options.file)
     target = place.with_name(f"{place.stem}.certificate.npz")

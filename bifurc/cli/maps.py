@@ -35,17 +35,17 @@ def run_basins(options: argparse.Namespace) -> int:
         if len(window) != 2:
             raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")
     warm_up()
-    return map_basins(name, system, window, folder_of(options.out), options)
+    return map_basins(name, system, window, folder_of(options.out), options, fresh=not options.resume)
 
 
 def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], folder: Path,
-               options: argparse.Namespace) -> int:
-    """Map, print, save and draw the basins of one system, and its attractors as motions."""
+               options: argparse.Namespace, fresh: bool = False) -> int:
+    """Map, print, save and draw the basins of one system, and its attractors as motions; ``fresh``: go on from nothing."""
     cells = options.cells or STORIES[name].cells
     print(f"{system!r}: basins of {cells} x {cells} starts")
     grid = bf.Grid(**{component: (*bounds, cells) for component, bounds in window.items()})
     file = folder / f"{name}_basins.npz"
-    if not getattr(options, "resume", True):
+    if fresh:
         forget(file)
     basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet, file=file)
     print(basin_table(basins))
@@ -62,7 +62,7 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     for edge in single[1:]:
         edge.plot(ax, unstable=edge.unstable_set(), stable=boundary(edge))
     say_saved(bf.plotting.save_figure(figure, folder / f"{name}_basins.{options.format}"))
-    motions = [attractor for attractor in basins.attractors if hasattr(attractor, "sample")][:4]
+    motions = [attractor for attractor in basins.attractors if attractor.periodic][:4]
     if motions:
         figure, axes = bf.plotting.figure(6.9, 3.0 * len(motions), columns=2, rows=len(motions), width_ratios=(1, 1.35))
         for k, attractor in enumerate(motions):
@@ -96,8 +96,7 @@ def basin_table(basins: Any) -> str:
     head = f"{'label':>5}  {'attractor':<24}{'fraction':>10}  multipliers"
     lines = [head, "-" * len(head)]
     for label, attractor in enumerate(basins.attractors):
-        multipliers = getattr(attractor, "multipliers", None)
-        words = "" if multipliers is None else _listed(multipliers)
+        words = "" if attractor.multipliers is None else _listed(attractor.multipliers)
         fraction = basins.fractions.get(label, 0.0)
         lines.append(f"{label:>5}  {bf.plotting.describe(attractor):<24}{fraction:>10.6f}  {words}")
     lines.append(f"{-1:>5}  {'unresolved':<24}{basins.fractions.get(-1, 0.0):>10.6f}")

@@ -69,7 +69,7 @@ def traced(found: Any, bounds: tuple[float, float], quiet: bool) -> list:
     families = sorted(found.families, key=lambda family: -sum(float(tracks[k].fractions.sum()) for k in family))
     branches = []
     for family in families[:_BRANCHES]:
-        for orbit in [item for k in family for item in tracks[k].attractors if not hasattr(item, "points")][:_TRIES]:
+        for orbit in [item for k in family for item in tracks[k].attractors if item.periodic][:_TRIES]:
             try:
                 branches.append(bf.trace(orbit, found.parameter, bounds=bounds, progress=not quiet))
                 break

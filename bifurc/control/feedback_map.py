@@ -4,8 +4,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import io, plotting
+from ..basins.maps.labelled import LabelledStarts
 from ..ensemble.grid import Grid
 from ..ensemble.outcomes import CellState
+from ..motion import Motion
 from ..orbits.orbit import PeriodicOrbit
 from ..system import System
 
@@ -13,7 +15,7 @@ KIND = "feedback basins"
 
 
 @dataclass(frozen=True)
-class HeldMotion:
+class HeldMotion(Motion):
     """A periodic motion under feedback that is not the orbit.
 
     Attributes
@@ -26,9 +28,19 @@ class HeldMotion:
     points: np.ndarray = field(repr=False)
     periods: int
 
+    @property
+    def regime(self) -> str:
+        """Its period; its events are not known."""
+        return f"period {self.periods}"
+
+    @property
+    def sections(self) -> np.ndarray:
+        """The points."""
+        return self.points
+
 
 @dataclass(frozen=True)
-class FeedbackBasins:
+class FeedbackBasins(LabelledStarts):
     """Which starts end on the orbit under delayed feedback.
 
     Attributes

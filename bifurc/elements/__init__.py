@@ -12,7 +12,7 @@ from .loadedslip import LoadedMicroSlip
 from .local import Affine, Core, Frame
 from .microslip import Iwan, MicroSlip, SliderSet
 from .mode import Guard, Hold, Kick, Law, Mode, Rate, Restitution, Slaved
-from .site import Circle, Rows
+from .site import Circle, Ring, Rows, Surface
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
 from .stators import AroundPoint, ElasticStator, RigidStator
 from .stops import ElasticStop, RigidStop, Wall
@@ -21,7 +21,7 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
            "CubicFriction", "CubicSpring", "DelayedFeedback", "Driven", "ElasticStator", "ElasticStop", "Element", "EventKind",
            "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
            "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "PolynomialSpring", "Rate", "RegularizedFriction", "Restitution",
-           "RigidStator", "RigidStop", "Rows", "Slaved", "SliderSet", "Stribeck", "Wall", "local"]
+           "RigidStator", "RigidStop", "Ring", "Rows", "Slaved", "SliderSet", "Stribeck", "Surface", "Wall", "local"]
 
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,

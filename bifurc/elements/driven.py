@@ -87,8 +87,7 @@ class Driven(Element):
 
     def loaded(self, key, slider: int) -> bool:
         """Return whether a slider carries a normal load in a mode."""
-        given = getattr(self.element, "loaded", None)
-        return key != "apart" if given is None else given(key, slider)
+        return self.element.loaded(key, slider)
 
     def mirrored(self):
         """Image of element and motion."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 from .checks import number
 from .local import Affine, Core
 from .mode import Mode
-from .site import Rows
+from .site import Ring, Rows, Surface
 
 ALWAYS = "always"  # key of the only mode of an element that has one
 BUILT_IN: dict[str, type["Element"]] = {}  # the elements of the package by their names, as records name them
@@ -31,6 +31,7 @@ class Element:
     * ``memory``: names of its memory states; ``relaxed``: their values, affine in u and s, where a start gives none
       (default: zeros),
     * ``stored_energy(u)``: its energy at given coordinates, if it keeps energy (default: not known),
+    * ``surface`` or ``ring``: the `Surface` or `Ring` that pictures show (default: none),
     * ``mirrored()``: the element seen after u -> -u and half a period, or None when that is not known;
       ``mirrored_key(key)`` and ``mirrored_guard(key, guard)``: its mode and guard in that image (default: the same).
 
@@ -74,6 +75,20 @@ class Element:
     def mode(self, key: Hashable, core: Core) -> Mode:
         """Return the mode of that key."""
         raise NotImplementedError(f"{type(self).__name__} must define mode(key, core)")
+
+    @property
+    def surface(self) -> Surface | None:
+        """The plane surface that a picture shows of the element; None: it has none."""
+        return None
+
+    @property
+    def ring(self) -> Ring | None:
+        """The round surface that a picture shows of the element; None: it has none."""
+        return None
+
+    def loaded(self, key: Hashable, slider: int) -> bool:
+        """Return whether a slider (an internal variable) carries a normal load in a mode."""
+        return key != "apart"
 
     def stored_energy(self, u) -> float | None:
         """Return the energy that the element stores at the coordinates ``u`` (rows,) of its site, whichever mode it is in.

@@ -1,5 +1,6 @@
 """Sites: where an element sits.  Nothing outside a site forms a coordinate from the positions of the system."""
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -120,3 +121,25 @@ class Circle(Rows):
             raise ValueError(f"Circle: rows = {rows!r} is not allowed; it must be two independent rows of {n} factors")
         return cls(straight.R, (), (), (x, y), number("Circle", "radius", radius, above=0.0),
                    number("Circle", "surface_speed", surface_speed), number("Circle", "spin", spin))
+
+
+class Surface(NamedTuple):
+    """A plane surface that limits a coordinate, as a picture shows it: at position + amplitude cos(harmonic omega t + phase)."""
+
+    dof: int | None  # the degree of freedom it limits; None: a combination of several
+    position: float  # length
+    side: int  # +1: it lies above, -1: below
+    rigid: bool
+    amplitude: float = 0.0
+    harmonic: int = 0
+    phase: float = 0.0
+
+
+class Ring(NamedTuple):
+    """A round surface around a body that moves in a plane, as a picture shows it."""
+
+    centre: tuple[float, float]
+    radius: float  # clearance, length
+    dofs: tuple[int, int]  # x and y of the body
+    against: tuple[int, int] | None  # of the body that carries it
+    rigid: bool

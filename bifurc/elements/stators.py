@@ -1,5 +1,6 @@
 """A stator around a rotor, elastic or rigid, with Coulomb friction that slides either way or rolls.  Zhang 2008, chapters 4, 5."""
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from .element import Element
 from .kinds import EventKind
 from .local import affine, lam, s, u
 from .mode import Guard, Hold, Law, Mode
-from .site import Circle
+from .site import Circle, Ring
 
 FREE, FORWARD, BACKWARD, ROLL, PARTING = "free", "slip+", "slip-", "roll", "parting"
 
@@ -44,6 +45,13 @@ class AroundPoint(Element):
     frame_spin: float = 0.0
 
     isotropic = True
+    rigid: ClassVar[bool] = False  # how a picture shows it
+
+    @property
+    def ring(self):
+        """The circle."""
+        against = None if self.against_x is None or self.against_y is None else (self.against_x, self.against_y)
+        return Ring((self.centre_x, self.centre_y), self.radius, (self.x, self.y), against, self.rigid)
 
     def __post_init__(self):
         super().__post_init__()
@@ -184,6 +192,7 @@ class RigidStator(AroundPoint):
     restitution: float = 0.8
     friction: float = 0.1
 
+    rigid = True
     start = (FREE, FORWARD, BACKWARD, ROLL)
 
     def __post_init__(self):

@@ -7,6 +7,7 @@ from .checks import choice, number, whole
 from .kinds import EventKind
 from .local import lam, s, u, wave
 from .mode import Guard, Hold, Mode, Restitution
+from .site import Surface
 
 FREE, REST, CONTACT, PARTING = "free", "rest", "contact", "parting"
 
@@ -48,6 +49,11 @@ class Wall(AtRow):
         values = super().parameters
         return values if self.harmonic else {k: v for k, v in values.items() if k not in ("amplitude", "phase")}
 
+    def _at(self, gap, rigid):
+        """Return the wall at a distance as a picture shows it."""
+        return Surface(self.dof if self.row is None else None, self.side * float(gap), self.side, rigid,
+                       self.amplitude, self.harmonic, self.phase)
+
     def site(self, n):
         """Return the row, seen from the wall."""
         site = super().site(n)
@@ -80,6 +86,11 @@ class RigidStop(Wall):
     restitution: float = 0.7
 
     start = (FREE, REST)
+
+    @property
+    def surface(self):
+        """The wall."""
+        return self._at(self.gap, True)
 
     def __post_init__(self):
         super().__post_init__()
@@ -136,6 +147,11 @@ class ElasticStop(Wall):
     def start(self):
         """Keys of a start."""
         return (FREE, CONTACT) if self.release == "penetration" else (FREE, CONTACT, PARTING)
+
+    @property
+    def surface(self):
+        """Where it begins to act."""
+        return self._at(self.gap, False)
 
     def mode(self, key, core):
         """Return "free", "contact" or "parting"."""

@@ -17,6 +17,7 @@ import numpy as np
 import bifurc as bf
 
 from ..continuation import ContinuationError
+from ..orbits.base import Orbit
 from .script import Made, Script, grid_text
 
 COARSE, FINE = 100, 400  # cells a side of a basin slice: at once, and then
@@ -155,17 +156,17 @@ def of_result(result: Any, path: str) -> Shown:
     def write(script: Script) -> str:
         return f"bf.load({str(path)!r})"
 
-    if hasattr(result, "special_points"):
+    if isinstance(result, bf.Branch):
         made = Made(result, "branch", write)
         orbit = Made(result.orbits[0], "orbit", lambda script, branch: f"{branch}.orbits[0]", (made,))
         return Shown(orbit.value.system, result.parameter, result.bounds, (made,), orbit, (0, 0),
                      measure="rms_0" if "rms_0" in result.column_names else result.column_names[3])
-    if hasattr(result, "labels") and hasattr(result, "attractors"):
+    if isinstance(result, bf.BasinMap):
         made = Made(result, "basins", write)
         start = of_system(result.system)
         window = {name: (low, high) for name, low, high in zip(result.grid.names, result.grid.low, result.grid.high, strict=True)}
         return dataclasses.replace(start, basins=made, window=window)
-    if hasattr(result, "sample") and hasattr(result, "system"):
+    if isinstance(result, Orbit):
         return dataclasses.replace(of_system(result.system), orbit=Made(result, "orbit", write))
     raise ValueError(f"{path} holds a {type(result).__name__}; the explorer opens branches, orbits and basin maps")
 
@@ -315,8 +316,8 @@ def settle_on(shown: Shown, x: float, y: float) -> dict:
     if label < 0:
         return {"message": "no attractor is known for this start"}
     orbit = basins.attractors[label]
-    if hasattr(orbit, "points"):
-        return {"message": f"attractor {label} is chaotic: {orbit!r}"}
+    if not orbit.periodic:
+        return {"message": f"attractor {label} is {orbit.regime}: {orbit!r}"}
     made = Made(orbit, "orbit", lambda script, name: f"{name}.attractors[{label}]", (shown.basins,))
     return {"orbit": made, "place": None, "system": orbit.system, "message": f"attractor {label} of the basin map"}
 

@@ -5,6 +5,7 @@ import webbrowser
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..system import System
 from .model import of_result, of_system
 
 
@@ -54,7 +55,7 @@ def serve(what: Any, parameter: str | None = None, bounds: Sequence[float] | Non
         raise ModuleNotFoundError(f"the explorer needs bokeh ({error}): python -m pip install 'bifurc[explore]'") from error
     from .desk import Desk  # bokeh is optional
 
-    first = of_system(what, parameter, bounds, window) if hasattr(what, "elements") else of_result(what, path)
+    first = of_system(what, parameter, bounds, window) if isinstance(what, System) else of_result(what, path)
     logging.getLogger("bokeh").setLevel(logging.ERROR)  # a page that is closed is no news
     explorer = Explorer(Desk(first, out, workers))
     say(f"explorer: {explorer.url}\n(opens once; Ctrl-C ends it)")

@@ -7,6 +7,7 @@ import numpy as np
 from .. import plotting
 from ..compose.scene import scene_of
 from ..elements import EventKind
+from ..motion import Motion
 from ..notebook import Notebook, Table
 from ..system import System
 from .engine import engine_of
@@ -57,6 +58,15 @@ class Events(Table):
     _fields = ("time", "element", "kind", "speed", "ratio", "end")
 
 
+def past(motion, t0: float, delay: float):
+    """Return a simulated motion before ``t0`` as a function of time, and the times of its events, see `Motion.past`."""
+    slack = 1e-9 * delay
+    if motion.start > t0 - delay + slack or motion.stop < t0 - slack:
+        raise ValueError(f"history must reach from {t0 - delay:g} to {t0:g}, one delay back from the start; it is known from "
+                         f"{motion.start:g} to {motion.stop:g}")
+    return (lambda t: motion(np.clip(t, motion.start, motion.stop))), [e.time for e in motion.events if e.time > t0 - delay]
+
+
 @dataclass(frozen=True)
 class Recorded:
     """What the march wrote: segments between events and passed sections, exact times as whole periods plus a rest."""
@@ -70,7 +80,7 @@ class Recorded:
 
 
 @dataclass(frozen=True)
-class Trajectory(Notebook):
+class Trajectory(Notebook, Motion):
     """A motion through its events.
 
     Attributes
@@ -183,6 +193,10 @@ class Trajectory(Notebook):
         """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""
         times = np.linspace(self.start, self.stop, n)
         return times, self(times)
+
+    def past(self, t0: float, delay: float):
+        """See `Motion.past`."""
+        return past(self, t0, delay)
 
     @cached_property
     def _rows(self):

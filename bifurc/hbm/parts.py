@@ -409,7 +409,7 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
         T.law[law.values] = own.values
     for c, contact in enumerate(parts.contacts):
         element = system.elements[contact.element]
-        for i, value in enumerate(getattr(element, "relaxed", ())):
+        for i, value in enumerate(element.relaxed):
             loose = _read(value, Q, Z, columns, contact.name)
             T.XU[c, i], T.XS[c, i] = loose.U, loose.S
         for m, key in enumerate(contact.keys):

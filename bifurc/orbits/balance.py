@@ -12,6 +12,7 @@ from ..solve.newton import NewtonStatus, newton
 from ..system import System
 from .balance_method import AUTO_FIRST, AUTO_MOST, HarmonicBalance
 from .balance_setvalued import set_valued
+from .base import Orbit
 from .harmonic_orbit import TOLERANCE, HarmonicOrbit, relative_residual
 
 ALIASING = 1e-12  # relative change of the residual at twice the samples that is none
@@ -42,7 +43,7 @@ def balanced(system: System, method: HarmonicBalance, guess=None, periods: int |
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; harmonic balance needs an excitation frequency omega")
     refuse_delay(system)
-    count = int(periods or getattr(guess, "periods", None) or 1)
+    count = int(periods or (guess.periods if isinstance(guess, Orbit) else 1))
     if method.harmonics == "auto":
         return _grown(system, method, guess, count)
     return _told(_solved(system, method, guess, method.layout(system.n, count)))
@@ -121,10 +122,10 @@ def _starts(balance: Balance, guess) -> list[np.ndarray]:
     layout = balance.layout
     if guess is None:
         return [balance.linear_response(), np.zeros(layout.size)]
-    if hasattr(guess, "layout") and hasattr(guess, "coefficients"):
+    if isinstance(guess, HarmonicOrbit):
         return [guess.layout.moved(guess.coefficients, layout)]
     count = max(256, 8 * layout.top)
-    if hasattr(guess, "sample"):
+    if isinstance(guess, Orbit):
         t, y = guess.sample(layout.periods // guess.periods * count + 1 if layout.periods % guess.periods == 0 else count + 1)
         samples = np.tile(y[:-1, :layout.n], (max(layout.periods // guess.periods, 1), 1))
         return [layout.analysis(samples)]

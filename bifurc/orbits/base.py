@@ -4,11 +4,13 @@ import math
 import numpy as np
 
 from .. import io, plotting
+from ..flow.trajectory import Events
+from ..motion import Motion
 from ..notebook import Notebook
 from ..system import System
 
 
-class Orbit(Notebook):
+class Orbit(Notebook, Motion):
     """A periodic motion of a system: a sequence of events (`PeriodicOrbit`) or a Fourier series (`HarmonicOrbit`).
 
     Attributes
@@ -23,6 +25,7 @@ class Orbit(Notebook):
     """
 
     _panels = (1, 2)
+    periodic = True
 
     system: System
     how: dict
@@ -31,6 +34,17 @@ class Orbit(Notebook):
     def parameters(self) -> dict:
         """Parameters of the system."""
         return self.system.parameters
+
+    @property
+    def sections(self) -> np.ndarray:
+        """States (periods, ns) at phase 0, one a forcing period; of an autonomous orbit the one at time 0."""
+        return self.sample(self.periods + 1)[1][:-1]
+
+    def past(self, t0: float, delay: float):
+        """See `Motion.past`; the orbit has gone on for ever, with phase 0 at time 0."""
+        first = math.floor((t0 - delay) / self.period) * self.period
+        times = [first + k * self.period + event.time for k in range(math.ceil(delay / self.period) + 2) for event in self.events]
+        return (lambda t: self._states(t / self.forcing_period)), [t for t in times if t0 - delay < t < t0]
 
     def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
         """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""
@@ -74,6 +88,26 @@ class Orbit(Notebook):
         raise NotImplementedError
 
     @property
+    def period(self) -> float:
+        """Period, time."""
+        raise NotImplementedError
+
+    @property
+    def forcing_period(self) -> float:
+        """Period of the excitation, time; the unit of time of an autonomous orbit."""
+        raise NotImplementedError
+
+    @property
+    def events(self) -> Events:
+        """Events of one period in the order of time."""
+        raise NotImplementedError
+
+    @property
+    def state(self) -> np.ndarray:
+        """State (ns,) at phase 0."""
+        raise NotImplementedError
+
+    @property
     def success(self) -> bool:
         """Whether it is a motion of the system."""
         raise NotImplementedError
@@ -85,6 +119,10 @@ class Orbit(Notebook):
 
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
+        raise NotImplementedError
+
+    def _states(self, tau) -> np.ndarray:
+        """Return the states (k, ns) at times (k,) in forcing periods."""
         raise NotImplementedError
 
     def _sampled(self, n: int) -> tuple[np.ndarray, np.ndarray]:

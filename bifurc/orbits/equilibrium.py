@@ -16,8 +16,10 @@ import numpy as np
 from ..compose.scene import Scene, scene_of
 from ..flow import settle
 from ..flow.linear import ModeField
+from ..motion import Motion
 from ..notebook import Notebook
 from ..system import System
+from .base import Orbit
 from .births import curved_rests
 from .hopf import lyapunov_coefficient
 
@@ -53,7 +55,7 @@ class EquilibriumStatus(StrEnum):
         }[self.value]
 
 
-class Equilibrium(Notebook):
+class Equilibrium(Notebook, Motion):
     """A state of rest of a system without excitation.  Made by `find_equilibrium` and by branches.
 
     Attributes
@@ -76,6 +78,9 @@ class Equilibrium(Notebook):
 
     _facts = ("status", "stable", "state", "contacts", "eigenvalues")
     _panels = None
+    autonomous = True
+    regime = "at rest"
+    multipliers = None
 
     def __init__(self, system: System, mode: int, state, status: EquilibriumStatus | None = None):
         self.system, self.mode = system, int(mode)
@@ -86,6 +91,11 @@ class Equilibrium(Notebook):
     def state(self) -> np.ndarray:
         """State (ns,)."""
         return self._state.copy()
+
+    @property
+    def sections(self) -> np.ndarray:
+        """The state, (1, ns)."""
+        return self._state[None].copy()
 
     @property
     def scene(self) -> Scene:
@@ -319,7 +329,10 @@ def resting(found: Equilibrium) -> Equilibrium:
 
 def _guess(scene: Scene, guess) -> np.ndarray:
     """Return the state (ns,) that a guess means, at rest."""
-    given = guess.state if hasattr(guess, "state") else np.zeros(scene.ns) if guess is None else np.asarray(guess, float)
+    if guess is None:
+        given = np.zeros(scene.ns)
+    else:
+        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else np.asarray(guess, float)
     if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
         raise ValueError(f"guess has shape {given.shape}; it must be ({scene.n},) positions, or a state ({scene.ns},)")
     if not np.isfinite(given).all():

@@ -5,6 +5,7 @@ from ..compose.scene import scene_of
 from ..elements.checks import state, whole
 from ..system import System, require_system
 from .autonomous import autonomous_orbit
+from .base import Orbit
 from .concentric import concentric
 from .forced import centred, finished, from_map, from_orbit, from_state, resting, settled
 from .kinds import OrbitStatus
@@ -77,7 +78,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         return autonomous_orbit(system, guess, closure, transient, period)
     if isinstance(guess, PeriodicOrbit):
         found = from_orbit(system, guess, periods)
-    elif hasattr(guess, "state") and hasattr(guess, "harmonic"):
+    elif isinstance(guess, Orbit):
         found = from_state(system, guess.state, int(periods or guess.periods))
     elif guess is not None:
         scene = scene_of(system)
@@ -96,7 +97,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
         found = found if middle is None else finished(middle, closure)
     elif guess is None and system.symmetry != -1:
         found = centred(found)
-    if hasattr(guess, "harmonic") and not isinstance(guess, PeriodicOrbit):
+    if isinstance(guess, Orbit) and not isinstance(guess, PeriodicOrbit):
         found.how["polished"] = "the harmonic orbit given as guess"
         found.how["error of its first harmonic"] = max(
             abs(complex(guess.harmonic(1, dof)) - found.harmonic(1, dof)) for dof in range(system.n))

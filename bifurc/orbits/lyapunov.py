@@ -20,6 +20,7 @@ from ..flow.trajectory import Trajectory
 from ..notebook import Notebook
 from ..system import System, require_system
 from .autonomous import slowest
+from .base import Orbit
 from .forced import resting_start
 from .orbit import PeriodicOrbit
 
@@ -201,7 +202,7 @@ def _start(scene, y0) -> np.ndarray:
         if not len(y0.sections):
             raise ValueError("y0: the motion passes no section (a whole forcing period); simulate it further")
         return y0.sections[-1]
-    return checked_state(scene, y0.state if hasattr(y0, "harmonic") else y0, 0.0)
+    return checked_state(scene, y0.state if isinstance(y0, Orbit) else y0, 0.0)
 
 
 def _checked(motion):

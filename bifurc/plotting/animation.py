@@ -43,11 +43,11 @@ def animate_orbit(motion: Any, path: str | os.PathLike | None = None, dof: int =
     if path is not None and Path(path).suffix.lower() != ".gif":
         raise ValueError(f"animate_orbit: path = {str(path)!r} is not allowed; it must end in .gif")
     made, axes = style.figure(6.9, 3.1, columns=2, width_ratios=(1, 1.35))
-    periodic = hasattr(motion, "periods")
+    periodic = motion.periodic
     (plot_orbit if periodic else plot_trajectory)(motion, axes, dof)
     t, y = motion.sample(frames + 1 if periodic else frames)
     t, y = t[:frames], y[:frames]
-    forced = getattr(motion.system, "omega", None) is not None
+    forced = motion.system.omega is not None
     unit = 2.0 * np.pi / motion.system.omega if forced else 1.0
     n = motion.system.n
     (point,) = axes[0].plot([], [], "o", color=style.VERMILION, markersize=8, markeredgecolor="black", zorder=9)

@@ -36,8 +36,8 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     ----------
     basins : BasinMap
         Anything with ``labels`` (int, [i0, i1], -1 unresolved), ``grid`` (``names``, ``low``, ``high``: two each),
-        ``attractors`` (periodic orbits, or samples with ``points`` (k, 2 dofs)), ``fractions`` (dict label -> fraction)
-        and ``label_uncertainty``; optional ``states`` (codes), ``entropy()`` and ``trust``.
+        ``attractors`` and ``points(label)`` (k, ns), their states at phase 0, ``system``, ``fractions`` (dict label ->
+        fraction), and what may be None: ``states`` (codes), ``section``, ``label_uncertainty``, ``entropy()``, ``trust``.
     ax : matplotlib.axes.Axes, optional
     saddle : PeriodicOrbit, EdgeState or a sequence of them, optional
         Drawn as white crosses.
@@ -55,7 +55,7 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     if ax is None:
         (ax,) = style.shown_figure(6.3, 4.6)
     count = len(basins.attractors)
-    states = getattr(basins, "states", None)
+    states = basins.states
     codes, special = cell_codes(basins)
     tints = ListedColormap(tints_of(count))
     (left, bottom), (right, top) = grid.low, grid.high
@@ -72,7 +72,7 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
                 across, up = (low + (np.arange(cells) + 0.5) * (high - low) / cells for low, high, cells in
                               zip(grid.low, grid.high, labels.shape, strict=True))
                 ax.contourf(across, up, mine.T, levels=[0.5, 1.5], colors="none", hatches=[hatch], zorder=1.5)
-    handles += _saddles(ax, grid, _degrees(basins.attractors[0]) if count else 1, saddle, unstable, stable)
+    handles += _saddles(ax, grid, basins.system.n, saddle, unstable, stable)
     if handles:
         below = ScaledTranslation(0.0, -_UNDER_LABELS / 72.0, ax.figure.dpi_scale_trans)
         ax.legend([group for group, _ in handles], [words for _, words in handles],
@@ -82,9 +82,9 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     _said(ax, basins, labels, fresh)
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
-    half = _degrees(basins.attractors[0]) if count else 1
+    half = basins.system.n
     across, up = (style.component_label(_component(name, half), half) for name in grid.names)
-    when = " at the start" if getattr(basins, "section", None) is not None else " at phase 0"
+    when = " at the start" if basins.section is not None else " at phase 0"
     ax.set_xlabel(across + when)
     ax.set_ylabel(up + when)
     return ax
@@ -111,7 +111,7 @@ def cell_codes(basins: Any) -> tuple[np.ndarray, list]:
     With them the rows (tint, hatch, words, share, cells) of the codes without an attractor that occur.
     """
     labels = np.asarray(basins.labels)
-    states = getattr(basins, "states", None)
+    states = basins.states
     codes, special = labels + len(_SPECIAL), []
     for place, (code, tint, hatch, words) in enumerate(_SPECIAL[:1] if states is None else _SPECIAL):
         mine = (labels == -1) & ((states == code) if states is not None and code is not None else labels == -1)
@@ -130,8 +130,8 @@ def _attractors(ax: Axes, basins: Any) -> list[tuple[tuple, str]]:
         tint, color = _COLORS[label % len(_COLORS)]
         marker = _MARKERS[label % len(_MARKERS)]
         words = f"{describe(attractor)}: {_percent(basins.fractions.get(label, 0.0))}"
-        every = basins.points(label) if hasattr(basins, "points") else section_points(attractor)
-        points = every[:, [_component(name, _degrees(attractor)) for name in basins.grid.names]]
+        every = np.atleast_2d(basins.points(label))
+        points = every[:, [_component(name, basins.system.n) for name in basins.grid.names]]
         size, edge = (1.5, 0.0) if len(points) > 200 else (6.0, 0.9)
         (drawn,) = ax.plot(points[:, 0], points[:, 1], linestyle="none", marker=marker, markerfacecolor=color,
                            markeredgecolor="white", markersize=size, markeredgewidth=edge, zorder=5)
@@ -161,11 +161,10 @@ def _saddles(ax: Axes, grid: Any, n: int, saddle: Any, unstable: Any, stable: An
     handles = draw_sets(ax, grid, n, unstable, stable)
     items = saddle if isinstance(saddle, (list, tuple)) else [] if saddle is None else [saddle]
     for number, item in enumerate(items):
-        orbit = getattr(item, "saddle", item)
-        if orbit is None:
+        points = np.atleast_2d(item.sections)
+        if not len(points):
             continue
-        i, j = (_component(name, _degrees(orbit)) for name in grid.names)
-        points = section_points(orbit)
+        i, j = (_component(name, n) for name in grid.names)
         (drawn,) = ax.plot(points[:, i], points[:, j], linestyle="none", marker="P", markersize=7, markerfacecolor="white",
                            markeredgecolor="black", markeredgewidth=1.0, zorder=6)
         if number == 0:
@@ -176,13 +175,13 @@ def _saddles(ax: Axes, grid: Any, n: int, saddle: Any, unstable: Any, stable: An
 def _said(ax: Axes, basins: Any, labels: np.ndarray, fresh: bool) -> None:
     """Write above the map how fine and how mixed it is, and under the picture what it promises."""
     words = [f"{labels.shape[0]} x {labels.shape[1]} starts"]
-    if hasattr(basins, "entropy") and min(labels.shape) >= 5 and len(basins.attractors) > 1:
-        words.append(f"boundary entropy {basins.entropy().boundary:.3f}")
-    noise = getattr(basins, "label_uncertainty", None)
+    if min(labels.shape) >= 5 and len(basins.attractors) > 1 and (entropy := basins.entropy()) is not None:
+        words.append(f"boundary entropy {entropy.boundary:.3f}")
+    noise = basins.label_uncertainty
     if noise is not None:
         words.append(f"predicted label noise {_scientific(noise)}")
     ax.set_title("\n".join(textwrap.wrap(", ".join(words), max(20, int(18.0 * _width(ax))))), loc="right", fontsize=7.5)
-    trust = getattr(basins, "trust", None)
+    trust = basins.trust
     if fresh and trust is not None:  # a figure of our own has room for it
         ax.figure.supxlabel("\n".join(textwrap.wrap(trust.statement.replace("+-", "\u00b1"), 108)), x=0.02, ha="left", fontsize=7)
 
@@ -217,7 +216,7 @@ def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
     image = ax.imshow(np.ma.maximum(values, least).T, origin="lower", extent=(left, right, bottom, top), norm=norm, cmap=colors,
                       interpolation="nearest", aspect="auto")
     ax.figure.colorbar(image, ax=ax, label=words)
-    half = _degrees(basins.attractors[0]) if basins.attractors else 1
+    half = basins.system.n
     across, up = (style.component_label(_component(name, half), half) for name in basins.grid.names)
     ax.set_xlabel(across + " at phase 0")
     ax.set_ylabel(up + " at phase 0")
@@ -226,18 +225,7 @@ def plot_field(basins: Any, field: str, ax: Axes | None = None) -> Axes:
 
 def section_points(attractor: Any) -> np.ndarray:
     """Return the states of an attractor at phase 0, one row a forcing period."""
-    if hasattr(attractor, "points"):
-        return np.atleast_2d(attractor.points)
-    return attractor.sample(attractor.periods + 1)[1][:-1]
-
-
-def _states(attractor: Any) -> int:
-    return attractor.points.shape[1] if hasattr(attractor, "points") else len(attractor.state)
-
-
-def _degrees(item: Any) -> int:
-    """Return the degrees of freedom of an attractor or saddle; without a system half its states."""
-    return getattr(getattr(item, "system", None), "n", None) or _states(item) // 2
+    return np.atleast_2d(attractor.sections)
 
 
 def _component(name: str, n: int) -> int:

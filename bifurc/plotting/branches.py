@@ -53,7 +53,7 @@ def plot_branch(branch: Any, ax: Axes | None = None, measure: str | None = None,
                           label=word, solid_capstyle="round", zorder=3 if stable == 1 else 3.5)
         if stable != 1:
             line.set_path_effects([Stroke(linewidth=3.0, foreground="white"), Normal()])
-    certificate = getattr(branch, "certificate", None)
+    certificate = branch.certificate
     if certificate is not None:
         _mark_proved(ax, branch, certificate, measure, at_points if points else [])
     if points:
@@ -189,9 +189,8 @@ def _smooth(nodes: np.ndarray) -> np.ndarray:
 
 def _value(point: Any, measure: str, s, y) -> float:
     """Return the measure at a special point: its own if it carries one, otherwise between the rows around it."""
-    own = getattr(point, "measures", None)
-    if own and measure in own:
-        return float(own[measure])
+    if measure in point.measures:
+        return float(point.measures[measure])
     return float(np.interp(point.s, s, y))
 
 
@@ -202,20 +201,20 @@ def _contact(branch: Any, n: int) -> list[bool | None]:
     found = np.asarray(counts) > 0
     ends = np.flatnonzero(np.diff(found.astype(int))) + 1
     for rows in np.split(np.arange(n), ends):  # of motions without events one tells whether all of them touch
-        if not found[rows[0]] and len(getattr(branch, "orbits", ())) > 0:
-            found[rows] = "in contact" in str(getattr(branch.orbits[int(rows[len(rows) // 2])], "signature", ""))
+        if not found[rows[0]] and len(branch.orbits) > 0:
+            found[rows] = "in contact" in branch.orbits[int(rows[len(rows) // 2])].signature
     return [bool(touches) for touches in found]
 
 
 def _contact_words(branch: Any) -> tuple[str, str]:
     """Return what the legend calls motions without and with events."""
     counts = _column(branch, "n_events")
-    orbits: Any = () if counts is None else getattr(branch, "orbits", ())
-    moves = len(orbits) > 0 and getattr(orbits[0], "autonomous", False)  # without excitation nothing that is stuck vibrates
+    orbits: Any = () if counts is None else branch.orbits
+    moves = len(orbits) > 0 and orbits[0].autonomous  # without excitation nothing that is stuck vibrates
     if counts is None or not np.any(counts > 0):
         if len(orbits) > 0 and _one_mode(orbits[0]):
             return "", ""
-        touches = len(orbits) > 0 and "in contact" in str(getattr(orbits[0], "signature", ""))
+        touches = len(orbits) > 0 and "in contact" in orbits[0].signature
         return ("vibrating, ", "") if moves else _CONTACTS[int(touches)][1]
     most = np.flatnonzero(counts == np.max(counts))  # the middle one: the first may lie on an onset, with nothing seen yet
     kinds = {str(event.kind) for event in branch.orbits[int(most[len(most) // 2])].events}
@@ -227,8 +226,7 @@ def _contact_words(branch: Any) -> tuple[str, str]:
 
 def _one_mode(orbit: Any) -> bool:
     """Return whether no element of the orbit's system has a second mode, so that nothing can happen on any motion."""
-    elements = getattr(getattr(orbit, "system", None), "elements", None)
-    return elements is not None and all(tuple(getattr(element, "start", ())) == ("always",) for element in elements)
+    return all(tuple(element.start) == ("always",) for element in orbit.system.elements)
 
 
 def _stable(branch: Any, n: int) -> list[int]:

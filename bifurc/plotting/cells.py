@@ -7,7 +7,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Patch
 
 from . import style
-from .basins import _COLORS, _component, _degrees, _percent, section_points
+from .basins import _COLORS, _component, _percent
 from .motions import describe
 
 _WHITE, _LEFT, _BEYOND = "#ffffff", "#bdbdbd", "#f2f2f2"
@@ -65,11 +65,8 @@ def _labels(cells: Any, ax: Axes, drawn: dict) -> None:
     handles: list[Any] = []
     for label, item in enumerate(cells.attractors):
         tint, color = _COLORS[label % len(_COLORS)]
-        words = f"{_named(item)}: {_percent(cells.fractions[label])}"
-        if hasattr(item, "sample") or hasattr(item, "exponent"):
-            points = section_points(item)[:, [_component(name, _degrees(item)) for name in cells.grid.names]]
-        else:
-            points = item.points
+        words = f"{describe(item)}: {_percent(cells.fractions[label])}"
+        points = cells.points(label)
         ax.plot(points[:, 0], points[:, 1], linestyle="none", marker="o", markerfacecolor=color, markeredgecolor="white",
                 markersize=6 if len(points) < 200 else 1.5, markeredgewidth=0.9 if len(points) < 200 else 0, zorder=5)
         handles.append(Patch(facecolor=tint, edgecolor=color, linewidth=0.8, label=words))
@@ -107,10 +104,6 @@ def _field(cells: Any, ax: Axes, field: str, group: int, drawn: dict) -> None:
             values, words = 1.0 - best, "chance of another end"
         image = ax.imshow(np.ma.masked_where(~start, values).T, cmap="cividis" if field == "time" else "Greys", **drawn)
     ax.figure.colorbar(image, ax=ax, label=words)
-
-
-def _named(item: Any) -> str:
-    return describe(item) if hasattr(item, "events") or hasattr(item, "exponent") else f"cycle of {item.periods}"
 
 
 @style.styled
@@ -168,7 +161,7 @@ def plot_morse(cells: Any, ax: Axes | None = None, least: int = 1) -> Axes:
         else:
             what = f"{content['cells']} cell{'s' * (content['cells'] > 1)}"
             turns = f", period {content['period']}" if content["period"] > 1 else ""
-            named = f"\n{_named(cells.attractors[label])}" if label >= 0 else f"\n{content['kind']}" if content["closed"] else ""
+            named = f"\n{describe(cells.attractors[label])}" if label >= 0 else f"\n{content['kind']}" if content["closed"] else ""
             words = what + turns + named
         offset = (0, -13 - 0.028 * size) if content["closed"] else (13, 0)
         ax.annotate(words, (x, y), offset, textcoords="offset points", fontsize=7, ha="center" if content["closed"] else "left",

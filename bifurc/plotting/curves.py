@@ -35,7 +35,7 @@ def plot_curve(curve: Any, ax: Axes | None = None, points: bool = True) -> Axes:
     if s.size > 3:
         fine = np.unique(np.concatenate([np.linspace(a, b, _FINE) for a, b in zip(s[:-1], s[1:], strict=True)]))
         x, y = PchipInterpolator(s, x)(fine), PchipInterpolator(s, y)(fine)
-    word = getattr(curve, "name", "") or str(curve.kind).replace("_", " ")
+    word = curve.name or str(curve.kind).replace("_", " ")
     drawn = [line for line in ax.get_lines() if line.get_label() == word]
     ax.plot(x, y, linewidth=1.6, label=word, color=drawn[0].get_color() if drawn else None)  # one kind, one colour
     if points:

@@ -94,16 +94,14 @@ def _sections(ax: Axes, system: Any, t: np.ndarray, y: np.ndarray, times: np.nda
 
 def describe(attractor: Any) -> str:
     """Return words for an attractor: its period in forcing periods, its impacts and its contacts with what gives way."""
-    if hasattr(attractor, "points"):
-        return getattr(attractor, "words", "chaotic")
-    if hasattr(attractor, "eigenvalues"):
-        return "at rest"
+    if attractor.regime:
+        return attractor.regime
     kinds = [str(row.kind) for row in attractor.events]
     counts = {"impact": kinds.count("impact") + kinds.count("chatter"), "contact": kinds.count("contact")}
     hits = [f"{count} {word}" + "s" * (count > 1) for word, count in counts.items() if count]
-    walls = [element for element in getattr(getattr(attractor, "system", None), "elements", ()) if hasattr(element, "gap")]
-    elastic = len(walls) > 0 and not any(hasattr(wall, "restitution") for wall in walls)
-    if not _forced(getattr(attractor, "system", None)) and getattr(attractor, "autonomous", False):
+    walls = [element.surface for element in attractor.system.elements if element.surface is not None]
+    elastic = len(walls) > 0 and not any(wall.rigid for wall in walls)
+    if attractor.autonomous:
         return ", ".join([f"cycle of {attractor.period:.4g}", *hits])
     return ", ".join([f"period {attractor.periods}", *(hits or ["no contact" if elastic else "no impact"])])
 
@@ -118,16 +116,13 @@ class Wall(NamedTuple):
 
 
 def stops(system: Any, dof: int) -> list[Wall]:
-    """Return the stops that limit one displacement: elements with ``gap``, ``side``, ``dof``, and no ``row``."""
+    """Return the stops that limit one displacement: the ``surface`` of its elements."""
     found = []
-    for element in getattr(system, "elements", ()):
-        look = partial(getattr, element)
-        if look("gap", None) is None or look("dof", 0) != dof or look("row", None) is not None:
+    for surface in (element.surface for element in system.elements):
+        if surface is None or surface.dof != dof:
             continue
-        swing = None
-        if look("amplitude", 0.0):
-            swing = partial(_wave, element.amplitude, element.harmonic * system.omega, element.phase)
-        found.append(Wall(element.side * float(element.gap), element.side, hasattr(element, "restitution"), swing))
+        swing = partial(_wave, surface.amplitude, surface.harmonic * system.omega, surface.phase) if surface.amplitude else None
+        found.append(Wall(surface.position, surface.side, surface.rigid, swing))
     return found
 
 
@@ -136,7 +131,7 @@ def _wave(amplitude: float, frequency: float, phase: float, t: np.ndarray) -> np
 
 
 def _forced(system: Any) -> bool:
-    return getattr(system, "omega", None) is not None
+    return system.omega is not None
 
 
 def _draw(t, y, events, system, axes, dof, unit) -> list[Axes]:

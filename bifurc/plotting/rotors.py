@@ -1,5 +1,5 @@
 """Pictures of a rotor: its path in the stator, its distance from the centre, and its full spectrum (forward and backward)."""
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,33 +8,18 @@ from matplotlib.patches import Circle
 from . import style
 
 
-class Ring(NamedTuple):
-    """A stator as a picture shows it."""
-
-    centre: tuple[float, float]
-    radius: float
-    dofs: tuple[int, int]  # x and y of the rotor
-    against: tuple[int, int] | None  # of the body that carries the stator
-    rigid: bool
+def ring_of(system: Any) -> Any:
+    """Return the first stator of a system (`bifurc.elements.Ring`), or None."""
+    return next((element.ring for element in system.elements if element.ring is not None), None)
 
 
-def ring_of(system: Any) -> Ring | None:
-    """Return the first stator of a system: an element with ``radius``, ``centre_x``, ``centre_y``, ``x`` and ``y``."""
-    for element in getattr(system, "elements", ()):
-        if all(hasattr(element, name) for name in ("radius", "centre_x", "centre_y", "x", "y")):
-            against = None if element.against_x is None else (element.against_x, element.against_y)
-            return Ring((element.centre_x, element.centre_y), element.radius, (element.x, element.y), against,
-                        hasattr(element, "restitution"))
-    return None
-
-
-def relative(ring: Ring, y: np.ndarray) -> np.ndarray:
+def relative(ring: Any, y: np.ndarray) -> np.ndarray:
     """Return the path (N, 2) of the rotor as seen from the body that carries the stator, from states (N, ns)."""
     path = y[:, list(ring.dofs)]
     return path if ring.against is None else path - y[:, list(ring.against)]
 
 
-def draw_rotor(ring: Ring, t, y, events, axes, unit: float, time_label: str) -> list[Axes]:
+def draw_rotor(ring: Any, t, y, events, axes, unit: float, time_label: str) -> list[Axes]:
     """Draw the path in the stator and the distance from its centre against time."""
     plane, history = axes
     path = relative(ring, y)
@@ -91,10 +76,10 @@ def plot_full_spectrum(motion: Any, ax: Axes | None = None, dofs: tuple[int, int
     frequency, amplitude = full_spectrum(motion, dofs, samples)
     if ax is None:
         ax = style.shown_figure(5.2, 2.6)[0]
-    omega = getattr(motion.system, "omega", None) or 2.0 * np.pi * abs(frequency[np.argmax(amplitude)])
+    omega = motion.system.omega or 2.0 * np.pi * abs(frequency[np.argmax(amplitude)])
     ratio = 2.0 * np.pi * frequency / omega
     shown = np.abs(ratio) <= most
-    if hasattr(motion, "periods"):
+    if motion.periodic:
         ax.vlines(ratio[shown], 0.0, amplitude[shown], color=style.BLUE, linewidth=1.6)
     else:
         ax.plot(ratio[shown], amplitude[shown], color=style.BLUE, linewidth=1.0)
@@ -110,7 +95,7 @@ def full_spectrum(motion: Any, dofs: tuple[int, int] = (0, 1), samples: int = 40
     """Return frequencies (N,), in cycles per time, ascending, and the amplitudes (N,) of z = x + i y."""
     t, y = motion.sample(samples + 1)
     z = (y[:, dofs[0]] + 1j * y[:, dofs[1]])[:samples]
-    window = np.ones(samples) if hasattr(motion, "periods") else np.hanning(samples) * 2.0
+    window = np.ones(samples) if motion.periodic else np.hanning(samples) * 2.0
     found = np.fft.fft(z * window) / samples
     frequency = np.fft.fftfreq(samples, (t[-1] - t[0]) / samples)
     order = np.argsort(frequency)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from . import style
-from .basins import _COLORS, _component, _degrees, draw_sets, plot_basins, section_points
+from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
 from .motions import describe
 
@@ -54,8 +54,8 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
     for k, family in enumerate(families):
         color = _COLORS[k][1] if k < _SHOWN else style.GREY
         for track in (tracks[number] for number in family):
-            chaotic = [hasattr(item, "points") for item in track.attractors]
-            heights = [getattr(item, _MEASURES[name])(int(dof)) for item in track.attractors if not hasattr(item, "points")]
+            chaotic = [not item.periodic for item in track.attractors]
+            heights = [getattr(item, _MEASURES[name])(int(dof)) for item in track.attractors if item.periodic]
             above.plot(track.values[~np.array(chaotic)], heights, linestyle="none", marker="o", markersize=2.2, color=color,
                        zorder=4)
             chaos = track.values[np.array(chaotic)]
@@ -85,7 +85,7 @@ def plot_sweep(sweep: Any, axes: Sequence[Axes] | None = None, branches: Sequenc
     below.set_xlabel(style.parameter_label(sweep.parameter))
     below.set_ylabel("share of starts")
     above.set_xlabel("" if above.get_shared_x_axes().joined(above, below) else style.parameter_label(sweep.parameter))
-    single = all(len(getattr(item, "state", (0, 0))) == 2 for track in tracks.values() for item in track.attractors)
+    single = all(item.sections.shape[1] == 2 for track in tracks.values() for item in track.attractors)
     above.set_ylabel(style.measure_label(measure, single))
     if stack:
         below.legend(loc="upper left", bbox_to_anchor=(0.0, -0.22), borderaxespad=0.0, ncols=2)
@@ -259,7 +259,7 @@ def plot_edge(edge: Any, ax: Axes | None = None, unstable: Any = None, stable: A
     """
     if ax is None:
         ax = plot_basins(edge.basins)
-    n = edge.points.shape[1] // 2 if edge.saddle is None else _degrees(edge.saddle)
+    n = edge.basins.system.n
     i, j = (_component(name, n) for name in edge.basins.grid.names)
     bounds = ax.get_xlim(), ax.get_ylim()
     draw_sets(ax, edge.basins.grid, n, unstable, stable)

@@ -10,7 +10,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bifurc.basins.maps.labelled import LabelledStarts
 from bifurc.elements import RigidStop
+from bifurc.motion import Motion
 
 ZETA, FORCE, R = 0.05, 0.52, 0.7
 WD = math.sqrt(1 - ZETA**2)
@@ -38,16 +40,23 @@ def multiplier_extent(omega, v):
     return max(abs(np.roots([1, -(-R * (e11 + e22) + (1 + R) * e12 * g), R**2 * d])))
 
 
+def motion(**own):
+    """What a picture asks of a motion, of a system with a rigid stop where none is given."""
+    return SimpleNamespace(**{"periodic": True, "autonomous": False, "regime": "", "signature": "", "periods": 1, "events": [],
+                              "system": SimpleNamespace(elements=(RigidStop(gap=1.0, restitution=R),), omega=1.0), **own})
+
+
 @dataclass
 class FakeBranch:
     columns: dict
     special_points: list
     parameter: str = "omega"
     kind: str = "impact"  # of the events
+    certificate: object = None
 
     @cached_property
     def orbits(self):
-        return [SimpleNamespace(events=[SimpleNamespace(kind=self.kind)] * n) for n in self.columns["n_events"]]
+        return [motion(events=[SimpleNamespace(kind=self.kind)] * n) for n in self.columns["n_events"]]
 
     def column(self, name):
         return self.columns[name]
@@ -77,14 +86,17 @@ def branch() -> FakeBranch:
     for kind, at in known:
         half = slice(0, turn + 1) if (kind, at) != known[-1] else slice(turn, None)
         order = np.argsort(w[half])
-        points.append(SimpleNamespace(kind=kind, parameter=at, s=float(np.interp(at, w[half][order], s[half][order]))))
+        points.append(SimpleNamespace(kind=kind, parameter=at, s=float(np.interp(at, w[half][order], s[half][order])),
+                                      measures={}))
     points[4].s = (s[turn] + s[turn + 1]) / 2  # the fold lies between the rows on its two sides
     return FakeBranch({"s": s, "omega": w, "rms_0": y, "stable": stable, "n_events": n}, points)
 
 
 @dataclass
-class FakeOrbit:
+class FakeOrbit(Motion):
     """Orbit of one impact in one forcing period, sampled from the closed form."""
+
+    periodic = True
 
     omega: float = 1.4
     periods: int = 1
@@ -107,6 +119,10 @@ class FakeOrbit:
         self.state = self.at(np.array([0.0]))[0]
 
     @property
+    def sections(self):
+        return self.state[None]
+
+    @property
     def period(self):
         return 2 * math.pi / self.omega
 
@@ -126,17 +142,29 @@ class FakeOrbit:
         return t, self.at(t)
 
 
-def basins() -> SimpleNamespace:
+@dataclass
+class FakeMap(LabelledStarts):
+    """A map of labelled starts of a system with one degree of freedom."""
+
+    labels: np.ndarray
+    grid: SimpleNamespace
+    attractors: tuple
+    fractions: dict
+    label_uncertainty: float = 3e-16
+    states: np.ndarray | None = None
+    system: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(n=1))
+
+
+def basins() -> FakeMap:
     """A map whose labels are a spiral, with one impacting and one free attractor and a few unresolved cells."""
     impacting = FakeOrbit()
     rest = np.array([-0.5, 0.2])
-    free = SimpleNamespace(periods=1, events=[], state=rest, stable=True, period=impacting.period,
-                           system=SimpleNamespace(omega=impacting.omega, elements=()),
-                           sample=lambda n: (np.linspace(0, impacting.period, n), np.tile(rest, (n, 1))))
+    free = motion(state=rest, sections=rest[None], stable=True, period=impacting.period,
+                  system=SimpleNamespace(omega=impacting.omega, elements=()),
+                  sample=lambda n: (np.linspace(0, impacting.period, n), np.tile(rest, (n, 1))))
     q, v = np.meshgrid(np.linspace(-3, 1, 200), np.linspace(-4, 4, 200), indexing="ij")
     labels = (np.sin(3 * np.hypot(q + 1, v) + np.arctan2(v, q + 1)) > 0.6).astype(int)
     labels[:3, :3] = -1
     fractions = {k: float(np.mean(labels == k)) for k in (-1, 0, 1)}
     grid = SimpleNamespace(names=("q0", "v0"), low=(-3.0, -4.0), high=(1.0, 4.0))
-    return SimpleNamespace(labels=labels, grid=grid, attractors=(impacting, free), fractions=fractions,
-                           label_uncertainty=3e-16)
+    return FakeMap(labels, grid, (impacting, free), fractions)

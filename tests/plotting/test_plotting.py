@@ -10,6 +10,7 @@ import pytest
 
 from bifurc import plotting
 from bifurc.elements import CubicSpring, ElasticStop, HarmonicForce, RigidStop
+from bifurc.orbits.base import Orbit
 from bifurc.plotting import style
 from tests.plotting import fakes
 
@@ -114,7 +115,8 @@ def test_unstable_motions_are_seen_where_stable_ones_cover_them(ax):
 def test_curves_of_one_kind_share_a_colour(ax):
     for kind, shift in (("fold", 0.0), ("grazing", 1.0), ("fold", 2.0)):
         values = {"s": np.arange(5.0), "a": np.arange(5.0), "b": np.arange(5.0) + shift}
-        plotting.plot_curve(SimpleNamespace(parameters=("a", "b"), kind=kind, special_points=(), column=values.__getitem__), ax)
+        curve = SimpleNamespace(parameters=("a", "b"), kind=kind, special_points=(), name="", column=values.__getitem__)
+        plotting.plot_curve(curve, ax)
     first, other, again = ax.get_lines()
     assert first.get_color() == again.get_color() != other.get_color()
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["fold", "grazing"]
@@ -126,7 +128,7 @@ def test_curves_of_one_kind_share_a_colour(ax):
     (("impact", "contact"), RigidStop(1.0, 0.5), "1 impact, 1 contact"), ((), HarmonicForce(1.0), "no impact")])
 def test_words_for_a_motion_name_what_it_touches(kinds, element, words):
     events = [SimpleNamespace(kind=kind) for kind in kinds]
-    motion = SimpleNamespace(periods=2, events=events, system=SimpleNamespace(elements=(element,)))
+    motion = fakes.motion(periods=2, events=events, system=SimpleNamespace(elements=(element,)))
     assert plotting.motions.describe(motion) == f"period 2, {words}"
 
 
@@ -151,7 +153,7 @@ def test_a_point_that_carries_its_measures_is_drawn_there(ax):
 
 def test_a_row_on_a_special_point_changes_the_style_there(ax):
     columns = {"s": np.arange(4.0), "p": np.arange(4.0), "u_0": np.zeros(4), "stable": np.array([1, 1, 0, 0])}
-    plotting.plot_branch(fakes.FakeBranch(columns, [SimpleNamespace(kind="fold", parameter=1.0, s=1.0)], "p"), ax)
+    plotting.plot_branch(fakes.FakeBranch(columns, [SimpleNamespace(kind="fold", parameter=1.0, s=1.0, measures={})], "p"), ax)
     assert [line.get_xydata()[[0, -1], 0].tolist() for line in ax.get_lines()] == [[0, 1], [1, 3], [1, 1]]
 
 
@@ -167,7 +169,7 @@ def test_unknown_stability_is_its_own_style(ax, stable):
 
 def test_algebraic_branch_without_stability(ax):
     columns = {"s": np.arange(3.0), "p": np.arange(3.0), "u_0": np.zeros(3)}
-    point = SimpleNamespace(kind="hopf_like", parameter=0.0, s=0.0)
+    point = SimpleNamespace(kind="hopf_like", parameter=0.0, s=0.0, measures={})
     plotting.plot_branch(fakes.FakeBranch(columns, [point], "p"), ax)
     assert drawn(ax, "hopf like").tolist() == [[0.0, 0.0]]
 
@@ -229,12 +231,18 @@ def test_the_legend_of_a_map_is_clear_of_the_label_of_its_axis_and_within_the_pi
 
 def test_section_points_of_a_longer_period():
     orbit = fakes.FakeOrbit()
-    twice = SimpleNamespace(periods=2, period=2 * orbit.period, events=orbit.events * 2,
-                            sample=lambda n: (np.linspace(0, 2 * orbit.period, n),
-                                              orbit.at(np.linspace(0, 2 * orbit.period, n) % orbit.period)))
+
+    class Twice(Orbit):
+        periods, events, system = 2, orbit.events * 2, orbit.system
+
+        def _sampled(self, n):
+            t = np.linspace(0, 2 * orbit.period, n)
+            return t, orbit.at(t % orbit.period)
+
+    twice = Twice()
     np.testing.assert_allclose(plotting.basins.section_points(twice), [orbit.state, orbit.state], atol=1e-12)
     assert plotting.basins.describe(twice) == "period 2, 2 impacts"
-    elastic = SimpleNamespace(periods=1, events=[SimpleNamespace(kind=kind) for kind in ("contact", "separation")])
+    elastic = fakes.motion(events=[SimpleNamespace(kind=kind) for kind in ("contact", "separation")])
     assert plotting.basins.describe(elastic) == "period 1, 1 contact"
 
 
@@ -248,11 +256,10 @@ def test_words_above_an_orbit_do_not_overlap():
 
 def test_chaotic_attractors_and_empty_maps(ax, rng):
     basins = fakes.basins()
-    basins.attractors = (SimpleNamespace(points=rng.normal(size=(500, 2))), *basins.attractors[1:])
+    basins.attractors = (fakes.motion(regime="chaotic", sections=rng.normal(size=(500, 2))), *basins.attractors[1:])
     plotting.plot_basins(basins, ax)
     assert ax.get_legend().get_texts()[0].get_text().startswith("chaotic")
-    nothing = SimpleNamespace(labels=-np.ones((4, 5), int), grid=basins.grid, attractors=(), fractions={-1: 1.0},
-                              label_uncertainty=0.0)
+    nothing = fakes.FakeMap(-np.ones((4, 5), int), basins.grid, (), {-1: 1.0}, 0.0)
     plotting.plot_basins(nothing, plotting.figure()[1][0])
     with pytest.raises(ValueError, match="'z0'"):
         basins.grid.names = ("z0", "v0")

@@ -12,12 +12,13 @@ def motion(z, span, **more):
     def sample(n):
         t = np.linspace(0.0, span, n)
         return t, np.column_stack([z(t).real, z(t).imag, 0.0 * t, 0.0 * t])
-    return SimpleNamespace(sample=sample, system=SimpleNamespace(omega=2.0), **more)
+    return SimpleNamespace(sample=sample, system=SimpleNamespace(omega=2.0), **{"periodic": False, **more})
 
 
 def test_forward_and_backward_lines_have_their_amplitudes():
     omega = 2.0
-    orbit = motion(lambda t: 0.7 * np.exp(1j * omega * t) + 0.3j * np.exp(-2j * omega * t) + 0.1, 2.0 * np.pi / omega, periods=1)
+    orbit = motion(lambda t: 0.7 * np.exp(1j * omega * t) + 0.3j * np.exp(-2j * omega * t) + 0.1, 2.0 * np.pi / omega,
+                   periodic=True)
     frequency, amplitude = bf.plotting.full_spectrum(orbit)
     lines = dict(zip(np.round(2.0 * np.pi * frequency / omega).astype(int).tolist(), amplitude.tolist(), strict=True))
     assert abs(lines[1] - 0.7) < 1e-13 and abs(lines[-2] - 0.3) < 1e-13 and abs(lines[0] - 0.1) < 1e-13

@@ -14,6 +14,7 @@ from ...ensemble.outcomes import REACHED
 from ...ensemble.proximity import STAY, boxes
 from ...ensemble.section import Section
 from ...flow.simulate import simulate
+from ...motion import Motion
 from ...orbits.autonomous import slowest
 from ...orbits.concentric import concentric
 from ...orbits.equilibrium import Equilibrium
@@ -50,7 +51,7 @@ MOST_MEMBERS = 40000  # of a family that are told to the kernels, one a radius
 
 
 @dataclass(frozen=True)
-class SampledAttractor:
+class SampledAttractor(Motion):
     """A motion that settles on no orbit, known from a sample of its section points.
 
     Attributes
@@ -76,6 +77,12 @@ class SampledAttractor:
 
     stable = True
     kind = "sampled_attractor"
+    multipliers = None
+
+    @property
+    def sections(self) -> np.ndarray:
+        """The sample, see `points`."""
+        return self.points
 
     @property
     def periods(self) -> None:
@@ -104,7 +111,7 @@ class ChaoticAttractor(SampledAttractor):
     """A motion that settles on no orbit and whose neighbours part exponentially."""
 
     kind = "chaotic_attractor"
-    words = "chaotic"
+    regime = "chaotic"
 
 
 class QuasiperiodicAttractor(SampledAttractor):
@@ -114,18 +121,12 @@ class QuasiperiodicAttractor(SampledAttractor):
     """
 
     kind = "quasiperiodic_attractor"
-    words = "quasi-periodic"
+    regime = "quasi-periodic"
 
 
 def section_points(attractor, section: Section | None = None) -> np.ndarray:
     """Return the states (k, ns) of an attractor at phase 0, one a forcing period; without excitation those in the section."""
-    if isinstance(attractor, SampledAttractor):
-        return attractor.points
-    if isinstance(attractor, Equilibrium):
-        return attractor.state[None]
-    if section is not None:
-        return section_of(attractor, section)
-    return attractor.sample(attractor.periods + 1)[1][:-1]
+    return attractor.sections if section is None or not attractor.periodic else section_of(attractor, section)
 
 
 def examine(system: System, y: np.ndarray, scale: np.ndarray, section: Section | None = None):

@@ -62,6 +62,11 @@ class EdgeState(Notebook):
         return self.status.sentence + (f" Met between them: {met}." if met else "")
 
     @property
+    def sections(self) -> np.ndarray:
+        """States (k, ns) of the saddle at phase 0; none where it was not found."""
+        return self.points[:0] if self.saddle is None else self.saddle.sections
+
+    @property
     def unstable_directions(self) -> int:
         """Number of multipliers outside the unit circle; 1: its stable set can be the boundary."""
         return 0 if self.saddle is None else int(np.count_nonzero(np.abs(self.saddle.multipliers) > 1.0))

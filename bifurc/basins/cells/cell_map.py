@@ -12,6 +12,7 @@ from scipy import sparse
 from scipy.stats import beta
 
 from ... import io, plotting
+from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
 from ...notebook import Notebook
 from ...orbits.find import find_orbit
@@ -226,6 +227,15 @@ class CellMap(Notebook):
         """Return the probabilities of ending on each attractor, and the expected time until then."""
         return self._absorption
 
+    def points(self, label: int) -> np.ndarray:
+        """Return the points (k, d) of an attractor at phase 0, in the components of the grid."""
+        found = self.attractors[label].sections
+        return found[:, self._places] if isinstance(self.system, System) else found
+
+    @property
+    def _places(self) -> list[int]:
+        return list(self.grid.places(self.system.n, scene_of(self.system).ns))
+
     def density(self, group: int | Group) -> np.ndarray:
         """Return the stationary probabilities of the cells of a closed group, zero elsewhere, in the shape of the grid."""
         item = self.groups[group] if isinstance(group, (int, np.integer)) else group
@@ -252,8 +262,7 @@ class CellMap(Notebook):
         """
         if not isinstance(self.system, System):
             raise ValueError(f"saddles are solved for systems; the map is that of the function {self.system!r}")
-        n, ns = self.system.n, 2 * self.system.n + sum(len(element.memory) for element in self.system.elements)
-        places = list(self.grid.places(n, ns))
+        ns, places = scene_of(self.system).ns, self._places
         groups = [content for _, content in self.morse.nodes(data=True) if content["kind"] == "transient"]
         found: list = []
         for content in sorted(groups, key=lambda content: -content["cells"])[:most]:

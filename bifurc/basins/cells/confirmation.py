@@ -10,6 +10,7 @@ from ...ensemble.marcher import Marcher
 from ...ensemble.outcomes import INFINITY, coded
 from ...jobs.executors import user_parts
 from ...jobs.store import ChunkStore
+from ...motion import Motion
 from ..attractors.attractors import SampledAttractor, section_points
 from ..attractors.discovery import Discovery
 from ..maps.labelling import Labeller, label_starts
@@ -22,7 +23,7 @@ LONGEST = 64
 
 
 @dataclass(frozen=True)
-class MapCycle:
+class MapCycle(Motion):
     """A cycle of a map given as a function, solved by Newton.
 
     Attributes
@@ -43,6 +44,16 @@ class MapCycle:
     def periods(self) -> int:
         """Number of points."""
         return len(self.points)
+
+    @property
+    def regime(self) -> str:
+        """A cycle of so many points."""
+        return f"cycle of {self.periods}"
+
+    @property
+    def sections(self) -> np.ndarray:
+        """The points."""
+        return self.points
 
     @property
     def state(self) -> np.ndarray:

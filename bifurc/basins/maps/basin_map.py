@@ -21,13 +21,14 @@ from ..attractors.clockless import marcher_of
 from ..attractors.records import packed, unpacked
 from .entropy import BasinEntropy, basin_entropy
 from .label_noise import LabelNoise
+from .labelled import LabelledStarts
 from .labelling import Labeller, label_starts
 from .reliability import Trust, trust
 from .uncertainty_exponent import RANGE, Uncertainty, uncertainty_exponent
 
 
 @dataclass(frozen=True, eq=False)
-class BasinMap(Notebook):
+class BasinMap(LabelledStarts, Notebook):
     """Which start leads to which attractor.  Made by `basins_of_attraction`.
 
     Attributes
@@ -196,7 +197,7 @@ class BasinMap(Notebook):
             lines.append(f"{label:>4} {self.fractions[label]:>10.6f} +- {error:.1g}  {attractor!r}{words}")
         lines.append(f"{-1:>4} {self.fractions[-1]:>10.6f}  unresolved")
         for label, attractor in enumerate(self.attractors):
-            if getattr(attractor, "family", None):
+            if attractor.family:
                 lines.append(f"     attractor {label} stands for a continuum of motions that attracts as a whole. "
                              f"{attractor.message}")
         lines += [f"     {counts[state]:>10d}  cells: {state.sentence}" for state in CellState if state in counts]

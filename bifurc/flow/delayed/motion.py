@@ -4,14 +4,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ... import plotting
+from ...motion import Motion
 from ...system import System
 from ..status import Status
-from ..trajectory import Event
+from ..trajectory import Event, past
 from .history import History
 
 
 @dataclass(frozen=True)
-class DelayedMotion:
+class DelayedMotion(Motion):
     """A motion through its events, under feedback of its own past.
 
     Attributes
@@ -74,6 +75,10 @@ class DelayedMotion:
         first = np.ceil(self.start / period - 1e-12)
         last = np.floor(self.stop / period + 1e-12)
         return self(np.clip(np.arange(first, last + 1) * period, self.start, self.stop))
+
+    def past(self, t0: float, delay: float):
+        """See `Motion.past`."""
+        return past(self, t0, delay)
 
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""

@@ -2,6 +2,7 @@
 import numpy as np
 
 from ...compose.scene import scene_of
+from ...motion import Motion
 from ...system import System
 from ..initial import checked_length, checked_state
 from .march import feedbacks_of, integrate, without_feedback
@@ -31,17 +32,8 @@ def past_of(history, t0: float, delay: float):
     """Return the past as a callable, and the times of its events."""
     if history is None:
         return None, []
-    if hasattr(history, "forcing_period"):  # a periodic orbit
-        period = history.period
-        first = np.floor((t0 - delay) / period) * period
-        times = [first + k * period + event.time for k in range(int(np.ceil(delay / period)) + 2) for event in history.events]
-        return (lambda t: history._states(t / history.forcing_period)), [t for t in times if t0 - delay < t < t0]
-    if hasattr(history, "start") and hasattr(history, "stop"):
-        slack = 1e-9 * delay
-        if history.start > t0 - delay + slack or history.stop < t0 - slack:
-            raise ValueError(f"history must reach from {t0 - delay:g} to {t0:g}, one delay back from the start; it is known from "
-                             f"{history.start:g} to {history.stop:g}")
-        return (lambda t: history(np.clip(t, history.start, history.stop))), [e.time for e in history.events if e.time > t0 - delay]
+    if isinstance(history, Motion):
+        return history.past(t0, delay)
     if callable(history):
         return (lambda t: np.asarray(history(t), float)), []
     raise ValueError(f"history = {history!r} is not allowed; it must be a motion, an orbit, or a function of time")
