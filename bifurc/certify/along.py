@@ -4,13 +4,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..orbits.signature import repeated
-from .balls import Rationals, flint
+from .balls import flint
 from .candidate import Candidate, read
 from .equations import Pieces
-from .events import Transition, kept_exactly, transition
+from .events import Transition, structure
 from .family import Family
 from .jets import Jet
-from .model import Model, Refused
+from .model import Model
 
 
 class Along(NamedTuple):
@@ -57,7 +57,7 @@ def along(problem, x, low: float, high: float, whole: bool = True, touch=None) -
     candidate = candidate_along(problem, x, whole)
     if touch is not None:
         candidate = touch(candidate)
-    transitions = structure(candidate)
+    transitions = structure(candidate)[1]
     return Along(candidate, transitions, Family(candidate.system, problem.parameter, low, high, candidate.places))
 
 
@@ -66,23 +66,6 @@ def candidate_along(problem, x, whole: bool = True) -> Candidate:
     scene, system = problem.scene, problem.system.with_parameters(**{problem.parameter: float(x[-1])})
     signature, u = repeated(scene, problem.sequence, x[:-1]) if whole else (problem.sequence, x[:-1])
     return read(system, scene, signature, u, problem.weights)
-
-
-def structure(candidate: Candidate) -> list[Transition]:
-    """Return the events of a candidate with what vanishes identically behind them.
-
-    Raises
-    ------
-    Refused
-    """
-    model = Model(candidate.system, Rationals(), candidate.places)
-    transitions = [transition(model, candidate, event) for event in candidate.events]
-    for item in transitions:
-        if item.breaks:
-            raise Refused(item.breaks)
-    if not kept_exactly(model, candidate, transitions):
-        raise Refused("the states that label the family of this motion are not seen to be constant")
-    return transitions
 
 
 def point_of(path: Along, candidate: Candidate, p: float) -> np.ndarray:

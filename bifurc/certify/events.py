@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from .balls import flint
+from .balls import Rationals, flint
 from .candidate import Candidate, Event, followers
-from .model import GuardRow, Model
+from .model import GuardRow, Model, Refused
 
 FOREVER = -1  # order of a guard that is zero as long as its mode lasts
 ROUNDING = 1e-13  # relative: coefficients that an element computes (rates of loads, products) carry the rounding of floats
@@ -232,3 +232,21 @@ def kept_exactly(model: Model, candidate: Candidate, transitions: list[Transitio
         return False
     J = np.array([[as_float(held.J[c]) for c in coordinates] for held in holds])
     return bool(J.size) and int(np.linalg.matrix_rank(J)) == len(coordinates)
+
+
+def structure(candidate: Candidate) -> tuple[Model, list[Transition]]:
+    """Return the exact model of a candidate, and its events with what vanishes identically behind them.
+
+    Raises
+    ------
+    Refused
+        Naming what is not covered.
+    """
+    model = Model(candidate.system, Rationals(), candidate.places)
+    transitions = [transition(model, candidate, event) for event in candidate.events]
+    for item in transitions:
+        if item.breaks:
+            raise Refused(item.breaks)
+    if not kept_exactly(model, candidate, transitions):
+        raise Refused("the states that label the family of this motion are not seen to be constant")
+    return model, transitions

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .balls import PRECISION, Rationals, below, checked, ends, flint, size, working
+from .balls import PRECISION, below, checked, ends, flint, size, working
 from .candidate import Candidate, candidate_of
 from .certificate import Certificate, EventEnclosure, Verdict, refusal
 from .equations import Pieces, Solved, evaluate
-from .events import FOREVER, Transition, balls_of, kept_exactly, transition
+from .events import FOREVER, Transition, balls_of, structure
 from .jets import Jet
 from .krawczyk import krawczyk, preconditioner, tightened
 from .model import Model, Refused
@@ -50,13 +50,7 @@ def prepare(candidate: Candidate) -> Prepared:
     Refused
         Naming what is not covered.
     """
-    model = Model(candidate.system, Rationals(), candidate.places)
-    transitions = [transition(model, candidate, event) for event in candidate.events]
-    for item in transitions:
-        if item.breaks:
-            raise Refused(item.breaks)
-    if not kept_exactly(model, candidate, transitions):
-        raise Refused("the states that label the family of this motion are not seen to be constant")
+    model, transitions = structure(candidate)
     matrix = flint().arb_mat
     balls: dict = {}
 

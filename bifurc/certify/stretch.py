@@ -3,9 +3,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .along import Along, along, candidate_along, point_of, structure
+from .along import Along, along, candidate_along, point_of
 from .balls import working
 from .certificate import StretchCertificate, Verdict
+from .events import structure
 from .family import Family
 from .model import Refused
 from .sheet import Node, Sheet
@@ -102,7 +103,7 @@ class Stretches:
         path = along(problem, xs[0], low - pad, high + pad)
         path = path._replace(family=self._family(int(self._part[i]), path))
         other = candidate_along(problem, xs[1])
-        if kinds(structure(other)) != kinds(path.transitions):
+        if kinds(structure(other)[1]) != kinds(path.transitions):
             raise Refused("what vanishes identically behind the events differs between the two rows")
         sheet = Sheet(path, low - pad, high + pad)
         nodes: list[Node | None] = []

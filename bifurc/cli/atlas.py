@@ -5,7 +5,7 @@ import inspect
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import folder_of, number, range_of, say_saved, system_of
+from .common import add_window, folder_of, number, range_of, say_saved, system_of, window_of
 from .maps import forget
 
 
@@ -18,8 +18,7 @@ def add(commands, shared) -> None:
     atlas.add_argument("--samples", metavar="N", type=int, default=1000, help="starts at each probed value (default: %(default)s)")
     atlas.add_argument("--periods", metavar="N", type=int, default=8,
                        help="longest orbits taken from switching (default: %(default)s)")
-    atlas.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
-                       help="a state component (q0, v0, ...) and its range; once a component")
+    add_window(atlas)
     atlas.add_argument("--measure", metavar="COLUMN", default=None, help="vertical axis (default: rms_0)")
     atlas.add_argument("--resume", action=argparse.BooleanOptionalAction, default=True,
                        help="go on from the chunk files of an interrupted run (default); --no-resume removes them first")
@@ -31,9 +30,7 @@ def run_atlas(options: argparse.Namespace) -> int:
     name, system, story = system_of(options)
     parameter = system.parameter_name(options.parameter or story.parameter)
     low, high = range_of(options, system, story, parameter)
-    region = story.window
-    if options.window:
-        region = {component: (number(a), number(b)) for component, a, b in options.window}
+    region = window_of(options, story)
     folder = folder_of(options.out)
     stem = f"{name}_{parameter}_atlas"
     print(f"{system!r}: {parameter} from {low:g} to {high:g}", flush=True)

@@ -125,6 +125,17 @@ def range_of(options: argparse.Namespace, system: Any, story: Story, parameter: 
     return low, high
 
 
+def add_window(command, words: str = "once a component") -> None:
+    """Add ``--window`` to a command."""
+    command.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
+                         help=f"a state component (q0, v0, ...) and its range; {words}")
+
+
+def window_of(options: argparse.Namespace, story: Story) -> dict[str, tuple[float, float]]:
+    """Return the components of the starts and their ranges: those given, or those of the story."""
+    return {component: (number(low), number(high)) for component, low, high in options.window} if options.window else story.window
+
+
 def check_outputs(options: argparse.Namespace) -> None:
     """Refuse, before any work, files that could not be written afterwards, and numbers that no work can use."""
     folder = Path(options.out)

@@ -7,7 +7,7 @@ from typing import Any
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import STORIES, UsageError, folder_of, number, say_saved, system_of
+from .common import STORIES, UsageError, add_window, folder_of, say_saved, system_of, window_of
 
 LARGEST = 3  # basins whose boundaries are followed to their saddles
 
@@ -16,8 +16,7 @@ def add(commands, shared) -> None:
     """Add the command to the parser."""
     basins = commands.add_parser("basins", parents=[shared], help="map basins of attraction",
                                  description=inspect.getdoc(run_basins))
-    basins.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
-                        help="a state component (q0, v0, ...) and its range; given twice")
+    add_window(basins, "given twice")
     basins.add_argument("--resume", action=argparse.BooleanOptionalAction, default=True,
                         help="go on from the chunk files of an interrupted run, and read a map that is there (default); "
                              "--no-resume removes both first")
@@ -29,11 +28,9 @@ def run_basins(options: argparse.Namespace) -> int:
     name, system, story = system_of(options)
     if not options.set:
         system = system.with_parameters(**story.basin)
-    window = story.window
-    if options.window:
-        window = {component: (number(low), number(high)) for component, low, high in options.window}
-        if len(window) != 2:
-            raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")
+    window = window_of(options, story)
+    if len(window) != 2:
+        raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")
     warm_up()
     return map_basins(name, system, window, folder_of(options.out), options, fresh=not options.resume)
 

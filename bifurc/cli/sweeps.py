@@ -8,7 +8,7 @@ import numpy as np
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import UsageError, folder_of, number, range_of, say_saved, system_of
+from .common import UsageError, add_window, folder_of, number, range_of, say_saved, system_of, window_of
 from .maps import forget
 
 _BRANCHES = 4  # families of which a branch is traced for the picture
@@ -23,8 +23,7 @@ def add(commands, shared) -> None:
     sweep.add_argument("--bounds", metavar=("A", "B"), type=number, nargs=2, help="its range")
     sweep.add_argument("--points", metavar="N", type=int, default=100, help="values (default: %(default)s)")
     sweep.add_argument("--samples", metavar="N", type=int, default=1000, help="starts at each value (default: %(default)s)")
-    sweep.add_argument("--window", metavar=("NAME", "A", "B"), nargs=3, action="append",
-                       help="a state component (q0, v0, ...) and its range; once a component")
+    add_window(sweep)
     sweep.add_argument("--resume", action=argparse.BooleanOptionalAction, default=True,
                        help="go on from the chunk files of an interrupted run (default); --no-resume removes them first")
     sweep.add_argument("--no-branches", dest="branches", action="store_false", help="trace no branches for the picture")
@@ -42,9 +41,7 @@ def run_sweep(options: argparse.Namespace) -> int:
         raise UsageError(f"--points must be at least 2, got {options.points}")
     if options.samples < 1:
         raise UsageError(f"--samples must be at least 1, got {options.samples}")
-    region = story.window
-    if options.window:
-        region = {component: (number(a), number(b)) for component, a, b in options.window}
+    region = window_of(options, story)
     folder = folder_of(options.out)
     stem = f"{name}_{parameter}_sweep"
     print(f"{system!r}: {parameter} at {options.points} values from {low:g} to {high:g}, {options.samples} starts each", flush=True)

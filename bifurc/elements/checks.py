@@ -61,6 +61,13 @@ def tolerance_of(owner: str, value) -> float:
     return float(value)
 
 
+def following(owner: str, seed, tolerance, max_periods, max_events) -> dict:
+    """Return the options of finding attractors and following starts to them, checked, as results keep them."""
+    return {"seed": whole(owner, "seed", seed, least=0), "tolerance": tolerance_of(owner, tolerance),
+            "max_periods": whole(owner, "max_periods", max_periods, least=1),
+            "max_events": whole(owner, "max_events", max_events, least=1)}
+
+
 def switch(owner: str, name: str, value):
     """Return ``value`` when it is True, False, None or a function (as ``progress=`` takes it), else raise ValueError."""
     if value is not None and not isinstance(value, bool) and not callable(value):

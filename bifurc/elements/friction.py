@@ -102,8 +102,35 @@ class LoadedContact(AtRow):
         return 1 - guard if key == STICK and guard < 2 else guard
 
 
+class OnBelt:
+    """What a row slides on moves along it with ``belt_speed``."""
+
+    belt_speed: float
+
+    def site(self, n):
+        """Return the row, seen from the belt."""
+        site = super().site(n)
+        return site if self.belt_speed == 0.0 else dataclasses.replace(site, drift=(-self.belt_speed,))
+
+    def mirrored(self):
+        """Friction on a belt that runs the other way."""
+        return dataclasses.replace(self, belt_speed=0.0 - self.belt_speed)
+
+
+class FallingFriction(OnBelt):
+    """Friction with one limit of stick and a law for slip either way."""
+
+    def mirrored_key(self, key):
+        """Slip turns round."""
+        return _MIRROR[key]
+
+    def mirrored_guard(self, key, guard):
+        """The two limits of stick change places."""
+        return 1 - guard if key == STICK else guard
+
+
 @dataclass(frozen=True)
-class Coulomb(LoadedContact):
+class Coulomb(OnBelt, LoadedContact):
     """Dry friction with a set-valued law: force -friction load(t) sign(s) while slipping, any force within limits at rest.
 
     Modes: "stick" (the speed of the row is held at zero), "slip+", "slip-" by the sign of the speed, and "apart" while a
@@ -143,10 +170,6 @@ class Coulomb(LoadedContact):
         if self.friction_negative is not None:
             number(name, "friction_negative", self.friction_negative, least=0.0)
         number(name, "static_ratio", self.static_ratio, least=1.0)
-
-    def site(self, n):
-        """Return the row, seen from the belt."""
-        return _on_belt(super().site(n), self.belt_speed)
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -221,7 +244,7 @@ _CURVES = {("exponential", SLIP_UP): (exponential_up, exponential_up_slope),
 
 
 @dataclass(frozen=True)
-class Stribeck(AtRow):
+class Stribeck(FallingFriction, AtRow):
     """Dry friction that falls with speed: kinetic + (static - kinetic) c(|s|/speed), with stick up to `static`.
 
     Modes as those of `Coulomb` under constant load.
@@ -256,28 +279,12 @@ class Stribeck(AtRow):
         number(name, "speed", self.speed, above=0.0)
         choice(name, "curve", self.curve, ("exponential", "hyperbolic"))
 
-    def site(self, n):
-        """Return the row, seen from the belt."""
-        return _on_belt(super().site(n), self.belt_speed)
-
     def mode(self, key, core):
         """Return "stick", "slip+" or "slip-"."""
         if key == STICK:
             return _stick(self.static)
         law, slope = _CURVES[self.curve, key]
         return _slip(key, Law(law, (self.kinetic, self.static, self.speed), slope))
-
-    def mirrored(self):
-        """Friction on a belt that runs the other way."""
-        return dataclasses.replace(self, belt_speed=0.0 - self.belt_speed)
-
-    def mirrored_key(self, key):
-        """Slip turns round."""
-        return _MIRROR[key]
-
-    def mirrored_guard(self, key, guard):
-        """The two limits of stick change places."""
-        return 1 - guard if key == STICK else guard
 
 
 def cubic_up(u, s, static, falling, rising):
@@ -299,7 +306,7 @@ _CUBIC = {SLIP_UP: (cubic_up, cubic_up_slope), SLIP_DOWN: (cubic_down, cubic_up_
 
 
 @dataclass(frozen=True)
-class CubicFriction(AtRow):
+class CubicFriction(FallingFriction, AtRow):
     """Dry friction with a minimum over the speed: static - falling |s| + rising |s|^3, with stick up to `static`.
 
     Modes as those of `Coulomb` under constant load.
@@ -333,27 +340,11 @@ class CubicFriction(AtRow):
         super().__post_init__()
         number(type(self).__name__, "static", self.static, least=0.0)
 
-    def site(self, n):
-        """Return the row, seen from the belt."""
-        return _on_belt(super().site(n), self.belt_speed)
-
     def mode(self, key, core):
         """Return "stick", "slip+" or "slip-"."""
         if key == STICK:
             return _stick(self.static)
         return _slip(key, Law(_CUBIC[key][0], (self.static, self.falling, self.rising), _CUBIC[key][1]))
-
-    def mirrored(self):
-        """Friction on a belt that runs the other way."""
-        return dataclasses.replace(self, belt_speed=0.0 - self.belt_speed)
-
-    def mirrored_key(self, key):
-        """Slip turns round."""
-        return _MIRROR[key]
-
-    def mirrored_guard(self, key, guard):
-        """The two limits of stick change places."""
-        return 1 - guard if key == STICK else guard
 
 
 def _stick(static: float) -> Mode:
@@ -380,7 +371,7 @@ def regularized_slope(u, s, friction, width):
 
 
 @dataclass(frozen=True)
-class RegularizedFriction(AtRow):
+class RegularizedFriction(OnBelt, AtRow):
     """Smooth stand-in for dry friction: force -friction tanh(s/width).  It creeps where dry friction sticks.
 
     Parameters
@@ -404,17 +395,9 @@ class RegularizedFriction(AtRow):
         number(type(self).__name__, "friction", self.friction, least=0.0)
         number(type(self).__name__, "width", self.width, above=0.0)
 
-    def site(self, n):
-        """Return the row, seen from the belt."""
-        return _on_belt(super().site(n), self.belt_speed)
-
     def mode(self, key, core):
         """Return the only mode."""
         return Mode(force=Law(regularized, (self.friction, self.width), regularized_slope))
-
-    def mirrored(self):
-        """Friction on a belt that runs the other way."""
-        return dataclasses.replace(self, belt_speed=0.0 - self.belt_speed)
 
 
 @dataclass(frozen=True)
@@ -472,8 +455,3 @@ class Jenkins(LoadedContact):
     def mirrored(self):
         """Its own image but for the phase of the load."""
         return dataclasses.replace(self, load_amplitude=self.mirrored_load())
-
-
-def _on_belt(site, speed: float):
-    """Return a site of one row seen from a surface that moves along it."""
-    return site if speed == 0.0 else dataclasses.replace(site, drift=(-speed,))

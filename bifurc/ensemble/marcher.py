@@ -14,6 +14,7 @@ from ..flow import settle
 from ..flow.scan import CHATTER, PASSED
 from ..flow.simulate import march
 from ..flow.status import Status
+from ..flow.trajectory import Trajectory
 from .batch import packing, smooth
 from .initial_conditions import BEYOND, begin, unloaded
 from .outcomes import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
@@ -174,13 +175,9 @@ class Marcher:
         y, images.impacts[i], images.speeds[i], images.ends[i] = start, 0, np.inf, start
         for first in range(0, periods, BLOCK):
             last = min(first + BLOCK, periods)
-            try:
-                motion = march(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
-            except settle.Penetration:
-                images.outcomes[i] = OUTSIDE
-                return
-            except settle.Inconsistent:
-                images.outcomes[i] = STUCK
+            motion, code = marched(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            if motion is None:
+                images.outcomes[i] = code
                 return
             _, speeds = self._arrivals(motion)
             images.impacts[i] += speeds.size
@@ -206,13 +203,9 @@ class Marcher:
         cells.speeds[i] = np.inf
         for first in range(0, most, BLOCK):
             last = min(first + BLOCK, most)
-            try:
-                motion = march(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
-            except settle.Penetration:
-                cells.states[i] = OUTSIDE
-                return
-            except settle.Inconsistent:
-                cells.states[i] = STUCK
+            motion, code = marched(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            if motion is None:
+                cells.states[i] = code
                 return
             hits, speeds = self._arrivals(motion)
             for k, y in enumerate(motion.sections[1:], first + 1):
@@ -234,3 +227,13 @@ class Marcher:
             if not motion.success:
                 cells.states[i] = FAILED[motion.status]
                 return
+
+
+def marched(scene: Scene, y: np.ndarray, begin, end, limit: int) -> tuple[Trajectory | None, int]:
+    """Return the motion from ``y`` (ns,), or None and the code of its state where no motion begins there or goes on."""
+    try:
+        return march(scene, y, begin, end, limit), REACHED
+    except settle.Penetration:
+        return None, OUTSIDE
+    except settle.Inconsistent:
+        return None, STUCK

@@ -3,10 +3,8 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..elements import EventKind
-from ..flow import settle
-from ..flow.simulate import march
-from .marcher import FAILED, Cells, Targets
-from .outcomes import OUTSIDE, REACHED, STUCK, UNSETTLED
+from .marcher import FAILED, Cells, Targets, marched
+from .outcomes import REACHED, UNSETTLED
 from .proximity import boxed, nearest
 from .section import Section
 
@@ -47,13 +45,9 @@ class SectionMarcher:
         """Follow one start."""
         y, visits, guest = X[i].copy(), 0, -1
         for _ in range(0, most, BLOCK):
-            try:
-                motion = march(self.scene, y, (0, 0.0), (0, BLOCK * self.unit), BLOCK * self.limit)
-            except settle.Penetration:
-                cells.states[i] = OUTSIDE
-                return
-            except settle.Inconsistent:
-                cells.states[i] = STUCK
+            motion, code = marched(self.scene, y, (0, 0.0), (0, BLOCK * self.unit), BLOCK * self.limit)
+            if motion is None:
+                cells.states[i] = code
                 return
             times, states = self.section.crossings(motion)
             found, until = -1, motion.stop

@@ -23,7 +23,7 @@ from .energy import conservative, corrected, energy
 from .equilibrium import find_equilibrium
 from .forced import resting_start
 from .kinds import OrbitStatus
-from .least import half_of, mark_trains
+from .least import closed, half_of, mark_trains
 from .orbit import PeriodicOrbit
 from .sequence import AFTER, BEFORE, GUARD
 from .signature import Signature, divided, sections
@@ -68,13 +68,7 @@ def autonomous_orbit(system: System, guess, closure, transient: int, period: flo
 
 def symmetric(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
     """Return the orbit solved with the closure asked for."""
-    if closure != 1 and orbit.system.symmetry == -1 and orbit.closure == 1:
-        half = halved(orbit)
-        if half is not None:
-            return half
-    if closure == -1 and orbit.closure == 1:
-        return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
-    return orbit
+    return closed(orbit, closure, halved)
 
 
 def halved(orbit: PeriodicOrbit) -> PeriodicOrbit | None:

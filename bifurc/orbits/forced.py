@@ -8,7 +8,7 @@ from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
 from ..system import System
 from .kinds import OrbitStatus
-from .least import half_of, halved, mark_trains, reduced
+from .least import closed, half_of, halved, mark_trains, reduced
 from .orbit import PeriodicOrbit
 from .resting import middle, resting_intervals
 from .sequence import AFTER, BEFORE, GUARD
@@ -27,14 +27,7 @@ CENTRINGS = 12
 
 def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
     """Return the orbit reduced to its least period and solved with the closure asked for."""
-    orbit = reduced(orbit)
-    if closure != 1 and orbit.system.symmetry == -1 and orbit.closure == 1:
-        half = halved(orbit)
-        if half is not None:
-            return half
-    if closure == -1 and orbit.closure == 1:
-        return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
-    return orbit
+    return closed(reduced(orbit), closure, halved)
 
 
 def centred(orbit: PeriodicOrbit) -> PeriodicOrbit:

@@ -1,7 +1,10 @@
 """The least period of an orbit, and its half where the other half mirrors it."""
+from collections.abc import Callable
+
 import numpy as np
 
 from ..compose.scene import Scene
+from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from .signature import Signature, divided, repeated, sections
@@ -58,6 +61,17 @@ def reduced(orbit: PeriodicOrbit) -> PeriodicOrbit:
             how = {**orbit.how, "note": f"repeats after {k} of {n} periods and was reduced"}
             less = Signature(divided(orbit.scene, nodes), s.fixed[:len(nodes)], float(k))
             return solve(orbit.system, less, rows.ravel(), orbit.weights, how)
+    return orbit
+
+
+def closed(orbit: PeriodicOrbit, closure: int | None, halved: Callable) -> PeriodicOrbit:
+    """Return the orbit solved with the closure asked for; ``halved(orbit)`` is its half, or None where there is none."""
+    if closure != 1 and orbit.system.symmetry == -1 and orbit.closure == 1:
+        half = halved(orbit)
+        if half is not None:
+            return half
+    if closure == -1 and orbit.closure == 1:
+        return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.NOT_SYMMETRIC)
     return orbit
 
 

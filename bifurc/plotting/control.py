@@ -56,11 +56,9 @@ def plot_controlled(motion, axes=None) -> list[Axes]:
     if axes is None:
         axes = style.shown_figure(6.8, 2.9, columns=2)
     upper, lower = axes
-    count = np.arange(len(motion.states))
-    upper.plot(count, motion.states[:, 0], linestyle="none", marker=".", markersize=3, color=style.BLUE)
+    count = _sections(upper, motion.states)
     lower.plot(count[:len(motion.corrections)], motion.corrections, linestyle="none", marker=".", markersize=3,
                color=style.VERMILION)
-    upper.set_ylabel("$x$ on the section")
     lower.set_ylabel(f"change of {style.parameter_label(motion.parameter)}")
     for ax in (upper, lower):
         ax.set_xlabel("period")
@@ -84,12 +82,18 @@ def plot_delayed(motion, axes=None) -> list[Axes]:
     if axes is None:
         axes = style.shown_figure(6.8, 2.9, columns=2)
     left, right = axes
-    sections = motion.sections
-    left.plot(np.arange(len(sections)), sections[:, 0], linestyle="none", marker=".", markersize=3, color=style.BLUE)
+    count = _sections(left, motion.sections)
     left.set_xlabel("forcing period")
-    left.set_ylabel("$x$ on the section")
-    t = np.linspace(motion.start, motion.stop, min(40 * len(sections), 8000))
+    t = np.linspace(motion.start, motion.stop, min(40 * len(count), 8000))
     right.plot(t, motion.feedback(t), color=style.VERMILION, linewidth=0.8)
     right.set_xlabel("time $t$")
     right.set_ylabel("feedback force")
     return [left, right]
+
+
+def _sections(ax: Axes, states: np.ndarray) -> np.ndarray:
+    """Draw the first coordinate of states (k, ns) on the section; return their numbers (k,)."""
+    count = np.arange(len(states))
+    ax.plot(count, states[:, 0], linestyle="none", marker=".", markersize=3, color=style.BLUE)
+    ax.set_ylabel("$x$ on the section")
+    return count

@@ -14,7 +14,7 @@ from ...ensemble.outcomes import NO_START, CellState
 from ..attractors.attractors import section_points
 from .search import Search
 from .time_reversal import Backwards
-from .unstable import both_sides, direction_of, joined
+from .unstable import ImageSet, both_sides, direction_of, joined
 
 if TYPE_CHECKING:
     from .edges import EdgeState
@@ -23,15 +23,13 @@ BESIDE = 1e-6  # scaled distance from the set at which starts are labelled
 
 
 @dataclass(frozen=True, eq=False)
-class StableSet:
+class StableSet(ImageSet):
     """Images of a short piece of the stable direction backwards in time, on both sides.
 
     Attributes
     ----------
-    points : ndarray
-        Section points (k, ns), along each image in order.
-    sides, curves : ndarray of int
-        Side (k,) of each, 0 or 1, and number (k,) of the unbroken piece that each belongs to.
+    points, sides, curves
+        See `ImageSet`.
     multiplier : float
         Along the stable direction, of one period of the orbit.
     direction : ndarray
@@ -44,9 +42,6 @@ class StableSet:
     edge : EdgeState
     """
 
-    points: np.ndarray = field(repr=False)
-    sides: np.ndarray = field(repr=False)
-    curves: np.ndarray = field(repr=False)
     multiplier: float
     direction: np.ndarray = field(repr=False)
     corners: int
@@ -55,20 +50,14 @@ class StableSet:
     complete: bool
     edge: "EdgeState" = field(repr=False)
 
-    @property
-    def message(self) -> str:
-        """What of it is a manifold, in words."""
-        if not (self.corners or self.merging or self.breaks):
-            return "Images of a smooth curve by smooth inverse maps: an immersed manifold as far as it was followed."
-        parts = []
-        if self.corners:
-            parts.append(f"has corners where motions graze ({self.corners} met)")
-        if self.breaks:
-            parts.append(f"is torn at {self.breaks} places, at the stop or at the rim of the region")
-        if self.merging:
-            parts.append(f"ends where motions come to rest or impact without end ({self.merging} points have no single past): "
-                         "further pieces may lead to the saddle that are not found")
-        return f"The set {', '.join(parts)}: pieces of curves, not a manifold."
+    smooth = "Images of a smooth curve by smooth inverse maps: an immersed manifold as far as it was followed."
+
+    def _met(self):
+        parts = [(self.corners, f"has corners where motions graze ({self.corners} met)"),
+                 (self.breaks, f"is torn at {self.breaks} places, at the stop or at the rim of the region"),
+                 (self.merging, f"ends where motions come to rest or impact without end ({self.merging} points have no single "
+                                "past): further pieces may lead to the saddle that are not found")]
+        return parts, "pieces of curves"
 
     def separates(self, count: int = 400, distance: float = BESIDE) -> float:
         """Return the share of points of the set, evenly spread within the map's grid, on whose two sides labels differ.

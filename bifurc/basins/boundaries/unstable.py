@@ -7,7 +7,7 @@ rest on a stop different histories merge and the map has no inverse.  What was m
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -26,8 +26,8 @@ TOUCHING = 1e-9  # scaled distance of neighbours whose images a period later are
 
 
 @dataclass(frozen=True, eq=False)
-class UnstableSet:
-    """Images of a short piece of the unstable direction, on both sides.
+class ImageSet:
+    """Images of a short piece of an invariant direction of a saddle, on both sides.
 
     Attributes
     ----------
@@ -37,6 +37,34 @@ class UnstableSet:
         Side (k,) of each: 0 or 1.
     curves : ndarray of int
         Number (k,) of the unbroken piece each belongs to; a piece is a curve to be drawn.
+    """
+
+    points: np.ndarray = field(repr=False)
+    sides: np.ndarray = field(repr=False)
+    curves: np.ndarray = field(repr=False)
+
+    smooth: ClassVar[str]  # what is said of it where nothing was met on the way
+
+    @property
+    def message(self) -> str:
+        """What of it is a manifold, in words."""
+        parts, kind = self._met()
+        words = [text for count, text in parts if count]
+        return f"The set {', '.join(words)}: {kind}, not a manifold." if words else self.smooth
+
+    def _met(self) -> tuple[list[tuple[int, str]], str]:
+        """Return how much of what was met on the way, each in words, and what the set is then."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class UnstableSet(ImageSet):
+    """Images of a short piece of the unstable direction, on both sides.
+
+    Attributes
+    ----------
+    points, sides, curves
+        See `ImageSet`.
     labels : tuple of tuple of int
         Attractors that each side leads to.
     multiplier : float
@@ -49,9 +77,6 @@ class UnstableSet:
         closer than numbers can tell apart.
     """
 
-    points: np.ndarray = field(repr=False)
-    sides: np.ndarray = field(repr=False)
-    curves: np.ndarray = field(repr=False)
     labels: tuple
     multiplier: float
     corners: int
@@ -59,20 +84,14 @@ class UnstableSet:
     breaks: int
     complete: bool
 
-    @property
-    def message(self) -> str:
-        """What of it is a manifold, in words."""
-        if not (self.corners or self.merging or self.breaks):
-            return "Images of a smooth curve by smooth maps: an immersed manifold as far as it was grown."
-        parts = []
-        if self.corners:
-            parts.append(f"has corners where motions graze ({self.corners} met)")
-        if self.merging:
-            parts.append(f"passes motions that come to rest on a stop or impact without end ({self.merging} points): there "
-                         "different starts merge and the map has no inverse")
-        if self.breaks:
-            parts.append(f"is torn at {self.breaks} places where the map jumps")
-        return f"The set {', '.join(parts)}: a piecewise smooth {'set' if self.breaks else 'curve'}, not a manifold."
+    smooth = "Images of a smooth curve by smooth maps: an immersed manifold as far as it was grown."
+
+    def _met(self):
+        parts = [(self.corners, f"has corners where motions graze ({self.corners} met)"),
+                 (self.merging, f"passes motions that come to rest on a stop or impact without end ({self.merging} points): there "
+                                "different starts merge and the map has no inverse"),
+                 (self.breaks, f"is torn at {self.breaks} places where the map jumps")]
+        return parts, f"a piecewise smooth {'set' if self.breaks else 'curve'}"
 
     def __repr__(self):
         left, right = (" and ".join(map(str, side)) for side in self.labels)

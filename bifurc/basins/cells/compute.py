@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...elements.checks import tolerance_of, whole
+from ...elements.checks import following, whole
 from ...ensemble.grid import Grid
 from ...ensemble.outcomes import NO_START
 from ...jobs.executors import check_executor, user_parts, workers_of
@@ -96,9 +96,7 @@ def cell_mapping(system: System | Callable, grid: Grid, *, periods: int = 1, sam
     periods, samples = check("periods", periods, least=1), check("samples", samples, least=1)
     workers = workers_of("cell_mapping", workers) or os.cpu_count() or 1
     audit = check("audit", audit, least=0)
-    options = {"seed": check("seed", seed, least=0), "tolerance": tolerance_of("cell_mapping", tolerance),
-               "max_periods": check("max_periods", max_periods, least=1),
-               "max_events": check("max_events", max_events, least=1)}
+    options = following("cell_mapping", seed, tolerance, max_periods, max_events)
     edges = samples ** len(grid.names)
     grid.require(8.0 * (4 * len(grid.names) + 12) + (60.0 if samples > 1 else 40.0) * edges, "a map of its cells")
     check_executor(executor)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import __version__
 from ...compose.scene import Scene, scene_of
-from ...elements.checks import tolerance_of, whole
+from ...elements.checks import following
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.marcher import Cells
@@ -119,11 +119,8 @@ class Job:
         self.system, self.grid, self.scene = system, grid, scene_of(system)
         grid.require(8.0 * (2 * self.scene.ns + BESIDES), "a basin map")
         states_at(self.scene, grid.names, grid.at, np.empty((0, len(grid.names))))  # names the components it has not
-        check = partial(whole, "basins")
         self.run = {"workers": workers_of("basins", workers) or os.cpu_count() or 1, "executor": executor}
-        self.options = {"seed": check("seed", options["seed"], least=0), "tolerance": tolerance_of("basins", options["tolerance"]),
-                        "max_periods": check("max_periods", options["max_periods"], least=1),
-                        "max_events": check("max_events", options["max_events"], least=1)}
+        self.options = following("basins", **options)
         self.known = _known(system, attractors)
         check_executor(executor)
         self.elements = user_parts(system)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ... import io, plotting
 from ...compose.scene import scene_of
-from ...elements.checks import tolerance_of, whole
+from ...elements.checks import following, whole
 from ...ensemble.region import Region
 from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
 from ...jobs.progress import Progress
@@ -253,9 +253,7 @@ def sweep(system: System, parameter: str, values, region: Mapping, *, at: Mappin
     box = Region(region, at)
     box.starts(scene_of(system), 1, 0)
     check = partial(whole, "sweep")
-    options = {"seed": check("seed", seed, least=0), "tolerance": tolerance_of("sweep", tolerance),
-               "max_periods": check("max_periods", max_periods, least=1),
-               "max_events": check("max_events", max_events, least=1)}
+    options = following("sweep", seed, tolerance, max_periods, max_events)
     job = {"what": "sweep", "system": system.to_record(), "elements": user_parts(system), "parameter": parameter,
            "region": box.to_record(), "samples": check("samples", samples, least=1), "options": options}
     chunk, workers = check("chunk", chunk, least=1), workers_of("sweep", workers)
