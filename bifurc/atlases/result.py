@@ -1,13 +1,13 @@
 """What an atlas holds: branches, probes, the graph that connects them, bands, a table, and how sure 'nothing else' is."""
 import functools
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import networkx as nx
 
 from .. import io, plotting
 from ..continuation.branch import Branch
 from ..ensemble.region import Region
+from ..enumerations import DescribedEnum
 from ..system import System
 from .graph import graph_of
 from .identity import orbits_at, periods_of, symmetric
@@ -18,24 +18,16 @@ from .stability import gaps, layers, stable_intervals
 SURE = 0.95  # confidence of the statement
 
 
-class AtlasStatus(StrEnum):
+class AtlasStatus(DescribedEnum):
     """How the search ended."""
 
-    NOTHING_NEW = "nothing_new"
-    MOST_BRANCHES = "most_branches"
-    STILL_FINDING = "still_finding"
-    NO_MOTION = "no_motion"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {
-            "nothing_new": "The last check found nothing new.",
-            "most_branches": "The search ended at most_branches; raise it, lower `periods`, or narrow the bounds.",
-            "still_finding": "Every check still found something new; there is more than was found. Narrow the bounds, or raise "
-                             "samples and checks.",
-            "no_motion": "No start led to a periodic or chaotic motion: the system diverges there, or needs another region.",
-        }[self.value]
+    NOTHING_NEW = "nothing_new", "The last check found nothing new."
+    MOST_BRANCHES = ("most_branches", "The search ended at most_branches; raise it, lower `periods`, or narrow the "
+                                      "bounds.")
+    STILL_FINDING = ("still_finding", "Every check still found something new; there is more than was found. Narrow "
+                                      "the bounds, or raise samples and checks.")
+    NO_MOTION = ("no_motion", "No start led to a periodic or chaotic motion: the system diverges there, or needs "
+                              "another region.")
 
 
 @dataclass(frozen=True)

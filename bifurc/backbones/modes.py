@@ -7,13 +7,13 @@ damping ratio is D = xi/(2 omega).  Without losses xi = 0, and the motion is a n
 The amplitude is that of one coordinate at phase 0, a turning point: q_dof(0) = amplitude, q_dof'(0) = 0.
 """
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 
 from ..compose.scene import scene_of
 from ..elements import EventKind
 from ..elements.checks import number, whole
+from ..enumerations import DescribedEnum
 from ..flow.settle import Penetration, start
 from ..flow.simulate import simulate
 from ..orbits.balance_method import HarmonicBalance
@@ -23,18 +23,12 @@ from .equations import balanced, returning, shot, with_negative_damping
 LOSSLESS = 1e-13  # of the frequency: an xi so small is none
 
 
-class ModeStatus(StrEnum):
+class ModeStatus(DescribedEnum):
     """How the search for a mode ended."""
 
-    CONVERGED = "converged"
-    NOT_CONVERGED = "not_converged"
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to try."""
-        return {"converged": "The motion is periodic under the negative damping.",
-                "not_converged": "Newton did not converge; come from a smaller amplitude (backbone does), or give a guess.",
-                }[self.value]
+    CONVERGED = "converged", "The motion is periodic under the negative damping."
+    NOT_CONVERGED = ("not_converged", "Newton did not converge; come from a smaller amplitude (backbone does), or "
+                                      "give a guess.")
 
 
 @dataclass(frozen=True)

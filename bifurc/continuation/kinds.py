@@ -2,6 +2,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from ..enumerations import DescribedEnum
+
 # what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
 ERRORS = (ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RuntimeError, TypeError, ValueError)
 
@@ -37,23 +39,14 @@ class SpecialPointKind(StrEnum):
     USER = "user"
 
 
-class LocationStatus(StrEnum):
+class LocationStatus(DescribedEnum):
     """How well a special point is known."""
 
-    LOCATED = "located"
-    GUESS = "guess"
-    UNRESOLVED_PAIR = "unresolved_pair"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {
-            "located": "The point is enclosed by a sign change and polished to rounding level; `error` bounds it.",
-            "guess": "The sign changes here but the point is degenerate and was only enclosed, not polished: "
-                     "`error` is the width of the bracket. Look at the branch with a smaller ds_max.",
-            "unresolved_pair": "Two points lie so close together that they cannot be told from none; "
-                               "vary a second parameter to separate them.",
-        }[self.value]
+    LOCATED = "located", "The point is enclosed by a sign change and polished to rounding level; `error` bounds it."
+    GUESS = ("guess", "The sign changes here but the point is degenerate and was only enclosed, not polished: `error` "
+                      "is the width of the bracket. Look at the branch with a smaller ds_max.")
+    UNRESOLVED_PAIR = ("unresolved_pair", "Two points lie so close together that they cannot be told from none; vary "
+                                          "a second parameter to separate them.")
 
 
 class CorrectorStatus(StrEnum):
@@ -66,66 +59,45 @@ class CorrectorStatus(StrEnum):
     INADMISSIBLE = "inadmissible"
 
 
-class StopReason(StrEnum):
+class StopReason(DescribedEnum):
     """Why a half of a branch ended; ``sentence`` says what to try."""
 
-    BOUND = "bound"
-    CLOSED = "closed"
-    MAX_STEPS = "max_steps"
-    STOPPED = "stopped"
-    INTERRUPTED = "interrupted"
-    DS_MIN = "ds_min"
-    NOT_FINITE = "not_finite"
-    SINGULAR = "singular"
-    EXCEPTION = "exception"
-    NO_SUCCESSOR = "no_successor"
-    CYCLE_END = "cycle_end"
-    HOPF = "hopf"
-    INADMISSIBLE = "inadmissible"
-    NOT_STARTED = "not_started"
-    MERGED = "merged"
-    CHATTERING = "chattering"
-    JUMP = "jump"
-    STICKING = "sticking"
-
-    @property
-    def sentence(self) -> str:
-        """What happened, and what to try."""
-        return _SENTENCES[self.value]
-
-
-_SENTENCES = {
-    "bound": "The branch reached the bound of the parameter; extend(bounds=...) goes on.",
-    "closed": "The branch came back to its first point: it is a closed loop and is listed once.",
-    "max_steps": "max_steps points were computed; extend(max_steps=...) goes on from here.",
-    "stopped": "The stop function returned true.",
-    "interrupted": "The trace was interrupted from the keyboard; the points so far are kept and extend() goes on.",
-    "ds_min": "The corrector failed, turned too much or jumped at every step down to ds_min; the branch may end, or "
-              "have a corner here. Try a smaller ds_min, other scales, or look at the last solution.",
-    "not_finite": "The residual or its Jacobian is NaN or infinite at every step down to ds_min; the branch reaches "
-                  "the edge of where the problem is defined. Set a bound before it.",
-    "singular": "The Jacobian has lost more than one rank and no single branch direction exists; perturb the start or "
-                "a second parameter.",
-    "exception": "The problem's own code raised at every step down to ds_min; the message names the exception.",
-    "no_successor": "The branch crossed the end of validity of its equations and no successor problem was offered, or "
-                    "the successor could not be started.",
-    "inadmissible": "The solutions beyond this point are not admissible and no monitor tells why.",
-    "hopf": "The orbit has shrunk onto an equilibrium, in a Hopf point: trace(find_equilibrium(...)) shows the branch of that.",
-    "cycle_end": "The orbit ends here: the motion that leads into the stick reaches the speed of the surface only just, and beyond "
-                 "this point not at all, though the stick still has a positive duration. No multiplier tends to 1, no other "
-                 "orbit meets this one, and none goes on.",
-    "not_started": "This direction was not asked for.",
-    "merged": "The motions of multiplied period become those of their parent here: the branch ends on it at its period "
-              "doubling or grazing; switch_branch gives the parent's other side.",
-    "jump": "However near to this point, motions beyond it depart from the periodic motion by a finite amount: the system is "
-            "not continuous here (static friction above kinetic, impacts of several masses at one instant), and the branch "
-            "ends.",
-    "sticking": "One way from here a contact slips, or its mass moves elsewhere; the other way it sticks all the time, anywhere in "
-                "an interval of positions. Here a slip has one direction only and lasts for nothing, and no single motion goes on. "
-                "find_orbit from a state at rest gives one of them.",
-    "chattering": "A complete chattering sequence no longer ends before its contact is released; beyond, the number of "
-                  "impacts grows without bound toward this point, and no single event sequence goes on.",
-}
+    BOUND = "bound", "The branch reached the bound of the parameter; extend(bounds=...) goes on."
+    CLOSED = "closed", "The branch came back to its first point: it is a closed loop and is listed once."
+    MAX_STEPS = "max_steps", "max_steps points were computed; extend(max_steps=...) goes on from here."
+    STOPPED = "stopped", "The stop function returned true."
+    INTERRUPTED = ("interrupted", "The trace was interrupted from the keyboard; the points so far are kept and "
+                                  "extend() goes on.")
+    DS_MIN = ("ds_min", "The corrector failed, turned too much or jumped at every step down to ds_min; the branch may "
+                        "end, or have a corner here. Try a smaller ds_min, other scales, or look at the last solution.")
+    NOT_FINITE = ("not_finite", "The residual or its Jacobian is NaN or infinite at every step down to ds_min; the "
+                                "branch reaches the edge of where the problem is defined. Set a bound before it.")
+    SINGULAR = ("singular", "The Jacobian has lost more than one rank and no single branch direction exists; perturb "
+                            "the start or a second parameter.")
+    EXCEPTION = ("exception", "The problem's own code raised at every step down to ds_min; the message names the "
+                              "exception.")
+    NO_SUCCESSOR = ("no_successor", "The branch crossed the end of validity of its equations and no successor problem "
+                                    "was offered, or the successor could not be started.")
+    CYCLE_END = ("cycle_end", "The orbit ends here: the motion that leads into the stick reaches the speed of the "
+                              "surface only just, and beyond this point not at all, though the stick still has a "
+                              "positive duration. No multiplier tends to 1, no other orbit meets this one, and none "
+                              "goes on.")
+    HOPF = ("hopf", "The orbit has shrunk onto an equilibrium, in a Hopf point: trace(find_equilibrium(...)) shows "
+                    "the branch of that.")
+    INADMISSIBLE = "inadmissible", "The solutions beyond this point are not admissible and no monitor tells why."
+    NOT_STARTED = "not_started", "This direction was not asked for."
+    MERGED = ("merged", "The motions of multiplied period become those of their parent here: the branch ends on it at "
+                        "its period doubling or grazing; switch_branch gives the parent's other side.")
+    CHATTERING = ("chattering", "A complete chattering sequence no longer ends before its contact is released; "
+                                "beyond, the number of impacts grows without bound toward this point, and no single "
+                                "event sequence goes on.")
+    JUMP = ("jump", "However near to this point, motions beyond it depart from the periodic motion by a finite "
+                    "amount: the system is not continuous here (static friction above kinetic, impacts of several "
+                    "masses at one instant), and the branch ends.")
+    STICKING = ("sticking", "One way from here a contact slips, or its mass moves elsewhere; the other way it sticks "
+                            "all the time, anywhere in an interval of positions. Here a slip has one direction only "
+                            "and lasts for nothing, and no single motion goes on. find_orbit from a state at rest "
+                            "gives one of them.")
 
 
 class ContinuationError(ValueError):

@@ -8,12 +8,12 @@ For one unstable multiplier lambda_u with left eigenvector f_u the gain lambda_u
 others; several unstable ones are placed at 0 together within their own left subspace (Ackermann 1972).
 """
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 from scipy.linalg import schur
 
 from ..elements.checks import choice, number
+from ..enumerations import DescribedEnum
 from ..orbits.find import find_orbit
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.sequence import AFTER, BEFORE, GUARD
@@ -27,17 +27,11 @@ WEAK = 1e-10  # part of its size along the unstable direction below which a para
 ON_EVENT = 1e-9  # periods
 
 
-class ControlStatus(StrEnum):
+class ControlStatus(DescribedEnum):
     """What a controller can do."""
 
-    READY = "ready"
-    STABLE_ALREADY = "stable_already"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {"ready": "The closed loop is stable near the orbit; simulate(...) shows it.",
-                "stable_already": "The orbit is stable without control: the gain is zero."}[self.value]
+    READY = "ready", "The closed loop is stable near the orbit; simulate(...) shows it."
+    STABLE_ALREADY = "stable_already", "The orbit is stable without control: the gain is zero."
 
 
 @dataclass(frozen=True)

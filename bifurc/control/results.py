@@ -5,6 +5,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import plotting
+from ..enumerations import DescribedEnum
 from ..orbits.orbit import PeriodicOrbit
 
 
@@ -16,28 +17,17 @@ class EndKind(StrEnum):
     OTHER = "other"
 
 
-class FeedbackStatus(StrEnum):
+class FeedbackStatus(DescribedEnum):
     """What was found about the gains."""
 
-    FOUND = "found"
-    EVERYWHERE = "everywhere"
-    NEVER_STABLE = "never_stable"
-    ODD_NUMBER = "odd_number"
-    DISPUTED = "disputed"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {
-            "found": "The orbit is stable for the gains in `intervals`.",
-            "everywhere": "The orbit is stable for all gains within the bounds; wider bounds may show an end.",
-            "never_stable": "No gain within the bounds makes the orbit stable. Try wider bounds, the other quantity, another row, "
-                            "or memory (extended feedback).",
-            "odd_number": "The orbit has an odd number of real multipliers above 1: no delayed feedback of this kind can make it "
-                          "stable (Nakajima 1997). Use ogy, which has no such limit.",
-            "disputed": "Two methods disagree about the number of unstable multipliers inside an interval: do not rely on it; try "
-                        "narrower bounds.",
-        }[self.value]
+    FOUND = "found", "The orbit is stable for the gains in `intervals`."
+    EVERYWHERE = "everywhere", "The orbit is stable for all gains within the bounds; wider bounds may show an end."
+    NEVER_STABLE = ("never_stable", "No gain within the bounds makes the orbit stable. Try wider bounds, the other "
+                                    "quantity, another row, or memory (extended feedback).")
+    ODD_NUMBER = ("odd_number", "The orbit has an odd number of real multipliers above 1: no delayed feedback of this "
+                                "kind can make it stable (Nakajima 1997). Use ogy, which has no such limit.")
+    DISPUTED = ("disputed", "Two methods disagree about the number of unstable multipliers inside an interval: do not "
+                            "rely on it; try narrower bounds.")
 
 
 @dataclass(frozen=True)

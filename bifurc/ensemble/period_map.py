@@ -3,11 +3,11 @@
 Everything that works on section points (cell mapping, bifurcation diagrams, edge tracking) goes through `PeriodMap`;
 which kernel it takes is decided once, from the structure of the scene, and can be read in `PeriodMap.kernel`.
 """
-from enum import StrEnum
 
 import numpy as np
 
 from ..compose.scene import Scene, scene_of
+from ..enumerations import DescribedEnum
 from ..system import System
 from .marcher import Images, Marcher
 from .outcomes import REACHED
@@ -15,28 +15,16 @@ from .outcomes import REACHED
 MAPPED = REACHED  # outcome of a start that was carried through all its periods; the other codes are those of `CellState`
 
 
-class Kernel(StrEnum):
+class Kernel(DescribedEnum):
     """How starts are carried over a forcing period."""
 
-    BATCH = "batch"
-    SMOOTH = "smooth"
-    SCALAR = "scalar"
-    SIMULATION = "simulation"
-
-    @property
-    def sentence(self) -> str:
-        """What it is, and for which scenes."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    Kernel.BATCH: "Hundreds of starts side by side, events on compacted lists with proof, everything else (grazes, repeated "
-                  "impacts, rest) by the scalar integrator: one to three degrees of freedom, affine modes without memory.",
-    Kernel.SMOOTH: "Hundreds of starts side by side by Runge-Kutta steps, as many as the measured error asks for: one degree of "
-                   "freedom, smooth laws.",
-    Kernel.SCALAR: "One start after the other on the certified event march: any scene of affine modes.",
-    Kernel.SIMULATION: "One start after the other by simulation: scenes with laws that are not affine.",
-}
+    BATCH = ("batch", "Hundreds of starts side by side, events on compacted lists with proof, everything else "
+                      "(grazes, repeated impacts, rest) by the scalar integrator: one to three degrees of freedom, "
+                      "affine modes without memory.")
+    SMOOTH = ("smooth", "Hundreds of starts side by side by Runge-Kutta steps, as many as the measured error asks "
+                        "for: one degree of freedom, smooth laws.")
+    SCALAR = "scalar", "One start after the other on the certified event march: any scene of affine modes."
+    SIMULATION = "simulation", "One start after the other by simulation: scenes with laws that are not affine."
 
 
 class PeriodMap:

@@ -8,7 +8,6 @@ One file, because events, candidates and sums of harmonics of one march stand on
 """
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from ..elements.checks import whole
 from ..elements.driven import Driven
 from ..elements.local import Frame, affine
 from ..elements.mode import Slaved
+from ..enumerations import DescribedEnum
 from ..notebook import Notebook
 from ..system import System, require_system
 from .periodic import NOISE, derivative, extrema, first_zero, product_integral, sign_after, states
@@ -27,26 +27,14 @@ SAME = 1e-12  # of the motion: memories that differ by less after a period are t
 EVENTS = 200  # a period and slider, at most
 
 
-class LoopStatus(StrEnum):
+class LoopStatus(DescribedEnum):
     """How the march to a periodic loop ended."""
 
-    PERIODIC = "periodic"
-    NOT_SETTLED = "not_settled"
-    TOO_MANY_EVENTS = "too_many_events"
-    INCONSISTENT = "inconsistent"
-
-    @property
-    def sentence(self) -> str:
-        """What it means and what to try."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    LoopStatus.PERIODIC: "The loop repeats itself.",
-    LoopStatus.NOT_SETTLED: "The memory still changes from period to period; raise max_periods.",
-    LoopStatus.TOO_MANY_EVENTS: "There are more events a period than expected; the element may switch without end.",
-    LoopStatus.INCONSISTENT: "No mode of the element may follow this event; its guards leave a gap.",
-}
+    PERIODIC = "periodic", "The loop repeats itself."
+    NOT_SETTLED = "not_settled", "The memory still changes from period to period; raise max_periods."
+    TOO_MANY_EVENTS = ("too_many_events", "There are more events a period than expected; the element may switch "
+                                          "without end.")
+    INCONSISTENT = "inconsistent", "No mode of the element may follow this event; its guards leave a gap."
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ Eigenvalues are those of the motion that the mode allows, on the states modulo a
 One file, because the equilibrium tells its guards, modes and eigenvalues by the conditions that the search solves.
 """
 import functools
-from enum import StrEnum
 
 import numpy as np
 
 from ..compose.scene import Scene, scene_of
+from ..enumerations import DescribedEnum
 from ..flow import settle
 from ..flow.linear import ModeField
 from ..motion import Motion
@@ -34,25 +34,16 @@ NEUTRAL = 1e-10  # of the largest eigenvalue: a real part that is none
 MODES = 64  # tried at most
 
 
-class EquilibriumStatus(StrEnum):
+class EquilibriumStatus(DescribedEnum):
     """How an equilibrium is to be taken."""
 
-    CONVERGED = "converged"
-    CONTINUUM = "continuum"
-    INADMISSIBLE = "inadmissible"
-    NOT_FOUND = "not_found"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {
-            "converged": "All forces are in balance, and no contact is beyond its limits.",
-            "continuum": "All forces are in balance; the equilibrium is one of a continuum, the one nearest to the guess.",
-            "inadmissible": "The forces are in balance only with a contact beyond its limits: it is no state of rest of the "
-                            "system. There may be none, or another one; give another guess.",
-            "not_found": "No state of rest was found: in no mode of the contacts that was tried are the forces in balance. A belt "
-                         "that only drags, or a constant load on a free mass, allows none.",
-        }[self.value]
+    CONVERGED = "converged", "All forces are in balance, and no contact is beyond its limits."
+    CONTINUUM = ("continuum", "All forces are in balance; the equilibrium is one of a continuum, the one nearest to "
+                              "the guess.")
+    INADMISSIBLE = ("inadmissible", "The forces are in balance only with a contact beyond its limits: it is no state "
+                                    "of rest of the system. There may be none, or another one; give another guess.")
+    NOT_FOUND = ("not_found", "No state of rest was found: in no mode of the contacts that was tried are the forces "
+                              "in balance. A belt that only drags, or a constant load on a free mass, allows none.")
 
 
 class Equilibrium(Notebook, Motion):

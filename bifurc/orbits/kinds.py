@@ -1,35 +1,24 @@
 """States of an orbit: an enumeration whose members are also sentences."""
-from enum import StrEnum
+from ..enumerations import DescribedEnum
 
 
-class OrbitStatus(StrEnum):
+class OrbitStatus(DescribedEnum):
     """How an orbit is to be taken."""
 
-    CONVERGED = "converged"
-    INADMISSIBLE = "inadmissible"
-    NOT_CONVERGED = "not_converged"
-    NOT_FOUND = "not_found"
-    NOT_SYMMETRIC = "not_symmetric"
-    AT_REST = "at_rest"
-    CONCENTRIC = "concentric"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {
-            "converged": "The orbit closes to rounding and every segment was audited.",
-            "inadmissible": "The equations of this event sequence are solved, but a segment passes through a surface or an event "
-                            "has negative speed: it is no motion of the system. Simulate from its state for a new sequence.",
-            "not_converged": "Newton did not converge from this guess. Give a guess closer to the orbit, another number of "
-                             "periods, or let guess=None simulate.",
-            "not_symmetric": "The orbit found lacks the symmetry y(t + period/2) = -y(t) that closure = -1 asks for. Give a guess "
-                             "near a symmetric orbit.",
-            "at_rest": "The motion of this system, which has no excitation, comes to rest: find_equilibrium gives the state. An "
-                       "orbit that coexists needs a guess beyond its basin boundary.",
-            "concentric": "No direction is special in this system, so that a motion that rubs part of the time has no isolated "
-                          "orbit over whole forcing periods: it is a torus here. In coordinates that turn with the spin it is an "
-                          "orbit, and synchronous rub an equilibrium: use bifurc.systems.rotating_frame_rotor, or give the "
-                          "system an offset or gravity.",
-            "not_found": "The simulated motion did not settle on a periodic orbit within the limit; it may be chaotic, quasi-"
-                         "periodic or slow. Raise transient or periods, or look at lyapunov_exponents.",
-        }[self.value]
+    CONVERGED = "converged", "The orbit closes to rounding and every segment was audited."
+    INADMISSIBLE = ("inadmissible", "The equations of this event sequence are solved, but a segment passes through a "
+                                    "surface or an event has negative speed: it is no motion of the system. Simulate "
+                                    "from its state for a new sequence.")
+    NOT_CONVERGED = ("not_converged", "Newton did not converge from this guess. Give a guess closer to the orbit, "
+                                      "another number of periods, or let guess=None simulate.")
+    NOT_FOUND = ("not_found", "The simulated motion did not settle on a periodic orbit within the limit; it may be "
+                              "chaotic, quasi-periodic or slow. Raise transient or periods, or look at "
+                              "lyapunov_exponents.")
+    NOT_SYMMETRIC = ("not_symmetric", "The orbit found lacks the symmetry y(t + period/2) = -y(t) that closure = -1 "
+                                      "asks for. Give a guess near a symmetric orbit.")
+    AT_REST = ("at_rest", "The motion of this system, which has no excitation, comes to rest: find_equilibrium gives "
+                          "the state. An orbit that coexists needs a guess beyond its basin boundary.")
+    CONCENTRIC = ("concentric", "No direction is special in this system, so that a motion that rubs part of the time "
+                                "has no isolated orbit over whole forcing periods: it is a torus here. In coordinates "
+                                "that turn with the spin it is an orbit, and synchronous rub an equilibrium: use "
+                                "bifurc.systems.rotating_frame_rotor, or give the system an offset or gravity.")

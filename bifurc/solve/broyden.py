@@ -8,10 +8,11 @@ is no convergence.  Where the residual no longer falls the Jacobian is computed 
 says so.
 """
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 import scipy.linalg
+
+from ..enumerations import DescribedEnum
 
 TOLERANCE = 1e-12  # of the residual over its size at the guess, or over the natural size that is given
 ITERATIONS = 400
@@ -23,29 +24,17 @@ GROWTH = 10.0  # a step may raise the residual by this before it is halved
 STEP = 1e-7  # of differences, over the natural size of the unknowns
 
 
-class BroydenStatus(StrEnum):
+class BroydenStatus(DescribedEnum):
     """How the iteration ended."""
 
-    CONVERGED = "converged"
-    STALLED = "stalled"
-    SINGULAR = "singular"
-    NOT_FINITE = "not_finite"
-    ITERATIONS = "iterations"
-    FALSE_CONVERGENCE = "false_convergence"
-
-    @property
-    def sentence(self) -> str:
-        """What happened, and what to try."""
-        return {
-            "converged": "The residual is below the tolerance.",
-            "stalled": "The residual no longer falls, not even with a new Jacobian; start closer, or use Newton's method with the "
-                       "exact Jacobian.",
-            "singular": "The Jacobian is singular; start elsewhere, or give another first Jacobian.",
-            "not_finite": "The residual is NaN or infinite at the guess; start closer to the solution.",
-            "iterations": "The iteration limit was reached; start closer or allow more iterations.",
-            "false_convergence": "The increment is small, but the residual is not: this is no solution. Stop on the residual "
-                                 "instead (increment=None).",
-        }[self.value]
+    CONVERGED = "converged", "The residual is below the tolerance."
+    STALLED = ("stalled", "The residual no longer falls, not even with a new Jacobian; start closer, or use Newton's "
+                          "method with the exact Jacobian.")
+    SINGULAR = "singular", "The Jacobian is singular; start elsewhere, or give another first Jacobian."
+    NOT_FINITE = "not_finite", "The residual is NaN or infinite at the guess; start closer to the solution."
+    ITERATIONS = "iterations", "The iteration limit was reached; start closer or allow more iterations."
+    FALSE_CONVERGENCE = ("false_convergence", "The increment is small, but the residual is not: this is no solution. "
+                                              "Stop on the residual instead (increment=None).")
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,35 +5,24 @@ iteration converges quadratically.  It ends when the correction is at rounding l
 in the solution, when the residual is.
 """
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
+from ..enumerations import DescribedEnum
 from .bordered import factor, solve_factored
 
 ITERATIONS = 50
 SMALLEST_DAMPING = 1.0 / 1024.0
 
 
-class NewtonStatus(StrEnum):
+class NewtonStatus(DescribedEnum):
     """How the iteration ended."""
 
-    CONVERGED = "converged"
-    SINGULAR = "singular"
-    NOT_FINITE = "not_finite"
-    STUCK = "stuck"
-    ITERATIONS = "iterations"
-
-    @property
-    def sentence(self) -> str:
-        """What happened, and what to try."""
-        return {
-            "converged": "The correction is at rounding level.",
-            "singular": "The Jacobian is singular on the way; start elsewhere, or border it near a fold.",
-            "not_finite": "The residual is NaN or infinite; start closer to the solution.",
-            "stuck": "No damped step reduces the correction; the guess is probably not near a solution.",
-            "iterations": "The iteration limit was reached; start closer or allow more iterations.",
-        }[self.value]
+    CONVERGED = "converged", "The correction is at rounding level."
+    SINGULAR = "singular", "The Jacobian is singular on the way; start elsewhere, or border it near a fold."
+    NOT_FINITE = "not_finite", "The residual is NaN or infinite; start closer to the solution."
+    STUCK = "stuck", "No damped step reduces the correction; the guess is probably not near a solution."
+    ITERATIONS = "iterations", "The iteration limit was reached; start closer or allow more iterations."
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,6 @@
 J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96 (2006) 174101.
 """
 from collections.abc import Sequence
-from enum import StrEnum
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -11,6 +10,7 @@ from scipy.spatial import cKDTree
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.period_map import MAPPED, PeriodMap
+from ...enumerations import DescribedEnum
 from ...flow.simulate import simulate
 from ...orbits.forced import finished, from_motion
 from ...orbits.orbit import PeriodicOrbit
@@ -27,29 +27,17 @@ NEAR = 0.03  # scaled distance of the saddle from the motion that led to it
 JUMP = 0.05  # scaled distance of images of starts TIGHT apart that no slope explains: the map is broken there
 
 
-class EdgeStatus(StrEnum):
+class EdgeStatus(DescribedEnum):
     """What the search on a boundary came to."""
 
-    SADDLE = "saddle"
-    NO_BOUNDARY = "no_boundary"
-    THIRD_BASIN = "third_basin"
-    NO_RETURN = "no_return"
-    BROKEN = "broken"
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to try."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    EdgeStatus.SADDLE: "The motion on the boundary settles on an unstable orbit, which Newton found.",
-    EdgeStatus.NO_BOUNDARY: "The two basins have no cells in the map; widen its grid, or choose another pair.",
-    EdgeStatus.THIRD_BASIN: "Other basins lie between the two wherever they come near each other; choose a pair with one of them.",
-    EdgeStatus.NO_RETURN: "The motion on the boundary did not return to itself: it is chaotic or slow; raise max_periods.",
-    EdgeStatus.BROKEN: "Starts on both sides that are as close as numbers allow part at once: the map jumps there, and no motion "
-                       "stays on the boundary; choose another start.",
-}
+    SADDLE = "saddle", "The motion on the boundary settles on an unstable orbit, which Newton found."
+    NO_BOUNDARY = "no_boundary", "The two basins have no cells in the map; widen its grid, or choose another pair."
+    THIRD_BASIN = ("third_basin", "Other basins lie between the two wherever they come near each other; choose a pair "
+                                  "with one of them.")
+    NO_RETURN = ("no_return", "The motion on the boundary did not return to itself: it is chaotic or slow; raise "
+                              "max_periods.")
+    BROKEN = ("broken", "Starts on both sides that are as close as numbers allow part at once: the map jumps there, "
+                        "and no motion stays on the boundary; choose another start.")
 
 
 class Search:

@@ -3,7 +3,6 @@
 One file, because it is one result with the small records that its questions return.
 """
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,6 +13,7 @@ from scipy.stats import beta
 from ... import io, plotting
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
+from ...enumerations import DescribedEnum
 from ...notebook import Notebook
 from ...orbits.find import find_orbit
 from ...system import System
@@ -24,57 +24,31 @@ from .generalized import components, solved, stationary
 from .morse import morse_graph
 
 
-class GroupKind(StrEnum):
+class GroupKind(DescribedEnum):
     """What a group of cells is."""
 
-    PERIODIC = "periodic"
-    CHAOTIC = "chaotic"
-    MERGED = "merged"
-    SPURIOUS = "spurious"
-    UNCONFIRMED = "unconfirmed"
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to try."""
-        return _GROUPS[self]
+    PERIODIC = "periodic", "A periodic attractor lies here; Newton on the map confirmed it."
+    CHAOTIC = "chaotic", "A chaotic attractor lies here; its largest exponent is positive by four standard errors."
+    MERGED = ("merged", "Motions from its cells reach several attractors: the cells are too large, or too few points "
+                        "a cell tell them apart; take smaller cells or more periods a mapping.")
+    SPURIOUS = ("spurious", "The cells map to each other but the motion is no such cycle: no attractor. Its cells are "
+                            "given to the attractor that the motion reaches; take smaller cells or more periods a "
+                            "mapping.")
+    UNCONFIRMED = "unconfirmed", "The motion settled on nothing that could be confirmed; look at it with simulate."
 
 
-_GROUPS = {
-    GroupKind.PERIODIC: "A periodic attractor lies here; Newton on the map confirmed it.",
-    GroupKind.CHAOTIC: "A chaotic attractor lies here; its largest exponent is positive by four standard errors.",
-    GroupKind.MERGED: "Motions from its cells reach several attractors: the cells are too large, or too few points a cell tell "
-                      "them apart; take smaller cells or more periods a mapping.",
-    GroupKind.SPURIOUS: "The cells map to each other but the motion is no such cycle: no attractor. Its cells are given to the "
-                        "attractor that the motion reaches; take smaller cells or more periods a mapping.",
-    GroupKind.UNCONFIRMED: "The motion settled on nothing that could be confirmed; look at it with simulate.",
-}
-
-
-class CellFate(StrEnum):
+class CellFate(DescribedEnum):
     """What became of a cell; the position in ``tuple(CellFate)`` is the code in `CellMap.fates`."""
 
-    ATTRACTED = "attracted"
-    UNRESOLVED = "unresolved"
-    LEFT = "left"
-    OUTSIDE = "outside"
+    ATTRACTED = "attracted", "The cell leads to a group that is given to a confirmed attractor."
+    UNRESOLVED = "unresolved", "The cell leads to a group in which no attractor could be confirmed."
+    LEFT = "left", "The cell leads out of the grid, or to infinity; enlarge the grid, or take more periods a mapping."
+    OUTSIDE = "outside", "The cell lies beyond a rigid stop and no motion arrives in it: it is no start."
 
     @property
     def code(self) -> int:
         """Position of the fate."""
         return list(CellFate).index(self)
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to try."""
-        return _FATES[self]
-
-
-_FATES = {
-    CellFate.ATTRACTED: "The cell leads to a group that is given to a confirmed attractor.",
-    CellFate.UNRESOLVED: "The cell leads to a group in which no attractor could be confirmed.",
-    CellFate.LEFT: "The cell leads out of the grid, or to infinity; enlarge the grid, or take more periods a mapping.",
-    CellFate.OUTSIDE: "The cell lies beyond a rigid stop and no motion arrives in it: it is no start.",
-}
 
 
 class Group(NamedTuple):

@@ -6,7 +6,6 @@ step that end nowhere near a found boundary are missed: how many is measured on 
 """
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import partial
 
 import numpy as np
@@ -17,6 +16,7 @@ from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.marcher import Cells, Marcher
 from ...ensemble.outcomes import REACHED, UNSETTLED, coded
+from ...enumerations import DescribedEnum
 from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
@@ -32,25 +32,13 @@ PAYS = 0.6  # predicted share of evaluations up to which refinement is worth its
 CHECKED = 0.005  # of the cells are looked at again as seeds of missed tongues, and as many to count what is still missed
 
 
-class RefinementStatus(StrEnum):
+class RefinementStatus(DescribedEnum):
     """Whether a map was refined."""
 
-    REFINED = "refined"
-    DECLINED = "declined"
-    NOT_DIVISIBLE = "not_divisible"
-
-    @property
-    def sentence(self) -> str:
-        """What it means."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    RefinementStatus.REFINED: "Cells far from boundaries inherited their labels.",
-    RefinementStatus.DECLINED: "Every cell was labelled: so many cells lie beside a boundary that refinement would not pay.",
-    RefinementStatus.NOT_DIVISIBLE: "Every cell was labelled: the numbers of cells cannot be halved down to a coarse lattice; "
-                                    "write multiples of 8, and at least 192 cells a side.",
-}
+    REFINED = "refined", "Cells far from boundaries inherited their labels."
+    DECLINED = "declined", "Every cell was labelled: so many cells lie beside a boundary that refinement would not pay."
+    NOT_DIVISIBLE = ("not_divisible", "Every cell was labelled: the numbers of cells cannot be halved down to a "
+                                      "coarse lattice; write multiples of 8, and at least 192 cells a side.")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,41 +1,27 @@
 """How far a basin map can be trusted: how many labels its errors may change, and the errors of the fractions."""
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter
 
 from ...ensemble.outcomes import DIVERGED
+from ...enumerations import DescribedEnum
 from .label_noise import ROUNDING
 
 FEW = 1e-3  # expected share of wrong labels up to which single cells are spoken of
 MANY = 0.01  # share of starts without a label above which that comes first
 
 
-class TrustKind(StrEnum):
+class TrustKind(DescribedEnum):
     """What a basin map can promise."""
 
-    CELLS = "cells"
-    MOST_CELLS = "most_cells"
-    FRACTIONS = "fractions"
-    UNRESOLVED = "unresolved"
-    NO_STARTS = "no_starts"
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to do."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    TrustKind.CELLS: "Every label can be trusted: the error of the computed motion is expected to change none.",
-    TrustKind.MOST_CELLS: "Labels can be trusted but for a few beside boundaries.",
-    TrustKind.FRACTIONS: "No single label is promised: the boundary is so intricate that errors of the computed motion decide; the "
-                         "fractions hold.",
-    TrustKind.UNRESOLVED: "Many starts have no label: where they lead is unknown, and fractions of basins are lower bounds; "
-                          "raise max_periods or max_events, or look at the states of the cells.",
-    TrustKind.NO_STARTS: "No cell of the grid is a start: all lie beyond a stop; there is nothing to trust.",
-}
+    CELLS = "cells", "Every label can be trusted: the error of the computed motion is expected to change none."
+    MOST_CELLS = "most_cells", "Labels can be trusted but for a few beside boundaries."
+    FRACTIONS = ("fractions", "No single label is promised: the boundary is so intricate that errors of the computed "
+                              "motion decide; the fractions hold.")
+    UNRESOLVED = ("unresolved", "Many starts have no label: where they lead is unknown, and fractions of basins are "
+                                "lower bounds; raise max_periods or max_events, or look at the states of the cells.")
+    NO_STARTS = "no_starts", "No cell of the grid is a start: all lie beyond a stop; there is nothing to trust."
 
 
 class Trust(NamedTuple):

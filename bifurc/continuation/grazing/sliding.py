@@ -12,34 +12,25 @@ References
 ----------
 M. di Bernardo, C. Budd, A. Champneys, P. Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapter 8.
 """
-from enum import StrEnum
 
 import numpy as np
 
+from ...enumerations import DescribedEnum
 from ...orbits import sequence
 from ...orbits.sequence import AFTER, BEFORE, GUARD
 from ..kinds import SpecialPointKind
 from ..shooting.vanishing import listed_speeds
 
 
-class SlidingClass(StrEnum):
+class SlidingClass(DescribedEnum):
     """Which of the four sliding bifurcations a change of stick and slip is."""
 
-    CROSSING = "crossing_sliding"
-    GRAZING = "grazing_sliding"
-    SWITCHING = "switching_sliding"
-    ADDING = "adding_sliding"
-
-    @property
-    def sentence(self) -> str:
-        """What happens."""
-        return {"crossing_sliding": "The orbit crosses zero relative speed at the limit of stick: a short stick is born in the "
-                                    "reversal.",
-                "grazing_sliding": "The sliding orbit touches zero relative speed: a short stick is born, the sliding goes on in "
-                                   "the same direction.",
-                "switching_sliding": "Stick begins at its limit: a short slip to the other side comes before it.",
-                "adding_sliding": "The friction force touches its limit within a stick: a short slip divides it in two.",
-                }[self.value]
+    CROSSING = ("crossing_sliding", "The orbit crosses zero relative speed at the limit of stick: a short stick is "
+                                    "born in the reversal.")
+    GRAZING = ("grazing_sliding", "The sliding orbit touches zero relative speed: a short stick is born, the sliding "
+                                  "goes on in the same direction.")
+    SWITCHING = "switching_sliding", "Stick begins at its limit: a short slip to the other side comes before it."
+    ADDING = "adding_sliding", "The friction force touches its limit within a stick: a short slip divides it in two."
 
 
 NEAR = 1e-7  # scaled duration of an interval that vanishes

@@ -1,29 +1,23 @@
 """Cycles of maps: one unknown point a period, in the coordinates of its piece, solved together by Newton's method."""
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
+
+from ...enumerations import DescribedEnum
 
 SETTLE = 2000  # iterations from the origin before a cycle is looked for
 MAX_ITERATIONS = 60
 TOLERANCE = 1e-14
 
 
-class MapOrbitStatus(StrEnum):
+class MapOrbitStatus(DescribedEnum):
     """How a cycle is to be taken."""
 
-    CONVERGED = "converged"
-    NOT_CONVERGED = "not_converged"
-    INADMISSIBLE = "inadmissible"
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to try."""
-        return {"converged": "The equations hold to rounding and every point lies in its piece.",
-                "not_converged": "Newton's method did not settle; try another guess or itinerary.",
-                "inadmissible": "The equations hold, but a point lies outside the piece whose formula was used: this is no cycle "
-                                "of the map."}[self.value]
+    CONVERGED = "converged", "The equations hold to rounding and every point lies in its piece."
+    NOT_CONVERGED = "not_converged", "Newton's method did not settle; try another guess or itinerary."
+    INADMISSIBLE = ("inadmissible", "The equations hold, but a point lies outside the piece whose formula was used: "
+                                    "this is no cycle of the map.")
 
 
 @dataclass(frozen=True, eq=False)

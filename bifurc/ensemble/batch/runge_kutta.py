@@ -4,23 +4,18 @@ With the stages' velocities V_i = v + h sum_j a_ij f_j put into X_i = x + h sum_
 
     X_i = x + c_i h v + h^2 sum_j (a^2)_ij f_j,    x(h) = x + h v + h^2 sum_j (b a)_j f_j,    v(h) = v + h sum_j b_j f_j.
 """
-from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from ...enumerations import DescribedEnum
 
-class Method(StrEnum):
+
+class Method(DescribedEnum):
     """Which method carries smooth fields."""
 
-    RK4 = "rk4"
-    RK8 = "rk8"
-
-    @property
-    def sentence(self) -> str:
-        """What it is."""
-        return {Method.RK4: "Classical Runge-Kutta method, 4 stages, order 4.",
-                Method.RK8: "Method of Dormand and Prince, 12 stages, order 8."}[self]
+    RK4 = "rk4", "Classical Runge-Kutta method, 4 stages, order 4."
+    RK8 = "rk8", "Method of Dormand and Prince, 12 stages, order 8."
 
 
 class Nystrom(NamedTuple):

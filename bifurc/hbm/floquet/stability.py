@@ -2,10 +2,10 @@
 
 Memory that is never written in a period is a parameter of a family of motions, not a state: its +1 is left out.
 """
-from enum import StrEnum
 
 import numpy as np
 
+from ...enumerations import DescribedEnum
 from ..balance import Balance
 from ..laws import compiled
 from ..parts import views
@@ -17,24 +17,16 @@ LEAST_LAW_STEPS = 96
 MOST = 1 << 23  # numbers of the matrices of a branch that are held at once
 
 
-class StabilityStatus(StrEnum):
+class StabilityStatus(DescribedEnum):
     """Whether multipliers of a harmonic motion are known."""
 
-    KNOWN = "known"
-    SET_VALUED = "set_valued"
-    NOT_FOLLOWED = "not_followed"
-    GRAZING = "grazing"
-
-    @property
-    def sentence(self) -> str:
-        """What the status means, and what to try."""
-        return {
-            "known": "The multipliers are those of the equations linearised along the harmonic motion.",
-            "set_valued": "Friction of this scene is set-valued: its stick is a constraint, which the balance only approximates. "
-                          "Polish the motion with find_orbit(system, guess=orbit) and take the multipliers of that.",
-            "not_followed": "The contacts could not be followed along the motion, so that their modes are not known.",
-            "grazing": "An event only touches along this motion: there the linearisation has no finite limit.",
-        }[self.value]
+    KNOWN = "known", "The multipliers are those of the equations linearised along the harmonic motion."
+    SET_VALUED = ("set_valued", "Friction of this scene is set-valued: its stick is a constraint, which the balance "
+                                "only approximates. Polish the motion with find_orbit(system, guess=orbit) and take "
+                                "the multipliers of that.")
+    NOT_FOLLOWED = ("not_followed", "The contacts could not be followed along the motion, so that their modes are not "
+                                    "known.")
+    GRAZING = "grazing", "An event only touches along this motion: there the linearisation has no finite limit."
 
 
 def multipliers_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.ndarray]:

@@ -1,39 +1,27 @@
 """Contacts, linear part, residual and Jacobian of a balance with set-valued friction, and what solving it returns."""
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 
+from ...enumerations import DescribedEnum
 from ..layout import Layout
 from .sign_pattern import Pattern, added, derivative_matrix, pattern
 
 
-class SetValuedStatus(StrEnum):
+class SetValuedStatus(DescribedEnum):
     """How the solution of a balance with set-valued friction ended."""
 
-    CONVERGED = "converged"
-    RESTS = "rests"
-    HELD = "held"
-    SINGULAR = "singular"
-    NOT_FINITE = "not_finite"
-    STUCK = "stuck"
-
-    @property
-    def sentence(self) -> str:
-        """What it means, and what to try."""
-        return {
-            "converged": "The balance is solved with the set-valued law; the residual is at rounding level.",
-            "rests": "No contact ever slips: the load stays within the friction limits, and the position is arbitrary within an "
-                     "interval.",
-            "held": "Within the kept harmonics friction holds every contact, although the load exceeds the limits: the true "
-                    "motion slips briefly. Give more harmonics, or polish with find_orbit(system, guess=...).",
-            "singular": "The Jacobian is singular: the linear part has a free motion that friction does not see. Add damping, or "
-                        "stiffness.",
-            "not_finite": "The residual is NaN or infinite; check the forces.",
-            "stuck": "No damped step reduces the residual at some width of the regularisation; give more harmonics, or another "
-                     "start.",
-        }[self.value]
+    CONVERGED = "converged", "The balance is solved with the set-valued law; the residual is at rounding level."
+    RESTS = ("rests", "No contact ever slips: the load stays within the friction limits, and the position is "
+                      "arbitrary within an interval.")
+    HELD = ("held", "Within the kept harmonics friction holds every contact, although the load exceeds the limits: "
+                    "the true motion slips briefly. Give more harmonics, or polish with find_orbit(system, guess=...).")
+    SINGULAR = ("singular", "The Jacobian is singular: the linear part has a free motion that friction does not see. "
+                            "Add damping, or stiffness.")
+    NOT_FINITE = "not_finite", "The residual is NaN or infinite; check the forces."
+    STUCK = ("stuck", "No damped step reduces the residual at some width of the regularisation; give more harmonics, "
+                      "or another start.")
 
 
 @dataclass(frozen=True)
