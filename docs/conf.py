@@ -55,7 +55,7 @@ PARTS = {
     "bifurc.flow.hysteresis": ("Hysteresis", "Loop", "LoopEvent"), "bifurc.orbits.lyapunov": ("LyapunovExponents",),
     "bifurc.orbits.equilibrium": ("EquilibriumStatus",), "bifurc.hbm.status": ("BalanceStatus",),
     "bifurc.continuation.audit": ("Audit",), "bifurc.continuation.resimulation": ("Resimulated",),
-    "bifurc.basins.maps.reliability": ("Trust", "TrustKind"), "bifurc.basins.maps.entropy": ("BasinEntropy",),
+    "bifurc.basins.maps.reliability": ("Reliability", "ReliabilityKind"), "bifurc.basins.maps.entropy": ("BasinEntropy",),
     "bifurc.basins.maps.uncertainty_exponent": ("Uncertainty",), "bifurc.structure.reduction": ("Reduction",),
 }
 

@@ -69,7 +69,7 @@ def report(found: dict[str, Noise]) -> str:
     for name, item in found.items():
         entropy = item.basins.entropy()
         rows.append((name, item.predicted, item.rescaled, item.moved, f"{item.exponent:.3f} +- {item.error:.3f}", entropy.basin,
-                     entropy.boundary, str(item.basins.trust.kind)))
+                     entropy.boundary, str(item.basins.reliability.kind)))
     return table("fraction of labels that rounding decides",
                  ("problem", "predicted", "lengths x 3", "starts + 1 ulp", "uncertainty exponent", "basin entropy",
                   "boundary entropy", "promise"), rows)

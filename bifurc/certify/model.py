@@ -10,7 +10,7 @@ from collections.abc import Hashable, Iterable
 from dataclasses import fields
 from typing import Any, NamedTuple
 
-from ..elements import Guard, Hold, Law, Mode, Rate, Restitution, Rows, Slaved
+from ..elements import Algebraic, Guard, Hold, Law, Mode, Rate, Restitution, Rows
 from ..elements.local import affine
 from ..system import System
 from .balls import Recorder
@@ -155,7 +155,7 @@ class Model:
                  for hold in mode.hold]
         memory = []
         for item in mode.memory:
-            if item is not None and not isinstance(item, (Slaved, Rate)):
+            if item is not None and not isinstance(item, (Algebraic, Rate)):
                 raise Refused(f"the memory {item!r} of {name} is neither frozen, nor algebraic, nor a rate")
             memory.append(None if item is None else (type(item), self._read(item.value)))
         return {"force": [self._read(entry) for entry in mode.entries], "guards": guards, "holds": holds, "memory": memory}
@@ -296,7 +296,7 @@ class Model:
 
     def writes(self, element: int, key) -> bool:
         """Return whether an element has memory that is written when it leaves a mode."""
-        return any(item is not None and item[0] is Slaved for item in self._modes[element, key]["memory"])
+        return any(item is not None and item[0] is Algebraic for item in self._modes[element, key]["memory"])
 
     def guard(self, keys: tuple, element: int, number: int) -> GuardRow:
         """Return a guard of a mode by its owner and its number there."""
@@ -318,7 +318,7 @@ class Model:
                 R[n + i] = [a - (self.one + ratio) * b for a, b in zip(R[n + i], impulse[i], strict=True)]
         local = self._local(element)
         for i, item in enumerate(mode["memory"]):
-            if item is not None and item[0] is Slaved:
+            if item is not None and item[0] is Algebraic:
                 R[self.slices[element].start + i] = self._row(item[1], local)
         return self._matrix(R)
 

@@ -97,7 +97,7 @@ def basin_table(basins: Any) -> str:
         fraction = basins.fractions.get(label, 0.0)
         lines.append(f"{label:>5}  {bf.plotting.describe(attractor):<24}{fraction:>10.6f}  {words}")
     lines.append(f"{-1:>5}  {'unresolved':<24}{basins.fractions.get(-1, 0.0):>10.6f}")
-    lines.append(basins.trust.statement)
+    lines.append(basins.reliability.statement)
     entropy = basins.entropy()
     if entropy.mixed:
         lines.append(f"basin entropy {entropy.basin:.4f}, boundary entropy {entropy.boundary:.4f} "
@@ -108,7 +108,7 @@ def basin_table(basins: Any) -> str:
 def saddles(basins: Any) -> list:
     """Return the edge states between the first few basins, where the boundary is smooth enough to be followed."""
     count = min(len(basins.attractors), LARGEST)
-    if basins.trust.kind == "fractions":
+    if basins.reliability.kind == "fractions":
         return []
     return [bf.edge_state(basins, (a, b)) for a in range(count) for b in range(a + 1, count)]
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Affine, Circle, Frame, Guard, Law, Mode, Rate, Slaved
+from ..elements import Affine, Algebraic, Circle, Frame, Guard, Law, Mode, Rate
 from ..system import System
 from . import pieces as parts
 from .pieces import Piece, SceneLaw
@@ -150,14 +150,14 @@ class Packer:
                 raise ValueError(f"{name}: the kick {guard.kick!r} is not affine in the speeds; "
                                  "only affine ones on straight sites can be composed; give a Law of the impulses instead")
 
-    def slaved(self, keys: tuple) -> list[tuple[int, np.ndarray]]:
+    def algebraic(self, keys: tuple) -> list[tuple[int, np.ndarray]]:
         """Return place and row (nx,) of every memory state that follows local values in the mode of these keys."""
-        return [item for e, key in enumerate(keys) for item in self._slaved(e, key)]
+        return [item for e, key in enumerate(keys) for item in self._algebraic(e, key)]
 
-    def _slaved(self, e: int, key: Hashable) -> list[tuple[int, np.ndarray]]:
+    def _algebraic(self, e: int, key: Hashable) -> list[tuple[int, np.ndarray]]:
         local = {"u": self.sites[e].U, "s": self.sites[e].S, "z": self.frame.eye[self.slices[e]]}
         return [(self.slices[e].start + i, self.frame.row(memory.value, local))
-                for i, memory in enumerate(self.mode(e, key).memory) if isinstance(memory, Slaved)]
+                for i, memory in enumerate(self.mode(e, key).memory) if isinstance(memory, Algebraic)]
 
     def relaxed(self) -> list[tuple[int, np.ndarray]]:
         """Return place and row (nx,) of every memory state that has a relaxed value other than zero."""
@@ -398,7 +398,7 @@ class Packer:
             T.B[m, g, n:2 * n] = direction / (slope_of @ direction)
         if guard.accumulates is not None:
             T.ratio[m, g] = guard.accumulates[0]
-        for place, value in self.slaved(keys) if guard.kick is not None else self._slaved(e, keys[e]):
+        for place, value in self.algebraic(keys) if guard.kick is not None else self._algebraic(e, keys[e]):
             R[place] = value
 
     def _beside(self, hold: "Held", row: np.ndarray) -> np.ndarray:

@@ -92,7 +92,7 @@ class Scene:
         self._guards: list[tuple[GuardOf, ...]] = []
         self._holds: list[tuple[int, ...]] = []
         self._packer = Packer(system, self.frame, self.slices)
-        self._slaved: dict[int, list] = {}
+        self._algebraic: dict[int, list] = {}
         self.laws: tuple[SceneLaw, ...] = ()
         self.bound = np.zeros(2, np.int64)
         first = next(self._start_keys(), None)
@@ -196,17 +196,17 @@ class Scene:
         """Write the memory that follows local values in a mode into ``states`` (k, ns) at the times ``tau`` (k,)."""
         if self.ns == 2 * self.n:
             return
-        rows = self.slaved(mode)
+        rows = self.algebraic(mode)
         if rows:
             joined = np.hstack([states, self.forcing(tau)])
             for place, row in rows:
                 states[:, place] = joined @ row
 
-    def slaved(self, mode: int) -> list[tuple[int, np.ndarray]]:
+    def algebraic(self, mode: int) -> list[tuple[int, np.ndarray]]:
         """Return place and row (nx,) of every memory state that follows local values in a mode."""
-        rows = self._slaved.get(mode)
+        rows = self._algebraic.get(mode)
         if rows is None:
-            rows = self._slaved[mode] = self._packer.slaved(self.keys[mode])
+            rows = self._algebraic[mode] = self._packer.algebraic(self.keys[mode])
         return rows
 
     def forcing(self, tau: np.ndarray) -> np.ndarray:

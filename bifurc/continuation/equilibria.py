@@ -110,14 +110,14 @@ class EquilibriumProblem(Problem):
         if len(held):
             _, sigma, V = np.linalg.svd(held)
             free = V[int(np.count_nonzero(sigma > FREE * sigma[0])):]
-        slaved = dict(self.scene.slaved(m))
+        algebraic = dict(self.scene.algebraic(m))
         for place in range(2 * n, ns):
             row = np.zeros(T.A.shape[2])
             if T.A[m, place].any():
                 continue
             row[place] = 1.0
-            if place in slaved:
-                row -= slaved[place]
+            if place in algebraic:
+                row -= algebraic[place]
             else:
                 row[ns] = -self.reference[place]
             kept.append(row)

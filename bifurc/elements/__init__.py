@@ -1,4 +1,5 @@
 """Effects a system is made of, and the protocol to write new ones: see `Element`."""
+from ..renamed import renamed
 from . import local
 from .atrow import AtRow
 from .bearings import OilFilm
@@ -11,7 +12,7 @@ from .kinds import EventKind
 from .loadedslip import LoadedMicroSlip
 from .local import Affine, Core, Frame
 from .microslip import Iwan, MicroSlip, SliderSet
-from .mode import Guard, Hold, Kick, Law, Mode, Rate, Restitution, Slaved
+from .mode import Algebraic, Guard, Hold, Kick, Law, Mode, Rate, Restitution
 from .site import Circle, Ring, Rows, Surface
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
 from .stators import AroundPoint, ElasticStator, RigidStator
@@ -21,9 +22,11 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
            "CubicFriction", "CubicSpring", "DelayedFeedback", "Driven", "ElasticStator", "ElasticStop", "Element", "EventKind",
            "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
            "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "PolynomialSpring", "Rate", "RegularizedFriction", "Restitution",
-           "RigidStator", "RigidStop", "Ring", "Rows", "Slaved", "SliderSet", "Stribeck", "Surface", "Wall", "local"]
+           "RigidStator", "RigidStop", "Ring", "Rows", "Algebraic", "SliderSet", "Stribeck", "Surface", "Wall", "local"]
 
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,
     HarmonicForce, Iwan, Jenkins, LinearSpring, LoadedMicroSlip, MicroSlip, OilFilm, PolynomialSpring, RegularizedFriction,
     RigidStator, RigidStop, Stribeck)})
+
+__getattr__ = renamed(globals(), {"Slaved": "Algebraic"})

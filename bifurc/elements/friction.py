@@ -13,7 +13,7 @@ from .atrow import AtRow
 from .checks import choice, number, whole
 from .kinds import EventKind
 from .local import Affine, affine, lam, rate, s, u, wave, z
-from .mode import Guard, Hold, Law, Mode, Slaved
+from .mode import Algebraic, Guard, Hold, Law, Mode
 
 STICK, SLIP_UP, SLIP_DOWN, APART = "stick", "slip+", "slip-", "apart"
 _MIRROR = {STICK: STICK, SLIP_UP: SLIP_DOWN, SLIP_DOWN: SLIP_UP, APART: APART}
@@ -444,12 +444,12 @@ class Jenkins(LoadedContact):
             guards = (Guard(force - limit, EventKind.SLIP, (SLIP_UP,)), Guard(-force - limit, EventKind.SLIP, (SLIP_DOWN,)))
             return Mode(force=(-force,), guards=(*guards, *self.leaves()))
         if key == APART:
-            return Mode(memory=(Slaved(u(0)),), guards=(self.returns(),))
+            return Mode(memory=(Algebraic(u(0)),), guards=(self.returns(),))
         way, other = (1.0, SLIP_DOWN) if key == SLIP_UP else (-1.0, SLIP_UP)
         speed = way * s(0)  # of the slider in its direction
         if self.varies:
             speed = speed - rate(limit, core.omega) / k
-        return Mode(force=(-way * limit,), memory=(Slaved(u(0) - (way / k) * limit),),
+        return Mode(force=(-way * limit,), memory=(Algebraic(u(0) - (way / k) * limit),),
                     guards=(Guard(-speed, EventKind.STICK, (STICK, other)), *self.leaves()))
 
     def mirrored(self):

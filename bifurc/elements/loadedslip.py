@@ -16,7 +16,7 @@ from .checks import number, whole
 from .kinds import EventKind
 from .local import Affine, affine, rate, s, u, wave
 from .microslip import along, chain_stiffness
-from .mode import Guard, Mode, Slaved
+from .mode import Algebraic, Guard, Mode
 from .sliders import Sliders
 
 STUCK, UP, DOWN, APART = "s", "+", "-", "a"
@@ -142,7 +142,7 @@ class LoadedMicroSlip(Sliders):
         for i, letter in enumerate(key):
             then = _Then(self, key, core.omega, tuple(carried), i)
             if letter == APART:
-                memory.append(Slaved(x[i]) if self.limits[i] > 0.0 else None)  # without a limit there is no contact
+                memory.append(Algebraic(x[i]) if self.limits[i] > 0.0 else None)  # without a limit there is no contact
                 if self.limits[i] > 0.0:
                     guards.append(Guard(self.limit[i], EventKind.CONTACT, then))
                 continue
@@ -150,7 +150,7 @@ class LoadedMicroSlip(Sliders):
                 memory.append(None)
                 guards += [Guard(way * spring[i] - self.limit[i], EventKind.SLIP, then) for way in (1.0, -1.0)]
             else:
-                memory.append(Slaved(x[i] - (signs[i] / k) * self.limit[i]))
+                memory.append(Algebraic(x[i] - (signs[i] / k) * self.limit[i]))
                 guards.append(Guard(rates[i] / k - signs[i] * dx[i], EventKind.STICK, then))
             guards.append(Guard(-self.limit[i], EventKind.SEPARATION, then))
         return Mode(force=(-force,), memory=tuple(memory), guards=tuple(guards))

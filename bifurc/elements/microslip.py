@@ -15,7 +15,7 @@ import numpy as np
 from .checks import number
 from .kinds import EventKind
 from .local import ONE, Affine, s
-from .mode import Guard, Mode, Slaved
+from .mode import Algebraic, Guard, Mode
 from .sliders import Sliders
 
 STICK = "stick"
@@ -101,7 +101,7 @@ class SliderSet(Sliders):
         return found
 
     def virgin_force(self, drive) -> np.ndarray:
-        """Return the force for a drive that grows from the relaxed set, same shape as ``drive`` (at least 0)."""
+        """Return the force for a drive that grows from the virgin state, same shape as ``drive`` (at least 0)."""
         drive = np.asarray(drive, float)
         index = np.searchsorted(self.thresholds, drive, side="right")
         lines = np.array([self.loading(sum(self.order[:k], ()))[2] for k in range(len(self.order) + 1)])
@@ -138,9 +138,9 @@ class SliderSet(Sliders):
             spring = self.stiffness_of(i) * (places[i] - Affine({("z", i): 1.0}))
             for way in (1.0, -1.0) if key == STICK else (sign,):
                 guards.append(Guard(way * spring - self.limits[i], EventKind.SLIP, (f"slip{'+' if way > 0.0 else '-'}{k + 1}",)))
-        memory: list[Slaved | None] = [None] * self.count
+        memory: list[Algebraic | None] = [None] * self.count
         for i in slips:
-            memory[i] = Slaved(places[i] - sign * self.limits[i] / self.stiffness_of(i))
+            memory[i] = Algebraic(places[i] - sign * self.limits[i] / self.stiffness_of(i))
         return Mode(force=(-force,), memory=tuple(memory), guards=tuple(guards))
 
     def mirrored(self):

@@ -50,8 +50,8 @@ class Hold:
 
 
 @dataclass(frozen=True)
-class Slaved:
-    """Memory that follows local values; written when the mode is left."""
+class Algebraic:
+    """An algebraic internal variable: memory that follows local values; written when the mode is left."""
 
     value: Affine
 
@@ -108,7 +108,7 @@ class Guard:
         expression of the element at the event.
     kick : Kick or Law, optional
         A law gives one impulse a row from coordinates and speeds before the event; its first value is the ratio of speeds
-        after and before, for which 0 is put where an infinite sequence ends.
+        after and before, for which 0 is put where complete chattering ends.
     silent : bool
         Both sides have the same force law: no unknown of an orbit.
     accumulates : (ratio, key), optional
@@ -133,7 +133,7 @@ class Mode:
     force : tuple of Affine or float, or Law
         One entry a row of the site, or one law; empty: no force.
     hold : tuple of Hold
-    memory : tuple of Slaved, Rate or None
+    memory : tuple of Algebraic, Rate or None
         One entry a memory; None (and an empty tuple) is frozen.
     guards : tuple of Guard
     bounds : tuple of (Affine, Affine)

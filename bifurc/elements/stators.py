@@ -11,7 +11,7 @@ from .local import affine, lam, s, u
 from .mode import Guard, Hold, Law, Mode
 from .site import Circle, Ring
 
-FREE, FORWARD, BACKWARD, ROLL, PARTING = "free", "slip+", "slip-", "roll", "parting"
+FREE, FORWARD, BACKWARD, ROLL, SEPARATING = "free", "slip+", "slip-", "roll", "separating"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class ElasticStator(AroundPoint):
 
     Beyond the clearance the stator pushes back with F = stiffness d + damping d', d = |p| - radius, and rubs with friction F
     against the sliding of the rotor's surface.  Modes: "free", "slip+" and "slip-" (sign of the sliding speed), "roll" where
-    the surfaces do not slide, and with ``release="force"`` "parting": let go, but not yet back within the clearance.
+    the surfaces do not slide, and with ``release="force"`` "separating": let go, but not yet back within the clearance.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class ElasticStator(AroundPoint):
     friction: float = 0.1
     release: str = "force"
 
-    start = (FREE, FORWARD, BACKWARD, ROLL, PARTING)
+    start = (FREE, FORWARD, BACKWARD, ROLL, SEPARATING)
 
     def __post_init__(self):
         super().__post_init__()
@@ -129,11 +129,11 @@ class ElasticStator(AroundPoint):
         depth = u(0)
         load = self.stiffness * depth + self.damping * s(0)
         if key == FREE:
-            return Mode(guards=(Guard(depth, EventKind.CONTACT, (FORWARD, BACKWARD, ROLL, PARTING)),))
-        if key == PARTING:
+            return Mode(guards=(Guard(depth, EventKind.CONTACT, (FORWARD, BACKWARD, ROLL, SEPARATING)),))
+        if key == SEPARATING:
             return Mode(guards=(Guard(-depth, EventKind.SEPARATION, (FREE,)),
                                 Guard(load, EventKind.CONTACT, (FORWARD, BACKWARD, ROLL))))
-        leaves = Guard(-load, EventKind.SEPARATION, (FREE, PARTING)) if self.release == "force" else Guard(
+        leaves = Guard(-load, EventKind.SEPARATION, (FREE, SEPARATING)) if self.release == "force" else Guard(
             -depth, EventKind.SEPARATION, (FREE,))
         if key == ROLL:
             cone = self.friction * load

@@ -9,7 +9,7 @@ from .local import lam, s, u, wave
 from .mode import Guard, Hold, Mode, Restitution
 from .site import Surface
 
-FREE, REST, CONTACT, PARTING = "free", "rest", "contact", "parting"
+FREE, REST, CONTACT, SEPARATING = "free", "rest", "contact", "separating"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,7 @@ class RigidStop(Wall):
 class ElasticStop(Wall):
     """Spring, and optionally a dashpot, that act beyond a gap: force stiffness d + damping d', d = side u - gap > 0.
 
-    Modes: "free", "contact", and with ``release="force"`` "parting": let go, but not yet back behind the gap.
+    Modes: "free", "contact", and with ``release="force"`` "separating": let go, but not yet back behind the gap.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class ElasticStop(Wall):
     @property
     def start(self):
         """Keys of a start."""
-        return (FREE, CONTACT) if self.release == "penetration" else (FREE, CONTACT, PARTING)
+        return (FREE, CONTACT) if self.release == "penetration" else (FREE, CONTACT, SEPARATING)
 
     @property
     def surface(self):
@@ -154,7 +154,7 @@ class ElasticStop(Wall):
         return self._at(self.gap, False)
 
     def mode(self, key, core):
-        """Return "free", "contact" or "parting"."""
+        """Return "free", "contact" or "separating"."""
         depth = self.side * u(0) - self.gap
         force = self.stiffness * depth + (self.damping * self.side) * s(0)
         if key == FREE:
@@ -162,7 +162,7 @@ class ElasticStop(Wall):
         if key == CONTACT and self.release == "penetration":
             return Mode(force=(-self.side * force,), guards=(Guard(-depth, EventKind.SEPARATION, (FREE,)),))
         if key == CONTACT:
-            return Mode(force=(-self.side * force,), guards=(Guard(-force, EventKind.SEPARATION, (FREE, PARTING)),))
+            return Mode(force=(-self.side * force,), guards=(Guard(-force, EventKind.SEPARATION, (FREE, SEPARATING)),))
         return Mode(guards=(Guard(-depth, EventKind.SEPARATION, (FREE,), silent=True),
                             Guard(force, EventKind.CONTACT, (CONTACT,))))
 

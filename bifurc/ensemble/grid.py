@@ -17,7 +17,7 @@ class Grid:
     Parameters
     ----------
     at : mapping of str to float, optional
-        Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0, memory is relaxed.
+        Values of other components of the start, such as ``{"q1": 0.2}``; those not named are 0, memory is that of the virgin state.
     periodic : iterable of str, optional
         Components that count modulo their range, such as an angle: ``periodic=("q0",)``.
     **ranges : (low, high, cells)

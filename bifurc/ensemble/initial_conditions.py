@@ -16,7 +16,7 @@ UNCLEAR = -2  # on a surface, or with no clear mode: all elements decide togethe
 def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], points: np.ndarray) -> np.ndarray:
     """Return starts (k, ns) at phase 0 from their components ``names`` in ``points`` (k, d) and the fixed ones ``at``.
 
-    Components named in neither are 0, memory is relaxed: where an element without load has it.
+    Components named in neither are 0, memory is that of the virgin state: where an element without load has it.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def unloaded(scene: Scene, X: np.ndarray) -> None:
             for group in many[:, None] if callable(owner.guard.then) else (many,):  # what follows may depend on the state
                 keys = scene.followers(mode, g, x[group[0]])
                 after = next((m for key in keys if (m := scene.combine(mode, owner.element, key)) is not None), mode)
-                slips = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
+                slips = [(place, row) for place, row in scene.algebraic(after) if own.start <= place < own.stop]
                 if after != mode and slips:
                     for place, row in slips:
                         x[group, place] = x[group] @ row

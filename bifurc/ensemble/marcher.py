@@ -132,7 +132,7 @@ class Marcher:
                 first, nx = 2 * self.scene.n, T.A.shape[2]
                 rows = np.tile(np.eye(nx)[first:self.scene.ns], (len(T.n_guards), 1, 1))
                 for m in range(len(rows)):
-                    for place, row in self.scene.slaved(m):
+                    for place, row in self.scene.algebraic(m):
                         rows[m, place - first] = row
                 self._rows = rows
         return self._rows

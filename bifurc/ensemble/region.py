@@ -16,7 +16,7 @@ class Region:
     ranges : mapping of str to (low, high)
         Such as ``{"q0": (-3, 1), "v0": (-4, 4)}``.
     at : mapping of str to float, optional
-        Values of other components; those not named are 0, memory is relaxed.
+        Values of other components; those not named are 0, memory is that of the virgin state.
 
     Raises
     ------

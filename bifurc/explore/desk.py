@@ -1,4 +1,4 @@
-"""What stands between a page and the commands: lanes that compute, the session that keeps, pages that are told.
+"""What stands between a page and the commands: workers that compute, the session that keeps, pages that are told.
 
 Knows no web library: a page is a function that is called, in any thread, when something has changed.
 """
@@ -12,13 +12,13 @@ from typing import Any
 from ..jobs.store import fingerprint
 from . import model
 from .model import Session, Shown
-from .work import Lane, Newest, Ticket
+from .work import Newest, Ticket, Worker
 
 FEW = 1e-9  # of its width: a window that moved less has not moved
 
 
 class Desk:
-    """One explorer: a session, its lanes, and the pages that show it.
+    """One explorer: a session, its workers, and the pages that show it.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Desk:
         self._lock = threading.RLock()
         self._pages: list[Callable[[], None]] = []
         self._begun = False
-        self.orbits, self.branches, self.maps = (Lane(name, self._tell) for name in ("orbit", "branch", "map"))
+        self.orbits, self.branches, self.maps = (Worker(name, self._tell) for name in ("orbit", "branch", "map"))
 
     # pages
 
@@ -66,12 +66,12 @@ class Desk:
     @property
     def busy(self) -> list[str]:
         """What is being computed."""
-        return [lane.name for lane in (self.orbits, self.branches, self.maps) if lane.busy]
+        return [worker.name for worker in (self.orbits, self.branches, self.maps) if worker.busy]
 
     def close(self) -> None:
-        """End the lanes and remove the cache."""
-        for lane in (self.orbits, self.branches, self.maps):
-            lane.close()
+        """End the workers and remove the cache."""
+        for worker in (self.orbits, self.branches, self.maps):
+            worker.close()
         self._cache.cleanup()
 
     # actions
@@ -180,12 +180,12 @@ class Desk:
 
     # private
 
-    def _ask(self, lane: Lane, command: Callable[[Shown], Mapping], step: str) -> None:
+    def _ask(self, worker: Worker, command: Callable[[Shown], Mapping], step: str) -> None:
         def then(result: Any) -> None:
             self._put(result, step)
             self.session.rest()
 
-        lane.ask(lambda ticket: command(self.now), then)
+        worker.ask(lambda ticket: command(self.now), then)
         self._tell()
 
     def _put(self, change: Any, step: str) -> None:
@@ -202,8 +202,8 @@ class Desk:
             page()
 
     def _drop(self) -> None:
-        for lane in (self.orbits, self.branches, self.maps):
-            lane.drop()
+        for worker in (self.orbits, self.branches, self.maps):
+            worker.drop()
 
     def _file(self, shown: Shown, window: Mapping, cells: int) -> Path:
         known = [] if shown.basins is None or shown.basins.value.system != shown.system else \

@@ -352,7 +352,7 @@ def _basin_table(basins: Any, palette: list[str]) -> str:
     if (~basins.starts).any():
         lines.append(_cells("", first=_swatch(palette[1]) + "beyond a stop"))
     head = "<tr><th>starts lead to</th><th>share</th></tr>"
-    return f"<table>{head}{''.join(lines)}</table><p>{html.escape(basins.trust.statement)}</p>"
+    return f"<table>{head}{''.join(lines)}</table><p>{html.escape(basins.reliability.statement)}</p>"
 
 
 def _swatch(color: str) -> str:

@@ -1,4 +1,4 @@
-"""Computing beside the page: one thread a lane, in which the newest request wins."""
+"""Computing beside the page: one thread a worker, in which the newest request wins."""
 import logging
 import threading
 from collections.abc import Callable
@@ -19,14 +19,14 @@ class Ticket:
         self.valid = True
 
 
-class Lane:
+class Worker:
     """One thread that always works on the newest request; older ones that wait are dropped, one that runs is told.
 
     Parameters
     ----------
     name : str
     idle : callable, optional
-        Called in the lane's thread when nothing is left to do.
+        Called in the worker's thread when nothing is left to do.
     """
 
     def __init__(self, name: str, idle: Callable[[], None] | None = None):
@@ -42,7 +42,7 @@ class Lane:
     def ask(self, work: Callable[[Ticket], Any], done: Callable[[Any], None]) -> Ticket:
         """Compute ``work(ticket)`` and hand its result, or the error it raised, to ``done``, unless a newer request comes.
 
-        ``done`` runs in the lane's thread.
+        ``done`` runs in the worker's thread.
         """
         with self._condition:
             self._ticket.valid = False

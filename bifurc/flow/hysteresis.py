@@ -16,7 +16,7 @@ from ..elements import EventKind
 from ..elements.checks import whole
 from ..elements.driven import Driven
 from ..elements.local import Frame, affine
-from ..elements.mode import Slaved
+from ..elements.mode import Algebraic
 from ..enumerations import DescribedEnum
 from ..notebook import Notebook
 from ..system import System, require_system
@@ -198,8 +198,8 @@ class Hysteresis(Notebook):
 def hysteresis(system: System, element: str | None = None, max_periods: int = 100) -> Hysteresis:
     """Return the periodic force-displacement loops of the driven elements of a system.
 
-    Sliders start relaxed; the march ends with the first period that repeats itself.  Forces and energies have the units of
-    the elements: with N and mm, energies are N mm.
+    Sliders start in the virgin state; the motion is followed to the first period that repeats itself.  Forces and
+    energies have the units of the elements: with N and mm, energies are N mm.
 
     Parameters
     ----------
@@ -263,9 +263,9 @@ class _March:
                 raise ValueError(f"{self.label}, mode {key!r}: its law is not affine; hysteresis knows closed forms only")
             force = -self.frame.row(mode.entries[0] if mode.entries else affine(0.0), self.local)
             guards = np.array([self.frame.row(guard.value, self.local) for guard in mode.guards]).reshape(-1, self.frame.nx)
-            slaved = {i: self.frame.row(item.value, self.local) for i, item in enumerate(mode.memory)
-                      if isinstance(item, Slaved)}
-            self._modes[key] = force, guards, slaved, mode.guards
+            algebraic = {i: self.frame.row(item.value, self.local) for i, item in enumerate(mode.memory)
+                      if isinstance(item, Algebraic)}
+            self._modes[key] = force, guards, algebraic, mode.guards
         return self._modes[key]
 
     def sums(self, rows, z):
@@ -277,12 +277,12 @@ class _March:
 
     def written(self, key, z, theta):
         """Return the memory with what follows local values in a mode put in."""
-        slaved = self.mode(key)[2]
-        if not slaved:
+        algebraic = self.mode(key)[2]
+        if not algebraic:
             return z
         z, old = z.copy(), z
         w = states(self.harmonics, theta)
-        for i, row in slaved.items():
+        for i, row in algebraic.items():
             z[i] = self.sums(row, old)[0] @ w
         return z
 
@@ -331,7 +331,7 @@ class _March:
         for key in self.element.start:
             if not self.leaving(key, z, 0.0):
                 return key, z
-        raise _Inconsistent(f"{self.label} at a relaxed start: tried {', '.join(map(repr, self.element.start))}.")
+        raise _Inconsistent(f"{self.label} at a virgin start: tried {', '.join(map(repr, self.element.start))}.")
 
     def run(self, max_periods: int) -> Loop:
         """March until a period repeats."""
@@ -360,7 +360,7 @@ class _March:
         """March through one period; return mode, memory, pieces, events, and whether the end was reached."""
         theta, pieces, events = 0.0, [], []
         for _ in range(EVENTS * (1 + self.nz)):
-            force, rows, slaved, guards = self.mode(key)
+            force, rows, algebraic, guards = self.mode(key)
             c, size = self.sums(rows, z)
             now = [g for g, _ in self.leaving(key, z, theta)]
             at = theta
@@ -371,7 +371,7 @@ class _March:
                 now = [] if at >= TURN else [g for g, hit in enumerate(times) if hit == at]
             memory = np.zeros((self.nz, 1 + 2 * len(self.harmonics)))
             memory[:, 0] = z
-            for i, row in slaved.items():
+            for i, row in algebraic.items():
                 memory[i] = self.sums(row, z)[0]
             if at > theta:
                 pieces.append(Piece(theta, at, key, self.sums(force, z)[0], memory,

@@ -19,7 +19,7 @@ def checked_length(scene, periods, duration, t0, max_events) -> tuple[float, flo
 
 
 def checked_state(scene, y0, t0: float) -> np.ndarray:
-    """Return a start state (ns,) as given, memory that is left out relaxed, or raise ValueError."""
+    """Return a start state (ns,) as given, memory that is left out in its virgin state, or raise ValueError."""
     given = checks.state("y0", y0, (2 * scene.n, scene.ns))
     x = np.concatenate((given, np.zeros(scene.ns - given.size), scene.forcing(np.array([t0]))[0]))
     if given.size < scene.ns:

@@ -166,7 +166,7 @@ def unloaded(scene, x):
             keys = scene.followers(mode, g, x)
             after = next((m for key in keys if (m := scene.combine(mode, owner.element, key)) is not None), mode)
             own = scene.memory_of(owner.element)
-            rows = [(place, row) for place, row in scene.slaved(after) if own.start <= place < own.stop]
+            rows = [(place, row) for place, row in scene.algebraic(after) if own.start <= place < own.stop]
             if after != mode and rows:
                 for place, row in rows:
                     x[place] = row @ x

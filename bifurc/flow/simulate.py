@@ -48,14 +48,14 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     ----------
     system : System
     y0 : array_like
-        State (2 n,) or (ns,): positions, velocities, and memory where there is any (left out: relaxed, springs of sliders
+        State (2 n,) or (ns,): positions, velocities, and memory where there is any (left out: virgin, springs of sliders
         without force).
     periods, duration : float
         How long: forcing periods or time; exactly one of them.
     t0 : float
         Start time; the excitation is cos(k omega t + phase).
     max_events : int
-        Largest number of events a forcing period (autonomous: in all).  A completed infinite sequence of impacts is one.
+        Largest number of events a forcing period (autonomous: in all).  A complete chattering is one.
     history : Trajectory, PeriodicOrbit or callable, optional
         For systems with a `DelayedFeedback`: the motion before the start (a callable gives states (k, ns) at times (k,)).
         None: the feedback begins one delay after the start.

@@ -24,7 +24,7 @@ class Event:
     Attributes
     ----------
     time : float
-        Of the event; of the first impact for a completed infinite sequence.
+        Of the event; of the first impact of a complete chattering.
     element : str
         Label of the element.
     kind : EventKind
@@ -33,10 +33,10 @@ class Event:
     before, after : ndarray
         States (ns,) on both sides.
     ratio, end : float or None
-        Of an infinite sequence: the ratio of successive speeds and the time when it has completed.
+        Of a complete chattering: the ratio of successive speeds and the time when it has completed.
     mode_before, mode_after : tuple or None
         Keys of all elements on both sides, in the order of the system's elements: an impact that turns friction round, or a
-        slip that is reversed in one instant, is told from a rest.  None where an event concerns its own contact only.
+        slip that is reversed in one instant, differs so from a rest.  None where an event concerns its own contact only.
     """
 
     time: float
@@ -74,7 +74,7 @@ class Recorded:
     rows: np.ndarray  # (N, 5) mode before, guard, mode after, what it is, whole periods
     times: np.ndarray  # (N,) local time in the period
     speeds: np.ndarray  # (N,)
-    spans: np.ndarray  # (N,) remaining duration of an infinite sequence
+    spans: np.ndarray  # (N,) remaining duration of a complete chattering
     before: np.ndarray  # (N, ns)
     after: np.ndarray  # (N, ns)
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Circle, Element, EventKind, Law, Mode, Rate, Slaved
+from ..elements import Algebraic, Circle, Element, EventKind, Law, Mode, Rate
 from ..elements.local import Affine, affine
 from ..system import System
 from .layout import Layout
@@ -70,7 +70,7 @@ class Numbers(NamedTuple):
     GS: np.ndarray
     GZ: np.ndarray  # (nc, M, G, Z)
     GH: np.ndarray  # (nc, M, G, nx)
-    ZU: np.ndarray  # (nc, M, Z, Q) slaved memory, the same
+    ZU: np.ndarray  # (nc, M, Z, Q) algebraic memory, the same
     ZS: np.ndarray
     ZH: np.ndarray  # (nc, M, Z, nx)
     XU: np.ndarray  # (nc, Z, Q) memory of a relaxed start, from the means of coordinates and speeds
@@ -312,14 +312,14 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
         start[c, :len(element.start)] = [index[key] for key in element.start]
         for m, mode in enumerate(own):
             guards[c, m] = len(mode.guards)
-            slaved[c, m, :len(mode.memory)] = [isinstance(item, Slaved) for item in mode.memory]
+            slaved[c, m, :len(mode.memory)] = [isinstance(item, Algebraic) for item in mode.memory]
             for g, guard in enumerate(mode.guards):
                 after = [index[key] for key in guard.then if index[key] != m]
                 then[c, m, g, :len(after) + 1] = [*after, m]
                 kinds[c, m, g] = guard.kind.code
                 silent[c, m, g] = guard.silent
                 if slaved[c, m].any():
-                    trial[c, m, g] = next((i for i in after if not any(isinstance(z, Slaved) for z in own[i].memory)), -1)
+                    trial[c, m, g] = next((i for i in after if not any(isinstance(z, Algebraic) for z in own[i].memory)), -1)
     count = np.array([len(own) for own in modes], np.int64)
     return Shape(dims, waves, place, columns, np.ascontiguousarray(R, float), rows, count, guards, then, slaved, memory, start,
                  kinds, silent, trial)
@@ -417,13 +417,13 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
 
 
 def _fill_mode(T: Numbers, c: int, m: int, mode: Mode, how) -> None:
-    """Write forces, guards and slaved memory of a mode; slaved memory is put in where it occurs."""
+    """Write forces, guards and algebraic memory of a mode; algebraic memory is put in where it occurs."""
     slaves = {}
     for i, item in enumerate(mode.memory):
-        if isinstance(item, Slaved):
+        if isinstance(item, Algebraic):
             row = slaves[i] = _read(item.value, *how)
             if row.Z.any():
-                raise ValueError(f"{how[3]}: memory that is slaved to memory is not treated by harmonic balance; "
+                raise ValueError(f"{how[3]}: an algebraic internal variable of another one is not treated by harmonic balance; "
                                  "use find_orbit without method=, or the parallel set equal to a MicroSlip, its iwan()")
             T.ZU[c, m, i], T.ZS[c, m, i], T.ZH[c, m, i] = row.U, row.S, row.H
 

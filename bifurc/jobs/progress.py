@@ -32,7 +32,7 @@ class Progress:
         if not (isinstance(shown, bool) or shown is None or callable(shown)):
             raise ValueError(f"{label}: progress = {shown!r} is not allowed; it must be True, False or a function")
         self.label, self.total = label, total
-        self.told = shown if callable(shown) else None
+        self.report = shown if callable(shown) else None
         self.shown = shown is True
         self.done = 0.0
         self._bar: Any = None
@@ -55,8 +55,8 @@ class Progress:
         self.done += amount
         if self.total is not None:
             self.done = min(self.done, self.total)
-        if self.told is not None:
-            self.told(self.done / self.total if self.total else self.done)
+        if self.report is not None:
+            self.report(self.done / self.total if self.total else self.done)
         elif self._bar is not None:
             if note:
                 self._bar.set_postfix_str(note, refresh=False)

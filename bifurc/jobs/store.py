@@ -94,7 +94,7 @@ class ChunkStore:
     Raises
     ------
     OSError
-        When the folder cannot be made or written to: told before any work is done.
+        When the folder cannot be made or written to: raised before any work is done.
     """
 
     def __init__(self, folder, job: Mapping):

@@ -1,4 +1,4 @@
-"""What a period of simulation costs, told before it is paid."""
+"""What a period of simulation costs, estimated before it is paid."""
 import functools
 import warnings
 

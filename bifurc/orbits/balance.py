@@ -46,10 +46,10 @@ def balanced(system: System, method: HarmonicBalance, guess=None, periods: int |
     count = int(periods or (guess.periods if isinstance(guess, Orbit) else 1))
     if method.harmonics == "auto":
         return _grown(system, method, guess, count)
-    return _told(_solved(system, method, guess, method.layout(system.n, count)))
+    return _with_error(_solved(system, method, guess, method.layout(system.n, count)))
 
 
-def _told(orbit: HarmonicOrbit) -> HarmonicOrbit:
+def _with_error(orbit: HarmonicOrbit) -> HarmonicOrbit:
     """Add the estimated error to an orbit that converged."""
     if orbit.success and "error" not in orbit.how and not orbit.balance.parts.held:
         error = orbit.error()
@@ -61,7 +61,7 @@ def _grown(system: System, method: HarmonicBalance, guess, periods: int) -> Harm
     """Return an orbit with harmonics added until its estimated error is below the tolerance."""
     top, tried = AUTO_FIRST, []
     while True:
-        orbit = _told(_solved(system, method, guess, method.layout(system.n, periods, top)))
+        orbit = _with_error(_solved(system, method, guess, method.layout(system.n, periods, top)))
         tried.append(top)
         if not orbit.success:
             break

@@ -62,7 +62,8 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
         found = again if again.success else found
     x = found.x if small is None else small.expanded(found.x)
     acting = [contact for contact in given if contact.limit > 0.0]
-    how = told(balance, contacts, Friction(layout, omega, rest, acting), found, method, None if small is None else small.expanded)
+    how = reported(balance, contacts, Friction(layout, omega, rest, acting), found, method,
+                   None if small is None else small.expanded)
     if small is not None:
         how["condensed to coordinates"] = [int(dof) for dof in np.flatnonzero(small.touched)]
     if found.status is SetValuedStatus.RESTS:
@@ -70,7 +71,7 @@ def set_valued(balance: Balance, method, starts, guessed: bool):
     return x, how, _STATUS[found.status]
 
 
-def told(balance: Balance, contacts, equations: Friction, found: SetValuedResult, method, expanded=None) -> dict:
+def reported(balance: Balance, contacts, equations: Friction, found: SetValuedResult, method, expanded=None) -> dict:
     """Return what `how` says of a solution: method, residual over the force scale, error estimates, reversals or interval."""
     layout = balance.layout
     force = max([float(np.abs(balance.numbers.E).max()), *(contact.limit for contact in contacts)]) or 1.0

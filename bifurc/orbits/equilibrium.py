@@ -168,7 +168,7 @@ class Equilibrium(Notebook, Motion):
             text += f" {'Coordinate' if place < n else 'State'} {place} may stand in [{low:.6g}, {high:.6g}]."
         if self.on_boundary:
             text += (f" It lies on the boundary of two modes of {', '.join(self.on_boundary)}: its eigenvalues are those of one "
-                     "side, stability is not told by them.")
+                     "side, they do not decide stability.")
         return text
 
     @functools.cached_property
@@ -180,8 +180,8 @@ class Equilibrium(Notebook, Motion):
     def _small(self) -> tuple[np.ndarray, np.ndarray]:
         """The matrix of small motions (k, k) and the orthonormal directions (ns, k) it belongs to."""
         scene, ns = self.scene, self.scene.ns
-        slaved = [place for place, _ in scene.slaved(self.mode)]
-        free = np.setdiff1d(np.arange(ns), slaved)
+        algebraic = [place for place, _ in scene.algebraic(self.mode)]
+        free = np.setdiff1d(np.arange(ns), algebraic)
         J = self.field.jacobian(self._state)[np.ix_(free, free)]
         curved = [slope for _, slope in curved_rests(scene, self.mode, self.field.joined(self._state))]
         Z = np.eye(ns)[:, free] @ _kernel(np.vstack([self.field.constraints(), *curved])[:, free]).T
@@ -259,7 +259,7 @@ def find_equilibrium(system: System, guess=None) -> Equilibrium:
     Returns
     -------
     Equilibrium
-        Look at ``success``, ``status`` and ``message``: a failure is told, not raised.
+        Look at ``success``, ``status`` and ``message``: a failure is reported there, not raised.
 
     Raises
     ------
@@ -378,7 +378,7 @@ def _conditions(scene: Scene, field: ModeField, y):
     ns, n = scene.ns, scene.n
     x = field.joined(y)
     rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
-    for place, row in scene.slaved(field.mode):
+    for place, row in scene.algebraic(field.mode):
         rows = np.vstack([rows, np.eye(1, x.size, place) - row])
     curved = curved_rests(scene, field.mode, x)
     F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved]])

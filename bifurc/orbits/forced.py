@@ -162,7 +162,7 @@ def period_map(system: System, y, periods: int, half: bool):
         scene.tables, nodes, (0.5 if half else 1.0) * periods, np.column_stack([times, states]).ravel(), M)
     if not np.isfinite(M).all():
         return None
-    for place, row in scene.slaved(int(nodes[-1, AFTER])):  # as the last state is shown
+    for place, row in scene.algebraic(int(nodes[-1, AFTER])):  # as the last state is shown
         M[place] = row[:scene.ns] @ M
     sign = -1.0 if half else 1.0
     return start, sign * motion.final - start, sign * M, sizes_of(scene, states)

@@ -35,7 +35,7 @@ class HarmonicOrbit(Orbit):
     how : dict, optional
         Method, tolerances, iterations, error estimate.
     status : BalanceStatus, optional
-        Of a failure; default: told by the residual.
+        Of a failure; default: from the residual.
 
     Attributes
     ----------

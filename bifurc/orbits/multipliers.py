@@ -8,7 +8,7 @@ import numpy as np
 
 from .sequence import BEFORE
 
-NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not told
+NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not known
 
 
 def attracting(multipliers) -> bool | None:

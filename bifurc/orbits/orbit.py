@@ -263,7 +263,7 @@ class PeriodicOrbit(Orbit):
         if self.status is OrbitStatus.CONVERGED and self._disputed is not None:
             names = " and ".join(repr(name) for name in self._disputed)
             return (f"{self.status.sentence} The kicks of {names} are simultaneous and their two orders have different "
-                    "derivatives: multipliers are not unique (NaN) and stability is not told. Orbits nearby, with one "
+                    "derivatives: multipliers are not unique (NaN) and stability is not known. Orbits nearby, with one "
                     "gap slightly changed, have them.")
         if self.status is OrbitStatus.CONVERGED and self.intervals:
             n = self.scene.n

@@ -75,7 +75,7 @@ class Signature:
         unit = np.eye(scene.ns, T.A.shape[2])
         events = [(int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
         for c in range(2 * scene.n, scene.ns):
-            if all(not T.A[m, c].any() and c not in [place for place, _ in scene.slaved(m)] for m in modes) \
+            if all(not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes) \
                     and all(np.array_equal(slope_of_jump(scene, T, m, g)[c], unit[c]) for m, g in events):
                 found.append(c)
         first = min(modes)

@@ -1,4 +1,4 @@
-"""Orbits of a given event sequence: its equations solved, and what is told about the result."""
+"""Orbits of a given event sequence: its equations solved, and what is reported of the result."""
 import numpy as np
 
 from ..compose.pieces import FORCE

@@ -28,7 +28,7 @@ _SPECIAL = [(None, "#ffffff", None, "unresolved"), (_BEYOND, "#f2f2f2", "////", 
 
 @style.styled
 def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstable: Any = None, stable: Any = None) -> Axes:
-    """Draw a basin map with its attractors, the share of each basin, boundary entropy and what the map promises.
+    """Draw a basin map with its attractors, the share of each basin, boundary entropy and how reliable its labels are.
 
     Cells beyond a stop are hatched, motions to infinity black, unresolved ones white.
 
@@ -37,7 +37,7 @@ def plot_basins(basins: Any, ax: Axes | None = None, saddle: Any = None, unstabl
     basins : BasinMap
         Anything with ``labels`` (int, [i0, i1], -1 unresolved), ``grid`` (``names``, ``low``, ``high``: two each),
         ``attractors`` and ``points(label)`` (k, ns), their states at phase 0, ``system``, ``fractions`` (dict label ->
-        fraction), and what may be None: ``states`` (codes), ``section``, ``label_uncertainty``, ``entropy()``, ``trust``.
+        fraction), and what may be None: ``states`` (codes), ``section``, ``label_uncertainty``, ``entropy()``, ``reliability``.
     ax : matplotlib.axes.Axes, optional
     saddle : PeriodicOrbit, EdgeState or a sequence of them, optional
         Drawn as white crosses.
@@ -173,7 +173,7 @@ def _saddles(ax: Axes, grid: Any, n: int, saddle: Any, unstable: Any, stable: An
 
 
 def _said(ax: Axes, basins: Any, labels: np.ndarray, fresh: bool) -> None:
-    """Write above the map how fine and how mixed it is, and under the picture what it promises."""
+    """Write above the map how fine and how mixed it is, and under the picture how reliable its labels are."""
     words = [f"{labels.shape[0]} x {labels.shape[1]} starts"]
     if min(labels.shape) >= 5 and len(basins.attractors) > 1 and (entropy := basins.entropy()) is not None:
         words.append(f"boundary entropy {entropy.boundary:.3f}")
@@ -181,9 +181,10 @@ def _said(ax: Axes, basins: Any, labels: np.ndarray, fresh: bool) -> None:
     if noise is not None:
         words.append(f"predicted label noise {_scientific(noise)}")
     ax.set_title("\n".join(textwrap.wrap(", ".join(words), max(20, int(18.0 * _width(ax))))), loc="right", fontsize=7.5)
-    trust = basins.trust
-    if fresh and trust is not None:  # a figure of our own has room for it
-        ax.figure.supxlabel("\n".join(textwrap.wrap(trust.statement.replace("+-", "\u00b1"), 108)), x=0.02, ha="left", fontsize=7)
+    reliability = basins.reliability
+    if fresh and reliability is not None:  # a figure of our own has room for it
+        statement = reliability.statement.replace("+-", "\u00b1")
+        ax.figure.supxlabel("\n".join(textwrap.wrap(statement, 108)), x=0.02, ha="left", fontsize=7)
 
 
 _FIELDS = {"periods": ("forcing periods until near the attractor", "cividis"), "impacts": ("impacts until then", "cividis"),

@@ -32,7 +32,7 @@ def place_of(dof: str | int, names: Sequence[str] | None, n: int, owner: str = "
     Raises
     ------
     ValueError
-        When there is none of that name or number; similar names are told.
+        When there is none of that name or number; the message names similar ones.
     """
     if isinstance(dof, str):
         if names is None:

@@ -8,7 +8,7 @@ from scipy.stats import linregress
 import bifurc as bf
 from bifurc.basins.maps.basin_map import CellState
 from bifurc.basins.maps.entropy import basin_entropy
-from bifurc.basins.maps.reliability import TrustKind, fraction_errors, trust
+from bifurc.basins.maps.reliability import ReliabilityKind, fraction_errors, reliability
 from bifurc.basins.maps.uncertainty_exponent import fitted, uncertainty_exponent
 from bifurc.ensemble.outcomes import DIVERGED, REACHED, UNSETTLED
 
@@ -119,17 +119,19 @@ def test_entropies_and_exponents_of_the_references(problem_a, problem_b):
 
 
 def test_the_map_says_what_it_promises(problem_a, problem_b):
-    assert problem_a.trust.kind is TrustKind.CELLS and problem_a.trust.wrong < 1e-3
-    assert problem_b.trust.kind is TrustKind.FRACTIONS
-    assert 0.045 / 1.5 <= problem_b.trust.wrong / 160000 <= 0.045 * 1.5
+    assert problem_a.reliability.kind is ReliabilityKind.CELLS and problem_a.reliability.wrong < 1e-3
+    assert problem_b.reliability.kind is ReliabilityKind.FRACTIONS
+    with pytest.warns(DeprecationWarning, match="BasinMap.reliability"):
+        assert problem_b.trust is problem_b.reliability
+    assert 0.045 / 1.5 <= problem_b.reliability.wrong / 160000 <= 0.045 * 1.5
     assert "No single label is promised" in problem_b.report() and "Fractions hold: 0.44" in problem_b.report()
     assert "Every label can be trusted" in problem_a.report() and "boundary entropy 0.5016" in problem_a.report()
     few = SimpleNamespace(starts=np.ones((10, 10), bool), labels=np.zeros((10, 10), int), label_uncertainty=7e-4,
                           states=np.zeros((10, 10), int), fractions={0: 1.0}, noise=SimpleNamespace(exponent=0.5, size=5e-16))
-    assert trust(few).kind is TrustKind.CELLS
+    assert reliability(few).kind is ReliabilityKind.CELLS
     few.starts = np.ones((100, 100), bool)
     few.labels, few.states = np.zeros((100, 100), int), np.zeros((100, 100), int)
-    assert trust(few).kind is TrustKind.MOST_CELLS and "about 7 of 10000" in trust(few).statement
+    assert reliability(few).kind is ReliabilityKind.MOST_CELLS and "about 7 of 10000" in reliability(few).statement
 
 
 def test_starts_without_a_label_are_no_certainty():
@@ -138,14 +140,15 @@ def test_starts_without_a_label_are_no_certainty():
                            states=np.full((10, 100), REACHED), fractions={0: 0.37, -1: 0.63},
                            noise=SimpleNamespace(exponent=1.0, size=5e-16))
     made.labels.ravel()[:630], made.states.ravel()[:630] = -1, UNSETTLED
-    assert trust(made).kind is TrustKind.UNRESOLVED and trust(made).unresolved == 630
-    assert "630 of 1000 starts (63 %) have no label" in trust(made).statement and "Every" not in trust(made).statement
+    assert reliability(made).kind is ReliabilityKind.UNRESOLVED and reliability(made).unresolved == 630
+    assert "630 of 1000 starts (63 %) have no label" in reliability(made).statement and "Every" not in reliability(made).statement
     made.labels.ravel()[2:630], made.states.ravel()[2:630] = 0, REACHED
-    assert trust(made).kind is TrustKind.CELLS and "2 of 1000 starts (0.2 %) have no label" in trust(made).statement
+    assert reliability(made).kind is ReliabilityKind.CELLS
+    assert "2 of 1000 starts (0.2 %) have no label" in reliability(made).statement
     made.states.ravel()[:2] = DIVERGED  # infinity is where a start leads
-    assert trust(made).unresolved == 0 and "no label" not in trust(made).statement
+    assert reliability(made).unresolved == 0 and "no label" not in reliability(made).statement
     made.starts[:] = False
-    assert trust(made).kind is TrustKind.NO_STARTS and "Every" not in trust(made).statement
+    assert reliability(made).kind is ReliabilityKind.NO_STARTS and "Every" not in reliability(made).statement
 
 
 def test_errors_of_fractions_hold_the_fractions_of_finer_grids(problem_a, problem_b):
@@ -220,7 +223,7 @@ def test_the_duffing_oscillator_at_245_promises_fractions_only():
     basins = bf.basins_of_attraction(system, bf.Grid(q0=(-2.2, 2.2, 60), v0=(-2.2, 2.2, 60)))
     found = basins.uncertainty()
     assert abs(found.exponent - 0.026) <= 0.005 and found.error <= 0.005
-    assert 1e-13 <= basins.noise.size <= 2e-9 and "a period alone is expected to change" in basins.trust.statement
+    assert 1e-13 <= basins.noise.size <= 2e-9 and "a period alone is expected to change" in basins.reliability.statement
     assert 0.37 / 1.5 <= basins.label_uncertainty <= 0.37 * 1.5
     assert basins.entropy().fractal is True and basins.partners == {0: 1, 1: 0, 2: 2}
 
@@ -230,7 +233,7 @@ def test_a_chaotic_attractor_beside_a_periodic_one_has_a_smooth_boundary():
     basins = bf.basins_of_attraction(system, bf.Grid(q0=(-2.2, 2.2, 400), v0=(-2.2, 2.2, 400)))
     assert abs(basins.fractions[0] - 0.3728) <= 1e-4 and basins.fractions[-1] == 0.0
     np.testing.assert_allclose(basins.entropy()[:2], (0.0236, 0.5014), rtol=0, atol=1e-3)
-    assert basins.trust.kind is TrustKind.CELLS
+    assert basins.reliability.kind is ReliabilityKind.CELLS
 
 
 def test_error_of_a_fraction_with_a_straight_boundary():

@@ -169,11 +169,11 @@ class Jenkins(el.Element):
         if key == "stick":
             pull = self.kt * (u() - el.local.z())
             return el.Mode(force=(-pull,), guards=(el.Guard(pull - self.limit, el.EventKind.SLIP, ("up",)),))
-        slider = el.Slaved(u() - self.limit / self.kt)
+        slider = el.Algebraic(u() - self.limit / self.kt)
         return el.Mode(force=(-self.limit,), memory=(slider,), guards=(el.Guard(-s(), el.EventKind.STICK, ("stick",)),))
 
 
-def test_memory_has_its_own_states_and_is_written_when_a_slaved_mode_is_left():
+def test_memory_has_its_own_states_and_is_written_when_an_algebraic_mode_is_left():
     scene = scene_of(System(1.0, 0.1, 1.0, [Jenkins(), Jenkins(kt=4.0, limit=0.8)]))
     assert scene.ns == 4
     mode = scene.index(("stick", "up"))
@@ -188,7 +188,7 @@ def test_memory_has_its_own_states_and_is_written_when_a_slaved_mode_is_left():
 def test_elastic_stop_with_a_dashpot_released_at_zero_force():
     stop = el.ElasticStop(0.5, 4.0, 0.3, release="force", side=-1)
     scene = scene_of(System(2.0, 0.1, 1.0, [stop]))
-    assert scene.keys == [("free",), ("contact",), ("parting",)]
+    assert scene.keys == [("free",), ("contact",), ("separating",)]
     T, x = scene.tables, np.array([-0.8, 0.6, 1.0])
     force = 4.0 * 0.3 - 0.3 * 0.6  # k d + c d', d = -q - gap
     assert T.A[0, 1] @ x == pytest.approx((0.8 - 0.06) / 2) and T.A[2, 1] @ x == pytest.approx((0.8 - 0.06) / 2)

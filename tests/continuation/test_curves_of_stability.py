@@ -25,7 +25,7 @@ class Pitchfork(Problem):
 
 
 class Transcritical(Problem):
-    """u = 0 for all p, another branch crosses it where p + 0.3 p = sin q; v is slaved."""
+    """u = 0 for all p, another branch crosses it where p + 0.3 p = sin q; v follows."""
 
     def __init__(self, q=0.5):
         super().__init__([0.0, -0.3], -1.0)

@@ -53,7 +53,7 @@ class Slider(el.Element):
             return el.Mode(force=(-pull,), guards=(el.Guard(pull - self.limit, el.EventKind.SLIP, ("up",)),
                                                    el.Guard(-pull - self.limit, el.EventKind.SLIP, ("down",))))
         way = 1.0 if key == "up" else -1.0
-        slider = el.Slaved(u() - way * self.limit / self.kt)
+        slider = el.Algebraic(u() - way * self.limit / self.kt)
         return el.Mode(force=(el.local.affine(-way * self.limit),), memory=(slider,),
                        guards=(el.Guard(-way * s(), el.EventKind.STICK, ("stick",)),))
 

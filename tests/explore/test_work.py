@@ -3,17 +3,17 @@ import threading
 
 import pytest
 
-from bifurc.explore.work import Lane, Newest, Superseded, Ticket
+from bifurc.explore.work import Worker, Newest, Superseded, Ticket
 
 
 @pytest.fixture
-def lane():
-    lane = Lane("test")
-    yield lane
-    lane.close()
+def worker():
+    worker = Worker("test")
+    yield worker
+    worker.close()
 
 
-def test_the_newest_request_wins(lane):
+def test_the_newest_request_wins(worker):
     started, go, finished = threading.Event(), threading.Event(), threading.Event()
     tickets, results = [], []
 
@@ -23,43 +23,43 @@ def test_the_newest_request_wins(lane):
         assert go.wait(10)
         return "first"
 
-    lane.ask(first, results.append)
+    worker.ask(first, results.append)
     assert started.wait(10)
-    lane.ask(lambda ticket: "dropped while waiting", results.append)
-    lane.ask(lambda ticket: "last", lambda result: (results.append(result), finished.set()))
+    worker.ask(lambda ticket: "dropped while waiting", results.append)
+    worker.ask(lambda ticket: "last", lambda result: (results.append(result), finished.set()))
     assert not tickets[0].valid
     go.set()
     assert finished.wait(10)
     assert results == ["last"]
 
 
-def test_errors_are_results_and_the_thread_lives_on(lane):
+def test_errors_are_results_and_the_thread_lives_on(worker):
     results, done = [], threading.Event()
 
     def fails(ticket):
         raise ValueError("no such thing")
 
-    lane.ask(fails, lambda result: (results.append(result), done.set()))
+    worker.ask(fails, lambda result: (results.append(result), done.set()))
     assert done.wait(10)
     assert isinstance(results[0], ValueError)
     done.clear()
-    lane.ask(lambda ticket: 2, lambda result: (results.append(result), done.set()))
+    worker.ask(lambda ticket: 2, lambda result: (results.append(result), done.set()))
     assert done.wait(10) and results[1] == 2
 
 
-def test_dropped_requests_say_nothing(lane):
+def test_dropped_requests_say_nothing(worker):
     started, go, results = threading.Event(), threading.Event(), []
 
     def runs(ticket):
         started.set()
         assert go.wait(10)
 
-    lane.ask(runs, results.append)
+    worker.ask(runs, results.append)
     assert started.wait(10)
-    lane.drop()
+    worker.drop()
     go.set()
     done = threading.Event()
-    lane.ask(lambda ticket: None, lambda result: done.set())
+    worker.ask(lambda ticket: None, lambda result: done.set())
     assert done.wait(10) and results == []
 
 

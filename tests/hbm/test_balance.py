@@ -7,6 +7,7 @@ import pytest
 
 from bifurc import System, systems
 from bifurc.elements import (
+    Algebraic,
     AtRow,
     CubicSpring,
     ElasticStop,
@@ -20,7 +21,6 @@ from bifurc.elements import (
     Mode,
     RegularizedFriction,
     Rows,
-    Slaved,
     local,
 )
 from bifurc.hbm.balance import Balance
@@ -123,7 +123,7 @@ class Clutch(AtRow):
 
     def mode(self, key, core):
         if key == "loose":
-            return Mode(force=(0.1,), memory=(Slaved(local.u(0) + 0.2),),
+            return Mode(force=(0.1,), memory=(Algebraic(local.u(0) + 0.2),),
                         guards=(Guard(-local.s(0), EventKind.STICK, ("gripped",)),))
         return Mode(force=(-self.stiffness * (local.u(0) - local.z(0)),), guards=(Guard(local.s(0), EventKind.SLIP, ("loose",)),))
 

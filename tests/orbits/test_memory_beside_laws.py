@@ -70,7 +70,7 @@ def test_against_runge_kutta(cubic, omega):
     differenced = np.array([second.period(orbit.state + step * e) - second.period(orbit.state - step * e) for e in np.eye(3)]).T
     found = np.linalg.eigvals(differenced / (2.0 * step))
     assert orbit.multipliers[:2] == pytest.approx(found[np.lexsort((-found.imag, -np.abs(found).round(6)))][:2], abs=1e-8)
-    assert abs(orbit.multipliers[2]) < 1e-14 and np.abs(found).min() < 1e-9  # the slaved slider
+    assert abs(orbit.multipliers[2]) < 1e-14 and np.abs(found).min() < 1e-9  # the slider that follows
 
 
 def test_harmonic_balance_converges_to_it():

@@ -18,7 +18,7 @@ def test_noise_is_predicted_within_a_factor_where_there_is_any():
     found = label_noise.run(Setting.SMALL)
     assert found["A"].rescaled == found["A"].moved == 0.0 and found["A"].predicted < 1e-10
     assert 1 / 2 <= found["B"].predicted / found["B"].rescaled <= 2  # 3600 cells tell it to a tenth
-    assert str(found["B"].basins.trust.kind) == "fractions"
+    assert str(found["B"].basins.reliability.kind) == "fractions"
     assert "promise" in label_noise.report(found) and label_noise.picture(found).axes
 
 

@@ -42,7 +42,7 @@ def test_the_flip_of_the_rub_orbit():
     {"contact_damping": 0.4}, {"contact_damping": 0.4, "nu": 1.0}, {"gravity": 0.1}, {"gravity": 0.3, "contact_damping": 0.2},
     {"contact_damping": 0.4, "gravity": 0.1, "offset": 0.5, "nu": 1.3}])
 def test_orbits_with_contact_damping_and_gravity(changes):
-    # with a dashpot the contact ends at zero force, inside the stator: parting ends as an event of its own
+    # with a dashpot the contact ends at zero force, inside the stator: separating ends as an event of its own
     system = bf.systems.jeffcott_rotor(**changes)
     orbit = bf.find_orbit(system)
     assert orbit.success and orbit.sequence.events >= 2

@@ -34,7 +34,7 @@ NEAR = 0.03  # scaled distance of the settled motion from the orbit that is acce
 SAME = 1e-6  # scaled distance of section points of one orbit found twice
 EXPONENT_PERIODS = 4000
 LAW_PERIODS = 1000  # the same under laws, where a period costs more
-FOLDS = 10.0  # by how many factors e neighbours must part in all: turns of undamped motion give a small exponent, and a small error
+FOLDS = 10.0  # factors e by which neighbours must separate in all: turns of undamped motion give a small exponent, and a small error
 SAMPLE = 20000  # section points of a chaotic attractor
 PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
 COVERED = 0.999
@@ -42,12 +42,12 @@ ON_CURVE = 3000  # section points of a quasi-periodic one
 THINNER = 4.5  # by what neighbours on a curve come nearer, at least, where the points are 8 times as many; a surface gives 8**0.5
 CLOUD = 100  # motions side by side
 CLOUD_SIZE = 1e-5  # scaled distance at which they start
-PARTING = 60  # forcing periods until they are told apart, and over which exponents are measured
+COMPARED = 60  # forcing periods after which they are compared, and over which exponents are measured
 SETTLING = 10  # forcing periods until neighbours lie along the direction that grows
 APART = 1e-7  # scaled distance of neighbours
 MOST_EVENTS = 2000
 CREEPING, SEEN = 1e-3, 65  # scaled motion of a creeping mass, and at how many times of its orbit
-MOST_MEMBERS = 40000  # of a family that are told to the kernels, one a radius
+MOST_MEMBERS = 40000  # of a family that kernels compare with, one a radius
 
 
 @dataclass(frozen=True)
@@ -108,14 +108,14 @@ class SampledAttractor(Motion):
 
 
 class ChaoticAttractor(SampledAttractor):
-    """A motion that settles on no orbit and whose neighbours part exponentially."""
+    """A motion that settles on no orbit with a positive largest Lyapunov exponent."""
 
     kind = "chaotic_attractor"
     regime = "chaotic"
 
 
 class QuasiperiodicAttractor(SampledAttractor):
-    """A motion on a torus: its section points fill a closed curve, and neighbours neither part nor meet along it.
+    """A motion on a torus: its section points fill a closed curve, and its largest Lyapunov exponent is zero.
 
     A rotor that rubs part of the time in a concentric stator moves so, and what is left past a Neimark-Sacker point.
     """
@@ -200,8 +200,8 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
             measured = lyapunov_exponents(system, y, periods=count, transient=0)
             exponent, error, span = float(measured.values[0]), float(measured.errors[0]), count * float(scene.period or 0.0)
         else:
-            exponent, error = parting(lean, y, scale)
-            span = PARTING * float(scene.period or 0.0)
+            exponent, error = largest_exponent(lean, y, scale)
+            span = COMPARED * float(scene.period or 0.0)
     except ArithmeticError:
         return None
     folds = exponent * span
@@ -268,23 +268,23 @@ def settled(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> np.ndarray | 
     X = y + CLOUD_SIZE * scale * np.random.default_rng(0).normal(size=(CLOUD, y.size))
     points = np.empty((CLOUD, -(-(SAMPLE + PROBE) // CLOUD), y.size))
     for k in range(points.shape[1]):
-        images = carrier.carry(X, PARTING if k == 0 else 1)
+        images = carrier.carry(X, COMPARED if k == 0 else 1)
         if np.any(images.outcomes != REACHED):
             return None
         X = points[:, k] = images.ends
     return points.reshape(-1, y.size)[:SAMPLE + PROBE]
 
 
-def parting(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> tuple[float, float]:
-    """Return the largest exponent per time and its standard error, from how fast neighbours part (Benettin et al. 1980).
+def largest_exponent(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> tuple[float, float]:
+    """Return the largest exponent per time and its standard error, from how fast neighbours separate (Benettin et al. 1980).
 
     Many motions from near ``y`` are followed side by side, each with a neighbour whose distance is reset every period.
     """
     rng = np.random.default_rng(1)
-    X = carrier.carry(y + CLOUD_SIZE * scale * rng.normal(size=(CLOUD, y.size)), PARTING).ends
+    X = carrier.carry(y + CLOUD_SIZE * scale * rng.normal(size=(CLOUD, y.size)), COMPARED).ends
     away = rng.normal(size=X.shape)
-    logs = np.zeros((PARTING, CLOUD))
-    for k in range(-SETTLING, PARTING):
+    logs = np.zeros((COMPARED, CLOUD))
+    for k in range(-SETTLING, COMPARED):
         away *= APART / np.linalg.norm(away, axis=1)[:, None]
         both = carrier.carry(np.concatenate((X, X + away * scale)), 1)
         if np.any(both.outcomes != REACHED):

@@ -16,7 +16,7 @@ ATTEMPTS = 6
 NEAR = 0.03  # scaled distance of the settled motion from the attractor that is accepted for it
 EXPONENT_TURNS = 1000
 EVENTS = 100_000  # of one simulation
-MEMBERS = 10_000  # of a continuum that are told to the kernels
+MEMBERS = 10_000  # of a continuum that kernels compare with
 
 
 def marcher_of(system: System, limit: int, section: Section | None):

@@ -15,6 +15,7 @@ from ...ensemble.section import Section
 from ...jobs.executors import user_parts, workers_of
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
+from ...renamed import deprecated
 from ...system import System
 from ..attractors.attractors import partners, section_points, targets_of
 from ..attractors.clockless import marcher_of
@@ -23,7 +24,7 @@ from .entropy import BasinEntropy, basin_entropy
 from .label_noise import LabelNoise
 from .labelled import LabelledStarts
 from .labelling import Labeller, label_starts
-from .reliability import Trust, trust
+from .reliability import Reliability, reliability
 from .uncertainty_exponent import RANGE, Uncertainty, uncertainty_exponent
 
 
@@ -44,7 +45,7 @@ class BasinMap(LabelledStarts, Notebook):
         Code of the `CellState` of each cell.
     periods, impacts : ndarray of int
         Forcing periods, and impacts with rigid or contacts with elastic stops, until the motion was within `radii` of
-        its attractor; a completed infinite sequence counts once from where it was closed.
+        its attractor; a complete chattering counts once from where it was closed.
     radii : tuple of float
         Distance, in units of ``scale``, at which a section point counts as on its attractor.
     scale : ndarray
@@ -53,7 +54,7 @@ class BasinMap(LabelledStarts, Notebook):
     options : dict
         seed, tolerance, max_periods, max_events.
     speeds : ndarray
-        Least speed of arrival at a stop until then; 0 after an infinite sequence, infinity without an impact.
+        Least speed of arrival at a stop until then; 0 after a complete chattering, infinity without an impact.
     section : Section or None
         Where motions without a clock were compared; `periods` are returns to it.
 
@@ -119,9 +120,15 @@ class BasinMap(LabelledStarts, Notebook):
         return self.noise.at_error
 
     @cached_property
-    def trust(self) -> Trust:
-        """What the map can promise: its kind, the expected number of wrong labels, fractions with errors, a statement."""
-        return trust(self)
+    def reliability(self) -> Reliability:
+        """How far labels can be relied on: a kind, the expected number of wrong ones, fractions with errors, a statement."""
+        return reliability(self)
+
+    @property
+    def trust(self) -> Reliability:
+        """The old name of `reliability`."""
+        deprecated("BasinMap.trust", "BasinMap.reliability")
+        return self.reliability
 
     def entropy(self, side: int = 5) -> BasinEntropy:
         """Return basin entropy and boundary entropy over boxes of ``side`` cells; infinity counts as a label."""
@@ -193,7 +200,7 @@ class BasinMap(LabelledStarts, Notebook):
         for label, attractor in enumerate(self.attractors):
             mirror = self.partners.get(label)
             words = "" if mirror is None else ", symmetric" if mirror == label else f", mirror image of {mirror}"
-            error = self.trust.fractions[label][1]
+            error = self.reliability.fractions[label][1]
             lines.append(f"{label:>4} {self.fractions[label]:>10.6f} +- {error:.1g}  {attractor!r}{words}")
         lines.append(f"{-1:>4} {self.fractions[-1]:>10.6f}  unresolved")
         for label, attractor in enumerate(self.attractors):
@@ -210,7 +217,7 @@ class BasinMap(LabelledStarts, Notebook):
             entropy = self.entropy()
             proof = " (above ln 2: fractal)" if entropy.fractal else ""
             lines.append(f"basin entropy {entropy.basin:.4f}, boundary entropy {entropy.boundary:.4f}{proof}, 5 cells a box side")
-        lines.append(self.trust.statement)
+        lines.append(self.reliability.statement)
         return "\n".join(lines)
 
     def plot(self, ax=None, saddle=None, unstable=None, field: str = "labels", stable=None, names=None):

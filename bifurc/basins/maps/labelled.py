@@ -13,14 +13,14 @@ class LabelledStarts:
         Where the states of a system without excitation are seen; None: at phase 0.
     label_uncertainty : float or None
         Predicted fraction of labels that errors could change.
-    trust : Trust or None
-        What the map promises.
+    reliability : Reliability or None
+        How far its labels can be relied on.
     """
 
     attractors: tuple
     section: Any = None
     label_uncertainty: Any = None
-    trust: Any = None
+    reliability: Any = None
 
     def points(self, label: int) -> np.ndarray:
         """Return the states (k, ns) of an attractor at phase 0."""

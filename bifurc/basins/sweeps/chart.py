@@ -165,7 +165,7 @@ def parameter_chart(system: System, parameters: Mapping, region: Mapping, *, at:
     transient : int
         Forcing periods passed over; a motion that does not repeat then gets four times as many again.
     longest : int
-        Longest period that is told from none.
+        Longest period that is looked for.
     exponents : bool
         Also the largest Lyapunov exponent.
     max_events, executor, workers, progress, file

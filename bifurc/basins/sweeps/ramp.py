@@ -176,7 +176,7 @@ def ramp(system: System, parameter: str, bounds, *, steps: int = 400, periods: i
     Returns
     -------
     Ramp
-        ``jumps`` lists where the amplitude changes suddenly.  A motion that fails is told in ``message``, not raised.
+        ``jumps`` lists where the amplitude changes suddenly.  A motion that fails is reported in ``message``, not raised.
 
     Raises
     ------
