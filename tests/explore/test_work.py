@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from bifurc.explore.work import Worker, Newest, Superseded, Ticket
+from bifurc.explore.work import Newest, Superseded, Ticket, Worker
 
 
 @pytest.fixture
