@@ -22,7 +22,7 @@ from bifurc._jit import njit
 from bifurc.hbm.balance import Balance as Core
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.setvalued.equations import Balance, Contact, Linear
-from bifurc.hbm.setvalued.li2019 import FirstJacobian, Sampled, galerkin_broyden, one_harmonic
+from bifurc.hbm.setvalued.li2019 import FirstJacobian, Sampled, galerkin_broyden
 from bifurc.solve.broyden import broyden
 from bifurc.solve.newton import newton
 
@@ -39,6 +39,23 @@ STARTS = ("zero", "linear", "one harmonic")
 SIZES = {Setting.SMALL: ((7, 256),), Setting.FULL: ((7, 1024), (21, 1024), (51, 1024))}
 FREQUENCIES = {Setting.SMALL: 20, Setting.FULL: 160}
 RESIDUAL = 1e-10  # Euclidean, forces of order 1
+
+
+def one_harmonic(balance: Balance) -> np.ndarray:
+    """Return the start of a single-harmonic balance without phase iteration: friction taken from the load's amplitude.
+
+    Each coordinate answers the load reduced by 4/pi times the friction on it; zero where friction is the larger.
+    """
+    layout = balance.layout
+    r, Z = balance.rest(np.zeros(layout.size))
+    load = -layout.matrix(r)
+    friction = sum(contact.limit * np.abs(contact.row) for contact in balance.contacts)
+    slot = layout.slot(layout.periods)
+    size = np.hypot(load[slot], load[slot + 1])
+    left = np.clip(1.0 - 4.0 / np.pi * friction / np.where(size > 0.0, size, 1.0), 0.0, None)
+    reduced = np.zeros_like(load)
+    reduced[slot], reduced[slot + 1] = left * load[slot], left * load[slot + 1]
+    return np.linalg.solve(Z, reduced.ravel())
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ import bifurc as bf
 from bifurc._jit import njit
 from bifurc.compose.scene import scene_of
 from bifurc.ensemble.initial_conditions import begin
-from bifurc.flow.single import fits, pack
 
 from .common import Setting, interleaved, parser, publish, table
 from .kernel_throughput import general, lean
+from .one_degree import fits, pack
 
 ZETA, OMEGA, AMPLITUDE = 0.02, 2.6, 1.0
 STARTS = {Setting.SMALL: 200, Setting.FULL: 4000}

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bifurc import hysteresis, systems
-from bifurc.flow.planar import planar_hysteresis
 
 from .common import Setting, parser, publish, table
+from .planar_hysteresis import planar_hysteresis
 
 BLOCKS = {Setting.SMALL: (1, 3, 15), Setting.FULL: (1, 2, 3, 5, 7, 9, 11, 13, 15, 31, 61, 121, 241)}
 DRAWN = (1, 3, 5, 15)

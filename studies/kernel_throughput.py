@@ -27,9 +27,9 @@ from bifurc.ensemble.batch import packing, several_modes, smooth
 from bifurc.ensemble.batch.runge_kutta import Method
 from bifurc.ensemble.initial_conditions import begin
 from bifurc.flow.scan import DONE, MODE, STATE, TAU, run, workspace
-from bifurc.flow.single import pack, period, scratch
 
 from .common import Setting, parser, publish, table
+from .one_degree import pack, period, scratch
 from .reference import Oscillator
 
 NUMBERS = {"zeta": 0.02, "omega": 2.6, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}

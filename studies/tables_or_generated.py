@@ -17,10 +17,10 @@ from bifurc._jit import njit
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import rebuild
 from bifurc.ensemble.initial_conditions import begin
-from bifurc.flow.single import fits, pack
 
 from .common import Setting, interleaved, parser, publish, table
 from .kernel_throughput import general, lean
+from .one_degree import fits, pack
 from .straightline import written
 
 ONE = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)

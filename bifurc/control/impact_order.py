@@ -18,7 +18,6 @@ import itertools
 import numpy as np
 from scipy.optimize import brentq
 
-from .characteristic import Characteristic
 from .linearization import NODES, Kick, Linearization, NotSupported, flow, gauss
 
 MOST_JUMPS = 3  # impacts a period: 2^(2 m - 1) patterns
@@ -173,10 +172,6 @@ class ImpactOrder:
             if period == SETTLE - 1:
                 total = logs.copy()
         return float(np.exp(((logs - total) / MEASURE).max()))
-
-    def without_pulses(self) -> Characteristic:
-        """Return the characteristic equation that forgets the pulses: wrong here, for comparison."""
-        return Characteristic(self.linear)
 
 
 def _responses(piece, c: np.ndarray, gain: float):

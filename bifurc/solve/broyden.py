@@ -96,10 +96,6 @@ class Factors:
         """Return J^-1 b."""
         return scipy.linalg.solve_triangular(self.r, self.q.T @ b, check_finite=False)
 
-    def solve_transposed(self, b):
-        """Return J^-T b."""
-        return self.q @ scipy.linalg.solve_triangular(self.r, b, trans=1, check_finite=False)
-
     def times(self, b):
         """Return J b."""
         return self.q @ (self.r @ b)

@@ -36,7 +36,7 @@ def macro_slip_contact(*, case: int = 1, omega: float = 1.0, friction: float = 0
 
     x = amplitude_x sin(omega t), y = amplitude_y cos(harmonic_y omega t), normal load
     load (1 + load_amplitude cos(omega t + load_phase)), apart where that is negative.  For `bifurc.hysteresis`; the
-    in-plane motion coupled by |f| <= friction load is `bifurc.flow.planar.planar_hysteresis`.
+    in-plane motion coupled by |f| <= friction load is integrated by `studies/planar_hysteresis.py`.
 
     Parameters
     ----------

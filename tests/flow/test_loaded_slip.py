@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.elements import Driven, HarmonicForce, LoadedMicroSlip, MicroSlip
-from bifurc.flow.planar import planar_hysteresis
+from studies.planar_hysteresis import planar_hysteresis
 from tests.reference import microslip as reference
 
 LIMITS = (0.3, 0.2, 0.5, 0.1, 0.4)

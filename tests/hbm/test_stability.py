@@ -4,9 +4,9 @@ import pytest
 from scipy.linalg import expm
 
 import bifurc as bf
-from bifurc.hbm.floquet.hill import Hill, hill_multipliers
 from bifurc.hbm.floquet.stability import StabilityStatus, multipliers_of
 from tests.hbm.test_examples import duffing, unilateral
+from tests.reference.hill import Hill, hill_multipliers
 
 
 def jenkins(omega=1.1, harmonics=21):

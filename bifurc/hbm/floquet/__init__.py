@@ -1,4 +1,1 @@
-"""Stability of harmonic-balance solutions: `monodromy` in the time domain, multipliers in `stability`.
-
-`hill` reads exponents from the balance itself (Hill's method).  Start reading at `stability`.
-"""
+"""Stability of harmonic-balance solutions: `monodromy` in the time domain, multipliers in `stability`.  Start reading there."""

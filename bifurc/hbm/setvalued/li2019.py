@@ -121,23 +121,6 @@ def galerkin_broyden(residual: Sampled, x0, first: FirstJacobian | str = FirstJa
                    restarts=False)
 
 
-def one_harmonic(balance: Balance) -> np.ndarray:
-    """Return the start of a single-harmonic balance without phase iteration: friction taken from the load's amplitude.
-
-    Each coordinate answers the load reduced by 4/pi times the friction on it; zero where friction is the larger.
-    """
-    layout = balance.layout
-    r, Z = balance.rest(np.zeros(layout.size))
-    load = -layout.matrix(r)
-    friction = sum(contact.limit * np.abs(contact.row) for contact in balance.contacts)
-    slot = layout.slot(layout.periods)
-    size = np.hypot(load[slot], load[slot + 1])
-    left = np.clip(1.0 - 4.0 / np.pi * friction / np.where(size > 0.0, size, 1.0), 0.0, None)
-    reduced = np.zeros_like(load)
-    reduced[slot], reduced[slot + 1] = left * load[slot], left * load[slot + 1]
-    return np.linalg.solve(Z, reduced.ravel())
-
-
 def galerkin(core, contacts, rest, method, starts):
     """Return packed coefficients, what `how` says, and None or the status, for `HarmonicBalance(solver="galerkin-broyden")`.
 

@@ -13,12 +13,12 @@ Reference: Hill (1886); for the quadratic form, Detroux, Renson, Masset and Kers
 """
 import numpy as np
 
-from ..balance import Balance
-from ..contacts.common import GUARD, MODE, WROTE
-from ..laws import compiled
-from ..status import MarchStatus
-from .monodromy import JUMP
-from .stability import StabilityStatus, exact_twin, multipliers_of, ordered
+from bifurc.hbm.balance import Balance
+from bifurc.hbm.contacts.common import GUARD, MODE, WROTE
+from bifurc.hbm.floquet.monodromy import JUMP
+from bifurc.hbm.floquet.stability import StabilityStatus, exact_twin, multipliers_of, ordered
+from bifurc.hbm.laws import compiled
+from bifurc.hbm.status import MarchStatus
 
 ITERATIONS = 30
 TAIL = 24  # times the kept harmonics: how far the rest of the series is taken into account to first order

@@ -9,12 +9,12 @@ arrays are counted in and out), a period 300.
 """
 import numpy as np
 
-from .._jit import njit
-from ..compose.tables import ORDER
-from ..elements import EventKind
-from .polynomial import EPS, first_zero, horner
-from .rule import NOISE
-from .scan import CLOSE, DONE, LIMIT
+from bifurc._jit import njit
+from bifurc.compose.tables import ORDER
+from bifurc.elements import EventKind
+from bifurc.flow.polynomial import EPS, first_zero, horner
+from bifurc.flow.rule import NOISE
+from bifurc.flow.scan import CLOSE, DONE, LIMIT
 
 ASIDE = 100  # take the general march
 CONTACT = EventKind.CONTACT.code

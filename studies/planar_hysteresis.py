@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..elements import Jenkins
-from ..elements.driven import Driven
-from ..elements.local import Frame
-from ..system import System
-from .periodic import derivative, first_zero, product, product_integral, states
+from bifurc.elements import Jenkins
+from bifurc.elements.driven import Driven
+from bifurc.elements.local import Frame
+from bifurc.flow.periodic import derivative, first_zero, product, product_integral, states
+from bifurc.system import System
 
 TURN = 2.0 * np.pi
 NEAR = 1e-6  # angle from an instant without load at which sliding begins and ends: the force there is as small
@@ -76,7 +76,7 @@ def planar_hysteresis(system: System, x: str = "x", y: str = "y", tolerance: flo
     Examples
     --------
     >>> import bifurc as bf
-    >>> from bifurc.flow.planar import planar_hysteresis
+    >>> from studies.planar_hysteresis import planar_hysteresis
     >>> round(planar_hysteresis(bf.systems.macro_slip_contact(case=1)).work, 4)
     90.1202
     """
@@ -111,7 +111,7 @@ class _March:
         self.dlimit = derivative(self.harmonics, self.limit)
         self.scale = np.abs(self.limit).sum() * np.abs(self.u).sum()
         self.phase, self.w = "stick", self.at(self.u, 0.0)
-        self.angle = 0.0  # of the force while sliding
+        self.angle, self.fresh = 0.0, False  # of the force while sliding; whether the load has just returned
         if self.at(self.limit, 0.0) <= 0.0:
             self.phase = "apart"
         self.pieces: list = []
@@ -176,7 +176,7 @@ class _March:
 
     def _slip(self, theta):
         start = theta
-        if getattr(self, "fresh", False):  # from zero load: the regular solution, to first order
+        if self.fresh:  # from zero load: the regular solution, to first order
             speed, turn = self.at(self.du, theta), self.at(np.array([derivative(self.harmonics, c) for c in self.du]), theta)
             rate = (speed[0] * turn[1] - speed[1] * turn[0]) / (speed @ speed)  # of the direction of u'
             pull = self.k * np.hypot(*speed) / self.at(self.dlimit, theta)
