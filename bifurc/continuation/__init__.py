@@ -1,5 +1,5 @@
 """Continuation: branches of solutions in a parameter, their special points, and branches that cross them."""
-from importlib import import_module
+from ..lazy import lazy
 
 _NAMES = {
     "Branch": "branch", "ContinuationError": "kinds", "Corrected": "problem", "CorrectorStatus": "kinds",
@@ -10,15 +10,4 @@ _NAMES = {
 }
 _MODULES = ("grazing", "maps")
 __all__ = [*sorted(_NAMES), *_MODULES]
-
-
-def __getattr__(name):
-    if name in _MODULES:
-        return import_module(f"{__name__}.{name}")
-    if name not in _NAMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_NAMES[name]}"), name)
-
-
-def __dir__():
-    return __all__
+__getattr__, __dir__ = lazy(__name__, _NAMES, _MODULES)

@@ -1,6 +1,5 @@
 """Ready systems of the literature.  Builders take keywords only; the keywords are the parameters of the system."""
-import importlib
-
+from ..lazy import lazy
 from ..system import builder as builder  # public: makes a function of yours a builder
 
 _MODULES = {
@@ -16,16 +15,4 @@ _MODULES = {
 _NAMES = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [*sorted(_NAMES)]
-
-
-def __getattr__(name: str):
-    """Return a builder, whose file is read when it is first used (PEP 562)."""
-    if name not in _NAMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(__all__)}")
-    found = getattr(importlib.import_module(f"{__name__}.{_NAMES[name]}"), name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = lazy(__name__, _NAMES)

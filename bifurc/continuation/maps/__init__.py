@@ -1,5 +1,5 @@
 """Maps as systems of their own: the square-root maps of grazing, and a user's smooth map; cycles, branches, diagrams, exponents."""
-from importlib import import_module
+from ...lazy import lazy
 
 _NAMES = {
     "CycleProblem": "problem", "Map": "base", "MapDiagram": "ensemble", "MapExponents": "ensemble", "MapOrbit": "orbit",
@@ -7,13 +7,4 @@ _NAMES = {
     "SquareRootMap": "square_root",
 }
 __all__ = [*sorted(_NAMES)]
-
-
-def __getattr__(name):
-    if name not in _NAMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_NAMES[name]}"), name)
-
-
-def __dir__():
-    return __all__
+__getattr__, __dir__ = lazy(__name__, _NAMES)
