@@ -284,9 +284,8 @@ def user_parts(system: Any) -> tuple:
     """Return classes, laws and builder of a system that are not the package's own: workers need them to rebuild it."""
     own = "bifurc."
     found: list = []
-    origin = getattr(system, "_origin", None)
-    if origin is not None:
-        found.append(origin[0])
+    if system._origin is not None:
+        found.append(system._origin[0])
     for element in system.elements:
         found.append(type(element))
         found += [value for value in vars(element).values() if callable(value) and hasattr(value, "__name__")]

@@ -129,9 +129,8 @@ def _softened(element: Any, soft: float) -> Element:
         if element.belt_speed != 0.0 or element.static_ratio != 1.0 or element.friction_negative is not None:
             raise ValueError(f"reduced: method='massless' takes a Coulomb contact with one friction force and no belt, not "
                              f"{element!r}")
-        shared = {item.name: getattr(element, item.name) for item in dataclasses.fields(Jenkins)
-                  if item.name.startswith("load_") and hasattr(element, item.name)}
-        return Jenkins(stiffness=1.0 / soft, limit=element.friction, dof=element.dof, label=element.label, **shared)
+        load = {name: getattr(element, name) for name in ("load_amplitude", "load_harmonic", "load_phase")}
+        return Jenkins(stiffness=1.0 / soft, limit=element.friction, dof=element.dof, label=element.label, **load)
     wall = {name: getattr(element, name) for name in ("side", "amplitude", "phase", "harmonic", "dof", "label")}
     if isinstance(element, RigidStop):
         return ElasticStop(element.gap, 1.0 / soft, **wall)
