@@ -56,10 +56,18 @@ def checked(precision) -> int | None:
     return precision
 
 
-class Rationals:
-    """The field of rationals: structure (what vanishes identically at an event) is decided exactly."""
+class Field:
+    """What a model reads the floats of a system into: ``number(value)`` takes them one by one."""
 
-    computes = True
+    computes = True  # whether the numbers can be computed with; False: they are only noted
+
+    def number(self, value: float) -> Any:
+        """Return a float as a number of the field."""
+        raise NotImplementedError
+
+
+class Rationals(Field):
+    """The field of rationals: structure (what vanishes identically at an event) is decided exactly."""
 
     def __init__(self):
         found = flint()
@@ -70,10 +78,8 @@ class Rationals:
         return self.scalar(*value.as_integer_ratio())
 
 
-class Balls:
+class Balls(Field):
     """Balls; ``values`` replaces the floats of the system, in the order they are read, by enclosures (of a parameter's range)."""
-
-    computes = True
 
     def __init__(self, values=None):
         found = flint()
@@ -85,7 +91,7 @@ class Balls:
         return self.scalar(value) if self._values is None else next(self._values)
 
 
-class Recorder:
+class Recorder(Field):
     """No field: lists the floats of a system in the order in which they are read."""
 
     computes = False

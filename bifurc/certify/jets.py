@@ -6,7 +6,7 @@ The parts of a product follow Leibniz' rule; the exponential of a matrix with pa
 import math
 from typing import Any
 
-from .balls import flint, size
+from .balls import Field, flint, size
 from .forms import Form, hull
 
 SMALL = 0.25  # norm of a matrix whose exponential is summed; larger ones are halved
@@ -233,7 +233,7 @@ class SeriesMatrix:
         return SeriesMatrix(*found)
 
 
-class SeriesField:
+class SeriesField(Field):
     """The field of balls with Taylor coefficients; ``values`` are lists of them in the order in which floats are read."""
 
     def __init__(self, values, parts: int):
