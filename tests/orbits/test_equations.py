@@ -11,7 +11,8 @@ from bifurc.system import System
 HIT = bf.systems.impact_oscillator(zeta=0.05, omega=2.4, amplitude=7.2, restitution=0.5)
 SCENES = {"friction": bf.systems.dry_friction_oscillator(), "slider": bf.systems.jenkins_oscillator(omega=0.9, amplitude=2.0),
           "elastic stop": bf.systems.bilinear_oscillator(omega=1.29), "impacts": HIT,
-          "elastic stop beside a law": System(1.0, 0.1, 1.0, [HarmonicForce(1.0), CubicSpring(0.2), ElasticStop(0.3, 4.0)], omega=1.1),
+          "elastic stop beside a law": System(1.0, 0.1, 1.0, [HarmonicForce(1.0), CubicSpring(0.2), ElasticStop(0.3, 4.0)],
+                                              omega=1.1),
           "stop and friction": System(1.0, 0.04, 1.0, [HarmonicForce(2.0), RigidStop(0.5, 0.6), Coulomb(0.2)], omega=0.8)}
 DIVIDED = ("friction", "elastic stop", "impacts", "elastic stop beside a law")  # with a guard that is zero where its mode begins
 
