@@ -432,10 +432,13 @@ def row_value(row, x, weights):
 @njit
 def starts_beyond(T, nodes, i, q, xp, listed, a):
     """Whether the value of guard ``q`` at the start ``xp`` of the interval behind node ``i`` is a condition: that a row may be
-    held from there.  Where the guard also ends the interval it is one only if it falls first."""
+    held from there.  Where the guard also ends the interval it is one only if it falls first.
+
+    A surface is none: its value does not jump, and what it falls from is the interval before.
+    """
     after = nodes[i, AFTER]
     if nodes[i, GUARD] < 0 or T.n_holds[after] == 0 or T.n_holds[nodes[i, BEFORE]] == T.n_holds[after] \
-            or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0:
+            or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
         return False
     if listed == 0:
         return True

@@ -153,5 +153,49 @@ def test_a_branch_ends_where_a_contact_slips_no_more():
         motion = bf.simulate(system.with_parameters(amplitude=amplitude), state, periods=200)
         late = [event for event in motion.events if event.time > 0.9 * motion.t[-1]]
         assert {event.kind.value for event in late} == ({"impact", "slip", "stick"} if slips else {"impact"})
-    back = bf.trace(branch.orbits[2], "amplitude", bounds=(0.595, 1.785))
+    apart = np.flatnonzero(branch.column("harmonic_force.amplitude") > end + 1e-6)[0]  # nearer, the slips are made of rounding
+    back = bf.trace(branch.orbits[apart], "amplitude", bounds=(0.595, 1.785))
     assert [point.kind for point in back.special_points] == [point.kind for point in branch.special_points]
+
+
+def test_where_both_slips_fall_to_nothing_the_branch_goes_on_with_rest():
+    """The second of two masses slips once a period each way, and below some load sticks where it is: its slips begin where the
+    force that holds it there, linear in the motion of the first mass, meets mu."""
+    k, omega, mu = 0.323, 0.554, 0.129
+    system = two_masses(0.65, omega, 0.555, k, 0.692, 0.228, mu)
+    K, C = 1.0 + k, 0.06 * (1.0 + k)
+    c = round(0.06 * k, 4)
+    onset = mu * abs(K - omega**2 + 1j * omega * round(C, 4)) / abs(k + 1j * omega * c)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.325, 0.975))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    point = branch.special_points[0]
+    assert point.kind == "slip_onset" and point.parameter == pytest.approx(onset, abs=1e-9)
+    assert_motions(branch)
+    assert branch.orbits[1].sequence.events == 0
+    named = sorted((p.kind.value, round(p.parameter, 6)) for p in branch.special_points)
+    for row in (2, len(branch) - 3):  # the names of changes do not depend on the direction: of two events at one instant neither
+        back = bf.trace(branch.orbits[row], "amplitude", bounds=(0.325, 0.975))
+        assert sorted((p.kind.value, round(p.parameter, 6)) for p in back.special_points) == named
+
+
+def test_a_slip_that_ends_with_an_impact_falls_to_nothing():
+    """An impact interrupts a slip that has hardly begun, and the mass sticks at once: the slip before it is nothing in first order
+    of the distance from the change, that behind it in second, and the impact has moved away from its stop by as little."""
+    system = two_masses(0.848, 0.636, 1.79, 0.817, 0.119, 0.785, 0.362)
+    orbit = bf.find_orbit(system)
+    down = bf.trace(orbit, "amplitude", bounds=(0.776, 0.85))
+    up = bf.trace(down.orbits[1], "amplitude", bounds=(0.776, 0.85))
+    for branch in (down, up):
+        assert [(p.kind.value, p.parameter) for p in branch.special_points] == [
+            ("slip_onset", pytest.approx(0.782310738754, abs=1e-10))]
+        assert max(p.error for p in branch.special_points) < 1e-10
+        assert_motions(branch)
+
+
+def test_the_nearest_beginning_is_taken_where_two_are_near():
+    """Between two changes 4e-8 apart lies a part of its own, with a corner: coming from above the branch does not leave it out."""
+    system = bf.System(1.0, 0.107, 1.0, [HarmonicForce(1.0), RigidStop(0.29, 0.842), Coulomb(0.0526)], omega=0.467)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.restitution", bounds=(0.67, 0.86))
+    near = [point.parameter for point in branch.special_points if abs(point.parameter - 0.6726073) < 1e-7
+            and point.kind != "period_doubling"]
+    assert sorted(near) == pytest.approx([0.672607291254, 0.672607332998], abs=1e-10)
