@@ -199,3 +199,34 @@ def test_the_nearest_beginning_is_taken_where_two_are_near():
     near = [point.parameter for point in branch.special_points if abs(point.parameter - 0.6726073) < 1e-7
             and point.kind != "period_doubling"]
     assert sorted(near) == pytest.approx([0.672607291254, 0.672607332998], abs=1e-10)
+
+
+@pytest.mark.parametrize("case", [(1.25, 0.937, 1.35, 1.96, 0.398, 0.805, 0.573), (1.21, 0.92, 1.02, 0.474, 0.257, 0.753, 0.172)])
+def test_what_an_impact_lets_slip_must_move_away(case):
+    """An impact on one mass lets the other slip at once, or after a time that is never negative: rows beyond were solved with a
+    slip before the impact that it follows, or one that begins against its friction."""
+    system = two_masses(*case)
+    omega = case[1]
+    bounds = (0.7 * omega, 1.3 * omega)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=bounds, max_steps=250)
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert_motions(branch)
+    found = sorted(point.parameter for point in branch.special_points)
+    back = bf.trace(branch.orbits[2], "omega", bounds=bounds, max_steps=500)
+    np.testing.assert_allclose(sorted(point.parameter for point in back.special_points), found, rtol=0, atol=1e-8)
+
+
+def test_a_pair_that_leaves_the_circle_and_comes_back_in_one_step_is_seen():
+    """Beside a flip, both ways: the modulus of the pair at both points is that of an independent difference of the period map."""
+    system = two_masses(1.53, 2.23, 0.609, 1.8, 0.358, 0.413, 0.0948)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.gap", bounds=(0.2148, 0.5012))
+    tori = branch.special_points.of("neimark_sacker")
+    assert [point.parameter for point in tori] == pytest.approx([0.223596801562, 0.246244899320], abs=1e-9)
+    for point in tori:
+        orbit = point.problem.solution(point.x)
+        begin = 0.5 * orbit.forcing_period  # away from events
+        y = orbit.sample(3)[1][1]
+        flow = [bf.simulate(orbit.system, y + step, periods=1, t0=begin).final for h in (1e-7, -1e-7) for step in h * np.eye(4)]
+        monodromy = (np.array(flow[:4]) - np.array(flow[4:])).T / 2e-7
+        moduli = np.abs(np.linalg.eigvals(monodromy))
+        assert np.sort(np.abs(moduli - 1.0))[:2] == pytest.approx([0.0, 0.0], abs=1e-5)
