@@ -243,7 +243,7 @@ def torus(half, row, new, at_boundary, found):
     for low, high in pairwise(rows):
         made = pair_on_circle(part, low, high, found)
         special = None if made is None else located(part, low, high, j, *made)
-        if special is not None and all(abs(other.s - special.s) > SHORT for other in known):
+        if special is not None and all(np.abs((other.x - special.x) / part.scale).max() > SHORT for other in known):
             tori.append(special)
     return tori
 
