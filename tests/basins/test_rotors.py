@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.attractors.attractors import on_curve
+from bifurc.basins.attractors.attractors import filled, on_curve
 
 
 def test_points_on_a_curve_are_told_from_others():
@@ -15,6 +15,23 @@ def test_points_on_a_curve_are_told_from_others():
     assert on_curve(np.column_stack([np.cos(slow), np.sin(slow)]))
     assert not on_curve(rng.random((4000, 4))) and not on_curve(np.column_stack([circle[:, :2], rng.random((4000, 2))]))
     assert not on_curve(np.zeros((4000, 4)))
+
+
+@pytest.mark.parametrize("turn, count", [(0.4 * np.pi + 1e-5, 40000), (0.4 * np.pi + 1e-4, 20000), (2.399963, 5000)])
+def test_points_of_a_nearly_locked_motion_are_followed_until_they_fill_the_curve(turn, count):
+    # five arcs that grow by the drift a turn meet when they are 2 pi / 5 long; the slowest are given up
+    scale = np.array([0.5, 2.0])
+
+    def at(turns):
+        return scale * np.column_stack([np.cos(turns), np.sin(turns)])
+
+    def follow(y, more):
+        return at(np.arctan2(y[1] / scale[1], y[0] / scale[0]) + turn * np.arange(1, more + 1))
+
+    points = filled(at(turn * np.arange(5000)), scale, follow)
+    angles = np.sort(np.arctan2(points[:, 1] / scale[1], points[:, 0] / scale[0]))
+    gap = max(np.diff(angles).max(), angles[0] + 2.0 * np.pi - angles[-1])
+    assert len(points) == count and (gap < 0.01 or count == 40000)
 
 
 def starts(x, v, count, centre=0.0):
