@@ -351,15 +351,20 @@ class Half:
         """Whether the branch goes on behind a boundary that steps only creep up to: its equations lose rank there, as where
         several events end at once. The equations behind it tell the parameter."""
         cut = detect.creeping(self, row)
-        if cut is None or row.part.problem.named_end(row.x, StopReason.DS_MIN, "")[0] is not StopReason.DS_MIN:
-            return False  # an end that has a name is one
-        before = self.slope
+        if cut is None or self.ends_in(row) is StopReason.CHATTERING:
+            return False  # no single sequence goes on
+        before = self.slope, self.signs, self.sizes, self.pending
         self.slope = row.tests[0]
         self.cross(row, cut)
         if self.reason is not None:
             if self.reason is not StopReason.NO_SUCCESSOR:
                 return True
-            self.reason, self.message, self.slope = None, "", before
+            self.reason, self.message, self.slope = None, "", before[0]
+            return False
+        if self.ends_in(self.rows[-1]) is not StopReason.DS_MIN:  # what creeps up to the same end goes nowhere
+            self.rows.pop()
+            self.parts.pop()
+            self.slope, self.signs, self.sizes, self.pending = before
             return False
         first = self.rows[-1]
         special = cut.special
@@ -369,6 +374,11 @@ class Half:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
         return True
+
+    @staticmethod
+    def ends_in(row):
+        """Return the name of the end that steps creep up to at a row, `DS_MIN` where it has none."""
+        return row.part.problem.named_end(row.x, StopReason.DS_MIN, "")[0]
 
     def cross(self, row, cut):
         """Go on with the problem behind a boundary."""

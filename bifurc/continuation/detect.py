@@ -8,6 +8,7 @@ One file, because every test of a step is bracketed, cut and polished by the sam
 """
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, St
 from .problem import Corrected
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
-from .tori import pair_on_circle
+from .tori import REAL, pair_on_circle
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
@@ -222,15 +223,29 @@ def crossed(half, row, new, at_boundary):
 
 
 def torus(half, row, new, at_boundary, found):
-    """Return the Neimark-Sacker point of a step in a list, if multipliers tell one that no test showed."""
+    """Return the Neimark-Sacker points of a step in a list that multipliers tell and no test showed.
+
+    A pair that leaves the circle and comes back in one step is seen where it is looked for: between the ends and what has been
+    found, the changes of real multipliers, beside which it often does, or one of the two.
+    """
     part, kind = row.part, SpecialPointKind.NEIMARK_SACKER
     j = part.kinds.index(kind)
     a, b = beginning(half, row, new, j), ending(half, row, new, j) if at_boundary else new
-    if any(special.kind is kind for special in found) or b is None:
+    if b is None:
         return []
-    made = pair_on_circle(part, a, b, found)
-    special = None if made is None else located(part, a, b, j, *made)
-    return [] if special is None else [special]
+    known = [special for special in found if special.kind is kind]
+    curve = Curve(a, b)
+    places = [0.0, *sorted(t for s in found if s.kind in (*REAL, kind) and 0.0 < (t := (s.s - a.s) / curve.length) < 1.0), 1.0]
+    between = [0.5 * (low + high) for low, high in pairwise(places)] if len(places) > 2 else []
+    rows = [a, *(Row(c, part, a.s + t * curve.length, new.angle * t, tests_of(c), new.ds)
+                 for t in between if (c := curve.at(t)) is not None), b]
+    tori = []
+    for low, high in pairwise(rows):
+        made = pair_on_circle(part, low, high, found)
+        special = None if made is None else located(part, low, high, j, *made)
+        if special is not None and all(np.abs((other.x - special.x) / part.scale).max() > SHORT for other in known):
+            tori.append(special)
+    return tori
 
 
 def beginning(half, row, new, j):

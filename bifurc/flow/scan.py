@@ -23,17 +23,17 @@ from .polynomial import EPS, first_zero
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
 DONE, NEED, SETTLE, LIMIT, FULL, LOST = range(6)  # what `run` returns
-MODE, WHOLE, COUNT, EVENTS, AT_GUARD, INSTANT = range(6)  # places in `ints`; then one order a guard from ORDERS
-ORDERS = 6
-TAU, SINCE = range(2)  # places in `floats`; then one slope a guard from SLOPES
-SLOPES = 2
+MODE, WHOLE, COUNT, EVENTS, AT_GUARD, INSTANT, LOW = range(7)  # places in `ints`; then one order a guard from ORDERS
+ORDERS = 7
+TAU, SINCE, FLIGHT = range(3)  # places in `floats`; then one slope a guard from SLOPES
+SLOPES = 3
 BEFORE, GUARD, AFTER, KIND, PERIODS = range(5)  # columns of the integer record; GUARD -1: a section was passed
 TIME, SPEED, SPAN, STATE = range(4)  # columns of the record; from STATE the state before, then the state after
 PASSED, EVENT, CHATTER, GRAZE = range(4)  # what a recorded row is
 CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed
 UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
-INSTANTS = 24  # events at one instant before the joint rule decides
+INSTANTS = 24  # events at one instant, or kicks after flights that cannot be told from rest, before the joint rule decides
 BOUND = 1e200  # of a state; beyond it the motion is lost
 PENETRATION = 1e-9  # of the sum of the terms: a guard violated by more is not put back on its surface
 
@@ -260,6 +260,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
             if status == LOST:
                 break
         ints[INSTANT] = ints[INSTANT] + 1 if g >= 0 and hit <= 4.0 * EPS * tau else 0
+        floats[FLIGHT] += hit
         if not passed and hit == left:
             tau, whole = tau_end, whole_end
         else:
@@ -301,6 +302,10 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
                     slope += GT[m, g, c, 1] * x[c]
                 for c in range(ns):
                     x[c] += B[m, g, c] * (arrive - slope)
+                # contacts that take turns end an infinite sequence together: from one kick to the next none of them has risen
+                unseen = arrive * floats[FLIGHT] <= 4.0 * UNSEEN * EPS * size
+                ints[LOW] = ints[LOW] + 1 if unseen else 0
+                floats[FLIGHT] = 0.0
             sizes(T, x, scale)
             r = ratio[m, g]
             first = 0
@@ -356,7 +361,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
                 chosen = c
                 what = CHATTER if i < 0 else EVENT
                 break
-            if status == DONE and (chosen < 0 or ints[INSTANT] > INSTANTS):
+            if status == DONE and (chosen < 0 or ints[INSTANT] > INSTANTS or kicked and ints[LOW] > INSTANTS):
                 status = SETTLE
             if status == DONE and ints[COUNT] >= limit:
                 status = LIMIT

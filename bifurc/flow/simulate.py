@@ -20,6 +20,7 @@ from .scan import (
     INSTANTS,
     LIMIT,
     LOST,
+    LOW,
     MODE,
     NEED,
     ORDERS,
@@ -141,7 +142,10 @@ def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
             break
         else:
             try:
-                follows = settle.come_to_rest if ints[INSTANT] > INSTANTS else settle.decide
+                endless = max(ints[INSTANT], ints[LOW]) > INSTANTS
+                follows = settle.come_to_rest if endless else settle.decide
+                if endless:
+                    ints[LOW] = 0
                 new, z = follows(scene, m, g, x, floats[SINCE])
             except settle.Inconsistent as error:
                 status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"

@@ -370,9 +370,9 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
             if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0 and (
-                    order > 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0
-                    or nodes[previous, CLOSES] == 0 and T.n_holds[before] > T.n_holds[nodes[previous, BEFORE]]):
-                speed = min(speed, lasted)  # births, and rests after one impact: the duration is smooth
+                    order > 0 or nodes[previous, CLOSES] == 0
+                    or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0):
+                speed = min(speed, lasted)  # births, and what follows one impact, where guards may jump: the duration is smooth
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)
@@ -432,10 +432,15 @@ def row_value(row, x, weights):
 @njit
 def starts_beyond(T, nodes, i, q, xp, listed, a):
     """Whether the value of guard ``q`` at the start ``xp`` of the interval behind node ``i`` is a condition: that a row may be
-    held from there.  Where the guard also ends the interval it is one only if it falls first."""
-    after = nodes[i, AFTER]
-    if nodes[i, GUARD] < 0 or T.n_holds[after] == 0 or T.n_holds[nodes[i, BEFORE]] == T.n_holds[after] \
-            or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0:
+    held from there, or that an impact does not carry it beyond.  Where the guard also ends the interval it is one only if it
+    falls first.
+
+    A surface is none: its value does not jump, and what it falls from is the interval before.
+    """
+    before, guard, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
+    if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
+        return False
+    if T.kick[before, guard] == 0 and (T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after]):
         return False
     if listed == 0:
         return True

@@ -202,8 +202,9 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
                 break
             if length > 0.0 and np.abs(row - basis.T @ (basis @ row)).max() > PROPORTIONAL * length:
                 own = np.abs(row - arrival.T @ (arrival @ row)).max() > PROPORTIONAL * length
-                # the speed with which a kick throws back is implied; after a plastic one the next rate is a condition
-                orders[q] = -order if own and (not T.kick[before, guard] or order > 1) else order
+                # the speed with which a kick throws back is implied; after a plastic one the next rate is a condition, as is that
+                # of what a kick lets slip
+                orders[q] = -order if own else order
                 break
         else:
             orders[q] = FOREVER  # a mass that sticks on its stop touches it

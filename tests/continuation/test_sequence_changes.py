@@ -153,5 +153,80 @@ def test_a_branch_ends_where_a_contact_slips_no_more():
         motion = bf.simulate(system.with_parameters(amplitude=amplitude), state, periods=200)
         late = [event for event in motion.events if event.time > 0.9 * motion.t[-1]]
         assert {event.kind.value for event in late} == ({"impact", "slip", "stick"} if slips else {"impact"})
-    back = bf.trace(branch.orbits[2], "amplitude", bounds=(0.595, 1.785))
+    apart = np.flatnonzero(branch.column("harmonic_force.amplitude") > end + 1e-6)[0]  # nearer, the slips are made of rounding
+    back = bf.trace(branch.orbits[apart], "amplitude", bounds=(0.595, 1.785))
     assert [point.kind for point in back.special_points] == [point.kind for point in branch.special_points]
+
+
+def test_where_both_slips_fall_to_nothing_the_branch_goes_on_with_rest():
+    """The second of two masses slips once a period each way, and below some load sticks where it is: its slips begin where the
+    force that holds it there, linear in the motion of the first mass, meets mu."""
+    k, omega, mu = 0.323, 0.554, 0.129
+    system = two_masses(0.65, omega, 0.555, k, 0.692, 0.228, mu)
+    K, C = 1.0 + k, 0.06 * (1.0 + k)
+    c = round(0.06 * k, 4)
+    onset = mu * abs(K - omega**2 + 1j * omega * round(C, 4)) / abs(k + 1j * omega * c)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.325, 0.975))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    point = branch.special_points[0]
+    assert point.kind == "slip_onset" and point.parameter == pytest.approx(onset, abs=1e-9)
+    assert_motions(branch)
+    assert branch.orbits[1].sequence.events == 0
+    named = sorted((p.kind.value, round(p.parameter, 6)) for p in branch.special_points)
+    for row in (2, len(branch) - 3):  # the names of changes do not depend on the direction: of two events at one instant neither
+        back = bf.trace(branch.orbits[row], "amplitude", bounds=(0.325, 0.975))
+        assert sorted((p.kind.value, round(p.parameter, 6)) for p in back.special_points) == named
+
+
+def test_a_slip_that_ends_with_an_impact_falls_to_nothing():
+    """An impact interrupts a slip that has hardly begun, and the mass sticks at once: the slip before it is nothing in first order
+    of the distance from the change, that behind it in second, and the impact has moved away from its stop by as little."""
+    system = two_masses(0.848, 0.636, 1.79, 0.817, 0.119, 0.785, 0.362)
+    orbit = bf.find_orbit(system)
+    down = bf.trace(orbit, "amplitude", bounds=(0.776, 0.85))
+    up = bf.trace(down.orbits[1], "amplitude", bounds=(0.776, 0.85))
+    for branch in (down, up):
+        assert [(p.kind.value, p.parameter) for p in branch.special_points] == [
+            ("slip_onset", pytest.approx(0.782310738754, abs=1e-10))]
+        assert max(p.error for p in branch.special_points) < 1e-10
+        assert_motions(branch)
+
+
+def test_the_nearest_beginning_is_taken_where_two_are_near():
+    """Between two changes 4e-8 apart lies a part of its own, with a corner: coming from above the branch does not leave it out."""
+    system = bf.System(1.0, 0.107, 1.0, [HarmonicForce(1.0), RigidStop(0.29, 0.842), Coulomb(0.0526)], omega=0.467)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.restitution", bounds=(0.67, 0.86))
+    near = [point.parameter for point in branch.special_points if abs(point.parameter - 0.6726073) < 1e-7
+            and point.kind != "period_doubling"]
+    assert sorted(near) == pytest.approx([0.672607291254, 0.672607332998], abs=1e-10)
+
+
+@pytest.mark.parametrize("case", [(1.25, 0.937, 1.35, 1.96, 0.398, 0.805, 0.573), (1.21, 0.92, 1.02, 0.474, 0.257, 0.753, 0.172)])
+def test_what_an_impact_lets_slip_must_move_away(case):
+    """An impact on one mass lets the other slip at once, or after a time that is never negative: rows beyond were solved with a
+    slip before the impact that it follows, or one that begins against its friction."""
+    system = two_masses(*case)
+    omega = case[1]
+    bounds = (0.7 * omega, 1.3 * omega)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=bounds, max_steps=250)
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert_motions(branch)
+    found = sorted(point.parameter for point in branch.special_points)
+    back = bf.trace(branch.orbits[2], "omega", bounds=bounds, max_steps=500)
+    np.testing.assert_allclose(sorted(point.parameter for point in back.special_points), found, rtol=0, atol=1e-8)
+
+
+def test_a_pair_that_leaves_the_circle_and_comes_back_in_one_step_is_seen():
+    """Beside a flip, both ways: the modulus of the pair at both points is that of an independent difference of the period map."""
+    system = two_masses(1.53, 2.23, 0.609, 1.8, 0.358, 0.413, 0.0948)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.gap", bounds=(0.2148, 0.5012))
+    tori = branch.special_points.of("neimark_sacker")
+    assert [point.parameter for point in tori] == pytest.approx([0.223596801562, 0.246244899320], abs=1e-9)
+    for point in tori:
+        orbit = point.problem.solution(point.x)
+        begin = 0.5 * orbit.forcing_period  # away from events
+        y = orbit.sample(3)[1][1]
+        flow = [bf.simulate(orbit.system, y + step, periods=1, t0=begin).final for h in (1e-7, -1e-7) for step in h * np.eye(4)]
+        monodromy = (np.array(flow[:4]) - np.array(flow[4:])).T / 2e-7
+        moduli = np.abs(np.linalg.eigvals(monodromy))
+        assert np.sort(np.abs(moduli - 1.0))[:2] == pytest.approx([0.0, 0.0], abs=1e-5)

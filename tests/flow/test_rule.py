@@ -91,6 +91,29 @@ def test_infinitely_many_kicks_at_one_instant_end_in_rest():
         np.testing.assert_allclose(motion.final, np.zeros(4), rtol=0, atol=1e-14)
 
 
+def test_contacts_that_take_turns_come_to_rest_together():
+    """A mass is pushed against another one that friction holds: each blow, of restitution e, lets that one slide and stick again.
+
+    In closed form: a blow of speed v leaves the speeds a v and b v, the slide has the length m1 a^2 v^2 / (2 mu), the next blow the
+    speed r v with r^2 = b^2 + F m1 a^2 / (mu m2).
+    """
+    m1, m2, e, F, mu, gap, d = 1.0, 1.44, 0.7, 0.15, 0.8, 0.3, 0.2
+    a, b = (1.0 + e) * m2 / (m1 + m2), (m2 - e * m1) / (m1 + m2)
+    r = np.sqrt(b**2 + F * m1 * a**2 / (mu * m2))
+    assert m1 * a / mu < (r - b) * m2 / F  # it sticks before it is hit again
+    v = np.sqrt(2.0 * F * d / m2)
+    slide = m1 * a**2 * v**2 / (2.0 * mu * (1.0 - r**2))
+    end = v * m2 / F + (r - b) * m2 * v / (F * (1.0 - r))
+    system = bf.System(np.diag([m1, m2]), np.zeros((2, 2)), np.zeros((2, 2)), (
+        ConstantForce(F, dof=1), RigidStop(gap=gap, restitution=e, row=(-1.0, 1.0)), Coulomb(mu, dof=0)))
+    motion = bf.simulate(system, (0.0, gap - d, 0.0, 0.0), duration=2.0 * end)
+    assert motion.success, motion.message
+    np.testing.assert_allclose(motion.final, [slide, slide + gap, 0.0, 0.0], rtol=0, atol=1e-12)
+    last = motion.events[-1]
+    assert last.time == pytest.approx(end, abs=1e-5) and last.mode_after[1:] == ("rest", "stick")
+    assert len(motion.events) < 150
+
+
 def test_a_mass_that_is_caught_says_so():
     """A wall that moves beyond the other one leaves no room: that is said, not a number of events."""
     walls = (RigidStop(gap=0.07, restitution=0.3, amplitude=0.14, harmonic=1), RigidStop(gap=0.0, restitution=0.0, side=-1))

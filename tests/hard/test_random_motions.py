@@ -57,14 +57,13 @@ def test_sixty_motions_end_at_their_end():
 
 @pytest.mark.slow
 def test_five_hundred_motions_end_at_their_end():
-    """The same, more of them.
+    """The same, more of them."""
+    assert judged(range(1000, 1500)) == []
 
-    Two end with too many events: infinite sequences in which two contacts take turns (an impact lets the other contact slip or
-    part, which comes back at once) have no closed form here.
-    """
-    wrong = judged(range(1000, 1500))
-    assert {seed for seed, _ in wrong} <= {1176, 1358}
-    assert all("more events than max_events" in why for _, why in wrong)
+
+def test_contacts_that_take_turns_without_end_come_to_rest():
+    """Two of the five hundred: an impact lets another contact slip or part, which comes back at once; again and again."""
+    assert judged((1176, 1358)) == []
 
 
 def test_in_the_end_no_stop_is_passed():

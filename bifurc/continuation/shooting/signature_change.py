@@ -5,6 +5,7 @@ side on which it is admissible is found by a step to either side, never assumed:
 non-impacting side.
 """
 import collections
+import operator
 
 import numpy as np
 
@@ -127,7 +128,7 @@ def changed(problem, x, other, kind=None):
     one, two = (collections.Counter(named_events(end)) for end in (problem, other))
     apart = [event for event in {**one, **two} if one[event] != two[event]]
     if not apart:
-        return exchanged(problem, other)
+        return exchanged(problem, x, other)
     kinds = {EventKind(kind) for _, kind in apart}
     if kinds != {EventKind.IMPACT} and complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0:
         kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
@@ -135,37 +136,64 @@ def changed(problem, x, other, kind=None):
         return SpecialPointKind.GRAZING
     if kinds == {EventKind.RELEASE}:
         return SpecialPointKind.SEPARATION  # between an impact and a rest on the stop
-    if kinds == {EventKind.SLIP} or kinds == {EventKind.STICK} and kind is SpecialPointKind.GRAZING:
+    richer, at = (other, other.x0) if two.total() > one.total() else (problem, x)
+    if kinds == {EventKind.SLIP}:
+        return cut_short(richer, at)
+    if kinds == {EventKind.STICK} and kind is SpecialPointKind.GRAZING:
         return SpecialPointKind.STICK_ONSET  # between the two sides of a reversal
     if kinds == {EventKind.STICK, EventKind.SLIP}:
-        richer, at = (other, other.x0) if two.total() > one.total() else (problem, x)
         return shortest(richer, at)
     return None
+
+
+def cut_short(problem, x):
+    """Return what a slip more at ``x`` (n + 1,) is: the onset of the stick before it, between the two sides of a reversal, or that
+    of the slip behind it, which an impact cuts short; of the two the shorter."""
+    spans, nodes = intervals(problem, x), problem.sequence.nodes
+    slips = np.array([g >= 0 and problem.scene.event_kind(m, g) is EventKind.SLIP for m, g in nodes[:, :AFTER].tolist()])
+    return (SpecialPointKind.SLIP_ONSET if np.roll(spans, -1)[slips].min() < spans[slips].min()
+            else SpecialPointKind.STICK_ONSET)
 
 
 def shortest(problem, x):
     """Return stick or slip onset after the shortest interval of ``x`` (n + 1,) that ends in slip or stick; None without one."""
     scene = problem.scene
-    s, U = problem.sequence.written_out(x[:-1])  # without a clock the period stands in the place of the first time
-    times = np.ravel(U)[::1 + scene.ns]
-    spans = times - np.append(times[-1] - s.span, times[:-1])
-    ending = [(span, ENDS[kind]) for span, node in zip(spans, s.nodes.tolist(), strict=True) if node[GUARD] >= 0
-              and (kind := scene.event_kind(*node[:AFTER])) in (EventKind.STICK, EventKind.SLIP)]
+    ending = [(span, ENDS[kind]) for span, node in zip(intervals(problem, x), problem.sequence.nodes.tolist(), strict=True)
+              if node[GUARD] >= 0 and (kind := scene.event_kind(*node[:AFTER])) in (EventKind.STICK, EventKind.SLIP)]
     return min(ending)[1] if ending else None
 
 
-def exchanged(problem, other):
-    """Return the kind of the change between two sequences that differ in the order of two neighbours only, or None."""
+def exchanged(problem, x, other):
+    """Return the kind of the change between two sequences that differ in the order of two neighbours only, or None.
+
+    Of several neighbours whose exchange would make the one of the other, it is those nearest to each other in time at ``x``
+    (n + 1,).
+    """
     one, two = named_events(problem), named_events(other)
     if sorted(one) != sorted(two):
         return None
+    spans, found = intervals(problem, x)[listed(problem)], []
     for k in range(len(two)):
         turned = two[k:] + two[:k]
         apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
         if len(apart) == 2 and (apart[1] - apart[0]) % len(one) in (1, len(one) - 1) and one[apart[0]] == turned[apart[1]]:
+            later = apart[1] if apart[1] - apart[0] == 1 else apart[0]
             kinds = [KINDS.get(EventKind(one[i][1]), SpecialPointKind.GRAZING) for i in apart]
-            return min(kinds, key=ORDER.index)
-    return None
+            found.append((spans[later], min(kinds, key=ORDER.index)))
+    return min(found, key=operator.itemgetter(0))[1] if found else None
+
+
+def intervals(problem, x):
+    """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit)."""
+    s, U = problem.sequence.written_out(x[:-1])  # without a clock the period stands in the place of the first time
+    times = np.ravel(U)[::1 + problem.scene.ns]
+    return np.diff(times, prepend=times[-1] - s.span)
+
+
+def listed(problem):
+    """Return which nodes (nodes,) are events that `named_events` names."""
+    nodes = problem.sequence.nodes
+    return (nodes[:, GUARD] >= 0) & (nodes[:, CLOSES] != 2)
 
 
 def named_events(problem) -> list[tuple[int, str]]:
@@ -175,8 +203,7 @@ def named_events(problem) -> list[tuple[int, str]]:
     are listed is a matter of accuracy.
     """
     scene, nodes = problem.scene, problem.sequence.nodes
-    nodes = nodes[nodes[:, CLOSES] != 2]
-    events = [(int(m), int(g)) for m, g in nodes[:, :AFTER] if g >= 0]
+    events = [(int(m), int(g)) for m, g in nodes[listed(problem)][:, :AFTER]]
     return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
 
 

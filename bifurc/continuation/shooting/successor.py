@@ -9,6 +9,7 @@ simulation repeats it a little further on.
 One file, because beyond, back and verified are steps of one search with one record of what failed.
 """
 import math
+import operator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,6 +41,7 @@ SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
+NEXT = 1e-9  # scaled difference of the parameter beyond which something else may lie between an end and a beginning
 
 
 @dataclass
@@ -64,8 +66,8 @@ class Search:
 def successor(problem, point, through=False):
     """Return ((problem, x, tangent) of the equations that go on behind a boundary, or None; and the `Search`).
 
-    Of several that do as motions the branch goes on with one that keeps the index of the period map (`balanced`); the others are
-    branches that meet it there.
+    Of several that do as motions the branch goes on with one that keeps the index of the period map (`balanced`) and begins where
+    the old equations end; the others are branches that meet it there, or begin beyond another change that is near.
 
     Parameters
     ----------
@@ -77,7 +79,7 @@ def successor(problem, point, through=False):
         The boundary is one of the equations and not of the motion: the parameter goes on as before.
     """
     search = Search()
-    tried, spare = [cycle(problem)], None
+    tried, spare = [cycle(problem)], []
     for step in BEYOND:
         for x in _beyond(problem, point, step):
             for signature, unknowns in _read(problem, x, search):
@@ -85,20 +87,31 @@ def successor(problem, point, through=False):
                 if _cycle(problem.scene, signature) in tried:
                     continue
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
-                if found is not None and (not through and not balanced(problem, point, *found)):
-                    tried.append(_cycle(problem.scene, signature))
-                    spare = spare or found
-                elif found is not None:
+                if found is None:
+                    continue
+                rank = (False, 0.0) if through else preference(problem, point, *found)
+                if rank == (False, 0.0):
                     return found, search
+                tried.append(_cycle(problem.scene, signature))
+                spare.append((rank, found))
     for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
         made = dropped(problem, point.x, near)
         if made is not None and _cycle(problem.scene, made[0]) not in tried:
             tried.append(_cycle(problem.scene, made[0]))
             found = _begun(problem, point, *made, search, through)
-            if found is not None and (through or balanced(problem, point, *found)):
-                return found, search
-            spare = spare or found
-    return spare, search
+            if found is not None:
+                rank = (False, 0.0) if through else preference(problem, point, *found)
+                if rank == (False, 0.0):
+                    return found, search
+                spare.append((rank, found))
+    return min(spare, key=operator.itemgetter(0))[1] if spare else None, search
+
+
+def preference(problem, point, new, x, tangent) -> tuple[bool, float]:
+    """Return what ranks equations that go on, least first: whether they change the index, and how far from the old end they begin
+    (parameter, scaled; 0 where that is rounding)."""
+    away = float(abs(x[-1] - point.x[-1])) / new.parameter_scale
+    return not balanced(problem, point, new, x, tangent), away if away > NEXT else 0.0
 
 
 def _beyond(problem, point, step):
