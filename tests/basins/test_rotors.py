@@ -41,6 +41,22 @@ def starts(x, v, count, centre=0.0):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("piece", [0.83, 0.29])
+def test_labels_do_not_depend_on_the_steps(piece):
+    # motions cut into pieces of other lengths take other steps everywhere
+    system = bf.systems.jeffcott_rotor(nu=1.7)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-0.3, 1.5, 7), v1=(-2.0, 2.0, 7)), max_periods=600)
+    assert len(basins.attractors) == 2 and min(basins.counts[k] for k in range(2)) > 5 and basins.counts[-1] == 0
+    points, scale = np.array([attractor.state for attractor in basins.attractors]), np.array([1.0, 1.0, 1.7, 1.7])
+    for y, label in zip(basins.grid.starts(2, 4), basins.labels.ravel(), strict=True):
+        times = np.append(np.arange(0.0, 120.0, piece), 120.0) * system.period
+        for t0, t1 in zip(times[:-1], times[1:], strict=True):
+            y = bf.simulate(system, y, t0=t0, duration=t1 - t0).final
+        away = np.linalg.norm((points - y) / scale, axis=1)
+        assert away.argmin() == label and away[label] < 0.02
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("nu, known", [(1.7, {"free": 18, "stator.impact": 135, "in contact": 472}),
                                        (2.0, {"free": 215, "in contact": 410})])
 def test_rigid_rub_beside_the_free_motion_and_beside_sustained_contact(nu, known):
