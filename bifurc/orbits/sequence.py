@@ -316,10 +316,15 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
             scale = scale_of(row, weights) * duration**order
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
-                rate = guard_rate(row, f, dw) * period / scale
+                fall = order * F[r] / duration * period  # of the divisor: zero on the orbit, but second derivatives need it
+                rate = guard_rate(row, f, dw) * period / scale - fall
                 J[r, nxt * size] += rate
                 if last:
                     C[r, 0] += rate
+                if begins:
+                    C[r, size] += fall
+                else:
+                    J[r, base] += fall
                 for c in range(ns):
                     for k in range(ns):
                         if begins:

@@ -210,6 +210,54 @@ def test_two_equal_tops_are_a_double_grazing():
     assert tuple(again.parameters.values()) == pytest.approx(tuple(double.parameters.values()), abs=1e-9)
 
 
+@pytest.mark.slow
+def test_double_grazing_beside_a_law_against_integration():
+    """Two tops of an oscillator with a cubic spring at the stop at once: by DOP853 from top to top."""
+    w, second = 1.5, 0.5 / 0.75 * abs(1.0 - 9.0 + 0.3j)
+
+    def motion(t, z, load, phase):
+        x, v = z
+        return [v, load * math.cos(w * t) + second * math.cos(2.0 * w * t + phase) - x - 0.1 * v - 0.1 * x**3]
+
+    def equations(unknown):
+        first, later, *loads = unknown
+        top = solve_ivp(motion, (first, later), [1.0, 0.0], "DOP853", rtol=1e-12, atol=1e-13, args=loads).y[:, -1]
+        end = solve_ivp(motion, (later, first + 2.0 * math.pi / w), top, "DOP853", rtol=1e-12, atol=1e-13, args=loads).y[:, -1]
+        return [*(top - (1.0, 0.0)), *(end - (1.0, 0.0))]
+    exact = fsolve(equations, (1.25, 2.75, 1.3, -6.05), xtol=1e-13)
+    assert np.abs(equations(exact)).max() < 1e-12
+    load, phase = exact[2:]
+    loads = (HarmonicForce(0.4 * load), HarmonicForce(0.5, harmonic=2, phase=phase + 0.3))
+    system = System(1.0, 0.1, 1.0, (bf.elements.CubicSpring(0.1), *loads, RigidStop(1.0, R)), omega=w)
+    names = ("harmonic_force.amplitude", "harmonic_force_2.phase")
+    branch = bf.trace(bf.find_orbit(system), "harmonic_force_2.amplitude", bounds=(0.5, second))
+    orbit = branch.orbits[int(np.argmax(branch.column("harmonic_force_2.amplitude")))]
+    point = bf.trace(orbit, names[0], bounds=(0.1, 3.0)).special_points.of("grazing")[0]
+    bounds = {names[0]: (0.1, 6.0), names[1]: (phase - 0.5, phase + 0.5)}
+    (double,) = bf.trace_curve(point, names, bounds=bounds).special_points.of("double_grazing")
+    (other,) = bf.switch_branch(double)
+    (again,) = bf.trace_curve(other, names, bounds=bounds).special_points.of("double_grazing")
+    for found in (double, again):
+        assert tuple(found.parameters.values()) == pytest.approx((load, phase), abs=1e-11)
+
+
+def test_a_fold_curve_of_a_doubled_motion_takes_long_steps():
+    """Two impacts in two periods: a row divided by a duration stands in its equations (40 rows; it once crept for 2500)."""
+    free = bf.find_orbit(bf.systems.impact_oscillator(zeta=ZETA, omega=2.4, amplitude=0.3, restitution=0.5))
+    point = bf.trace(free, "amplitude", bounds=(0.3, 12.0)).special_points.of("grazing")[0]
+    (start,) = [orbit for orbit in bf.switch_branch(point, n_max=2) if orbit.periods == 2]
+    branch = bf.trace(start, "amplitude", bounds=(0.3, 12.0))
+    names, bounds = ("amplitude", "omega"), {"amplitude": (0.3, 12.0), "omega": (1.6, 2.9)}
+    folds = bf.trace_curve(branch.special_points.of("fold")[0], names, bounds=bounds)
+    assert len(folds) < 60 and folds.special_points.of("grazing")
+    flip = next(p for p in branch.special_points.of("period_doubling") if p.solution.events[1:] and not p.name)
+    flips = bf.trace_curve(flip, names, bounds=bounds)  # ends where the touch is resonant: speeds go to 0 there
+    (end,) = flips.special_points.of("grazing")
+    w, force = resonance(1, 1)[:2]
+    assert abs(end.parameters["omega"] - w) <= end.error and abs(end.parameters["amplitude"] - force) <= end.error
+    assert end.error < 1e-6
+
+
 def quadratic(x, al, be, R):
     """x' = y, y' = al - be x - y^2 + R x y."""
     return np.stack([x[..., 1], al - be * x[..., 0] - x[..., 1]**2 + R * x[..., 0] * x[..., 1]], axis=-1)

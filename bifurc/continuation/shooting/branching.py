@@ -1,6 +1,7 @@
 """Orbits that branch off at a special point: doubled ones, mirror images, crossing branches, those born at a graze."""
 import numpy as np
 
+from ...orbits.least import reduced
 from ...orbits.signature import Signature, repeated
 from ..branchpoint import other_direction
 from ..kinds import CorrectorStatus, SpecialPointKind
@@ -61,7 +62,10 @@ def critical(problem, x):
 
 
 def stepped_out(problem, x, direction):
-    """Return the first audited orbit on the branch through ``x`` in ``direction`` (n + 1,, own units), or None."""
+    """Return the first audited orbit on the branch through ``x`` in ``direction`` (n + 1,, own units), or None.
+
+    It is given over its least period.
+    """
     tangent = direction / problem.scale
     tangent /= np.sqrt(tangent @ tangent)
     for step in OUT:
@@ -69,7 +73,7 @@ def stepped_out(problem, x, direction):
         if c.converged and inside(problem, c):
             orbit = problem.solution(c.x)
             if orbit.success:
-                return orbit
+                return reduced(orbit)  # a doubled orbit may end in its parent, run through twice, where it grazes
     return None
 
 
