@@ -22,6 +22,7 @@ PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReaso
             StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END)
 SAME = 1e-6  # of the width of the bounds: two locations of one special point
 ACCUMULATION = 1e-4  # of the width of the bounds: so near to a chattering end nothing is compared, and nothing traced back
+GEOMETRIC = 0.05  # ratios of successive differences that are one
 
 
 def between(rng, low, high):
@@ -227,12 +228,32 @@ def differences(branch, other, bounds, end) -> list:
 
 
 def listed(branch, other, width):
-    """Return kind and parameter of the special points of a branch, without those so near to a chattering end: there are
-    infinitely many, and how many of them are resolved is chance; and without those that are one with another physical end."""
+    """Return kind and parameter of the special points of a branch, without those so near to a chattering end, or to where
+    another event meets the end of a complete chattering: there are infinitely many, and how many of them are resolved is chance;
+    and without those that are one with another physical end."""
     ends = [(end.p, ACCUMULATION if end.reason is StopReason.CHATTERING else SAME) for end in (*branch.ends, *other.ends)
             if end.reason is not StopReason.BOUND]
+    for one in (branch, other):
+        exchanges = [p.parameter for p in one.special_points if "rigid_stop.impact..." in p.after]
+        ends += [(limit, ACCUMULATION) for limit in (*limits(exchanges), *limits(exchanges[::-1]))]
     return [(p.kind.value, p.parameter) for p in branch.special_points
             if all(abs(p.parameter - end) >= near * width for end, near in ends)]
+
+
+def limits(values) -> list[float]:
+    """Return where numbers, in their order, accumulate: the limits of geometric sequences of five of them in a row.
+
+    Examples
+    --------
+    >>> [round(limit, 9) for limit in limits([2.0, 0.9, 1.0 + 0.3**2, 1.0 + 0.3**3, 1.0 + 0.3**4, 1.0 + 0.3**5, 1.0 + 0.3**6])]
+    [1.0]
+    """
+    steps, found = np.diff(values), []
+    for i in range(len(steps) - 3):
+        ratios = steps[i + 1:i + 4] / steps[i:i + 3]
+        if 0.0 < ratios.min() and ratios.max() < min(0.9, (1.0 + GEOMETRIC) * ratios.min()):
+            found.append(float(values[i + 4] + steps[i + 3] * ratios[2] / (1.0 - ratios[2])))
+    return found
 
 
 def unmatched(points, others, width):

@@ -2,7 +2,7 @@
 
 One file, because it is one packer: rows of forces, guards, jumps and held rows are eliminated with the same factors.
 """
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -222,10 +222,9 @@ class Packer:
                 f"{self.system.labels[element]}, mode {key!r}", site.J @ site.X)
         return found
 
-    def laws(self, all_keys: list[tuple]) -> tuple[SceneLaw, ...]:
-        """Return the laws that act in any of the modes: forces, reactions, guards, each in the order they are met."""
-        places = dict.fromkeys((e, key) for keys in all_keys for e, key in enumerate(keys))
-        return parts.joined([law for e, key in places for law, _ in self._scene_laws(e, key).values()])
+    def laws(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[SceneLaw, ...]:
+        """Return the laws of some modes of elements, (element, key) each: forces, reactions, guards, in the order given."""
+        return parts.joined([law for e, key in dict.fromkeys(modes) for law, _ in self._scene_laws(e, key).values()])
 
     def _scene_laws(self, e: int, key: Hashable) -> dict[tuple, tuple[SceneLaw, Piece]]:
         """Return the laws of one mode of an element with their pieces, by `SceneLaw.group`; made once."""

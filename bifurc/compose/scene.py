@@ -93,6 +93,7 @@ class Scene:
         self._holds: list[tuple[int, ...]] = []
         self._packer = Packer(system, self.frame, self.slices)
         self._slaved: dict[int, list] = {}
+        self._reach: list[tuple[int, Hashable]] | None = None
         self.laws: tuple[SceneLaw, ...] = ()
         self.bound = np.zeros(2, np.int64)
         first = next(self._start_keys(), None)
@@ -284,7 +285,12 @@ class Scene:
 
     def _pack(self) -> None:
         """Make the tables of all modes there are."""
-        laws = self._packer.laws(self.keys)
+        met = [(e, key) for keys in self.keys for e, key in enumerate(keys)]
+        laws = self._packer.laws(met)
+        if laws:  # of all modes that an element can reach: what is compiled for them lasts
+            if self._reach is None:
+                self._reach = [(e, key) for e in range(len(self.system.elements)) for key in self._own_closure(e)]
+            laws = self._packer.laws([*self._reach, *met])
         if laws != self.laws:
             known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
             if known:  # whoever marches with kernels in hand goes on with the new tables
@@ -367,6 +373,17 @@ class Scene:
         self._guards.append(tuple(guards))
         self._holds.append(tuple(holds))
         return self._index[keys]
+
+    def _own_closure(self, element: int) -> list[Hashable]:
+        """Return the keys of an element that it can reach from its starts, at most about CLOSURE of them."""
+        found = list(self.system.elements[element].start)
+        for key in found:  # grows while it is walked
+            if len(found) > CLOSURE:
+                break
+            for guard in self._packer.mode(element, key).guards:
+                ends = () if guard.accumulates is None else (guard.accumulates[1],)
+                found += [other for other in (*(() if callable(guard.then) else guard.then), *ends) if other not in found]
+        return found
 
     def _closure(self) -> list[tuple] | None:
         """Return all modes that can be reached from starts, or None when there are more than CLOSURE."""

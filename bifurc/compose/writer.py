@@ -19,6 +19,7 @@ import itertools
 import logging
 import pathlib
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Container
 from typing import NamedTuple
@@ -29,7 +30,7 @@ import numpy as np
 from .._cache import cache_folder, closure_hash
 from . import curve, written
 from .lawtext import LawError, standalone
-from .pieces import FORCE, GUARD, KICK, REACTION, REST, law_rows
+from .pieces import FORCE, GUARD, KICK, REACTION, REST, SceneLaw, law_rows
 
 AFFINE_MODULE = "bifurc.flow.affine"
 STEP_MODULE = "bifurc.flow.collocation"  # the text written around laws
@@ -133,53 +134,84 @@ def difference_error(law, points) -> float:
     return worst / size if size > 0.0 else 0.0
 
 
+class Alike(NamedTuple):
+    """Laws of one text, such as those of several equal stops; where there is more than one they are gone through in a loop."""
+
+    number: int  # of the first one
+    law: SceneLaw  # the first one
+    places: list[tuple[int, int, int, int, int]]  # number, first row, row whose coordinates it sees, first value, element of each
+
+    def place(self, k: int) -> str:
+        """Return the text of number ``k`` of a place: a literal where there is one law."""
+        return str(self.places[0][k]) if len(self.places) == 1 else f"PLACES_{self.number}[k, {k}]"
+
+    def looped(self, body: str) -> str:
+        """Return the text of what is done for each of the laws; ``body`` is indented once."""
+        if len(self.places) == 1:
+            return body
+        return f"    for k in range({len(self.places)}):\n{textwrap.indent(body, '    ')}"
+
+
+def alike(laws) -> list[Alike]:
+    """Return the laws of a scene with those of different elements together that have one text."""
+    (_, _, source, _), _ = law_rows(laws)
+    found: dict[tuple, Alike] = {}
+    row = value = 0
+    for i, law in enumerate(laws):
+        own = (*law.group[1:], law.rows)
+        found.setdefault(own, Alike(i, law, [])).places.append((i, row, int(source[row]), value, law.element))
+        row += law.rows
+        value += len(law.keys) * len(law.law.values)
+    return list(found.values())
+
+
 def law_text(laws, dofs: int) -> str:
     """Return the text of the law module: the laws, their derivatives, and loops over the nodes."""
-    (first, count, source, owner), stages = law_rows(laws)
-    row = value = 0
+    (first, count, source, _), stages = law_rows(laws)
     defined: list[str] = []
     force: dict[int, list[str]] = {stage: [] for stage in (FORCE, REACTION, GUARD, KICK, REST)}
     slope: dict[int, list[str]] = {stage: [] for stage in force}
     turns: list[str] = []
     stepped = {stage: any(law.stage == stage and law.law.jacobian is None for law in laws) for stage in force}
-    for i, law in enumerate(laws):
+    for each in alike(laws):
+        i, law = each.number, each.law
         _check(law)
-        rows, at, parts = law.rows, source[row], (0, 1, 3) if law.reads else (0, 1)
+        row, seen, rows, parts = each.place(1), each.place(2), law.rows, (0, 1, 3) if law.reads else (0, 1)
         names = [f"p{k}" for k in range(len(law.law.values))]
-        load = f"        at = {value} + (acts[m, {i}] - 1) * {len(names)}\n" + "".join(
+        load = f"        at = {each.place(3)} + (acts[m, {each.place(0)}] - 1) * {len(names)}\n" + "".join(
             f"        {name} = {'0.0 if closes else ' if law.stage == KICK and k == 5 * law.curved else ''}law[at + {k}]\n"
             for k, name in enumerate(names))
-        value += len(law.keys) * len(names)
-        local = [f"local[{part}, {at + k}, j]" for part in parts for k in range(rows)]
-        out = [f"local[2, {row + k}, j]" for k in range(law.outs)]
-        none = [f"local[2, {row + k}, j]" for k in range(law.outs, rows)]
-        places = [[f"slope[{part}, {row + a}, {b}, j]" for part in range(len(parts)) for b in range(rows)]
+        local = [f"local[{part}, {seen} + {k}, j]" for part in parts for k in range(rows)]
+        out = [f"local[2, {row} + {k}, j]" for k in range(law.outs)]
+        none = [f"local[2, {row} + {k}, j]" for k in range(law.outs, rows)]
+        places = [[f"slope[{part}, {row} + {a}, {b}, j]" for part in range(len(parts)) for b in range(rows)]
                   for a in range(law.outs)]
         known = sum(places, [])
         rest = [] if law.stage == FORCE else [
             place for part in range(3) for a in range(rows) for b in range(rows)
-            if (place := f"slope[{part}, {row + a}, {b}, j]") not in known]
+            if (place := f"slope[{part}, {row} + {a}, {b}, j]") not in known]
         defined += _definitions(law, i, names)
-        own = f" and owner == {law.element}" if law.stage == KICK else ""
-        force[law.stage].append(_branch(i, own, load, "nodes", out, _call(f"law_{i}", out, local, names), none))
+        acts = f"acts[m, {each.place(0)}]" + (f" and owner == {each.place(4)}" if law.stage == KICK else "")
+        force[law.stage].append(each.looped(_branch(acts, load, "nodes", out, _call(f"law_{i}", out, local, names), none)))
         if law.stage > GUARD:
-            force[GUARD].append("    for j in range(nodes):\n" + "".join(f"        {place} = 0.0\n" for place in out))
+            force[GUARD].append(each.looped("    for j in range(nodes):\n" + "".join(f"        {place} = 0.0\n" for place in out)))
         if law.stage == REST:
-            known = [f"slope[{part}, {row + a}, {b}, j]" for part in range(3) for a in range(rows) for b in range(rows)]
-            turns.append(_branch(i, own, load, "nodes", known, _call("rest_slope", known, local, names)))
-            known = [f"slope[{part}, {row + k}, 0, j]" for part in (0, 1) for k in range(rows)]
+            known = [f"slope[{part}, {row} + {a}, {b}, j]" for part in range(3) for a in range(rows) for b in range(rows)]
+            turns.append(each.looped(_branch(acts, load, "nodes", known, _call("rest_slope", known, local, names))))
+            known = [f"slope[{part}, {row} + {k}, 0, j]" for part in (0, 1) for k in range(rows)]
             rest = []
         if law.law.jacobian is not None:
             body = _call(f"slope_{i}", known, local, names)
         else:
-            body = _differences(i, at, rows, places, local, names)
-        slope[law.stage].append(_branch(i, own, load, "nodes", known, body, rest))
-        row += rows
+            body = _differences(i, seen, rows, places, local, names)
+        slope[law.stage].append(each.looped(_branch(acts, load, "nodes", known, body, rest)))
+        if len(each.places) > 1:
+            defined.append(f"PLACES_{i} = np.array({[list(place) for place in each.places]})\n")
     text = [
         '"""Laws of one scene, written by bifurc.compose.writer."""', "import numpy as np\n", "from bifurc._jit import njit",
         "from bifurc.compose.curve import polar, scalar_slope, vector_slope\n" if any(law.curved for law in laws) else "",
         "from bifurc.compose.curve import rest_slope\n" if turns else "",
-        f"DOFS = {dofs}", f"ROWS = {row}", f"FORCES = {stages[0]}", f"ACTING = {stages[1]}", f"WIDTH = {stages[4]}",
+        f"DOFS = {dofs}", f"ROWS = {len(source)}", f"FORCES = {stages[0]}", f"ACTING = {stages[1]}", f"WIDTH = {stages[4]}",
         f"SOURCE = np.array({source.tolist()})", f"FIRST = np.array({first.tolist()})",
         f"COUNT = np.array({count.tolist()})\n\n", "\n\n".join(defined), "",
         _STEPS if any(stepped.values()) else ""]
@@ -225,11 +257,11 @@ def _text(function, name: str) -> str:
     return standalone(function, name)
 
 
-def _branch(number: int, own: str, load: str, nodes: str, places: list[str], body: str, none=()) -> str:
+def _branch(acts: str, load: str, nodes: str, places: list[str], body: str, none=()) -> str:
     """Loop over the nodes where the law acts; zeros where it does not, and always in the places ``none``."""
     always = "".join(f"            {place} = 0.0\n" for place in none)
     zeros = "".join(f"            {place} = 0.0\n" for place in places)
-    return (f"    if acts[m, {number}]{own}:\n{load}        for j in range({nodes}):\n{body}{always}"
+    return (f"    if {acts}:\n{load}        for j in range({nodes}):\n{body}{always}"
             f"    else:\n        for j in range({nodes}):\n{zeros}{always}")
 
 
@@ -237,7 +269,7 @@ def _call(function: str, places: list[str], local: list[str], names: list[str]) 
     return f"            {', '.join(places)} = {function}({', '.join(local + names)})\n"
 
 
-def _differences(number: int, at: int, rows: int, places, local, names) -> str:
+def _differences(number: int, at: str, rows: int, places, local, names) -> str:
     """Central differences of fourth order in every coordinate and speed of the law.
 
     They are taken with steps that fall by a factor of 16; of each derivative the one that differs least from that of the
@@ -245,7 +277,7 @@ def _differences(number: int, at: int, rows: int, places, local, names) -> str:
     """
     body, outs = "", range(len(places))
     for b in range(2 * rows):
-        body += f"            shift = step[{b // rows}, {at + b % rows}]\n"
+        body += f"            shift = step[{b // rows}, {at} + {b % rows}]\n"
         body += "".join(f"            last_{a}, best_{a} = 0.0, np.inf\n" for a in outs)
         body += f"            for level in range({LEVELS}):\n"
         for k, shift in enumerate((-2.0, -1.0, 1.0, 2.0)):

@@ -30,6 +30,7 @@ from .signature import Signature, divided, sections
 from .solving import solve
 
 CHUNK = 24  # slowest periods simulated between attempts
+LONGEST = 2**20  # of them, in which something must come again
 FIRST = 6  # slowest periods simulated from a guess
 SAMPLES = 64  # points a fastest period, at which the slope of a coordinate is looked at
 MOST_SAMPLES = 200_000  # of one motion
@@ -133,7 +134,7 @@ def from_state(system: System, y0, period: float | None) -> PeriodicOrbit:
     best = None
     for length in (FIRST, 4 * FIRST, 16 * FIRST):
         motion = simulate(system, y0, duration=length * slow, max_events=MANY)
-        for found in from_motion(system, motion, period, early=True):
+        for found in from_motion(system, returns(motion, early=True), period, early=True):
             if found.success:
                 return found
             best = best or found
@@ -146,18 +147,21 @@ def settled(system: System, transient: int) -> PeriodicOrbit:
     """Return the orbit on which the motion from rest settles."""
     slow = slowest(scene_of(system))
     first = y = aside(system, resting_start(system))
-    done, chunk, best = 0, CHUNK, None
-    while done < max(transient, 1):
+    done, passed, chunk, best = 0, 0, CHUNK, None
+    while done < max(transient, 1) and chunk <= LONGEST:
         motion = simulate(system, y, duration=chunk * slow, max_events=MANY)
-        done += chunk
-        if too_short(motion):
-            chunk *= 2  # a cycle of relaxation may stick far longer than anything oscillates
-        for found in from_motion(system, motion, None, early=False):
+        again = returns(motion, early=False)
+        passed += chunk
+        if len(again) < 2:
+            chunk *= 2  # a cycle of relaxation may stick far longer than anything oscillates: no time to settle was given
+        else:
+            done += chunk
+        for found in from_motion(system, again, None, early=False):
             if not found.success or found.stable is False:
                 continue
             away = distance_to(found, motion.final)
             if away <= CLOSE:
-                found.how["transient"] = done * slow
+                found.how["transient"] = passed * slow
                 return found
             best = found
         if not motion.success or at_rest(motion, first):
@@ -205,11 +209,10 @@ def distance_to(orbit: PeriodicOrbit, y) -> float:
 
 # returns of a motion
 
-def from_motion(system: System, motion: Trajectory, period: float | None, early: bool) -> Iterator[PeriodicOrbit]:
+def from_motion(system: System, found: list[Return], period: float | None, early: bool) -> Iterator[PeriodicOrbit]:
     """Yield the orbits that Newton finds between two returns of a motion, the nearest pairs first; ``early``: those at its
     beginning first."""
     scene = scene_of(system)
-    found = returns(motion, early)
     found = found[:MOST] if early else found[-MOST:]
     length = float(max((np.abs(item.state[:scene.n]).max() for item in found), default=0.0))
     pairs = []
@@ -277,12 +280,6 @@ def listed(motion: Trajectory) -> list[Return]:
 def repeated(found: list[Return]) -> bool:
     """Whether one of the events of a motion happens again."""
     return len({item.node for item in found}) < len(found)
-
-
-def too_short(motion: Trajectory) -> bool:
-    """Whether nothing of a motion comes again: no event, and without events no maximum."""
-    found = listed(motion)
-    return not repeated(found) if found else len(maxima(motion, motion.start, motion.stop, False)) < 2
 
 
 def returns(motion: Trajectory, early: bool) -> list[Return]:

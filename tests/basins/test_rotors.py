@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.attractors.attractors import on_curve
+from bifurc.basins.attractors.attractors import filled, on_curve
 
 
 def test_points_on_a_curve_are_told_from_others():
@@ -17,10 +17,43 @@ def test_points_on_a_curve_are_told_from_others():
     assert not on_curve(np.zeros((4000, 4)))
 
 
+@pytest.mark.parametrize("turn, count", [(0.4 * np.pi + 1e-5, 40000), (0.4 * np.pi + 1e-4, 20000), (2.399963, 5000)])
+def test_points_of_a_nearly_locked_motion_are_followed_until_they_fill_the_curve(turn, count):
+    # five arcs that grow by the drift a turn meet when they are 2 pi / 5 long; the slowest are given up
+    scale = np.array([0.5, 2.0])
+
+    def at(turns):
+        return scale * np.column_stack([np.cos(turns), np.sin(turns)])
+
+    def follow(y, more):
+        return at(np.arctan2(y[1] / scale[1], y[0] / scale[0]) + turn * np.arange(1, more + 1))
+
+    points = filled(at(turn * np.arange(5000)), scale, follow)
+    angles = np.sort(np.arctan2(points[:, 1] / scale[1], points[:, 0] / scale[0]))
+    gap = max(np.diff(angles).max(), angles[0] + 2.0 * np.pi - angles[-1])
+    assert len(points) == count and (gap < 0.01 or count == 40000)
+
+
 def starts(x, v, count, centre=0.0):
     """Return the grid whose cells have their centres at positions up to +-x around ``centre`` and speeds y' up to +-v."""
     return bf.Grid(q0=(centre - x * count / (count - 1), centre + x * count / (count - 1), count),
                    v1=(-v * count / (count - 1), v * count / (count - 1), count))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("piece", [0.83, 0.29])
+def test_labels_do_not_depend_on_the_steps(piece):
+    # motions cut into pieces of other lengths take other steps everywhere
+    system = bf.systems.jeffcott_rotor(nu=1.7)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-0.3, 1.5, 7), v1=(-2.0, 2.0, 7)), max_periods=600)
+    assert len(basins.attractors) == 2 and min(basins.counts[k] for k in range(2)) > 5 and basins.counts[-1] == 0
+    points, scale = np.array([attractor.state for attractor in basins.attractors]), np.array([1.0, 1.0, 1.7, 1.7])
+    for y, label in zip(basins.grid.starts(2, 4), basins.labels.ravel(), strict=True):
+        times = np.append(np.arange(0.0, 120.0, piece), 120.0) * system.period
+        for t0, t1 in zip(times[:-1], times[1:], strict=True):
+            y = bf.simulate(system, y, t0=t0, duration=t1 - t0).final
+        away = np.linalg.norm((points - y) / scale, axis=1)
+        assert away.argmin() == label and away[label] < 0.02
 
 
 @pytest.mark.slow

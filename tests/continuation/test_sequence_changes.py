@@ -230,3 +230,11 @@ def test_a_pair_that_leaves_the_circle_and_comes_back_in_one_step_is_seen():
         monodromy = (np.array(flow[:4]) - np.array(flow[4:])).T / 2e-7
         moduli = np.abs(np.linalg.eigvals(monodromy))
         assert np.sort(np.abs(moduli - 1.0))[:2] == pytest.approx([0.0, 0.0], abs=1e-5)
+
+
+def test_flights_that_a_simulation_closes_are_no_miss():
+    """An orbit may list an impact more of a complete chattering than the simulation that repeats it: in the middle of that last
+    flight, 1e-6 of a period long, their speeds differ by as much, and behind the sequence they do not."""
+    system = bf.System(1.0, 0.113, 1.0, [HarmonicForce(1.0), RigidStop(0.153, 0.128), Coulomb(0.273)], omega=1.06)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.restitution", bounds=(0.0, 0.378), max_steps=250)
+    assert all(repetition(orbit).repeated for orbit in branch.orbits if orbit.success)

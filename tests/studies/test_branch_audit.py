@@ -64,3 +64,11 @@ def test_chattering_under_friction_ends_where_it_completes_no_more(number):
     """The push falls to the limit of friction: rows are motions to the end, which is named."""
     row = branch_audit.audited("stop_and_friction", number, back=False)
     assert row.found and row.ok and (row.not_repeated, row.failed, row.ends) == (0, 0, [])
+
+
+def test_where_points_accumulate_is_told():
+    """Geometric sequences have a limit, from either end; others have none."""
+    values = [1.0 - 0.4**k for k in range(5)]
+    assert branch_audit.limits(values) == [pytest.approx(1.0, abs=1e-12)]
+    assert branch_audit.limits(values[::-1]) == [] == branch_audit.limits([0.0, 1.0, 1.5, 1.6, 1.61])
+    assert branch_audit.limits(values[:4]) == []

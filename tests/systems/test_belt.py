@@ -199,11 +199,13 @@ def test_a_landing_beyond_the_static_limit_slips_through():
 
 
 @pytest.mark.parametrize("zeta, V, static, kinetic", [(0.154, 0.0136, 1.822, 0.3018), (0.1215, 0.0049, 0.999, 0.467),
-                                                      (0.232, 3.04e-4, 1.096, 0.841)])
+                                                      (0.232, 3.04e-4, 1.096, 0.841), (0.2369, 6.71e-5, 0.696, 0.3951),
+                                                      (0.0436, 3.47e-5, 1.6802, 0.8966), (0.2136, 1.74e-5, 1.0742, 0.9028)])
 def test_relaxation_of_a_slow_belt(zeta, V, static, kinetic):
-    # the mass sticks for hundreds of periods of anything that oscillates
+    # the mass sticks for hundreds or thousands of periods of anything that oscillates; where it is rounds in each unit of that time
     orbit = bf.find_orbit(bf.systems.belt_oscillator(zeta=zeta, belt_speed=V, static=static, kinetic=kinetic))
-    assert orbit.success and orbit.period == pytest.approx(sum(stick_slip(zeta, V, static, kinetic)), rel=1e-12)
+    T = sum(stick_slip(zeta, V, static, kinetic))
+    assert orbit.success and orbit.period == pytest.approx(T, rel=1e-12 + 1.1e-16 / V)
 
 
 @pytest.mark.parametrize("bounds", [(0.6, 1.5), (0.3, 3.0)])

@@ -3,6 +3,7 @@
 One file, because finding, confirming, comparing and making targets of an attractor share its scaled distances and their
 thresholds.
 """
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,7 +38,9 @@ FOLDS = 10.0  # by how many factors e neighbours must part in all: turns of unda
 SAMPLE = 20000  # section points of a chaotic attractor
 PROBE = 2000  # further ones, of which COVERED lie in the boxes of the sample
 COVERED = 0.999
-ON_CURVE = 3000  # section points of a quasi-periodic one
+ON_CURVE = 3000  # section points of a quasi-periodic one, at first
+MOST_ON_CURVE = 40000  # where it is nearly locked
+AHEAD = 10.0  # spacings of its points by which further ones may lie beside them
 THINNER = 4.5  # by what neighbours on a curve come nearer, at least, where the points are 8 times as many; a surface gives 8**0.5
 CLOUD = 100  # motions side by side
 CLOUD_SIZE = 1e-5  # scaled distance at which they start
@@ -57,7 +60,7 @@ class SampledAttractor:
     ----------
     system : System
     points : ndarray
-        States at phase 0, (k, ns); k = 20000, for curves 5000.
+        States at phase 0, (k, ns); k = 20000, for curves 5000 or, nearly locked, up to 40000.
     exponent, exponent_error : float
         Largest Lyapunov exponent and its standard error, per time.
     width : float
@@ -217,9 +220,13 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
     sections = points[-LONGEST - 1:] / scale
     if min(np.linalg.norm(sections[-1] - sections[-1 - k]) for k in range(1, LONGEST + 1)) < CLOSED:
         return None  # it was a long transient
-    width, cover = box_width(points / scale), None
     if not chaotic:
-        return QuasiperiodicAttractor(system, points, exponent, error, width) if on_curve(points / scale) else None
+        if not on_curve(points / scale):
+            return None
+        points = filled(points, scale, lambda y, more: followed(system, y, more) if section is None else
+                        crossings_from(system, y, section, more))
+        return None if points is None else QuasiperiodicAttractor(system, points, exponent, error, box_width(points / scale))
+    width, cover = box_width(points / scale), None
     if lean is not None:
         found = trapping(lean, points, scale, width)
         cover, width = (None, width) if found is None else found
@@ -248,6 +255,25 @@ def on_curve(points: np.ndarray) -> bool:
     drawn = points[np.random.default_rng(0).permutation(len(points))[:8 * few]]
     near = gap(drawn)
     return near > 0.0 and float(np.mean([gap(part) for part in np.split(drawn, 8)])) / near > THINNER
+
+
+def filled(points: np.ndarray, scale: np.ndarray, follow: Callable[[np.ndarray, int], np.ndarray | None]) -> np.ndarray | None:
+    """Return section points on a curve that lie everywhere on it, or None when the motion fails.
+
+    Those of a motion that is nearly locked fill short arcs, which take long to meet: it is followed, by ``follow(y, count)``,
+    until its last points lie about as near to the earlier ones as these to each other.
+    """
+    while len(points) < MOST_ON_CURVE:
+        earlier, last = points[:-PROBE] / scale, points[-PROBE:] / scale
+        tree = cKDTree(earlier)
+        ahead, spacing = (float(np.quantile(far, COVERED)) for far in (tree.query(last)[0], tree.query(earlier, 2)[0][:, 1]))
+        if ahead <= AHEAD * spacing:
+            break
+        further = follow(points[-1], len(points))
+        if further is None:
+            return None
+        points = np.concatenate((points, further))
+    return points
 
 
 def followed(system: System, y: np.ndarray, count: int) -> np.ndarray | None:

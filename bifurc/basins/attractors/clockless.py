@@ -6,7 +6,7 @@ from ...ensemble.marcher import Marcher
 from ...ensemble.section import Section
 from ...ensemble.section_marcher import SectionMarcher
 from ...flow.simulate import simulate
-from ...orbits.autonomous import distance_to, from_motion, slowest
+from ...orbits.autonomous import distance_to, from_motion, returns, slowest
 from ...orbits.equilibrium import Equilibrium, find_equilibrium
 from ...orbits.lyapunov import lyapunov_exponents
 from ...system import System
@@ -72,7 +72,7 @@ def settles_on(system: System, y: np.ndarray, scale: np.ndarray):
         rest = find_equilibrium(system, y)
         if rest.success and rest.stable is not False and np.linalg.norm((rest.state - y) / scale) <= NEAR:
             return rest, y
-        for orbit in from_motion(system, motion, None, early=False):
+        for orbit in from_motion(system, returns(motion, early=False), None, early=False):
             if orbit.success and orbit.stable and distance_to(orbit, y) <= NEAR:
                 return orbit, y
     return None, y
