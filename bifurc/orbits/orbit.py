@@ -186,15 +186,21 @@ class PeriodicOrbit(Orbit):
 
     @functools.cached_property
     def _correction(self) -> float:
-        """Largest scaled Newton correction; infinite where there is none."""
+        """Largest scaled Newton correction, or residual where that is more; infinite where there is none.
+
+        Near a fold, where a multiplier is 1, rounding of the forces moves an orbit farther, by 1 / |multiplier - 1|: that
+        much is not held against it.
+        """
         x, scale = np.append(self._unknowns, 0.0), self.equations.scale[:-1]
         residual = self.equations.residual(x)
         if not np.isfinite(residual).all():
             return math.inf
         try:
-            return float(np.abs(np.linalg.solve(self.equations.jacobian(x) * scale, -residual)).max())
+            step = np.abs(np.linalg.solve(self.equations.jacobian(x) * scale, -residual)).max()
         except np.linalg.LinAlgError:
             return math.inf
+        near = np.min(np.abs(self.multipliers - 1.0), initial=1.0)  # at most 1; NaN where multipliers are not defined
+        return float(max(step * near, self.residual)) if np.isfinite(near) else float(step)
 
     @functools.cached_property
     def _audit(self) -> tuple[float, float, float, float]:
