@@ -84,6 +84,6 @@ def test_the_laws_of_four_arcs_are_compiled_once():
     # 625 combinations of contacts: those met later are numbers
     scene = scene_of(bf.systems.snubber_rotor())
     laws, mode = scene.laws, next(scene.start_modes())
-    for label, key in (("arc_up", "slip+"), ("arc_right", "roll"), ("arc_left", "parting")):
+    for label, key in (("arc_up", "slip+"), ("arc_right", "roll"), ("arc_left", "separating")):
         mode = scene.combine(mode, scene.system.labels.index(label), key)
     assert scene.laws is laws and 1 < len(scene.keys) < 10
