@@ -34,6 +34,7 @@ RESONANCES = (SpecialPointKind.RESONANCE_1_1, SpecialPointKind.RESONANCE_1_2)
 ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of another one, that is zero all along it
 MEETING = 2e-3  # of a period (or of half of one that is symmetric), between two events
 BEYOND = (1e-3, -1e-3, 1e-2, -1e-2)  # arclengths beside an end at which boundaries are looked up: maxima may grow like a cube
+ROUNDINGS = 4.0  # of an equation, from its first-order terms, that its error may be
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -136,6 +137,18 @@ class CurveProblem(Problem):
         if c.converged:
             self.condition.reached(self.family, c.x)
         return c
+
+    def uncertainty(self, x, tangent) -> float:
+        """See `Problem.uncertainty`: what the rounding of the equations makes of the second parameter.
+
+        Where speeds of impacts go to zero multipliers grow like 1 / speed, and the condition is known no better.
+        """
+        _, wide, floor = self._linearised(x)
+        try:
+            inverse = np.linalg.inv(np.vstack([wide * self.scale, tangent]))
+        except np.linalg.LinAlgError:
+            return math.inf
+        return ROUNDINGS * float(self.scale[-1] * (np.abs(inverse[-1, :-1]) @ floor))
 
     def monitor_values(self, u, p, tangent):
         """Return da/ds, the slope of the measure along a curve of peaks, the branch's own boundaries, the bounds of a."""

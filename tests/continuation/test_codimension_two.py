@@ -252,6 +252,25 @@ def test_a_fold_curve_of_a_doubled_motion_takes_long_steps():
     assert len(folds) < 60 and folds.special_points.of("grazing")
 
 
+@pytest.mark.parametrize("amplitude", [9.0, 12.0])
+def test_what_rounding_makes_of_the_end_of_a_curve_is_stated(amplitude):
+    """Flips of a motion whose two impacts lose their speed together end in a resonant touch, which tiny speeds tell badly."""
+    free = bf.find_orbit(bf.systems.impact_oscillator(zeta=ZETA, omega=2.4, amplitude=0.3, restitution=0.5))
+    point = bf.trace(free, "amplitude", bounds=(0.3, 12.0)).special_points.of("grazing")[0]
+    (start,) = [orbit for orbit in bf.switch_branch(point, n_max=2) if orbit.periods == 2]
+    names, bounds = ("amplitude", "omega"), {"amplitude": (0.3, amplitude), "omega": (1.9, 2.9)}
+    flips = [p for p in bf.trace(start, "amplitude", bounds=bounds["amplitude"]).special_points.of("period_doubling") if not p.name]
+    w, seen = resonance(1, 1)[0], 0
+    for flip in flips:
+        for end in bf.trace_curve(flip, names, bounds=bounds).special_points:
+            if abs(end.parameters["omega"] - w) < 1e-3:
+                seen += 1
+                assert abs(end.parameters["omega"] - w) <= end.error and end.error < 1e-5
+            elif end.kind == "grazing":
+                assert end.error < 1e-12
+    assert seen
+
+
 def quadratic(x, al, be, R):
     """x' = y, y' = al - be x - y^2 + R x y."""
     return np.stack([x[..., 1], al - be * x[..., 0] - x[..., 1]**2 + R * x[..., 0] * x[..., 1]], axis=-1)
