@@ -245,12 +245,16 @@ class Number(Condition):
 def weighted_second(family, x, w, along):
     """Return w^T d(F_x along) (n + 2,), own units: ``along`` (n + 1,) is fixed and in own units of (u, a).
 
-    The components of (u, a) follow from the symmetry of second derivatives with two Jacobians; that of b from differences
-    of F_x in b.
+    The components of (u, a) follow from the symmetry of second derivatives with two Jacobians, where these are derivatives of
+    the residual beside solutions too, otherwise from differences of F_x; that of b from differences of F_x in b.
     """
-    move = np.append(ALONG * along, 0.0)
     out = np.empty(x.size)
-    out[:-1] = w @ (wide_at(family, x + move) - wide_at(family, x - move)) / (2.0 * ALONG)
+    if family.problem.derived_beside:
+        move = np.append(ALONG * along, 0.0)
+        out[:-1] = w @ (wide_at(family, x + move) - wide_at(family, x - move)) / (2.0 * ALONG)
+    else:
+        out[:-1] = [difference(lambda y: float(w @ (wide_at(family, y) @ along)), x, i, ASIDE * family.scale[i])
+                    for i in range(x.size - 1)]
     h = ASIDE * family.scale[-1]
     above, below = x.copy(), x.copy()
     above[-1] += h

@@ -257,6 +257,12 @@ class Problem:
         search."""
         return None
 
+    @property
+    def derived_beside(self) -> bool:
+        """Whether `jacobian` is the derivative of `residual` beside solutions too, not only on them: second derivatives are
+        symmetric then."""
+        return True
+
     def uncertainty(self, x, tangent) -> float:
         """Return how uncertain the parameter of a special point at ``x`` (n + 1,) is beside the rounding of its location, own
         units."""

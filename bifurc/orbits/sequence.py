@@ -52,7 +52,6 @@ SHORT = 0.01  # periods
 LONGEST = 64.0  # units of time that an orbit of unknown period may become
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
-SEEN = 1e-14  # value of a guard, in its natural size, that is more than rounding
 CALM = 1e-6  # a step so small (scaled) at a residual that is rounding twice over: a duration near its birth is known no better
 LAST = 1e-9  # a step so small (scaled) is the last one, and changes the derivative in the parameter by less than its error
 NEAR = 1e-4  # a step so small is followed by next to none
@@ -317,17 +316,10 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
             scale = scale_of(row, weights) * duration**order
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
-                fall = 0.0  # what the change of the divisor takes off: second derivatives need it, beside the orbit
-                if abs(F[r]) * duration**order > SEEN:
-                    fall = order * F[r] / duration * period
-                rate = guard_rate(row, f, dw) * period / scale - fall
+                rate = guard_rate(row, f, dw) * period / scale
                 J[r, nxt * size] += rate
                 if last:
                     C[r, 0] += rate
-                if begins:
-                    C[r, size] += fall
-                else:
-                    J[r, base] += fall
                 for c in range(ns):
                     for k in range(ns):
                         if begins:

@@ -242,7 +242,7 @@ def test_double_grazing_beside_a_law_against_integration():
 
 
 def test_a_fold_curve_of_a_doubled_motion_takes_long_steps():
-    """Two impacts in two periods: a row divided by a duration stands in its equations (40 rows; it once crept for 2500)."""
+    """Two impacts in two periods: a row is divided by a duration (second derivatives once were wrong: 2500 rows of .001)."""
     free = bf.find_orbit(bf.systems.impact_oscillator(zeta=ZETA, omega=2.4, amplitude=0.3, restitution=0.5))
     point = bf.trace(free, "amplitude", bounds=(0.3, 12.0)).special_points.of("grazing")[0]
     (start,) = [orbit for orbit in bf.switch_branch(point, n_max=2) if orbit.periods == 2]

@@ -18,7 +18,7 @@ from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.path import ParameterPath, constant_path, parameter_path
 from ...orbits.refused import Refusal, earlier_modes
 from ...orbits.repetition import repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, ENDING, GUARD, STARTS
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS
 from ...orbits.signature import Signature, divided, repeated, sections
 from ...system import System
 from ..conditions import ASIDE, difference
@@ -333,6 +333,12 @@ class OrbitProblem(Problem):
     def jacobian(self, u, p):
         """Return the scaled F_u (n, n) and F_p (n,)."""
         return self.wrapped_jacobian(np.append(u, p), 1.0)
+
+    @property
+    def derived_beside(self) -> bool:
+        """See `Problem.derived_beside`: a row that is divided by a duration has no derivative of its divisor, which is zero on
+        orbits and noise beside births of third order."""
+        return not (self.sequence.nodes[:, DIVIDE] > 0).any()
 
     def wrapped_jacobian(self, x, mu):
         """Return F_u with the factor ``mu`` on the columns of the closing node, and F_p."""
