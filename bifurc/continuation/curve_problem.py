@@ -2,6 +2,8 @@
 
 The unknowns of a point on the curve are (u, a, b): those of the branch on which the special point was found, its parameter
 a, and a second parameter b.  The equations are those of the branch and one condition g = 0 (see `conditions`).
+
+One file, because equations, boundaries and named ends are those of one problem.
 """
 import copy
 import math
