@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.attractors.attractors import filled, on_curve
+from bifurc.basins.attractors.attractors import SampledAttractor, filled, on_curve
 
 
 def test_points_on_a_curve_are_told_from_others():
@@ -88,3 +88,44 @@ def test_partial_rub_and_dry_whirl_beside_no_rub_in_a_concentric_stator():
         beyond = np.mean(np.hypot(points[:, 0], points[:, 1]) > 1.0)
         found[0.0 if beyond == 0.0 else 2.0 if beyond == 1.0 else 1.0] += basins.counts[k]  # dry whirl never lets go
     assert basins.counts[-1] == 0 and list(found.values()) == [284, 554, 123]
+
+
+def motions_of_fixed_step(count, steps, periods, nu, zeta=0.05, eccentricity=0.2, stiffness=25.0, friction=0.1, disk=20.0):
+    """Return 0 (no rub), 1 (partial rub) or 2 (never lets go) of a grid of starts, by steps of Runge and Kutta."""
+    x, v = (part.ravel() for part in np.meshgrid(np.linspace(-0.9, 0.9, count), np.linspace(-3.0, 3.0, count), indexing="ij"))
+    z, w, h = x + 0j, 1j * v, 2.0 * np.pi / nu / steps
+
+    def acceleration(t, z, w):
+        r = np.abs(z)
+        n = z / np.maximum(r, 1e-300)
+        load = stiffness * np.maximum(r - 1.0, 0.0) * (1.0 + 1j * friction * np.sign((w * n.conj()).imag + disk * nu))
+        return eccentricity * nu * nu * np.exp(1j * nu * t) - 2.0 * zeta * w - z - load * n
+
+    least, most = np.full(z.size, np.inf), np.zeros(z.size)
+    for k in range(periods * steps):
+        t = k % steps * h
+        a = acceleration(t, z, w)
+        b = acceleration(t + 0.5 * h, z + 0.5 * h * w, w + 0.5 * h * a)
+        c = acceleration(t + 0.5 * h, z + 0.5 * h * (w + 0.5 * h * a), w + 0.5 * h * b)
+        d = acceleration(t + h, z + h * (w + 0.5 * h * b), w + h * c)
+        z, w = z + h * w + h * h / 6.0 * (a + b + c), w + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        if k >= (periods - 20) * steps:
+            r = np.abs(z)
+            least, most = np.minimum(least, r), np.maximum(most, r)
+    return np.where(most <= 1.0, 0, np.where(least > 1.0, 2, 1)).reshape(count, count)
+
+
+@pytest.mark.slow
+def test_dry_whirl_that_is_nearly_locked_to_the_spin():
+    # the turns of dry whirl come back to phase 0 in short arcs, which take thousands of periods to meet
+    known = motions_of_fixed_step(31, 300, 200, 2.1)
+    assert [np.count_nonzero(known == k) for k in range(3)] == [437, 25, 499]
+    system = bf.systems.jeffcott_rotor(stiffness=25.0, friction=0.1, offset=0.0, nu=2.1)
+    basins = bf.basins_of_attraction(system, starts(0.9, 3.0, 11), max_periods=400)
+    assert basins.counts[-1] == 0
+    kinds = []
+    for attractor in basins.attractors:
+        points = attractor.points if isinstance(attractor, SampledAttractor) else attractor.state[None]
+        beyond = np.mean(np.hypot(points[:, 0], points[:, 1]) > 1.0)
+        kinds.append(0 if beyond == 0.0 else 2 if beyond == 1.0 else 1)
+    assert np.count_nonzero(np.array(kinds)[basins.labels] != known[::3, ::3]) == 0
