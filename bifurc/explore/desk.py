@@ -1,4 +1,4 @@
-"""What stands between a page and the commands: workers that compute, the session that keeps, pages that are told.
+"""What stands between a page and the commands: workers that compute, the session that keeps, pages that are notified.
 
 Knows no web library: a page is a function that is called, in any thread, when something has changed.
 """

@@ -264,7 +264,7 @@ class _March:
             force = -self.frame.row(mode.entries[0] if mode.entries else affine(0.0), self.local)
             guards = np.array([self.frame.row(guard.value, self.local) for guard in mode.guards]).reshape(-1, self.frame.nx)
             algebraic = {i: self.frame.row(item.value, self.local) for i, item in enumerate(mode.memory)
-                      if isinstance(item, Algebraic)}
+                         if isinstance(item, Algebraic)}
             self._modes[key] = force, guards, algebraic, mode.guards
         return self._modes[key]
 

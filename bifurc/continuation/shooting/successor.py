@@ -41,6 +41,7 @@ SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
+BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
 NEXT = 1e-9  # scaled difference of the parameter beyond which something else may lie between an end and a beginning
 
 
@@ -89,8 +90,8 @@ def successor(problem, point, through=False):
                 found = _begun(problem, point, signature, np.append(unknowns, x[-1]), search, through)
                 if found is None:
                     continue
-                rank = (False, 0.0) if through else preference(problem, point, *found)
-                if rank == (False, 0.0):
+                rank = preference(problem, point, *found, through)
+                if rank == BEST:
                     return found, search
                 tried.append(_cycle(problem.scene, signature))
                 spare.append((rank, found))
@@ -100,16 +101,18 @@ def successor(problem, point, through=False):
             tried.append(_cycle(problem.scene, made[0]))
             found = _begun(problem, point, *made, search, through)
             if found is not None:
-                rank = (False, 0.0) if through else preference(problem, point, *found)
-                if rank == (False, 0.0):
+                rank = preference(problem, point, *found, through)
+                if rank == BEST:
                     return found, search
                 spare.append((rank, found))
     return min(spare, key=operator.itemgetter(0))[1] if spare else None, search
 
 
-def preference(problem, point, new, x, tangent) -> tuple[bool, float]:
+def preference(problem, point, new, x, tangent, through) -> tuple[bool, float]:
     """Return what ranks equations that go on, least first: whether they change the index, and how far from the old end they begin
-    (parameter, scaled; 0 where that is rounding)."""
+    (parameter, scaled; 0 where that is rounding).  Where only the equations change (``through``) all are alike."""
+    if through:
+        return BEST
     away = float(abs(x[-1] - point.x[-1])) / new.parameter_scale
     return not balanced(problem, point, new, x, tangent), away if away > NEXT else 0.0
 
