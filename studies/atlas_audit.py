@@ -145,7 +145,7 @@ def picture(rows: list[Audited]):
     made, axes = figure(6.3, 4.0 * len(rows), rows=len(rows))
     for row, ax in zip(rows, np.atleast_1d(axes), strict=True):
         row.atlas.plot(ax)
-        ax.text(0.01, 0.98, row.name, transform=ax.transAxes, va="top")
+        ax.text(0.99, 0.98, row.name, transform=ax.transAxes, va="top", ha="right")  # an enlarged stretch stands on the left
     return made
 
 
