@@ -726,24 +726,40 @@ def segment_peak(T, m, g, x, s, closing_guard, low):
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force, a = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
     now, x1, out, stack = x.copy(), np.empty(nx), np.empty(3), np.empty(64)
+    none, accs = np.empty((0, 2)), np.empty((0, n, NODES + 2))
     best, where, t, rising = -np.inf, 0.0, 0.0, False
+    top_of, inside = np.empty(nx), 0.0  # the step that has the largest maximum: its first state, and how far in it lies
     while t < s:
-        h = fitted(T, m, now, s - t, acc, force, x1, np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+        h = fitted(T, m, now, s - t, acc, force, x1, none, accs)
         series(T, m, g, now, n, h, acc, force, 1, a)
         if t == 0.0:
             for j in range(low):
                 a[j] = 0.0
         if rising and a[1] <= 0.0 and a[0] > best:
-            best, where = a[0], t
+            best, where, inside = a[0], t, 0.0
         top = highest(a, h, best, out, stack)
         if top > best:
-            best, where = top, t + out[0]
+            best, where, inside = top, t + out[0], out[0]
+            for c in range(nx):
+                top_of[c] = now[c]
         rising = horner(a, 0, h)[1] > 0.0
         for c in range(nx):
             now[c] = x1[c]
         t += h
         if not h > 1e-14 * s:
             break
+    reacts = False
+    for r in range(rows):
+        if T.LG[m, g, r] != 0.0:
+            reacts = True
+    if reacts and inside > 0.0:  # between its nodes the polynomial of a law is as good as the step asks, no better
+        left = inside
+        while left > 1e-14 * s:
+            h = fitted(T, m, top_of, left, acc, force, x1, none, accs)
+            for c in range(nx):
+                top_of[c] = x1[c]
+            left -= h
+        best = guard_value(T, m, g, top_of)
     if closing_guard == 0:
         value = guard_value(T, m, g, now)
         if value > best:
