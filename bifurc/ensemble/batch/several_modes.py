@@ -6,14 +6,14 @@ a list, with the numbers of that mode.  On the fixed substep number k the motion
     q_i(s) = sum_c A_ic(s) y_c + C_k,i(s),     guard(s) = sum_c D_c(s) y_c + F_k(s),     polynomials of order ORDER in s,
 
 with the state y = (q, v) at the start of the substep.  An event is a zero of a guard at s.  The candidates of the guard are
-tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, since there its
-polynomials stand, and what they say of [s, h] decides.  The start then moves to the list of its new mode.
+tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, by A(-s), and
+forward to its end; the guards at s and h and their bound decide of [s, h].  The start then moves to the list of its new mode.
 
 Nothing is taken on trust, by the bounds of `bifurc.ensemble.batch.one_mode`: a start stays in the batch only while they prove
-that it met no guard, or one and only once, that the candidates before the one taken are forbidden, and that no guard of the
-one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order:
-leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes their whole
-period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
+that it met no guard, or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no
+guard of the one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or
+second order: leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes
+their whole period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
 
 One file, because it is the text of one kernel, written in the order in which it runs.
 """
@@ -136,7 +136,8 @@ def _filled(n: int) -> str:
              "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
     back = [line for i in positions for c in states for line in _horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")]
     lines = {
-        "LOAD_FLOW": flow, "LOAD_PLACE": place + forced, "LOAD_BACK": before + forced, "LOAD_SERIES": series, "LOAD_AT_S": at_s, "LOAD_GUARD": guard,
+        "LOAD_FLOW": flow, "LOAD_PLACE": place + forced, "LOAD_BACK": before + forced,
+        "LOAD_SERIES": series, "LOAD_AT_S": at_s, "LOAD_GUARD": guard,
         "LOAD_NOISE": [taken("z", "N", f"i + {3 * ns + 1}"), f"least = N[i + {4 * ns + 1}]"],
         "OLD": [f"y{c} = old[{c} * AT_CAP + l]" for c in states],
         "NEW": [f"x{c} = new[{c} * AT_CAP + l]" for c in states],
