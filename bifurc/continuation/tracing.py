@@ -272,13 +272,15 @@ def begin_on_boundary(half):
         if abs(row.tests[j]) > ON_BOUNDARY:
             continue
         try:
-            aside, change = beside(row, j)
+            aside, change, reached = beside(row, j)
         except ERRORS:  # the problem's own code; the first step will say what
             continue
         if change is None:
             continue
         if change < 0.0:
             half.signs[j] = -1
+            continue
+        if reached < 0.0:  # small but clear, as at the last of a train of impacts: the boundary lies ahead
             continue
 
         def test(s, j=j):
@@ -302,16 +304,21 @@ def begin_on_boundary(half):
 
 
 def beside(row, j):
-    """Return a length behind ``row`` and the change of its test ``j`` there, at the least length at which it is no rounding: the
-    stretch behind a boundary may be short; (0, None) where no point was found."""
-    found = 0.0, None
+    """Return a length behind ``row`` and the change of its test ``j`` there, at the least length at which it is no
+    rounding (the stretch behind a boundary may be short), and the value of the test at the least length of all.
+
+    (0, None, nan) where no point was found.
+    """
+    found, reached = (0.0, None), math.nan
     for length in BESIDE:
         c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
         if c.converged:
-            found = length, tests_of(c)[j] - row.tests[j]
+            value = tests_of(c)[j]
+            reached = value if length == BESIDE[0] else reached
+            found = length, value - row.tests[j]
             if abs(found[1]) > TELLS:
                 break
-    return found
+    return *found, reached
 
 
 def run_halves(plus, minus, direction, lost):
