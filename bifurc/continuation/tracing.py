@@ -272,7 +272,7 @@ def begin_on_boundary(half):
         if abs(row.tests[j]) > ON_BOUNDARY:
             continue
         try:
-            aside, change, reached = beside(row, j)
+            aside, change = beside(row, j)
         except ERRORS:  # the problem's own code; the first step will say what
             continue
         if change is None:
@@ -280,13 +280,14 @@ def begin_on_boundary(half):
         if change < 0.0:
             half.signs[j] = -1
             continue
-        if reached < 0.0:  # small but clear, as at the last of a train of impacts: the boundary lies ahead
-            continue
 
         def test(s, j=j):
             c = part.problem.correct(row.x + s * row.direction, row.tangent)
             return (tests_of(c)[j], c) if c.converged else None
 
+        reached = test(BESIDE[0])
+        if reached is not None and reached[0] < 0.0:  # small but clear, as behind a slow impact: the boundary lies ahead
+            continue
         root = polish(test, 0.0, 0.0, None)
         if root is None:
             continue
@@ -304,21 +305,16 @@ def begin_on_boundary(half):
 
 
 def beside(row, j):
-    """Return a length behind ``row`` and the change of its test ``j`` there, at the least length at which it is no
-    rounding (the stretch behind a boundary may be short), and the value of the test at the least length of all.
-
-    (0, None, nan) where no point was found.
-    """
-    found, reached = (0.0, None), math.nan
+    """Return a length behind ``row`` and the change of its test ``j`` there, at the least length at which it is no rounding: the
+    stretch behind a boundary may be short; (0, None) where no point was found."""
+    found = 0.0, None
     for length in BESIDE:
         c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
         if c.converged:
-            value = tests_of(c)[j]
-            reached = value if length == BESIDE[0] else reached
-            found = length, value - row.tests[j]
+            found = length, tests_of(c)[j] - row.tests[j]
             if abs(found[1]) > TELLS:
                 break
-    return *found, reached
+    return found
 
 
 def run_halves(plus, minus, direction, lost):
