@@ -81,6 +81,10 @@ class Laws:
         """Return the derivatives (rows, ns) of `values` by the state."""
         return self._all(x, True)[1]
 
+    def both(self, x) -> tuple[np.ndarray, np.ndarray]:
+        """Return values (rows,) and derivatives (rows, ns)."""
+        return self._all(x, True)
+
     def _all(self, x, want: bool):
         T, m = self.tables, self.mode
         ns, n = T.A.shape[1], T.LP.shape[2]

@@ -146,19 +146,14 @@ class EquilibriumProblem(Problem):
     def monitor_values(self, u, p, tangent):
         """Return the guards, relative to the size of their terms, and the Hopf test."""
         self.numbers_at(p)
-        T, m, y = self.path.tables, self.mode, self.state(u)
-        values, _ = self.field.guard_slopes(y)
-        x = np.abs(self.field.joined(np.maximum(np.abs(y), self._size_u)))
-        x[self.scene.n:2 * self.scene.n] = 0.0
-        count = len(values)
-        size = np.abs(T.G[m, :count]) @ x + np.abs(T.LG[m, :count]) @ np.abs(self.field.forces(y))
+        y = self.state(u)
         eigenvalues = self._equilibrium(y).eigenvalues
         test = 1.0
         for i in range(len(eigenvalues)):
             for j in range(i):
                 both = eigenvalues[i] + eigenvalues[j]
                 test *= both / (abs(eigenvalues[i]) + abs(eigenvalues[j]) or 1.0)
-        return np.append(values / np.where(size > 0.0, size, 1.0), float(np.real(test)))
+        return np.append(self.field.guards(y, self._size_u), float(np.real(test)))
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of the Hopf test is one: a complex pair on the imaginary axis, no pair of real ones."""

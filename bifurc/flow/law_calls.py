@@ -34,7 +34,7 @@ def scratch_of(T, count):
     if count > 0:
         size += (NODES + 1) * (2 * n * n + 3 * rows * width) + 2 * n
     scratch = np.empty(size)
-    scratch[TABLED] = 0.0
+    scratch[TABLED], scratch[WISH] = 0.0, np.inf
     return scratch
 
 

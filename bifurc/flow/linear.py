@@ -54,21 +54,25 @@ class ModeField:
             J[n:2 * n] += T.LP[self.mode].T @ self.slopes(y)
         return J
 
-    def guards(self, y) -> np.ndarray:
-        """Return the values of the guards (guards,), negative inside, relative to the size of their terms."""
+    def guards(self, y, least: float = 1e-300) -> np.ndarray:
+        """Return the values of the guards (guards,), negative inside, relative to the size of their terms.
+
+        The terms of a law are its value and its gradient times the state, whose components count as at least ``least``.
+        """
         T, m = self.tables, self.mode
         count = int(T.n_guards[m])
-        x, G, weight = self.joined(y), T.G[m, :count], T.LG[m, :count]
-        forces = self.forces(y)
-        size = np.abs(G) @ np.maximum(np.abs(x), 1e-300) + np.abs(weight) @ np.abs(forces)
-        return (G @ x + weight @ forces) / np.where(size > 0.0, size, 1.0)
+        G, weight = T.G[m, :count], T.LG[m, :count]
+        forces, slopes = self._laws.both(self.joined(y))
+        size = np.maximum(np.abs(y), least)
+        terms = np.abs(G) @ self.joined(size) + np.abs(weight) @ (np.abs(forces) + np.abs(slopes) @ size)
+        return (G @ self.joined(y) + weight @ forces) / np.where(terms > 0.0, terms, 1.0)
 
     def guard_slopes(self, y) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the guards (guards,) and their derivatives (guards, ns) by the state, own units."""
         T, m = self.tables, self.mode
         count = int(T.n_guards[m])
-        values = T.G[m, :count] @ self.joined(y) + T.LG[m, :count] @ self.forces(y)
-        return values, T.G[m, :count, :len(y)] + T.LG[m, :count] @ self.slopes(y)
+        forces, slopes = self._laws.both(self.joined(y))
+        return T.G[m, :count] @ self.joined(y) + T.LG[m, :count] @ forces, T.G[m, :count, :len(y)] + T.LG[m, :count] @ slopes
 
     def constraints(self) -> np.ndarray:
         """Return the rows (k, nx) that vanish while the mode lasts: speeds and surfaces of what it holds."""

@@ -42,7 +42,7 @@ from .law_calls import (
     values,
 )
 from .polynomial import EPS, fourth, highest, horner
-from .smooth import DEFECT, arc, carry, field
+from .smooth import DEFECT, carry, field, travel
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
           "closing", "closure", "segment_peak", "land", "terms_size", "arrival",
@@ -58,11 +58,18 @@ HIGHEST_ORDER = 5  # of a zero that is looked for
 
 
 @njit
-def fitted(T, m, x, limit, acc, force, x1, X, accs):
-    """Take a step of at most ``limit`` from ``x`` (nx,) on which polynomials are good; return its length.  See `step`."""
-    scratch = scratch_of(T, X.shape[0])
-    h = min(limit, min(longest(T.harmonics, T.flat[0]), T.step[m] if T.LU.shape[0] == T.stages[ACTING] else LAWFUL * T.step[m]))
-    return step(T, m, x, h, TIGHT, x1, acc, force, X, 1, accs, scratch)
+def fitted(T, m, x, limit, acc, force, x1, X, accs, scratch):
+    """Take a step of at most ``limit`` from ``x`` (nx,) on which polynomials are good; return its length.
+
+    ``scratch`` keeps the length that the next step may have.  See `step`.
+    """
+    return step(T, m, x, min(limit, min(longest_fit(T, m), scratch[WISH])), TIGHT, x1, acc, force, X, 1, accs, scratch)
+
+
+@njit
+def longest_fit(T, m):
+    """Longest step on which polynomials can be good."""
+    return min(longest(T.harmonics, T.flat[0]), T.step[m] if T.LU.shape[0] == T.stages[ACTING] else LAWFUL * T.step[m])
 
 
 @njit
@@ -192,7 +199,7 @@ def reach(T, m, x):
     """Duration from ``x`` on which the series of guards and states are good."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     return fitted(T, m, x, np.inf, np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(nx), np.empty((0, 2)),
-                  np.empty((0, n, NODES + 2)))
+                  np.empty((0, n, NODES + 2)), scratch_of(T, 0))
 
 
 @njit
@@ -200,7 +207,7 @@ def guard_series(T, m, g, x, a):
     """Write the polynomial (ORDER+1,) of guard ``g`` along the flow from ``x``; good up to `reach`."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
-    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)), scratch_of(T, 0))
     series(T, m, g, x, n, h, acc, force, 1, a)
 
 
@@ -209,7 +216,7 @@ def all_series(T, m, x, orders, a):
     """Write the polynomials (guards, ORDER+1) of the guards with a zero of known order below ORDER; return their reach."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
-    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)), scratch_of(T, 0))
     for g in range(T.n_guards[m]):
         if orders[g] != ORDER:
             series(T, m, g, x, n, h, acc, force, 1, a[g])
@@ -221,7 +228,7 @@ def state_series(T, m, i, x, a):
     """Write the polynomial (ORDER+1,) of state ``i`` along the flow from ``x``; good up to `reach`."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2))
-    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)), scratch_of(T, 0))
     for j in range(ORDER + 1):
         a[j] = 0.0
     if i < n:
@@ -302,7 +309,10 @@ def guard_divided(T, m, g, x, s, order, row):
     forcing_rate(T, x, dw)
     start = X.copy()
     lawful = weighed(T, m, g)
-    h = fitted(T, m, x, max(abs(s), SMALL * T.step[m]) if lawful else np.inf, acc, force, x1, X, accs)
+    h = 0.0
+    if abs(s) <= longest_fit(T, m):
+        limit = max(abs(s), SMALL * T.step[m]) if lawful else np.inf
+        h = fitted(T, m, x, limit, acc, force, x1, X, accs, scratch_of(T, ns))
     if abs(s) <= h:
         series(T, m, g, x, n, h, acc, force, 1, a)
         value, slope, later = 0.0, 0.0, 0.0
@@ -323,9 +333,8 @@ def guard_divided(T, m, g, x, s, order, row):
                 e = e * s + moved[c, j]
             row[c] = e
     else:
-        y1, Phi, f, end = np.empty(ns), np.empty((ns, ns)), np.empty(ns), np.empty(nx)
-        carry(T, m, x, s, x1)
-        arc(T, m, x, s, y1, Phi)
+        f, end = np.empty(ns), np.empty(nx)
+        travel(T, m, x, s, x1, start)
         field(T, m, x1, f)
         value = guard_and_gradient(T, m, g, x1, end) / s**order
         forcing_rate(T, x1, dw)
@@ -334,7 +343,7 @@ def guard_divided(T, m, g, x, s, order, row):
             later += end[c] * f[c]
             row[c] = 0.0
             for i in range(ns):
-                row[c] += end[i] * Phi[i, c] / s**order
+                row[c] += end[i] * start[c, i] / s**order
         for k in range(1, nx - ns):
             later += end[ns + k] * dw[k]
         later /= s**order
@@ -363,19 +372,19 @@ def coast(T, m, x, count, orders, slopes_known):
         if orders[g] > 0:
             return 0.0
     acc, force, p = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
-    now, x1, none, accs = x.copy(), np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2))
+    x1, none, accs = np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2))
     scratch = scratch_of(T, 0)
     top = min(longest(T.harmonics, T.flat[0]), unit)
-    wish = top
+    wish, proved = top, 0.0
     for k in range(count):
         left = unit
         steps = int(np.ceil(left / wish))
         while steps > 0:
             tried = left / steps
-            h = step(T, m, now, tried, DEFECT, x1, acc, force, none, 0, accs, scratch)
+            h = step(T, m, x, tried, DEFECT, x1, acc, force, none, 0, accs, scratch)
             e = scratch[ERROR]
             if not e <= WORST * DEFECT:
-                return k * unit
+                return proved
             most, largest = 0.0, 0.0
             for i in range(n):
                 most = max(most, abs(x1[n + i] / h))
@@ -385,7 +394,7 @@ def coast(T, m, x, count, orders, slopes_known):
                 for j in range(NODES + 2):
                     largest = max(largest, abs(force[r, j]))
             for g in range(guards):
-                series(T, m, g, now, n, h, acc, force, 1, p)
+                series(T, m, g, x, n, h, acc, force, 1, p)
                 wrong = fourth(p, 0, h) * h**4 / 384.0
                 for i in range(n):
                     wrong += e * most * h * (abs(G[m, g, i]) * h + abs(G[m, g, n + i]))
@@ -393,17 +402,16 @@ def coast(T, m, x, count, orders, slopes_known):
                     wrong += e * largest * abs(LG[m, g, r])
                 g1, d1 = horner(p, 0, h)
                 if not max(max(p[0], g1), max(p[0] + h / 3.0 * p[1], g1 - h / 3.0 * d1)) + wrong < 0.0:
-                    return k * unit
+                    return proved
             for c in range(nx):
-                now[c] = x1[c]
+                x[c] = x1[c]
             left -= h
             steps -= 1
             wish = min(scratch[WISH], top)
             if h != tried or steps > 0 and (wish < 0.8 * h or wish > 1.6 * h):
                 steps = int(np.ceil(left / wish)) if left > 1e-14 * unit else 0
-        for c in range(nx):
-            x[c] = now[c]
-    return count * unit
+            proved = (k + 1) * unit if steps == 0 else k * unit + (unit - left)
+    return proved
 
 
 @njit
@@ -447,7 +455,7 @@ def guard_terms(T, m, g, x, scale, a, size):
     f = np.empty(A.shape[1])
     rate(T, m, x, f, one)
     values(T, WATCH, m, one)
-    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+    h = fitted(T, m, x, np.inf, acc, force, np.empty(nx), np.empty((0, 2)), np.empty((0, n, NODES + 2)), scratch_of(T, 0))
     series(T, m, g, x, n, h, acc, force, 1, a)
     exact = 2
     for i in range(n):
@@ -726,24 +734,40 @@ def segment_peak(T, m, g, x, s, closing_guard, low):
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], T.A.shape[2]
     acc, force, a = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty(ORDER + 1)
     now, x1, out, stack = x.copy(), np.empty(nx), np.empty(3), np.empty(64)
+    none, accs, scratch = np.empty((0, 2)), np.empty((0, n, NODES + 2)), scratch_of(T, 0)
     best, where, t, rising = -np.inf, 0.0, 0.0, False
+    top_of, inside = np.empty(nx), 0.0  # the step that has the largest maximum: its first state, and how far in it lies
     while t < s:
-        h = fitted(T, m, now, s - t, acc, force, x1, np.empty((0, 2)), np.empty((0, n, NODES + 2)))
+        h = fitted(T, m, now, s - t, acc, force, x1, none, accs, scratch)
         series(T, m, g, now, n, h, acc, force, 1, a)
         if t == 0.0:
             for j in range(low):
                 a[j] = 0.0
         if rising and a[1] <= 0.0 and a[0] > best:
-            best, where = a[0], t
+            best, where, inside = a[0], t, 0.0
         top = highest(a, h, best, out, stack)
         if top > best:
-            best, where = top, t + out[0]
+            best, where, inside = top, t + out[0], out[0]
+            for c in range(nx):
+                top_of[c] = now[c]
         rising = horner(a, 0, h)[1] > 0.0
         for c in range(nx):
             now[c] = x1[c]
         t += h
         if not h > 1e-14 * s:
             break
+    reacts = False
+    for r in range(rows):
+        if T.LG[m, g, r] != 0.0:
+            reacts = True
+    if reacts and inside > 0.0:  # between its nodes the polynomial of a law is as good as the step asks, no better
+        left = inside
+        while left > 1e-14 * s:
+            h = fitted(T, m, top_of, left, acc, force, x1, none, accs, scratch)
+            for c in range(nx):
+                top_of[c] = x1[c]
+            left -= h
+        best = guard_value(T, m, g, top_of)
     if closing_guard == 0:
         value = guard_value(T, m, g, now)
         if value > best:

@@ -88,17 +88,19 @@ def test_the_rolling_orbit(zeta, stiffness, friction, surface_speed):
     assert np.abs(np.sort_complex(known) - np.sort_complex(orbit.multipliers)).max() < 1e-10
 
 
-@pytest.mark.parametrize(("zeta", "stiffness", "friction"), [(0.05, 25.0, 0.1), (0.08, 40.0, 0.2)])
-def test_the_rolling_orbit_is_followed_to_its_onset(zeta, stiffness, friction):
+@pytest.mark.parametrize(("zeta", "stiffness", "friction", "factor"), [(0.05, 25.0, 0.1, 2.0), (0.08, 40.0, 0.2, 2.0),
+                                                                       (0.09, 50.0, 0.04, 3.0), (0.106, 53.7, 0.0638, 1.5)])
+def test_the_rolling_orbit_is_followed_to_its_onset(zeta, stiffness, friction, factor):
     rate, radius = threshold(zeta, stiffness, friction)
     onset = rate * radius
-    O, A = rolling(stiffness, 2.0 * onset)
-    orbit = bf.find_orbit(rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=2.0 * onset),
+    O, A = rolling(stiffness, factor * onset)
+    orbit = bf.find_orbit(rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=factor * onset),
                           guess=(A, 0.0, 0.0, -O * A), period=2.0 * np.pi / O)
-    branch = bf.trace(orbit, "surface_speed", bounds=(0.5 * onset, 2.5 * onset))
+    branch = bf.trace(orbit, "surface_speed", bounds=(0.5 * onset, 1.2 * factor * onset))
     for value, period in zip(branch.column("surface_speed"), branch.column("period"), strict=True):
         assert period == pytest.approx(2.0 * np.pi / rolling(stiffness, value)[0], abs=1e-10)
-    assert branch.special_points[0].parameter == pytest.approx(onset, abs=1e-10)
+    point = branch.special_points[0]
+    assert point.parameter == pytest.approx(onset, abs=1e-11) and abs(point.parameter - onset) <= point.error
     assert branch.column("surface_speed").min() == pytest.approx(onset, abs=1e-10)
 
 

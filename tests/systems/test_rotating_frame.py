@@ -217,3 +217,11 @@ def test_multipliers_of_synchronous_rub_in_the_fixed_frame(name, nu):
     assert orbit.success and np.abs(np.hypot(*orbit.sample(30)[1][:, :2].T) - A).max() < 1e-11
     known = np.exp(rub.synchronous_eigenvalues(zeta, nu, A, stiffness, friction) * orbit.period)
     assert np.abs(np.sort_complex(known) - np.sort_complex(orbit.multipliers)).max() < 1e-8
+
+
+def test_guards_that_are_laws_are_measured_by_their_gradient():
+    # r^2 - 1 relative to |r^2 - 1| + |gradient| |p|: a smooth function of the radius, not its sign
+    rest = bf.find_equilibrium(bf.systems.rotating_frame_rotor(nu=0.3))
+    for r in (0.2, 0.7, 1.0 - 1e-9, 1.0, 1.5):
+        value = rest.field.guards(r * rest.state / radius(rest))
+        assert value == pytest.approx([(r * r - 1.0) / (abs(r * r - 1.0) + 2.0 * r * r)], abs=1e-15)

@@ -20,7 +20,7 @@ from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, TOGETHER
+from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
 from ..rows import BOUNDARY_BAND
@@ -220,7 +220,7 @@ def retraces(problem, point, new, c) -> bool:
     Events that change places at one instant can be listed in either order: what is listed differently is no other motion.
     """
     back = c.p - float(point.x[-1])
-    if back * point.tangent[-1] > 0.0:
+    if back * point.tangent[-1] > 0.0 or more_impacts(problem, new):
         return False
     away = (c.x[-1] - point.x[-1]) / problem.scale[-1]
     length = min(abs(away / point.tangent[-1]), 10.0 * math.sqrt(abs(away))) if point.tangent[-1] else math.sqrt(abs(away))
@@ -231,6 +231,21 @@ def retraces(problem, point, new, c) -> bool:
         return False
     here, there = problem.solution(old.x), new.solution(c.x)
     return distance(here, there) <= ALIKE * max(distance(here, problem.solution(point.x)), SAME)
+
+
+def more_impacts(one, other) -> bool:
+    """Whether one of two sequences has more impacts a period than the other, so that their motions cannot be the same.
+
+    The listed impacts of an infinite sequence may be any number of its first ones.
+    """
+    rates = set()
+    for problem in (one, other):
+        sequence, (before, guards, closes) = problem.sequence, problem.sequence.nodes[:, (BEFORE, GUARD, CLOSES)].T
+        if sequence.span == 0.0 or np.any(closes == 1):
+            return False
+        impacts = (guards >= 0) & (problem.scene.tables.kick[before, guards] == 1)
+        rates.add(round(np.count_nonzero(impacts) / sequence.span, 9))
+    return len(rates) > 1
 
 
 def rebounds(problem) -> bool:
