@@ -285,6 +285,9 @@ def begin_on_boundary(half):
             c = part.problem.correct(row.x + s * row.direction, row.tangent)
             return (tests_of(c)[j], c) if c.converged else None
 
+        reached = test(BESIDE[0])
+        if reached is not None and reached[0] < 0.0:  # small but clear, as behind a slow impact: the boundary lies ahead
+            continue
         root = polish(test, 0.0, 0.0, None)
         if root is None:
             continue

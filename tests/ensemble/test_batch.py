@@ -1,4 +1,6 @@
 """Starts side by side: against extended precision, against the certified march alone, against simulations; bit by bit."""
+import math
+
 import numpy as np
 import pytest
 from mpmath import mp
@@ -8,6 +10,7 @@ from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.ensemble.batch import packing, several_modes, smooth
 from bifurc.ensemble.batch.runge_kutta import Method
+from bifurc.ensemble.batch.tables import economised
 from bifurc.ensemble.outcomes import CellState
 from tests.basins.second import SectionMap
 from tests.reference.oscillator import Oscillator, first_arrival
@@ -190,13 +193,18 @@ def test_the_image_of_a_start_does_not_depend_on_its_company(name, rng):
         np.testing.assert_array_equal(mine, np.concatenate(parts))
 
 
-def test_near_grazes_are_told_by_the_certified_march():
+@pytest.mark.parametrize(("system", "place"), [
+    (bf.systems.impact_oscillator(**A), [-0.9]), (chain(2, bf.elements.RigidStop(0.6, 0.7)), [-0.3, 0.1, -1.0]),
+], ids=["one mass", "two masses"])
+def test_near_grazes_are_told(system, place):
     """Starts whose first maximum passes the stop by 1e-9, or misses it by as much: the impact is seen or not, never lost."""
-    system = bf.systems.impact_oscillator(**A)
     period_map = PeriodMap(system)
 
+    def starts(v):  # the last velocity varies
+        return np.column_stack((np.tile(place, (np.size(v), 1)), np.atleast_1d(v)))
+
     def impacts(v):
-        return period_map.apply(np.column_stack((np.full(np.size(v), -0.9), v))).impacts
+        return period_map.apply(starts(v)).impacts
 
     low, high = -3.0, 3.0
     counts = impacts(np.linspace(low, high, 400))
@@ -211,8 +219,19 @@ def test_near_grazes_are_told_by_the_certified_march():
     around = low + np.array([-1e-7, -1e-9, -1e-11, 1e-11, 1e-9, 1e-7])
     assert impacts(around).tolist() == [first] * 3 + [last] * 3
     for v, count in zip(around, impacts(around), strict=True):
-        motion = bf.simulate(system, (-0.9, v), periods=1)
+        motion = bf.simulate(system, starts(v)[0], periods=1)
         assert sum(event.kind in ("impact", "chatter") for event in motion.events) == count
+
+
+def test_economised_polynomials_of_a_cosine_have_its_values_and_slopes():
+    """On the longest substep, where the series cut at the same order errs by 5e-12."""
+    h, s = several_modes.TURN, np.linspace(0.0, several_modes.TURN, 101)
+    series = np.array([[0.0 if j % 2 else (-1.0) ** (j // 2) / math.factorial(j) for j in range(17)]])
+    made = economised(series, h)[0]
+    assert made.size == several_modes.MANY
+    np.testing.assert_allclose(np.polynomial.polynomial.polyval(s, made), np.cos(s), rtol=0, atol=4e-16)
+    slopes = np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(made))
+    np.testing.assert_allclose(slopes, -np.sin(s), rtol=0, atol=1e-15)
 
 
 def test_what_ends_a_motion_is_said():

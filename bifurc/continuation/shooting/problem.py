@@ -291,7 +291,7 @@ class OrbitProblem(Problem):
 
     def change(self, kind, x, successor) -> SpecialPointKind:
         """See `Problem.change`: what changes between the two sequences has one name from both sides."""
-        return signature_change.changed(self, x, bare(successor), kind) or kind
+        return signature_change.changed(self, x, bare(successor)) or kind
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...compose.writer import kernels
 from ...elements import EventKind
+from ...elements.friction import STICK
 from ...orbits import sequence
 from ...orbits.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
@@ -122,9 +123,9 @@ def admissible_side(problem, x):
     return None
 
 
-def changed(problem, x, other, kind=None):
+def changed(problem, x, other):
     """Return the kind of the change from the sequence of ``problem``, which ends at ``x`` (n + 1,), to that of ``other``; None
-    where the events do not tell. ``kind`` is what the monitor of the end says."""
+    where the events do not tell."""
     one, two = (collections.Counter(named_events(end)) for end in (problem, other))
     apart = [event for event in {**one, **two} if one[event] != two[event]]
     if not apart:
@@ -139,8 +140,8 @@ def changed(problem, x, other, kind=None):
     richer, at = (other, other.x0) if two.total() > one.total() else (problem, x)
     if kinds == {EventKind.SLIP}:
         return cut_short(richer, at)
-    if kinds == {EventKind.STICK} and kind is SpecialPointKind.GRAZING:
-        return SpecialPointKind.STICK_ONSET  # between the two sides of a reversal
+    if kinds == {EventKind.STICK}:
+        return beside_stick(richer, at, {element for element, _ in apart})
     if kinds == {EventKind.STICK, EventKind.SLIP}:
         return shortest(richer, at)
     return None
@@ -153,6 +154,23 @@ def cut_short(problem, x):
     slips = np.array([g >= 0 and problem.scene.event_kind(m, g) is EventKind.SLIP for m, g in nodes[:, :AFTER].tolist()])
     return (SpecialPointKind.SLIP_ONSET if np.roll(spans, -1)[slips].min() < spans[slips].min()
             else SpecialPointKind.STICK_ONSET)
+
+
+def beside_stick(problem, x, elements):
+    """Return what one more end of slip at ``x`` (n + 1,) is, of one of the ``elements``: the onset of stick or of slip,
+    whichever the contact does in the shortest interval beside such an end.
+
+    Two boundaries are zero there, the direction in which the contact goes on and a duration: which one a branch meets first is
+    decided by rounding, what begins is not.
+    """
+    scene, nodes, spans = problem.scene, problem.sequence.nodes.tolist(), intervals(problem, x)
+    found = []
+    for i, (mode, guard, after, *_) in enumerate(nodes):
+        element = scene.guard(mode, guard).element if guard >= 0 else None
+        if element in elements and scene.event_kind(mode, guard) is EventKind.STICK:
+            found += [(spans[i], scene.keys[mode][element] == STICK),
+                      (spans[(i + 1) % len(nodes)], scene.keys[after][element] == STICK)]
+    return SpecialPointKind.STICK_ONSET if min(found)[1] else SpecialPointKind.SLIP_ONSET
 
 
 def shortest(problem, x):

@@ -45,7 +45,7 @@ def kind_of(scene: Scene) -> Kind | None:
     T = scene.tables
     if scene.n > MOST_MASSES or scene.ns != 2 * scene.n or not scene.closed_form or not scene.complete or scene.period is None:
         return None
-    if len(scene.harmonics) > MOST_HARMONICS or not 0 < substeps(T) <= MOST_SUBSTEPS:
+    if len(scene.harmonics) > MOST_HARMONICS or not 0 < substeps(T, one_mode.TURN) <= MOST_SUBSTEPS:
         return None
     if scene.n > 1:
         few = T.n_guards.max() <= MOST_GUARDS_OF_SEVERAL and len(T.n_guards) <= MOST_MODES_OF_SEVERAL
@@ -68,16 +68,17 @@ def home_of(T: Tables) -> int:
     return -1
 
 
-def substeps(T: Tables) -> int:
-    """Return the substeps of a period: on none of them the scaled motion of any mode turns by more than `TURN`."""
+def substeps(T: Tables, turn: float) -> int:
+    """Return the substeps of a period: on none of them the scaled motion of any mode turns by more than ``turn``."""
     top = max(rate(T, m) for m in range(len(T.n_guards)))
-    count = 2.0 * np.pi / T.flat[0] * top / one_mode.TURN
+    count = 2.0 * np.pi / T.flat[0] * top / turn
     return max(int(np.ceil(count - 1e-9)), 8) if np.isfinite(count) and count < 1e9 else -1
 
 
 def numbers_of(T: Tables, kind: Kind) -> Numbers:
     """Return what the kernels read of the tables of a scene."""
-    steps, omega, harmonics = substeps(T), float(T.flat[0]), T.harmonics
+    steps = substeps(T, one_mode.TURN if kind.home_guards >= 0 else several_modes.TURN)
+    omega, harmonics = float(T.flat[0]), T.harmonics
     h = 2.0 * np.pi / omega / steps
     angles = 2.0 * np.pi * np.arange(steps + 1) / steps
     phases = np.ones((steps + 1, kind.forcings))

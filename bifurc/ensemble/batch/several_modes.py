@@ -6,23 +6,26 @@ a list, with the numbers of that mode.  On the fixed substep number k the motion
     q_i(s) = sum_c A_ic(s) y_c + C_k,i(s),     guard(s) = sum_c D_c(s) y_c + F_k(s),     polynomials of order ORDER in s,
 
 with the state y = (q, v) at the start of the substep.  An event is a zero of a guard at s.  The candidates of the guard are
-tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, since there its
-polynomials stand, and what they say of [s, h] decides.  The start then moves to the list of its new mode.
+tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, by A(-s), and
+forward to its end; the guards at s and h and their bound decide of [s, h].  The start then moves to the list of its new mode.
 
 Nothing is taken on trust, by the bounds of `bifurc.ensemble.batch.one_mode`: a start stays in the batch only while they prove
-that it met no guard, or one and only once, that the candidates before the one taken are forbidden, and that no guard of the
-one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order:
-leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes their whole
-period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
+that it met no guard, or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no
+guard of the one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or
+second order: leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes
+their whole period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
 
 One file, because it is the text of one kernel, written in the order in which it runs.
 """
 from typing import NamedTuple
 
 from ...flow.polynomial import SLOPE_ERROR
-from .one_mode import CONVERGED, GUESSES
+from .one_mode import CONVERGED
 
-ORDER = 14  # of the polynomials: two more than without modes, since a state is carried back by their slopes
+TURN = 0.6  # largest scaled angle of a substep
+GUESSES = 2  # steps of Newton on the cubic, from the parabola through both ends with the slope of the first
+TURNING = 1e-4  # of the slope at a zero is the largest change of slope over the last step
+ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15 on one that turns by TURN
 MANY = ORDER + 1
 NOISE = 7e-15  # of the sum of all terms of the polynomial of a guard: values below it are zero
 FAR = 1e150  # of a state; beyond it the motion is lost
@@ -48,8 +51,8 @@ class Places(NamedTuple):
 
     @property
     def flow(self) -> int:
-        """Of a mode: 1 substep, the state after it by the state before (ns, ns), A (n, ns, MANY); then the guards'."""
-        return 1 + self.ns**2 + self.n * self.ns * MANY
+        """Of a mode: 1 substep, the state after it by the state before (ns, ns), A(s), A(-s) (n, ns, MANY); then the guards'."""
+        return 1 + self.ns**2 + 2 * self.n * self.ns * MANY
 
     @property
     def forced(self) -> int:
@@ -63,8 +66,9 @@ class Places(NamedTuple):
 
     @property
     def guard_forced(self) -> int:
-        """Of a guard on a substep: what the forcing adds to value and slope h/3 at both ends (4), F (MANY)."""
-        return 4 + MANY
+        """Of a guard on a substep: what the forcing adds to value and slope h/3 at both ends (4), F (MANY); then what its
+        states at s add to value and slope h/3 at s (MANY each)."""
+        return 4 + 3 * MANY
 
     @property
     def mode(self) -> int:
@@ -88,15 +92,15 @@ def modes_text(n: int, guards: int, size: int) -> str:
     numbers = {"CAP": cap, "FLOW": at.flow, "FORCED": at.forced, "OF_GUARD": at.guard, "OF_GUARD_FORCED": at.guard_forced,
                "PER_MODE": at.mode, "PER_STEP": at.substep, "WHOLE": 3 + CANDIDATES,
                "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "TOPS": first + at.rows * cap,
-               "LISTS": first + (at.rows + guards) * cap, "STATE": at.ns * cap,
-               "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "FAR": FAR}
+               "MOST": guards * cap, "LISTS": first + (at.rows + guards + 1) * cap, "STATE": at.ns * cap,
+               "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR}
     numbers |= {name: first + i * cap for i, name in enumerate(SINGLE)}
     numbers |= {name: first + (len(SINGLE) + at.ns * i) * cap for i, name in enumerate(EACH)}
-    numbers |= {name: i * cap for i, name in enumerate(("LIST", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
+    numbers |= {name: i * cap for i, name in enumerate(("LIST", "NEAR", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
     numbers |= {name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
     numbers["SIZE"] = size
     head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
-    return f"{head}\n\n\n{_filled(n)}"
+    return f"{_FUSED}\n\n{head}\n\n\n{_filled(n)}"
 
 
 def _filled(n: int) -> str:
@@ -122,14 +126,18 @@ def _filled(n: int) -> str:
     sizes = [f"abs({name})" for name in names["y"]]
     flow = [f"e{i}_{c} = N[o + {1 + ns * i + c}]" for i in states for c in states] + [f"w{i} = F[t + {i}]" for i in states]
     place = [f"a{i}_{c}_{j} = N[o + {1 + ns**2 + (i * ns + c) * MANY + j}]" for i in positions for c in states for j in range(MANY)]
-    place += [f"c{i}_{j} = F[t + {ns + i * MANY + j}]" for i in positions for j in range(MANY)]
+    before = [f"b{i}_{c}_{j} = N[o + {1 + ns**2 + ((n + i) * ns + c) * MANY + j}]" for i in positions for c in states
+              for j in range(MANY)]
+    forced = [f"c{i}_{j} = F[t + {ns + i * MANY + j}]" for i in positions for j in range(MANY)]
+    at_s = [f"{name}_{j} = F[j + {4 + (1 + k) * MANY + j}]" for k, name in enumerate("kl") for j in range(MANY)]
     series = [f"d{c}_{j} = N[i + {5 * ns + 3 + c * MANY + j}]" for c in states for j in range(MANY)]
     series += [f"f_{j} = F[j + {4 + j}]" for j in range(MANY)]
     guard = [taken("g", "N", "i"), taken("s", "N", f"i + {ns}"), taken("r", "N", f"i + {2 * ns}"), f"rest = N[i + {3 * ns}]",
              "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
-    back = [line for i in positions for c in states for line in _horner(f"a{i}_{c}", "back", f"u{i}_{c}", f"u{n + i}_{c}")]
+    back = [line for i in positions for c in states for line in _horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")]
     lines = {
-        "LOAD_FLOW": flow, "LOAD_PLACE": place, "LOAD_SERIES": series, "LOAD_GUARD": guard,
+        "LOAD_FLOW": flow, "LOAD_PLACE": place + forced, "LOAD_BACK": before + forced,
+        "LOAD_SERIES": series, "LOAD_AT_S": at_s, "LOAD_GUARD": guard,
         "LOAD_NOISE": [taken("z", "N", f"i + {3 * ns + 1}"), f"least = N[i + {4 * ns + 1}]"],
         "OLD": [f"y{c} = old[{c} * AT_CAP + l]" for c in states],
         "NEW": [f"x{c} = new[{c} * AT_CAP + l]" for c in states],
@@ -150,10 +158,13 @@ def _filled(n: int) -> str:
         "WRITE_YS": [put("YS", "x")],
         "BACK": [*(line for i in positions for line in _horner(f"c{i}", "s", f"v{i}", f"v{n + i}")),
                  *(f"m{c} = m{c} - v{c}" for c in states), *back,
-                 *(f"y{i} = {_dot([f'u{i}_{c}' for c in states], names['m'])}" for i in states)],
+                 *(f"y{i} = {'' if i < n else '-'}({_dot([f'u{i}_{c}' for c in states], names['m'])})" for i in states)],
+        "VALUE_AT": [*_horner("k", "s", "value"), f"value = {_dot(names['g'], names['m'], 'value')}"],
+        "RISE_AT": [*_horner("l", "s", "rise"), f"rise = {_dot(names['s'], names['m'], 'rise')}"],
         "WRITE_BY": [put("BY", "y")], "WRITE_LE": [put("LE", "x")],
         "ENTER_LIST": [f"W[start + {c} * AT_CAP + n] = W[{c} * AT_SIZE + l]" for c in states],
         "WAIT": [f"W[AT_MY + {c} * AT_CAP + c] = W[AT_LE + {c} * AT_CAP + e]" for c in states],
+        "STAY": [f"W[after + {c} * AT_CAP + place] = W[AT_LE + {c} * AT_CAP + e]" for c in states],
         "KEEP": [f"W[AT_LY + {c} * AT_CAP + left] = W[AT_LY + {c} * AT_CAP + e]" for c in states],
         "CHOOSE": [f"W[AT_EY + {c} * AT_CAP + e] = W[start + {c} * AT_CAP + l]" for c in states],
         "TAKE_YS": [rows("y", "YS", "e")], "WRITE_LY": [put("LY", "y", "todo")],
@@ -184,7 +195,7 @@ def _filled(n: int) -> str:
 def spaces(n: int, guards: int, size: int) -> tuple[int, int, int, int]:
     """Return the floats and whole numbers of scratch of the step: behind the rows of the driver, and those for each mode."""
     cap = size + 8
-    return (Places(n, guards).rows + guards) * cap, 4 * n * cap, 6 * cap, cap + 1
+    return (Places(n, guards).rows + guards + 1) * cap, 4 * n * cap, 7 * cap, cap + 1
 
 
 def _dot(factors: list[str], values: list[str], last: str | None = None) -> str:
@@ -196,16 +207,25 @@ def _dot(factors: list[str], values: list[str], last: str | None = None) -> str:
     return text
 
 
-def _horner(name: str, at: str, value: str, slope: str, bend: str = "") -> list[str]:
-    """Lines for value, slope and half the second derivative of a polynomial."""
+def _horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> list[str]:
+    """Lines for the value of a polynomial, and for slope and half the second derivative if they have names."""
     lines = [f"{made} = {name}_{ORDER}" for made in (value, slope, bend) if made]
     for j in range(ORDER - 1, 0, -1):
-        lines += [f"{value} = {value} * {at} + {name}_{j}", f"{slope} = {slope} * {at} + {value}"]
+        lines.append(f"{value} = {value} * {at} + {name}_{j}")
+        if slope:
+            lines.append(f"{slope} = {slope} * {at} + {value}")
         if bend and j > 1:
             lines.append(f"{bend} = {bend} * {at} + {slope}")
     return [*lines, f"{value} = {value} * {at} + {name}_0"]
 
 
+_FUSED = '''from bifurc._jit import _with_twin
+
+
+def fused(function):
+    """Compile with products and sums fused: bounds are far above rounding."""
+    return _with_twin(function, fastmath={"contract"})
+'''
 _DEFER = '''@njit
 def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
     """Leave the whole period of a start to the certified integrator."""
@@ -233,18 +253,19 @@ def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
     return c + 1
 
 '''
-_TEXT = '''@njit
+_TEXT = '''@fused
 def screen(full, guards, old, new, top, N, o, F, t):
-    """Carry the starts of a mode over a substep; write the largest value that each guard may take."""
+    """Carry the starts of a mode over a substep; write the largest value that each guard may take, and that of all of them."""
     LOAD_FLOW
     for l in range(full):
         OLD
         ENDS
         WRITE_NEW
+        top[AT_MOST + l] = -np.inf
     for g in range(guards):
         i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
         LOAD_GUARD
-        u = top[g * AT_CAP:(g + 1) * AT_CAP]
+        u, most = top[g * AT_CAP:(g + 1) * AT_CAP], top[AT_MOST:]
         for l in range(full):
             OLD
             NEW
@@ -253,10 +274,11 @@ def screen(full, guards, old, new, top, N, o, F, t):
             RISE0
             RISE1
             BOUND
-            u[l] = max(max(left, right), max(left + rise0, right - rise1)) + bound
+            largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
+            u[l], most[l] = largest, max(most[l], largest)
 
 
-@njit
+@fused
 def roots(W, full, g, N, o, F, t):
     """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
     h = N[o]
@@ -273,11 +295,11 @@ def roots(W, full, g, N, o, F, t):
         RISE0
         RISE1
         BOUND
-        inner0, inner1, rise = left + rise0, right - rise1, right - left
+        inner0, inner1 = left + rise0, right - rise1
         SUM_GUARD
         bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
         d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
-        u = -left / rise
+        u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
         GUESSES
         s = h * u
         GUARD_AT
@@ -293,22 +315,22 @@ def roots(W, full, g, N, o, F, t):
         concave, convex = (bend0 < -allow) & (bend1 < -allow), (bend0 > allow) & (bend1 > allow)
         rising = (rise0 > steep) & (middle > steep) & (rise1 > steep)
         falling = (rise0 < -steep) & (middle < -steep) & (rise1 < -steep)
-        found = ((left < 0.0) & (right >= 0.0) & (concave | convex | rising) & (abs(step) <= AT_CONVERGED * h)
-                 & (s >= 0.0) & (s <= h) & (speed > 0.0))
+        # a concave guard rises through zero once at most, and may fall again in the same substep
+        found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(step) <= AT_CONVERGED * h)
+                 & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
         none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
         W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
         W[AT_S + l], W[AT_SPEED + l] = s, speed
         WRITE_YS
 
 
-@njit
+@fused
 def back(W, full, N, o, F, t):
     """Take states at s back to the start of the substep along the motion of a mode, and to its end."""
     LOAD_FLOW
-    LOAD_PLACE
+    LOAD_BACK
     for l in range(full):
         s = W[AT_LS + l]
-        back = -s
         TAKE_LY
         BACK
         ENDS
@@ -317,29 +339,29 @@ def back(W, full, N, o, F, t):
         W[AT_FATE + l] = 1.0
 
 
-@njit
+@fused
 def admit(W, full, g, N, o, F, t):
     """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
-    h = N[o]
+    per = 1.0 / N[o]
     i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_GUARD
     LOAD_NOISE
-    LOAD_SERIES
+    LOAD_AT_S
     for l in range(full):
         s = W[AT_LS + l]
         TAKE_BY
         TAKE_LE
-        SUM_GUARD
-        GUARD_AT
+        TAKE_LY
+        VALUE_AT
+        RISE_AT
         BOUND
         NOISE
         RIGHT
         RISE1
-        span = h - s
-        rest_of = span / h
+        rest_of = 1.0 - s * per
         short = rest_of * rest_of
         later = short * short * bound
-        inner, outer = slope * span / 3.0, right - rest_of * rise1
+        inner, outer = rise * rest_of, right - rest_of * rise1
         apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
         leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
         sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
@@ -357,11 +379,11 @@ def fill(W, first, rows, count):
 
 RETAKE
 @njit
-def follow(W, index, c, count, m, at, start, k, steps, P, numbers, grid, I, first, limit, spare):
+def follow(W, index, c, count, m, at, start, after, k, steps, P, numbers, grid, I, first, limit, spare):
     """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
 
-    ``at`` is the place of the event in the integers of mode ``m``, ``start`` that of the mode's list, ``c`` how many starts
-    wait already.
+    ``at`` is the place of the event in the integers of mode ``m``, ``start`` and ``after`` those of the mode's list before and
+    after the substep, ``c`` how many starts wait already.  A start that stays in its mode stays in its place.
     """
     for i in range(I[m, at + 2]):
         if count == 0:
@@ -382,9 +404,12 @@ def follow(W, index, c, count, m, at, start, k, steps, P, numbers, grid, I, firs
                 if I[m, at + 1] == 1:
                     W[AT_HITS + l] += 1.0
                     W[AT_LEAST + l] = min(W[AT_LEAST + l], W[AT_LSPEED + e])
-                index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
-                WAIT
-                c += 1
+                if target == m:
+                    STAY
+                else:
+                    index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
+                    WAIT
+                    c += 1
             elif W[AT_FATE + e] == 0.0:
                 c = retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare)
             else:
@@ -399,12 +424,14 @@ def follow(W, index, c, count, m, at, start, k, steps, P, numbers, grid, I, firs
 
 
 @njit
-def meet(W, index, c, n, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare):
-    """Take starts of mode ``m`` that may meet guard ``g`` in this substep through the event; return how many wait."""
+def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare):
+    """Take those of the ``near`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait."""
     guards, ids, start = I[m, first], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
+    after = AT_LISTS + (2 * m + 1 - now) * AT_STATE
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
-    for l in range(n):
+    for i in range(near):
+        l = index[AT_NEAR + i]
         index[count] = l
         count += top[l] >= 0.0
     if count == 0:
@@ -441,7 +468,7 @@ def meet(W, index, c, n, m, g, now, k, steps, P, numbers, grid, I, first, limit,
         W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
         index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
         todo += 1
-    return follow(W, index, c, todo, m, at, start, k, steps, P, numbers, grid, I, first, limit, spare)
+    return follow(W, index, c, todo, m, at, start, after, k, steps, P, numbers, grid, I, first, limit, spare)
 
 
 @njit
@@ -469,9 +496,15 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
             screen((n + 7) // 8 * 8, I[m, first], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
                    (m * steps + k) * AT_PER_STEP)
+            near = 0
+            for l in range(n):
+                index[AT_NEAR + near] = l
+                near += top[AT_MOST + l] >= 0.0
+            if near == 0:
+                continue
             begun = c
             for g in range(I[m, first]):
-                c = meet(W, index, c, n, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare)
+                c = meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare)
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:
