@@ -228,7 +228,7 @@ def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section |
                         crossings_from(system, y, section, more))
         return None if points is None else QuasiperiodicAttractor(system, points, exponent, error, box_width(points / scale))
     width, cover = box_width(points / scale), None
-    if lean is not None:
+    if lean is not None and scene.ns == 2:  # boxes in a plane; in more dimensions a sample is all that is known
         found = trapping(lean, points, scale, width)
         cover, width = (None, width) if found is None else found
     return ChaoticAttractor(system, points[:SAMPLE], exponent, error, width, cover)
