@@ -43,6 +43,7 @@ CLOSE = 0.05  # scaled distance of the settled motion from the orbit that is acc
 SHORTEST = 1e-2  # of the guess of the period: every state comes back after no time
 ASIDE = 1e-3  # of the size of the states: how far beside an unstable state of rest a search begins
 STILL = 1e-7  # of the size at the start: a motion that has become so small has come to rest
+LINEAR, ALIKE = 1e-2, 0.1  # of a state of rest: so near, a motion that dies out as the eigenvalue says, to a tenth, is linear
 SAME = 1e-8  # scaled difference of repeated parts of an orbit
 
 
@@ -61,9 +62,14 @@ def autonomous_orbit(system: System, guess, closure, transient: int, period: flo
         found = from_orbit(system, guess)
     elif guess is not None:
         scene = scene_of(system)
-        found = from_state(system, state("guess", guess, (2 * scene.n, scene.ns)), period)
+        y0 = state("guess", guess, (2 * scene.n, scene.ns))
+        found = from_state(system, y0, period)
+        done = found.success or found.status is OrbitStatus.AT_REST or period is not None or conservative(system)
+        if not done:  # far from the orbit: it may lead there all the same
+            later = settled(system, transient, y0)
+            found = later if later.success or later.status is OrbitStatus.AT_REST else found
     else:
-        found = settled(system, transient)
+        found = settled(system, transient, aside(system, resting_start(system)))
     return symmetric(found, closure) if found.success else found
 
 
@@ -137,13 +143,14 @@ def from_state(system: System, y0, period: float | None) -> PeriodicOrbit:
     return best or failed(system, motion, y0)
 
 
-def settled(system: System, transient: int) -> PeriodicOrbit:
-    """Return the orbit on which the motion from rest settles."""
-    slow = slowest(scene_of(system))
-    first = y = aside(system, resting_start(system))
+def settled(system: System, transient: int, first) -> PeriodicOrbit:
+    """Return the orbit on which the motion from the state ``first`` settles."""
+    slow, y = slowest(scene_of(system)), first
     done, passed, chunk, best = 0, 0, CHUNK, None
     while done < max(transient, 1) and chunk <= LONGEST:
         motion = simulate(system, y, duration=chunk * slow, max_events=MANY)
+        if motion.success and best is None and dies_out(motion):
+            return nothing(system, motion.final, OrbitStatus.AT_REST)
         again = returns(motion, early=False)
         passed += chunk
         if len(again) < 2:
@@ -180,10 +187,15 @@ def aside(system: System, y) -> np.ndarray:
 
 def failed(system: System, motion: Trajectory, start) -> PeriodicOrbit:
     """Return what a search from the state ``start`` without result says."""
-    scene, y = scene_of(system), motion.final
-    status = OrbitStatus.AT_REST if motion.success and at_rest(motion, start) else OrbitStatus.NOT_FOUND
-    nothing = dataclasses.replace(sections(0, 0.0), fixed=np.zeros(scene.ns + 1), clock=slowest(scene))
-    return PeriodicOrbit(system, nothing, np.append(1.0, y), np.maximum(np.abs(y), 1.0), {"method": "simulation"}, status)
+    return nothing(system, motion.final,
+                   OrbitStatus.AT_REST if motion.success and at_rest(motion, start) else OrbitStatus.NOT_FOUND)
+
+
+def nothing(system: System, y, status: OrbitStatus) -> PeriodicOrbit:
+    """Return the failure of a search by simulation that ended at the state ``y``."""
+    scene = scene_of(system)
+    none = dataclasses.replace(sections(0, 0.0), fixed=np.zeros(scene.ns + 1), clock=slowest(scene))
+    return PeriodicOrbit(system, none, np.append(1.0, y), np.maximum(np.abs(y), 1.0), {"method": "simulation"}, status)
 
 
 def at_rest(motion: Trajectory, start) -> bool:
@@ -194,6 +206,19 @@ def at_rest(motion: Trajectory, start) -> bool:
     rate = 2.0 * np.pi / slowest(scene_of(motion.system))
     size = max(rate * np.abs(states[:, :n]).max(), rate * first[:n].max(), speeds.max(), first[n:2 * n].max())
     return bool(speeds[-52:].max() <= STILL * size)
+
+
+def dies_out(motion: Trajectory) -> bool:
+    """Whether a motion without events comes near a stable state of rest as its slowest eigenvalue says, and so for ever."""
+    rest = find_equilibrium(motion.system, motion.final)
+    if len(motion.events) or not rest.success or not rest.stable or rest.on_boundary or len(rest.continuum):
+        return False
+    away = np.abs(motion(np.linspace(motion.start, motion.stop, 257)) - rest.state).max(axis=1)
+    early, late = away[:52].max(), away[-52:].max()
+    if not 0.0 < late < min(early, LINEAR * max(float(np.abs(rest.state).max()), 1e-300)):
+        return False
+    rate = np.log(early / late) / (0.8 * (motion.stop - motion.start))
+    return bool(abs(rate / -rest.eigenvalues.real.max() - 1.0) < ALIKE)
 
 
 def distance_to(orbit: PeriodicOrbit, y) -> float:

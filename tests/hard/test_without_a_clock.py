@@ -5,6 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc import System
 from bifurc import elements as el
+from tests.reference import rub
 
 
 def van_der_pol(u, s, mu):
@@ -34,6 +35,28 @@ def test_motions_that_come_to_rest():
         orbit = bf.find_orbit(system)
         assert orbit.status == "at_rest" and not orbit.success and "find_equilibrium" in orbit.message
         assert bf.find_equilibrium(system).success
+
+
+def test_a_guess_far_from_the_orbit_is_followed_to_it():
+    given = {"zeta": 0.06, "nu": 1.83, "eccentricity": 0.34, "stiffness": 42.3, "friction": 0.04}
+    orbit = bf.find_orbit(bf.systems.rotating_frame_rotor(**given), guess=(0.7, 0.71, 1.05, -0.36))
+    assert orbit.success and orbit.stable and orbit.sequence.events == 2 and orbit.how["transient"] > 10.0 * orbit.period
+    # in coordinates that do not turn the motion comes back turned by the angle of the spin
+    x, y, u, v = orbit.state
+    start = np.array([x, y, u - 1.83 * y, v + 1.83 * x])
+    end = rub.elastic_rotor(start, orbit.period, disk_radius=20.0, **given)
+    c, s = np.cos(1.83 * orbit.period), np.sin(1.83 * orbit.period)
+    turned = [c * start[0] - s * start[1], s * start[0] + c * start[1], c * start[2] - s * start[3], s * start[2] + c * start[3]]
+    assert np.abs(end - turned).max() < 1e-10
+
+
+def test_a_motion_that_dies_out_slowly_comes_to_rest():
+    given = {"zeta": 0.08, "nu": 1.69, "eccentricity": 0.32, "stiffness": 15.0, "friction": 0.05}
+    system = bf.systems.rotating_frame_rotor(**given)
+    assert bf.find_orbit(system, guess=(0.8, 0.6, 1.88, -1.12)).status == "at_rest"
+    late = bf.simulate(system, (0.8, 0.6, 1.88, -1.12), duration=1500.0).final
+    radii = rub.synchronous_rub(0.08, 1.69, 0.32, 15.0, 0.05)
+    assert np.abs(np.hypot(*late[:2]) - radii).min() < 1e-6  # synchronous rub, in closed form
 
 
 def test_a_conservative_centre_has_every_energy():

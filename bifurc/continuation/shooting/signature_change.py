@@ -137,11 +137,12 @@ def changed(problem, x, other):
         return SpecialPointKind.GRAZING
     if kinds == {EventKind.RELEASE}:
         return SpecialPointKind.SEPARATION  # between an impact and a rest on the stop
-    richer, at = (other, other.x0) if two.total() > one.total() else (problem, x)
+    more = sum(two[event] - one[event] for event in apart if EventKind(event[1]) in kinds)
+    richer, at = (other, other.x0) if more > 0 else (problem, x)
     if kinds == {EventKind.SLIP}:
         return cut_short(richer, at)
     if kinds == {EventKind.STICK}:
-        return beside_stick(richer, at, {element for element, _ in apart})
+        return beside_stick(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.STICK})
     if kinds == {EventKind.STICK, EventKind.SLIP}:
         return shortest(richer, at)
     return None
