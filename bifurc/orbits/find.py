@@ -24,8 +24,9 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     ----------
     system : System
     guess : array (2 n,) or (ns,), PeriodicOrbit, HarmonicOrbit, or None
-        State at phase 0 near the orbit (autonomous, without ``period``: or from which a motion leads there); an orbit (of other parameters); an orbit of harmonic balance, which is polished:
-        ``how`` reports how far it was off; None: the motion from rest is simulated until it settles.
+        State at phase 0 near the orbit (autonomous, without ``period``: or from which a motion leads there); an orbit (of
+        other parameters); an orbit of harmonic balance, which is polished: ``how`` reports how far it was off; None: the
+        motion from rest is simulated until it settles.
     periods : int, optional
         Forcing periods after which the orbit closes; default 1 for a guessed state, that of a guessed orbit, and whatever
         the motion settles on (up to 16) without a guess.  An orbit that repeats earlier is reduced to its least period,
