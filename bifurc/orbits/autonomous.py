@@ -4,6 +4,8 @@ A motion returns where one of its events happens again with the same modes on bo
 coordinate has a maximum again.  Between two such returns lies a guess of the period; the equations are those of any event
 sequence, with the period in the place of the first time (`sequence`), the phase being fixed by the event or by the section
 through the maximum.
+
+One file, because searches from rest, from a state and from an orbit share what a return is and how a search ends.
 """
 import dataclasses
 from collections.abc import Iterator
