@@ -180,7 +180,8 @@ class _Run:
         self.store, self.work, self.payloads, self.names = store, work, payloads, names
         self.outcome, self.bar, self.share, self.note = outcome, bar, share, note
         self.alone = False  # whether one chunk runs that is suspected of killing workers
-        self.blamed: list[int] = []  # chunks that a cluster blames for the deaths of workers on which they stood beside others
+        self.shared = False  # whether chunks share workers of dask, whose death takes others along, under errors of many names
+        self.blamed: list[int] = []  # chunks that failed beside others on shared workers: run again alone
 
     def done(self, i: int) -> bool:
         """Whether a chunk is finished or given up."""
@@ -189,6 +190,7 @@ class _Run:
     def through(self, pool: Executor, batch: Sequence[int], window: int | None) -> tuple[str, list[int]] | None:
         """Run a batch; return None, or why the pool broke and which chunks it had then."""
         known = getattr(pool, "_max_workers", None)
+        self.shared = type(pool).__module__.startswith("distributed")
         if window is None:
             window = 1 if isinstance(pool, SerialExecutor) else 2 * known if known else WINDOW
         waiting: list[int] = list(reversed(batch))
@@ -228,7 +230,8 @@ class _Run:
         except (BrokenExecutor, CancelledError) as error:
             return error
         except Exception as error:
-            if type(error).__name__ == "KilledWorker" and not self.alone:  # of dask, whatever waited on that worker
+            if (self.shared or type(error).__name__ == "KilledWorker") and not self.alone:  # it waited on a worker that died,
+                # or had left its result there
                 self.blamed.append(i)
                 return None
             self.outcome.failures[i] = f"{type(error).__name__}: {error}"

@@ -107,25 +107,26 @@ def test_a_chunk_that_kills_its_worker_is_found_and_the_others_finish(tmp_path):
     assert [item is None for item in found.results] == [i == 3 for i in range(6)]
 
 
-def test_chunks_that_a_cluster_blames_wrongly_run_again_alone(tmp_path):
-    """A dying worker of a cluster takes the blame to all that waited on it: alone, the innocent ones finish."""
-    class KilledWorker(Exception):
-        pass
+@pytest.mark.parametrize(("name", "module"), [("KilledWorker", __name__), ("LostResult", "distributed.cfexecutor")])
+def test_chunks_that_a_cluster_blames_wrongly_run_again_alone(tmp_path, name, module):
+    """A dying worker of a cluster takes all with it that waited on it or had left their results: alone, the innocent finish."""
+    error = type(name, (Exception,), {})
 
     class Cluster(SerialExecutor):
         seen = []
+        __module__ = module
 
         def submit(self, work, payload):
             self.seen.append(payload["number"])
             future = Future()
             if payload["number"] == 2 or payload["number"] == 3 and self.seen.count(3) == 1:
-                future.set_exception(KilledWorker("died"))
+                future.set_exception(error("died"))
             else:
                 future.set_result(work(payload))
             return future
 
     found = run_chunks(ChunkStore(tmp_path / "chunks", JOB), squares, payloads(5), executor=Cluster())
-    assert found.failures == {2: "KilledWorker: died"} and found.computed == 4
+    assert found.failures == {2: f"{name}: died"} and found.computed == 4
     assert sorted(Cluster.seen) == [0, 1, 2, 2, 3, 3, 4]
 
 
