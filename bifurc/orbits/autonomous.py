@@ -212,8 +212,10 @@ def at_rest(motion: Trajectory, start) -> bool:
 
 def dies_out(motion: Trajectory) -> bool:
     """Whether a motion without events comes near a stable state of rest as its slowest eigenvalue says, and so for ever."""
+    if len(motion.events):
+        return False
     rest = find_equilibrium(motion.system, motion.final)
-    if len(motion.events) or not rest.success or not rest.stable or rest.on_boundary or len(rest.continuum):
+    if not rest.success or not rest.stable or rest.on_boundary or len(rest.continuum):
         return False
     away = np.abs(motion(np.linspace(motion.start, motion.stop, 257)) - rest.state).max(axis=1)
     early, late = away[:52].max(), away[-52:].max()

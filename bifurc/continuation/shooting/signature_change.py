@@ -16,7 +16,7 @@ from ...orbits import sequence
 from ...orbits.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
-from .successor import complete_chatters, cycle, jumps, successor, verified
+from .successor import complete_chatters, cycle, jumps, kicks, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -85,12 +85,6 @@ def repeats(problem, x, tangent) -> bool:
                     return True
         return False
     return False
-
-
-def kicks(scene, signature) -> float:
-    """Return the number of impacts a forcing period."""
-    events = signature.nodes[signature.nodes[:, GUARD] >= 0][:, :AFTER].T
-    return float(np.count_nonzero(scene.tables.kick[tuple(events)])) / (signature.span or 1.0)
 
 
 def constructed(problem, x, name):

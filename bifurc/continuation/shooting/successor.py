@@ -238,14 +238,10 @@ def more_impacts(one, other) -> bool:
 
     The listed impacts of an infinite sequence may be any number of its first ones.
     """
-    rates = set()
-    for problem in (one, other):
-        sequence, (before, guards, closes) = problem.sequence, problem.sequence.nodes[:, (BEFORE, GUARD, CLOSES)].T
-        if sequence.span == 0.0 or np.any(closes == 1):
-            return False
-        impacts = (guards >= 0) & (problem.scene.tables.kick[before, guards] == 1)
-        rates.add(round(np.count_nonzero(impacts) / sequence.span, 9))
-    return len(rates) > 1
+    sequences = one.sequence, other.sequence
+    if any(s.span == 0.0 or complete_chatters(s) > 0 for s in sequences):
+        return False
+    return round(kicks(one.scene, one.sequence), 9) != round(kicks(other.scene, other.sequence), 9)
 
 
 def rebounds(problem) -> bool:
@@ -279,6 +275,12 @@ def boundaries(problem) -> list[int]:
 def complete_chatters(signature) -> float:
     """Return the number of complete chatterings (infinite sequences of impacts) a forcing period."""
     return round(np.count_nonzero(signature.nodes[:, CLOSES] == 1) / (signature.span or 1.0), 9)
+
+
+def kicks(scene, signature) -> float:
+    """Return the number of impacts a forcing period."""
+    events = signature.nodes[signature.nodes[:, GUARD] >= 0][:, :AFTER].T
+    return float(np.count_nonzero(scene.tables.kick[tuple(events)])) / (signature.span or 1.0)
 
 
 def cycle(problem):
