@@ -11,7 +11,7 @@ import numpy as np
 
 from ...compose.writer import kernels
 from ...elements import EventKind
-from ...elements.friction import STICK
+from ...elements.friction.dry import STICK
 from ...orbits import sequence
 from ...orbits.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason

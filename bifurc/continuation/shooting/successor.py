@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...elements.friction import SLIP_DOWN, SLIP_UP, STICK
+from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate

@@ -12,11 +12,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from .checks import number, whole
-from .kinds import EventKind
-from .local import Affine, affine, rate, s, u, wave
+from ..checks import number, whole
+from ..kinds import EventKind
+from ..local import Affine, affine, rate, s, u, wave
+from ..mode import Algebraic, Guard, Mode
 from .microslip import along, chain_stiffness
-from .mode import Algebraic, Guard, Mode
 from .sliders import Sliders
 
 STUCK, UP, DOWN, APART = "s", "+", "-", "a"

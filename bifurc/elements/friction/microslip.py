@@ -12,10 +12,10 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from .checks import number
-from .kinds import EventKind
-from .local import ONE, Affine, s
-from .mode import Algebraic, Guard, Mode
+from ..checks import number
+from ..kinds import EventKind
+from ..local import ONE, Affine, s
+from ..mode import Algebraic, Guard, Mode
 from .sliders import Sliders
 
 STICK = "stick"

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from .atrow import AtRow
-from .checks import number
-from .local import u
+from ..atrow import AtRow
+from ..checks import number
+from ..local import u
 
 
 @dataclass(frozen=True, kw_only=True)

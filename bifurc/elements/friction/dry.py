@@ -9,11 +9,11 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from .atrow import AtRow
-from .checks import choice, number, whole
-from .kinds import EventKind
-from .local import Affine, affine, lam, rate, s, u, wave, z
-from .mode import Algebraic, Guard, Hold, Law, Mode
+from ..atrow import AtRow
+from ..checks import choice, number, whole
+from ..kinds import EventKind
+from ..local import Affine, affine, lam, rate, s, u, wave, z
+from ..mode import Algebraic, Guard, Hold, Law, Mode
 
 STICK, SLIP_UP, SLIP_DOWN, APART = "stick", "slip+", "slip-", "apart"
 _MIRROR = {STICK: STICK, SLIP_UP: SLIP_DOWN, SLIP_DOWN: SLIP_UP, APART: APART}
