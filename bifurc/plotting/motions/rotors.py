@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
-from . import style
+from .. import style
 
 
 def ring_of(system: Any) -> Any:

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from . import style
+from .. import style
 
 SHADES = {"stick": "#FFFFFF", "slip+": "#FBD7B5", "slip-": "#CFE3F2", "apart": "#DDDDDD"}  # modes of a contact
 

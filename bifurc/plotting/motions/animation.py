@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 
-from . import style
-from .motions import plot_orbit, plot_trajectory
+from .. import style
+from .phase_plane import plot_orbit, plot_trajectory
 
 
 @style.styled

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from . import style
+from .. import style
 from .rotors import draw_rotor, relative, ring_of
 
 _JUMPS = ("impact", "chatter")  # kinds of event at which a velocity jumps
