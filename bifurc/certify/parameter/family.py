@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from .balls import Balls, flint
-from .jets import SeriesField
-from .model import Model, Refused, floats_of
+from ..arithmetic.balls import Balls, flint
+from ..arithmetic.jets import SeriesField
+from ..model import Model, Refused, floats_of
 
 DEGREES = (1, 2, 4, 8, 16)
 ULPS = 32.0 * 2.3e-16  # of the largest value on the range

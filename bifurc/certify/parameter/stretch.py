@@ -3,12 +3,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .along import Along, along, candidate_along, point_of
-from .balls import working
-from .certificate import StretchCertificate, Verdict
-from .events import structure
+from ..arithmetic.balls import working
+from ..certificate import StretchCertificate, Verdict
+from ..events import structure
+from ..model import Refused
 from .family import Family
-from .model import Refused
+from .sequence import Along, along, candidate_along, point_of
 from .sheet import Node, Sheet
 from .tube import piece
 

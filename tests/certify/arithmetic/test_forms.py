@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from bifurc.certify.balls import working
-from bifurc.certify.forms import Form, Reach
-from bifurc.certify.jets import Jet, SeriesField, norm_of
+from bifurc.certify.arithmetic.balls import working
+from bifurc.certify.arithmetic.forms import Form, Reach
+from bifurc.certify.arithmetic.jets import Jet, SeriesField, norm_of
 
 flint = pytest.importorskip("flint")
 

@@ -3,11 +3,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .along import Along, pieces_of
-from .balls import flint, middle, radius, size
-from .equations import Pieces, Solved, evaluate
-from .forms import Form, total
-from .jets import Jet
+from ..arithmetic.balls import flint, middle, radius, size
+from ..arithmetic.forms import Form, total
+from ..arithmetic.jets import Jet
+from ..equations import Pieces, Solved, evaluate
+from .sequence import Along, pieces_of
 
 ORDER = 20  # of the matrices as series in the parameter, at most; that of the ball that closes them
 THIN = 1e-18  # relative width of what that ball does to a matrix

@@ -3,14 +3,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..orbits.signature import repeated
-from .balls import flint
-from .candidate import Candidate, read
-from .equations import Pieces
-from .events import Transition, structure
+from ...orbits.signature import repeated
+from ..arithmetic.balls import flint
+from ..arithmetic.jets import Jet
+from ..candidate import Candidate, read
+from ..equations import Pieces
+from ..events import Transition, structure
+from ..model import Model
 from .family import Family
-from .jets import Jet
-from .model import Model
 
 
 class Along(NamedTuple):

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .balls import below, flint, middle, size
-from .forms import Form, Reach, hull
-from .orbit import Proof, admit
+from ..arithmetic.balls import below, flint, middle, size
+from ..arithmetic.forms import Form, Reach, hull
+from ..orbit import Proof, admit
+from ..spectrum import characteristic, inside_count, saltations
 from .sheet import Node, Sheet
-from .spectrum import characteristic, inside_count, saltations
 
 WIDER = 2.5  # box tried over the residual
 FLOOR = 1e-12  # of the box, scaled

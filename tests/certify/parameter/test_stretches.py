@@ -6,10 +6,10 @@ import pytest
 
 import bifurc as bf
 from bifurc.certify import StretchCertificate, Verdict
-from bifurc.certify.balls import flint, middle, working
-from bifurc.certify.forms import hull
-from bifurc.certify.stretch import Mark, Stretches, bisect
-from bifurc.certify.tube import Tube
+from bifurc.certify.arithmetic.balls import flint, middle, working
+from bifurc.certify.arithmetic.forms import hull
+from bifurc.certify.parameter.stretch import Mark, Stretches, bisect
+from bifurc.certify.parameter.tube import Tube
 from tests.reference import one_stop
 
 pytest.importorskip("flint")
