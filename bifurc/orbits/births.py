@@ -39,7 +39,7 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
     samples = list(_samples(scene, T, before, guard))
     if not samples:
         return orders
-    terms_of, rule = kernels(scene, "bifurc.flow.smoothguards").guard_terms, kernels(scene, "bifurc.flow.rule")
+    terms_of, rule = kernels(scene, "bifurc.flow.laws.guards").guard_terms, kernels(scene, "bifurc.flow.rule")
     y, P, a, size = np.empty(scene.ns + scene.nw), np.empty((scene.ns, scene.ns + scene.nw)), *np.empty((2, ORDER + 1))
     speeds, field = np.array([speed for _, speed in samples]), ModeField(scene, T, after)
     for q in range(len(orders)):

@@ -7,8 +7,8 @@ import numpy as np
 
 from .._jit import both, njit
 from ..compose.tables import ORDER
-from ..flow.affine import advance, arc, carry, forcing, reach, state_series
-from ..flow.polynomial import highest
+from ..flow.affine.engine import advance, arc, carry, forcing, reach, state_series
+from ..flow.affine.polynomial import highest
 from ..flow.saltation import saltation
 from .sequence import AFTER, BEFORE, CLOSES, GUARD, reset
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from .._jit import both, njit
 from ..compose.tables import ORDER, rebuild, rebuild_mode
-from ..flow.affine import (
+from ..flow.affine.engine import (
     advance,
     arc,
     curved_hold,
@@ -37,7 +37,7 @@ from ..flow.affine import (
     guard_series,
     guard_value,
 )
-from ..flow.peak import segment_peak
+from ..flow.affine.peak import segment_peak
 from ..flow.rule import jump
 from ..solve.dense import lu, lu_solve
 

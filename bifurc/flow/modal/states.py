@@ -1,9 +1,9 @@
-"""States in modal coordinates: derivative of an arc, Taylor series of a state and how far they reach (`flow.modal`)."""
+"""States in modal coordinates: derivative of an arc, Taylor series of a state and how far they reach (`flow.modal.steps`)."""
 import numpy as np
 
-from .._jit import njit
-from ..compose.tables import ORDER
-from .modal import TRUNCATED, amplitudes, from_modal, level_of, slow, to_modal, turn
+from ..._jit import njit
+from ...compose.tables import ORDER
+from .steps import TRUNCATED, amplitudes, from_modal, level_of, slow, to_modal, turn
 
 
 @njit

@@ -1,15 +1,16 @@
-"""Engine of many degrees of freedom: the functions of `bifurc.flow.affine` that move a state, in modal coordinates.
+"""Engine of many degrees of freedom: the functions of `bifurc.flow.affine.engine` that move a state, in modal coordinates.
 
-They take the place of those of `affine`, `coast` and `peak` in the kernels of scenes with room for modal coordinates
-(`bifurc.compose.writer.twin`).  A mode whose eigenvectors do not allow them goes by the tables, as with few degrees of freedom.
+They take the place of those of the affine engine (`engine`, `event_free` and `peak` of `flow.affine`) in the kernels of scenes
+with room for modal coordinates (`bifurc.compose.writer.twin`).  A mode whose eigenvectors do not allow them goes by the
+tables, as with few degrees of freedom.
 """
 import numpy as np
 
-from .._jit import both, njit
-from . import affine, peak
-from . import coast as steps
-from .modal import modal_coast, modal_land, modal_peak, modal_series
-from .modal_states import modal_arc, modal_reach, modal_state_series
+from ..._jit import both, njit
+from ..affine import engine as affine
+from ..affine import event_free, peak
+from .states import modal_arc, modal_reach, modal_state_series
+from .steps import modal_coast, modal_land, modal_peak, modal_series
 
 ENGINE = ("advance", "all_series", "arc", "carry", "coast", "reach", "segment_peak", "state_series")
 
@@ -76,12 +77,12 @@ def coast(T, m, x, count, orders, slopes):
     """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events."""
     if is_modal(T, m):
         return modal_coast(T, m, x, count * T.step[m], orders, slopes)
-    return steps.coast(T, m, x, count, orders, slopes)
+    return event_free.coast(T, m, x, count, orders, slopes)
 
 
 @both
 def segment_peak(T, m, g, x, s, closing, low):
-    """Largest interior maximum (value, time) of guard ``g`` on a segment, as `bifurc.flow.peak.segment_peak`."""
+    """Largest interior maximum (value, time) of guard ``g`` on a segment, as `bifurc.flow.affine.peak.segment_peak`."""
     if is_modal(T, m):
         return modal_peak(T, m, g, x, s, closing, low)
     return peak.segment_peak(T, m, g, x, s, closing, low)

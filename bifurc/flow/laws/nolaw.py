@@ -1,7 +1,7 @@
 """Law functions of a scene without laws.  The module written for a scene with laws takes this one's place."""
 import numpy as np
 
-from .._jit import njit
+from ..._jit import njit
 
 DOFS = 1  # degrees of freedom
 ROWS = 0  # rows of all laws

@@ -6,8 +6,8 @@ written module with functions of the same names and signatures.
 """
 import numpy as np
 
-from .._jit import njit
-from ..compose.tables import ORDER
+from ..._jit import njit
+from ...compose.tables import ORDER
 
 
 @njit

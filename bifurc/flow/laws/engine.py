@@ -1,13 +1,13 @@
-"""Engine of modes under a law that is not affine: the functions of `bifurc.flow.affine`, by the steps of `collocation`.
+"""Engine of modes under a law that is not affine: the functions of `bifurc.flow.affine.engine`, by the steps of `collocation`.
 
 The state after a time takes long steps whose defect, the interpolated against the true acceleration at the ends of the
-step, is small; the state errs like its square.  Guards become polynomials on shorter steps (`smoothguards`).
+step, is small; the state errs like its square.  Guards become polynomials on shorter steps (`guards`).
 """
 import numpy as np
 
-from .._jit import njit
+from ..._jit import njit
+from .calls import WISH, longest, rate, scratch_of, step
 from .gauss import NODES
-from .law_calls import WISH, longest, rate, scratch_of, step
 
 ENGINE = ("field", "advance", "carry", "arc")
 DEFECT = 2e-8  # aimed at in a step

@@ -1,18 +1,18 @@
 """What laws that are not affine give to a scene: two C functions, called by the addresses that its tables keep.
 
 A scene with laws compiles two functions of its own, a step of the collocation and the values of its laws
-(`bifurc.flow.collocation`).  All other kernels are the same for every scene, compiled once for all laws there will ever be.
+(`bifurc.flow.laws.collocation`).  All other kernels are the same for every scene, compiled once for all laws there will ever be.
 """
 import numpy as np
 
-from .._jit import njit
-from ..compose.pointer import call
+from ..._jit import njit
+from ...compose.pointer import call
 from .gauss import NODES
 
 STEP, VALUES = range(2)  # places in ``T.bound``
 FIRST, COUNT, SOURCE, OWNER = range(4)  # rows of ``T.owners``
 FORCES, ACTING, KICKS, RESTS, WIDTH = range(5)  # places in ``T.stages``
-# what `ask` gives: into local[2] (rows, 1), or derivatives into slope (3, rows, WIDTH, 1); see `bifurc.flow.nolaw`
+# what `ask` gives: into local[2] (rows, 1), or derivatives into slope (3, rows, WIDTH, 1); see `bifurc.flow.laws.nolaw`
 FORCE, REACTION, WATCH, SLOPE, KICK, KICK_SLOPE, REST, REST_MOVE, REST_SLOPE = range(9)
 
 TABLED, WISH, ERROR, ARRAYS = range(4)  # places in the scratch: step of the tabled turns, step wished next, defect

@@ -4,7 +4,7 @@ The accelerations at the nodes are iterated (order 16; integrating to the last d
 idea, 1985, see also Rein and Spiegel 2015).  Positions are integrated twice, so that an iteration gains two orders of
 the step.  Variations of the state obey the same equations, linear.
 
-All other kernels reach a scene's step, and its laws, through two C functions (`law_calls`): what is compiled for a law is
+All other kernels reach a scene's step, and its laws, through two C functions (`calls`): what is compiled for a law is
 this file, and nothing that calls it.
 
 This is a template: the written module of a scene (`bifurc.compose.writer`) is this text with the law functions of that
@@ -16,24 +16,10 @@ import numpy as np
 from numba import carray, cfunc, types
 from numba.extending import intrinsic
 
-from .._jit import njit
-from ..compose.tables import TURN
+from ..._jit import njit
+from ...compose.tables import TURN
+from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
 from .gauss import DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS, C
-from .law_calls import (
-    ARRAYS,
-    ERROR,
-    FORCE,
-    KICK,
-    KICK_SLOPE,
-    REACTION,
-    REST,
-    REST_MOVE,
-    SLOPE,
-    TABLED,
-    WATCH,
-    WISH,
-    WORST,
-)
 from .nolaw import (
     ACTING,
     COUNT,
@@ -532,7 +518,7 @@ VALUES_SIGNATURE = types.float64(
 
 
 def _values(what, m, laws, values, owner, closes, h, law_, acts_, local_, slope_):
-    """See `law_calls.ask`."""
+    """See `calls.ask`."""
     rows = ROWS
     law, acts = carray(law_, (values,)), carray(acts_, (m + 1, laws))
     local, slope = carray(local_, (4, rows, 1)), carray(slope_, (3, rows, WIDTH, 1))
@@ -561,4 +547,4 @@ def _values(what, m, laws, values, owner, closes, h, law_, acts_, local_, slope_
 
 _compiled = [cfunc(signature, cache=True, error_model="numpy")(function)
              for signature, function in ((SIGNATURE, _step), (VALUES_SIGNATURE, _values))]
-ADDRESSES = tuple(made.address for made in _compiled)  # in the order of `law_calls.STEP` and `law_calls.VALUES`
+ADDRESSES = tuple(made.address for made in _compiled)  # in the order of `calls.STEP` and `calls.VALUES`

@@ -6,10 +6,10 @@ not frequencies alone, say how far a series reaches, and a mode that has decayed
 """
 import numpy as np
 
-from .._jit import njit
-from ..compose.tables import ORDER, TURN
-from .peak import zeros
-from .polynomial import EPS, first_zero, highest
+from ..._jit import njit
+from ...compose.tables import ORDER, TURN
+from ..affine.peak import zeros
+from ..affine.polynomial import EPS, first_zero, highest
 
 TRUNCATED = 0.25 * EPS  # of the sum of a guard's terms
 
@@ -218,7 +218,7 @@ def modal_coast(T, m, x, limit, orders, slopes):
 
 @njit
 def modal_peak(T, m, g, x, s, closing, low):
-    """As `bifurc.flow.peak.segment_peak`, on steps as long as the amplitudes allow."""
+    """As `bifurc.flow.affine.peak.segment_peak`, on steps as long as the amplitudes allow."""
     nx = x.size
     xi, size = np.empty(nx), np.empty(nx)
     a, out, stack = np.empty(ORDER + 1), np.empty(3), np.empty(64)

@@ -4,16 +4,16 @@ The accelerations at the start, the nodes and the end of a step make a polynomia
 eleven.  Steps for polynomials are short (`TIGHT`), so that zeros found on them are as good as the state; steps that are
 only proved free of events are long, with the defect as a bound on what the polynomial may miss.
 
-One file, because it is the counterpart of `affine` for modes under a law: the twins of all kernels take their guards, jumps and
-peaks from it by name.
+One file, because it is the counterpart of `flow.affine` for modes under a law: the twins of all kernels take their guards,
+jumps and peaks from it by name.
 """
 import numpy as np
 
-from .._jit import njit
-from ..compose.tables import ORDER
-from .affine import forcing_rate
-from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
-from .law_calls import (
+from ..._jit import njit
+from ...compose.tables import ORDER
+from ..affine.engine import forcing_rate
+from ..affine.polynomial import EPS, fourth, highest, horner
+from .calls import (
     ACTING,
     COUNT,
     ERROR,
@@ -41,8 +41,8 @@ from .law_calls import (
     step,
     values,
 )
-from .polynomial import EPS, fourth, highest, horner
-from .smooth import DEFECT, carry, field, travel
+from .engine import DEFECT, carry, field, travel
+from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
           "closing", "closure", "segment_peak", "land", "terms_size", "arrival",

@@ -6,7 +6,7 @@ out: ``b1 < 0, b2 + 16/3 e < 0, b3 < 0`` suffices, since the difference is at mo
 """
 import numpy as np
 
-from .._jit import njit
+from ..._jit import njit
 
 
 @njit

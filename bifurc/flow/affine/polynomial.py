@@ -8,8 +8,8 @@ step is known to have are divided out of the coefficients, never out of values.
 """
 import numpy as np
 
-from .._jit import njit
-from ..compose.tables import ORDER
+from ..._jit import njit
+from ...compose.tables import ORDER
 
 EPS = 2.220446049250313e-16
 HALVINGS = 40

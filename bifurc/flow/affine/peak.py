@@ -1,9 +1,9 @@
 """Largest maximum of a guard along a segment of an affine mode: how near a motion comes to an event it does not have."""
 import numpy as np
 
-from .._jit import both, njit
-from ..compose.tables import ORDER
-from .affine import carry, guard_series
+from ..._jit import both, njit
+from ...compose.tables import ORDER
+from .engine import carry, guard_series
 from .polynomial import EPS, highest
 
 NOISE = 4.0 * EPS  # of the sum of its terms: a smaller rate is zero

@@ -9,8 +9,8 @@ import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import differenced, kernels
 from bifurc.elements import CubicSpring, Force, HarmonicForce, RigidStop
-from bifurc.flow.gauss import NODES
-from bifurc.flow.law_calls import scratch_of, step
+from bifurc.flow.laws.calls import scratch_of, step
+from bifurc.flow.laws.gauss import NODES
 from tests.flow.taylor import Duffing
 
 
