@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 
-from ..orbits import sequence
+from ..orbits.shooting import sequence
 from .arithmetic.balls import PRECISION, checked, ends, flint, middle, size, working
 from .arithmetic.jets import Jet
 from .arithmetic.krawczyk import krawczyk, preconditioner, tightened

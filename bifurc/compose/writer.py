@@ -60,7 +60,7 @@ def kernels(scene, template: str = AFFINE_MODULE):
     scene : Scene
         Without laws and of few degrees of freedom the template itself is returned.
     template : str
-        Full name of a module of kernels, such as "bifurc.orbits.sequence".  The affine engine's name gives the engine.
+        Full name of a module of kernels, such as "bifurc.orbits.shooting.sequence".  The affine engine's name gives the engine.
 
     Raises
     ------

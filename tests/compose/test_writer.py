@@ -132,9 +132,9 @@ def test_results_that_do_not_fit_are_named(law, jacobian, words):
 
 
 def test_scenes_without_laws_take_the_modules_themselves():
-    from bifurc.orbits import sequence
+    from bifurc.orbits.shooting import sequence
 
-    assert writer.kernels(scene_of(bf.systems.impact_oscillator()), "bifurc.orbits.sequence") is sequence
+    assert writer.kernels(scene_of(bf.systems.impact_oscillator()), "bifurc.orbits.shooting.sequence") is sequence
 
 
 def test_written_modules_take_the_engine_of_the_laws():

@@ -3,7 +3,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...orbits.signature import repeated
+from ...orbits.shooting.signature import repeated
 from ..arithmetic.balls import flint
 from ..arithmetic.jets import Jet
 from ..candidate import Candidate, read

@@ -2,7 +2,7 @@
 import numpy as np
 
 from ...orbits.least import reduced
-from ...orbits.signature import Signature, repeated
+from ...orbits.shooting.signature import Signature, repeated
 from ..branchpoint import other_direction
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import Corrected, at_end

@@ -12,8 +12,8 @@ import numpy as np
 from ...compose.writer import kernels
 from ...elements import EventKind
 from ...elements.friction.dry import STICK
-from ...orbits import sequence
-from ...orbits.sequence import AFTER, CLOSES, GUARD
+from ...orbits.shooting import sequence
+from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
 from .successor import complete_chatters, cycle, jumps, kicks, successor, verified

@@ -20,8 +20,8 @@ from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
-from ...orbits.signature import Signature, divided, repeated, sections, translated
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
+from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
 from ..rows import BOUNDARY_BAND
 from .vanishing import dropped

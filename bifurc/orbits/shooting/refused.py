@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..compose.tables import ORDER
+from ...compose.tables import ORDER
 from .sequence import AFTER, DIVIDE, STARTS, TOGETHER
 
 SAMPLES = 6  # states at which the two conditions are compared

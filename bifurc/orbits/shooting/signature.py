@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..compose.scene import Scene
-from ..compose.writer import kernels
-from ..elements.stops import FREE
+from ...compose.scene import Scene
+from ...compose.writer import kernels
+from ...elements.stops import FREE
 from .births import law_guards, needs_samples, sampled_orders
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
 

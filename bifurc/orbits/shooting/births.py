@@ -6,11 +6,11 @@ zero at all of them vanishes by what the event says.
 """
 import numpy as np
 
-from ..compose.scene import Scene
-from ..compose.tables import ORDER
-from ..compose.writer import kernels
-from ..elements import Circle
-from ..flow.linear import ModeField
+from ...compose.scene import Scene
+from ...compose.tables import ORDER
+from ...compose.writer import kernels
+from ...elements import Circle
+from ...flow.linear import ModeField
 
 SAMPLES = 6
 TRIALS = 400  # drawn at most

@@ -5,11 +5,11 @@ of 16 points a step, so both are exact to rounding.
 """
 import numpy as np
 
-from .._jit import both, njit
-from ..compose.tables import ORDER
-from ..flow.affine.engine import advance, arc, carry, forcing, reach, state_series
-from ..flow.affine.polynomial import highest
-from ..flow.saltation import saltation
+from ..._jit import both, njit
+from ...compose.tables import ORDER
+from ...flow.affine.engine import advance, arc, carry, forcing, reach, state_series
+from ...flow.affine.polynomial import highest
+from ...flow.saltation import saltation
 from .sequence import AFTER, BEFORE, CLOSES, GUARD, reset
 
 _ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)

@@ -3,16 +3,16 @@ import functools
 
 import numpy as np
 
-from ..hbm.balance import Balance
-from ..hbm.layout import Layout
-from ..hbm.setvalued.condensed import condensed
-from ..hbm.setvalued.douglas_rachford import split
-from ..hbm.setvalued.equations import Balance as Friction
-from ..hbm.setvalued.equations import Linear, SetValuedResult, SetValuedStatus
-from ..hbm.setvalued.li2019 import galerkin
-from ..hbm.setvalued.solution import solve
-from ..hbm.setvalued.system_contacts import contacts_of, estimated_error, rest_of
-from ..hbm.status import BalanceStatus
+from ...hbm.balance import Balance
+from ...hbm.layout import Layout
+from ...hbm.setvalued.condensed import condensed
+from ...hbm.setvalued.douglas_rachford import split
+from ...hbm.setvalued.equations import Balance as Friction
+from ...hbm.setvalued.equations import Linear, SetValuedResult, SetValuedStatus
+from ...hbm.setvalued.li2019 import galerkin
+from ...hbm.setvalued.solution import solve
+from ...hbm.setvalued.system_contacts import contacts_of, estimated_error, rest_of
+from ...hbm.status import BalanceStatus
 
 TIGHTER = 0.05  # first width for a given guess, over the natural one
 TWICE, COVER = 2, 5.0  # the harmonics whose balance tells the distance, and how much of what it shows is stated

@@ -23,9 +23,9 @@ One file, because residual, Jacobian and corrector are compiled as one call and 
 """
 import numpy as np
 
-from .._jit import both, njit
-from ..compose.tables import ORDER, rebuild, rebuild_mode
-from ..flow.affine.engine import (
+from ..._jit import both, njit
+from ...compose.tables import ORDER, rebuild, rebuild_mode
+from ...flow.affine.engine import (
     advance,
     arc,
     curved_hold,
@@ -37,9 +37,9 @@ from ..flow.affine.engine import (
     guard_series,
     guard_value,
 )
-from ..flow.affine.peak import segment_peak
-from ..flow.rule import jump
-from ..solve.dense import lu, lu_solve
+from ...flow.affine.peak import segment_peak
+from ...flow.rule import jump
+from ...solve.dense import lu, lu_solve
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
 # sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every

@@ -3,11 +3,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..elements.checks import choice, whole
-from ..hbm.balance import Balance
-from ..hbm.condensation.condensed import Condensed
-from ..hbm.layout import Layout, listed
-from ..system import System
+from ...elements.checks import choice, whole
+from ...hbm.balance import Balance
+from ...hbm.condensation.condensed import Condensed
+from ...hbm.layout import Layout, listed
+from ...system import System
 
 SOLVERS = ("newton", "broyden", "galerkin-broyden")
 AUTO_FIRST, AUTO_MOST = 7, 161  # harmonics of "auto": first and most
@@ -45,7 +45,7 @@ class HarmonicBalance:
     Examples
     --------
     >>> import bifurc as bf
-    >>> from bifurc.orbits.balance import HarmonicBalance
+    >>> from bifurc.orbits.balance.find import HarmonicBalance
     >>> orbit = bf.find_orbit(bf.systems.jenkins_oscillator(), method=HarmonicBalance(7))
     >>> round(abs(orbit.harmonic(1)), 9)
     3.514307059

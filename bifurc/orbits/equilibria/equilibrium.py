@@ -12,15 +12,15 @@ import functools
 
 import numpy as np
 
-from ..compose.scene import Scene, scene_of
-from ..enumerations import DescribedEnum
-from ..flow import settle
-from ..flow.linear import ModeField
-from ..motion import Motion
-from ..notebook import Notebook
-from ..system import System
-from .base import Orbit
-from .births import curved_rests
+from ...compose.scene import Scene, scene_of
+from ...enumerations import DescribedEnum
+from ...flow import settle
+from ...flow.linear import ModeField
+from ...motion import Motion
+from ...notebook import Notebook
+from ...system import System
+from ..base import Orbit
+from ..shooting.births import curved_rests
 from .hopf import lyapunov_coefficient
 
 STEPS = 40

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from ..compose.writer import kernels
+from ...compose.writer import kernels
 from . import motion
 from .equations import Equations
 from .sequence import AFTER

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from ..compose.modal import give_modal
-from ..compose.scene import Scene
-from ..compose.tables import rebuild
-from ..compose.writer import kernels
+from ...compose.modal import give_modal
+from ...compose.scene import Scene
+from ...compose.tables import rebuild
+from ...compose.writer import kernels
 from . import motion, sequence
 from .path import ParameterPath
 from .signature import Signature, divided

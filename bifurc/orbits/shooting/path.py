@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..compose.modal import give_modal
-from ..compose.scene import Scene
-from ..compose.tables import Tables
-from ..system import System
+from ...compose.modal import give_modal
+from ...compose.scene import Scene
+from ...compose.tables import Tables
+from ...system import System
 
 DEGREES = (4, 8, 16, 32, 64)
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree

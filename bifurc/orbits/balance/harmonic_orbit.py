@@ -4,19 +4,19 @@ import math
 
 import numpy as np
 
-from ..flow.trajectory import Event, Events
-from ..hbm.balance import Balance
-from ..hbm.condensation.condensed import Condensed
-from ..hbm.errors import truncation
-from ..hbm.floquet import stability
-from ..hbm.layout import Layout
-from ..hbm.parts import event_kind
-from ..hbm.status import BalanceStatus, MarchStatus
-from ..hbm.waves import value
-from ..system import System
-from .balance_method import HarmonicBalance
-from .base import Orbit
-from .multipliers import attracting
+from ...flow.trajectory import Event, Events
+from ...hbm.balance import Balance
+from ...hbm.condensation.condensed import Condensed
+from ...hbm.errors import truncation
+from ...hbm.floquet import stability
+from ...hbm.layout import Layout
+from ...hbm.parts import event_kind
+from ...hbm.status import BalanceStatus, MarchStatus
+from ...hbm.waves import value
+from ...system import System
+from ..base import Orbit
+from ..multipliers import attracting
+from .method import HarmonicBalance
 
 TOLERANCE = 1e-9  # residual over the forces in it, up to which an orbit counts as converged
 LARGE_ERROR = 1.0  # stated error over the amplitude from which on the message says so

@@ -1,19 +1,19 @@
 """Harmonic balance: from a system, options and a guess to the orbit."""
 import numpy as np
 
-from ..compose.scene import refuse_delay
-from ..flow.simulate import simulate
-from ..hbm.balance import Balance
-from ..hbm.condensation.condensed import Condensed
-from ..hbm.layout import Layout
-from ..hbm.status import BalanceStatus
-from ..solve.broyden import broyden
-from ..solve.newton import NewtonStatus, newton
-from ..system import System
-from .balance_method import AUTO_FIRST, AUTO_MOST, HarmonicBalance
-from .balance_setvalued import set_valued
-from .base import Orbit
+from ...compose.scene import refuse_delay
+from ...flow.simulate import simulate
+from ...hbm.balance import Balance
+from ...hbm.condensation.condensed import Condensed
+from ...hbm.layout import Layout
+from ...hbm.status import BalanceStatus
+from ...solve.broyden import broyden
+from ...solve.newton import NewtonStatus, newton
+from ...system import System
+from ..base import Orbit
 from .harmonic_orbit import TOLERANCE, HarmonicOrbit, relative_residual
+from .method import AUTO_FIRST, AUTO_MOST, HarmonicBalance
+from .setvalued import set_valued
 
 ALIASING = 1e-12  # relative change of the residual at twice the samples that is none
 SCALED = (0.7, 0.5, 0.3, 1.5, 2.0, 0.1, 0.05)  # of the linear response: starts where its own, rest and raised loads lead nowhere
