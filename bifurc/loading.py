@@ -7,8 +7,8 @@ from typing import Any
 from . import io
 
 _READERS = {
-    "branch": (".continuation.branch", "Branch"),
-    "curve": (".continuation.curves", "ParameterCurve"),
+    "branch": (".continuation.branches.branch", "Branch"),
+    "curve": (".continuation.curves.tracing", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
     "harmonic_orbit": (".orbits.balance.harmonic_orbit", "HarmonicOrbit"),
     "basins": (".basins.maps.basin_map", "BasinMap"),

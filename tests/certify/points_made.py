@@ -3,9 +3,9 @@ import numpy as np
 
 from bifurc.compose.scene import scene_of
 from bifurc.continuation import SpecialPointKind
+from bifurc.continuation.branches.special import SpecialPoint
 from bifurc.continuation.kinds import LocationStatus
 from bifurc.continuation.shooting.problem import OrbitProblem
-from bifurc.continuation.special import SpecialPoint
 from bifurc.orbits.shooting.path import parameter_path
 from bifurc.orbits.shooting.signature import Signature, divided, sections
 from tests.certify.orbits_made import random_cases, system_of

@@ -23,7 +23,7 @@ from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
-from ..rows import BOUNDARY_BAND
+from ..steps.rows import BOUNDARY_BAND
 from .vanishing import dropped
 
 BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end

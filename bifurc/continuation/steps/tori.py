@@ -8,7 +8,7 @@ not explain is a pair.
 """
 import numpy as np
 
-from .kinds import SpecialPointKind
+from ..kinds import SpecialPointKind
 from .roots import enclose, polish
 from .rows import Curve
 

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from .branchpoint import locate_crossing
-from .kinds import SpecialPointKind
-from .rows import Curve
+from ..kinds import SpecialPointKind
+from ..steps.branchpoint import locate_crossing
+from ..steps.rows import Curve
 from .special import SpecialPoint
 
 ON_CIRCLE = 1e-6  # distance of a located multiplier from the unit circle

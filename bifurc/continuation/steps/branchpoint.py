@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..solve.bordered import factor, solve_factored
-from .kinds import ERRORS
+from ...solve.bordered import factor, solve_factored
+from ..kinds import ERRORS
 
 NEAR_MISS = 1e-11  # |beta| over the size of the Jacobian: above it the branches do not meet
 DIFFERENCE = 1e-5  # of the Jacobian along a kernel vector, in scaled unknowns (central)

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from .grazing.following import Touching
-from .grazing.touch import every_touch
-from .kinds import ContinuationError, LocationStatus, SpecialPointKind
+from ..grazing.following import Touching
+from ..grazing.touch import every_touch
+from ..kinds import ContinuationError, LocationStatus, SpecialPointKind
+from ..shooting.appearing import inserted
+from ..shooting.branching import stepped_out
+from ..shooting.signature_change import admissible_side
+from ..switched import Switched
+from ..tracing import trace
 from .resonant import PERIODS, of_periods
-from .shooting.appearing import inserted
-from .shooting.branching import stepped_out
-from .shooting.signature_change import admissible_side
-from .switching import Switched
-from .tracing import trace
 
 ASIDE = (1e-2, 3e-3, 3e-2)  # distances in the second parameter, scaled, at which curves of other orbits are met
 K = SpecialPointKind

@@ -3,8 +3,8 @@ import math
 
 import numpy as np
 
-from .kinds import ERRORS, CorrectorStatus, SpecialPointKind
-from .problem import Corrected
+from ..kinds import ERRORS, CorrectorStatus, SpecialPointKind
+from ..problem import Corrected
 
 SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
 BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold

@@ -5,9 +5,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..notebook import Notebook, Table
-from .grazing import grazing_of, sliding_class
-from .kinds import LocationStatus, SpecialPointKind
+from ...notebook import Notebook, Table
+from ..grazing import grazing_of, sliding_class
+from ..kinds import LocationStatus, SpecialPointKind
 
 
 @dataclass(frozen=True, slots=True)

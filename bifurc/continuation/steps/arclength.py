@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
-from .kinds import ERRORS, CorrectorStatus, StopReason
 from .rows import Curve, Part, Point, Row, arc_length, tests_of
 
 TARGET_ANGLE = 0.2  # radians a step

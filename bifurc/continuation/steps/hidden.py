@@ -1,7 +1,7 @@
 """What the ends of a step do not show: two zeros of one test in it, and a jump to another branch."""
 import math
 
-from .kinds import SpecialPointKind
+from ..kinds import SpecialPointKind
 from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Row, tests_of
 
 DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at

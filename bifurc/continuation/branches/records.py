@@ -3,12 +3,12 @@ import copy
 
 import numpy as np
 
-from .kinds import CorrectorStatus, End, LocationStatus, SpecialPointKind, StopReason
-from .monitors import WithMonitors, unknown
-from .peaks import WithPeaks
-from .problem import Corrected, Problem
-from .registry import OF_RECORD, named
-from .rows import Part, Row
+from ..kinds import CorrectorStatus, End, LocationStatus, SpecialPointKind, StopReason
+from ..monitors import WithMonitors, unknown
+from ..peaks import WithPeaks
+from ..problem import Corrected, Problem
+from ..registry import OF_RECORD, named
+from ..steps.rows import Part, Row
 from .special import SpecialPoint
 
 

@@ -17,10 +17,10 @@ Dynamical Equilibria (2000); D. J. W. Simpson, R. Ghosh, arXiv 2602.22797 (reson
 """
 import numpy as np
 
-from .conditions import smallest
-from .grazing.following import POWERS, Touching
-from .kinds import SpecialPointKind
-from .problem import Monitor
+from ..conditions import smallest
+from ..grazing.following import POWERS, Touching
+from ..kinds import SpecialPointKind
+from ..problem import Monitor
 
 STEP = 2e-2  # scaled step of directional Taylor coefficients
 K = SpecialPointKind

@@ -8,10 +8,10 @@ of the torus curve, and what it finds is traced.
 """
 import numpy as np
 
+from ..kinds import ERRORS, LocationStatus, SpecialPointKind
+from ..switched import Switched
+from ..tracing import trace
 from .codimension_two import pencil_at
-from .kinds import ERRORS, LocationStatus, SpecialPointKind
-from .switching import Switched
-from .tracing import trace
 
 PERIODS = {SpecialPointKind.RESONANCE_1_3: 3, SpecialPointKind.RESONANCE_1_4: 4}
 KINDS = (SpecialPointKind.FOLD, SpecialPointKind.PERIOD_DOUBLING, SpecialPointKind.NEIMARK_SACKER)

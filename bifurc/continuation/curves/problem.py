@@ -10,19 +10,19 @@ import math
 
 import numpy as np
 
-from . import conditions
-from .balance.problem import BESIDE
+from .. import conditions
+from ..balance.problem import BESIDE
+from ..branches.stability_changes import confirmed, tests
+from ..families import family_of
+from ..grazing.following import Touching, touching
+from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
+from ..problem import EPS, Monitor, Problem
+from ..shooting.completion import condition
+from ..shooting.signature_change import LEAVING, UNLISTED
+from ..steps.detect import AT_BOUNDARY
+from ..steps.rows import MONITOR_BAND
 from .codimension_two import watched
-from .detect import AT_BOUNDARY
-from .families import family_of
-from .grazing.following import Touching, touching
-from .kinds import CorrectorStatus, SpecialPointKind, StopReason
 from .leaving import curves_from
-from .problem import EPS, Monitor, Problem
-from .rows import MONITOR_BAND
-from .shooting.completion import condition
-from .shooting.signature_change import LEAVING, UNLISTED
-from .stability_changes import confirmed, tests
 from .unfolding import BREAKS, Crossed, Unfolded
 
 BOUND = "bound"  # name of the monitors that end a curve at the bounds of a

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import io, plotting
-from ..notebook import Notebook
+from ... import io, plotting
+from ...notebook import Notebook
+from ..kinds import End, StopReason
+from ..registry import EXTEND, named
+from ..steps.rows import reversed_row
 from .audit import Audit, audit_branch
-from .kinds import End, StopReason
 from .records import branch_record, from_arrays, rows_of, to_arrays
-from .registry import EXTEND, named
-from .rows import reversed_row
 from .special import SpecialPoints, special_point, unique
 from .stability_changes import stability_changes
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
+from ..problem import Corrected
 from .branchpoint import locate_crossing
 from .hidden import jumped
-from .kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
-from .problem import Corrected
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
 from .tori import REAL, pair_on_circle

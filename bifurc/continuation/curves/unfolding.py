@@ -13,10 +13,10 @@ import copy
 
 import numpy as np
 
-from .conditions import ALONG, Condition, finite_scale, smallest, weighted_second, wide_at
-from .families import Family, family_of
-from .kinds import SpecialPointKind
-from .problem import Monitor, Problem
+from ..conditions import ALONG, Condition, finite_scale, smallest, weighted_second, wide_at
+from ..families import Family, family_of
+from ..kinds import SpecialPointKind
+from ..problem import Monitor, Problem
 
 BREAKS = "breaks"  # name of the monitor of beta
 BROKEN = 1e-7  # beta, relative to the size of the residual's terms, with which branches no longer meet

@@ -1,6 +1,6 @@
 """`trace_curve`: folds, grazings, flips, peaks followed in two parameters on one augmented system.
 
-That is an ordinary `Problem` in the second parameter (`curve_problem`), so that steps, bounds, location of special points, saving
+That is an ordinary `Problem` in the second parameter (`problem`), so that steps, bounds, location of special points, saving
 and extending are those of `trace`.
 """
 import math
@@ -9,18 +9,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import plotting
-from .branch import Branch
-from .curve_problem import BOUND, CurveProblem
-from .families import family_of
-from .grazing.following import touching
-from .kinds import SpecialPointKind
-from .monitors import WithMonitors
-from .shooting.completion import completion_near
-from .special import SpecialPoint
-from .tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
+from ... import plotting
+from ..branches.branch import Branch
+from ..branches.special import SpecialPoint
+from ..families import family_of
+from ..grazing.following import touching
+from ..kinds import SpecialPointKind
+from ..monitors import WithMonitors
+from ..shooting.completion import completion_near
+from ..tracing import DS, DS_MIN, MAX_STEPS, ordered_bounds, trace
+from ..watching import Watching, bare
+from .problem import BOUND, CurveProblem
 from .unfolding import Unfolded, unfolded
-from .watching import Watching, bare
 
 STILL = 1e-6  # both components of the unit tangent in the plane of the parameters at a cusp
 TOGETHER = 1e-5  # arclength within which the extrema of both are the same cusp
