@@ -184,8 +184,7 @@ class Balance:
         """Follow the contacts along ``x`` into `walk`; return status and coefficients (nr, mi) of coordinates and speeds."""
         c, v, _, _ = self.rows(x, flat)
         room, flat = self.walk, self.parts.flat if flat is None else flat
-        code = followed(self.parts.structure, flat, *self.grid, c, v, self._free, room.paths, room.ends, room.zs, room.sources,
-                        room.counts)
+        code = followed(self.parts.structure, flat, self.grid, c, v, self._free, room)
         return tuple(MarchStatus)[code], c, v
 
     def guard(self, contact: int, mode: int, guard: int, x, memory) -> np.ndarray:

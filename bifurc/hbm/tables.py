@@ -3,6 +3,8 @@
 Arrays that are passed from Python are unpacked one by one, and compiled functions that take many are slow to compile; the
 parts by name, `parts.Shape` and `parts.Numbers`, are for Python.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from .._jit import both, njit
@@ -18,6 +20,16 @@ COUNT, MEMORY, WIDTH, PAIRS, ROWS = 0, 1, 2, 3, 4  # modes, memories, rows; rows
 
 # an expression (columns,): constant and harmonics, then pairs of coordinate and speed of every row, then memory
 # the expressions of a mode: forces, guards, slaved memory
+
+
+class Series(NamedTuple):
+    """Numbers of a system along a parameter: those that change, as Chebyshev series on [low, high]."""
+
+    base: np.ndarray  # all of them
+    index: np.ndarray  # int (k,): which change
+    series: np.ndarray  # (k, degree + 1)
+    low: float
+    high: float
 
 
 def packed(shape) -> np.ndarray:
@@ -80,8 +92,9 @@ def moved(S, flat):
 
 
 @both
-def numbers_at(base, index, series, low, high, p, flat, dflat):
-    """Write the numbers of the system at parameter ``p`` and their derivatives, from Chebyshev series on [low, high]."""
+def numbers_at(along: Series, p, flat, dflat):
+    """Write the numbers of the system at parameter ``p`` and their derivatives."""
+    base, index, series, low, high = along
     flat[:] = base
     dflat[:] = 0.0
     z = (2.0 * p - low - high) / (high - low)
