@@ -9,8 +9,9 @@ from .contacts.common import SOURCE
 from .laws import Sampled, law_forces
 from .layout import Layout
 from .parts import Contact, Numbers, Parts, split, views
-from .residual import Grid, Room, followed, linearised, motion
+from .residual import followed, linearised, motion
 from .status import MarchStatus
+from .tables import Grid, Room
 
 GRID = 8  # points a shortest wave on which exact events are looked for
 LEAST_GRID = 64

@@ -10,8 +10,8 @@ from .._jit import both, leaf
 from ..solve.dense import lu, lu_solve
 from .contacts.common import FOLLOWED, Contact, Segments
 from .contacts.margins import FAR, margins
-from .residual import Grid, Room, kept, linearised, motion
-from .tables import Series, expressions, numbers_at, structure
+from .residual import kept, linearised, motion
+from .tables import Grid, Room, Series, expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10

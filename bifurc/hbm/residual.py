@@ -4,8 +4,6 @@
 
 Derivatives are exact, also that by a parameter of the system, given the derivative of the packed numbers by it.
 """
-from typing import NamedTuple
-
 import numpy as np
 
 from .._jit import both, leaf, njit
@@ -28,36 +26,13 @@ from .contacts.common import (
 from .contacts.event_driven import crest, exact, overshoot
 from .contacts.sampled import sampled
 from .contacts.spectra import Scratch, Slopes, Sums, divisors, gather, joined, signals
-from .tables import MEMORIES, MEMORY, MODES, PAIRED, core, expressions, structure
+from .tables import MEMORIES, MEMORY, MODES, PAIRED, Grid, Room, core, expressions, structure
 from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
 TOGETHER = 1e-6  # relative difference of near misses that are taken at once
 ATTEMPTS = 6  # marches of a contact until it has the events that are asked for
 ALL = 2.0  # above the height of any event
-
-
-class Grid(NamedTuple):
-    """Where motions are looked at: 0 or the number of samples, and tables (nk, grid + 1) of the waves, both ends included."""
-
-    samples: int
-    cosines: np.ndarray
-    sines: np.ndarray
-
-
-class Room(NamedTuple):
-    """Arrays that kernels overwrite; see `contacts.spectra.Sums` and, of every contact, `contacts.common.Segments`."""
-
-    spectra: np.ndarray
-    F: np.ndarray
-    J: np.ndarray
-    f: np.ndarray  # (size,) residual
-    wide: np.ndarray  # (size, size + 1) derivatives
-    paths: np.ndarray  # of every contact
-    ends: np.ndarray
-    zs: np.ndarray
-    sources: np.ndarray
-    counts: np.ndarray
 
 
 @leaf

@@ -32,6 +32,29 @@ class Series(NamedTuple):
     high: float
 
 
+class Grid(NamedTuple):
+    """Where motions are looked at: 0 or the number of samples, and tables (nk, grid + 1) of the waves, both ends included."""
+
+    samples: int
+    cosines: np.ndarray
+    sines: np.ndarray
+
+
+class Room(NamedTuple):
+    """Arrays that kernels overwrite; see `contacts.spectra.Sums` and, of every contact, `contacts.common.Segments`."""
+
+    spectra: np.ndarray
+    F: np.ndarray
+    J: np.ndarray
+    f: np.ndarray  # (size,) residual
+    wide: np.ndarray  # (size, size + 1) derivatives
+    paths: np.ndarray  # of every contact
+    ends: np.ndarray
+    zs: np.ndarray
+    sources: np.ndarray
+    counts: np.ndarray
+
+
 def packed(shape) -> np.ndarray:
     """Return the structure of a balance as one vector of integers, from a `parts.Shape`."""
     n, m, nr, mi, nx, nc, M, Q, G, Z, T = (int(v) for v in shape.dims[:11])

@@ -13,8 +13,8 @@ import numpy as np
 from ..._jit import both, leaf, njit
 from ...solve.dense import lu, lu_solve
 from ..contacts.common import AFTER, FOLLOWED, GUARD, MODE, WROTE, Contact, expression, guard_of
-from ..residual import Grid, Room, followed, motion
-from ..tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, Series, core, expressions, numbers_at, structure
+from ..residual import followed, motion
+from ..tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, core, expressions, numbers_at, structure
 from ..waves import jet, powers, size
 
 TAYLOR = 13  # terms of the exponential of a matrix of norm at most a half: 6e-16
@@ -139,17 +139,15 @@ def states(S, paths, counts, kept):
 
 
 @both
-def along(S, R, numbers: Series, xs, grid: Grid, room: Room, out, kept, codes):
+def along(S, R, numbers, xs, grid, room, out, kept, codes):
     """Write the monodromy matrices ``out`` (m, size, size) of the motions ``xs`` (m, n + 1) along a parameter, without laws.
 
     Parameters
     ----------
     S, R
         Structure, see `tables`, and rows.
-    numbers : Series
-        Numbers of the system along the parameter.
-    grid : Grid
-        For exact events.
+    numbers, grid : tables.Series, tables.Grid
+        Numbers of the system along the parameter; tables of the waves for exact events.
     kept : int (m, size)
         Overwritten: 1 for states, 0 for memory that is not written.
     codes : int (m,)
@@ -171,7 +169,7 @@ def along(S, R, numbers: Series, xs, grid: Grid, room: Room, out, kept, codes):
 
 
 @njit
-def plain(S, R, flat, room: Room, c, v, P):
+def plain(S, R, flat, room, c, v, P):
     """Write the monodromy matrix (2 n + memories) of a scene without laws into ``P``; return 1, or 0 where an event grazes."""
     size = len(P)
     A, E, last, none = np.empty((size, size)), np.empty((size, size)), np.empty((size, size)), np.empty((0, size, size))
@@ -192,12 +190,12 @@ def plain(S, R, flat, room: Room, c, v, P):
 
 
 @both
-def with_laws(S, R, flat, room: Room, c, v, cuts, KL, CL, P):
+def with_laws(S, R, flat, room, c, v, cuts, KL, CL, P):
     """Write the monodromy matrix (2 n + memories) into ``P``; return 1, or 0 where an event grazes and it has none.
 
     Parameters
     ----------
-    room : Room
+    room : tables.Room
         With the segments of the contacts as `event_driven.exact` writes them.
     c, v : (nr, mi)
         Coefficients of the rows' coordinates and speeds.
@@ -224,7 +222,7 @@ def with_laws(S, R, flat, room: Room, c, v, cuts, KL, CL, P):
 
 
 @njit
-def passed(S, R, flat, cut, room: Room, c, v, mass, pivot, at, P):
+def passed(S, R, flat, cut, room, c, v, mass, pivot, at, P):
     """Apply the events up to a phase to the perturbations ``P`` and move on ``at`` (nc,); return -1 where one grazes, else 0."""
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
