@@ -312,7 +312,7 @@ def _read(problem, x, search):
         if not motion.success:
             search.say(f"simulation beyond ends: {motion.message}")
             continue
-        made = sequence_of(orbit, motion)
+        made = sequence_of(orbit, motion, np.floor(at[k]))
         if made is None:
             search.say("the motion beyond does not come back to its mode in a period")
             continue
@@ -330,8 +330,12 @@ def _read(problem, x, search):
                 yield signature, unknowns
 
 
-def sequence_of(orbit, motion):
-    """Return (signature, unknowns) of one simulated period of the system of an orbit; None if it does not close in its mode."""
+def sequence_of(orbit, motion, first):
+    """Return (signature, unknowns) of one simulated period of the system of an orbit; None if it does not close in its mode.
+
+    ``first`` is the forcing period of the orbit in which the motion, which counts from zero, began: of an orbit of several, the
+    same a forcing period later is another solution of the equations.
+    """
     scene, R, period = orbit.scene, motion.recorded, orbit.forcing_period
     listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
     if not listed:
@@ -344,7 +348,8 @@ def sequence_of(orbit, motion):
     turn = int(np.argmax(np.diff(np.append(times, times[0] + orbit.periods))))  # begin behind the longest interval
     order = [*range(turn + 1, len(listed)), *range(turn + 1)]
     times[:turn + 1] += orbit.periods
-    times = times[order] - np.floor(times[order[0]])
+    times = times[order] + first
+    times -= np.floor(times[0] / orbit.periods) * orbit.periods
     nodes = divided(scene, nodes[order])
     mark_trains(nodes, R.speeds[listed][order])
     unknowns = np.column_stack([times, R.before[listed][order]]).ravel()
