@@ -267,3 +267,20 @@ def test_a_branch_of_two_forcing_periods_goes_on_beyond_a_chattering():
     branch = bf.trace(orbit, "gap", bounds=(0.031, 0.191))
     assert StopReason.NO_SUCCESSOR not in branch.stop_reason
     assert_motions(branch)
+
+
+@pytest.mark.parametrize("omega", [1.93, 2.17, 2.25, 2.32, 2.47])
+def test_slips_both_ways_are_born_at_once_from_wherever_the_branch_starts(omega):
+    """A mass at rest under friction begins to slip up and down in one period: of the two branches of equations that cross there one
+    has a negative duration.  The onset is where the spring and dashpot between the masses reach the friction."""
+    M, C, K = np.diag([1.0, 0.863]), np.array([[0.0903, -0.0303], [-0.0303, 0.0903]]), np.array([[1.505, -0.505], [-0.505, 1.505]])
+    system = bf.System(M, C, K, [HarmonicForce(0.741), RigidStop(0.972, 0.0201), Coulomb(0.411, dof=1)], omega=omega)
+    orbit = bf.find_orbit(system, guess=(0.0, 0.0, 0.0, 0.0))
+    assert orbit.signature.startswith("rest")
+    branch = bf.trace(orbit, "omega", bounds=(1.4, 2.5))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert [str(point.kind) for point in branch.special_points] == ["stick_onset", "stick_onset", "fold", "grazing", "slip_onset"]
+    onset = branch.special_points[-1].parameter
+    force = 0.741 / (1.505 - onset**2 + 0.0903j * onset) * (-0.505 - 0.0303j * onset)
+    assert abs(force) == pytest.approx(0.411, abs=1e-13)
+    assert "rest" in branch.orbits[-1].signature and "impact" in branch.orbits[0].signature

@@ -108,6 +108,7 @@ class OrbitProblem(Problem):
 
     touch = TOUCH  # as the audit of an orbit
     wraps = True
+    same_tangent = 1.0 - 1e-5  # two branches of the equations may meet where a sequence begins: there the corrector mixes them
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence

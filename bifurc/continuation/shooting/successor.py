@@ -24,6 +24,7 @@ from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOG
 from ...orbits.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
 from ..rows import BOUNDARY_BAND
+from .directions import directions
 from .vanishing import dropped
 
 BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end
@@ -394,25 +395,25 @@ def _from(problem, point, signature, x, through, beside=False):
         return None
     if not distance(problem.solution(point.x), new.solution(x)) <= SAME:
         return None
-    tangent = new.null_tangent(x)
-    here = new.correct(x, tangent) if beside else None
+    lines = directions(new, x)
+    here = new.correct(x, lines[0]) if beside else None
     if here is not None and not (here.converged and inside(new, here)):
         return None
     for step in INSIDE:
         good = []
-        for sign in (1.0, -1.0):
-            c = new.correct(x + sign * step * new.scale * tangent, sign * tangent)
+        for way in (sign * line for line in lines for sign in (1.0, -1.0)):
+            c = new.correct(x + step * new.scale * way, way)
             if c.converged and inside(new, c):
-                good.append((sign, c))
-        if through or len(good) == 2:  # a change of the equations only: the branch goes on as it came
+                good.append((way, c))
+        if through or len(lines) == 1 and len(good) == 2:  # a change of the equations only: the branch goes on as it came
             if here is None:
-                good = [(sign, c) for sign, c in good if sign * tangent[-1] * point.tangent[-1] > 0.0]
+                good = [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
             else:
                 good.sort(key=lambda item: nearest(new, item[1]))
-        for sign, c in good[:1] if beside else good:
+        for way, c in good[:1] if beside else good:
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
-                return new, x, sign * tangent
+                return new, x, way
     return None
 
 
