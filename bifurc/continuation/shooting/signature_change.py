@@ -11,9 +11,9 @@ import numpy as np
 
 from ...compose.writer import kernels
 from ...elements import EventKind
-from ...elements.friction import STICK
-from ...orbits import sequence
-from ...orbits.sequence import AFTER, CLOSES, GUARD
+from ...elements.friction.dry import STICK
+from ...orbits.shooting import sequence
+from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
 from .directions import directions

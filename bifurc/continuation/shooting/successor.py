@@ -14,16 +14,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...elements.friction import SLIP_DOWN, SLIP_UP, STICK
+from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
-from ...orbits.signature import Signature, divided, repeated, sections, translated
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
+from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
-from ..rows import BOUNDARY_BAND
+from ..steps.rows import BOUNDARY_BAND
 from .directions import directions
 from .vanishing import dropped
 
