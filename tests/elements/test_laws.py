@@ -4,7 +4,8 @@ import pytest
 
 import bifurc as bf
 from bifurc import elements as el
-from bifurc.elements import friction, stators
+from bifurc.elements import stators
+from bifurc.elements.friction import dry as friction
 
 
 @pytest.mark.parametrize("make, words", [

@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.elements import ElasticStop
-from bifurc.orbits.hopf import Forms, _coefficient, critical_pair
+from bifurc.orbits.equilibria.hopf import Forms, _coefficient, critical_pair
 from bifurc.orbits.least import mark_trains
 from bifurc.orbits.multipliers import without
 

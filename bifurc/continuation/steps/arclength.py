@@ -427,8 +427,10 @@ class Half:
 
     @staticmethod
     def begun(problem, x, tangent):
-        """Return the first corrected point of new equations and its distance from their beginning: where they are singular there, or
-        two branches of them meet, one a little inside, the first whose tangent is the one that is known."""
+        """Return the first corrected point of new equations and its distance from their beginning.
+
+        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known.
+        """
         made = []
         for step in (0.0, *ASIDE):
             c = problem.correct(x + step * problem.scale * tangent, tangent)
