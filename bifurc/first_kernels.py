@@ -5,7 +5,7 @@ from .compose.scene import scene_of
 from .continuation.shooting.problem import orbit_problem
 from .ensemble.marcher import Marcher, Targets
 from .flow.simulate import simulate
-from .orbits.signature import Signature
+from .orbits.shooting.signature import Signature
 from .orbits.solving import solve
 from .systems import impact_oscillator
 

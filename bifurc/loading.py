@@ -7,10 +7,10 @@ from typing import Any
 from . import io
 
 _READERS = {
-    "branch": (".continuation.branch", "Branch"),
-    "curve": (".continuation.curves", "ParameterCurve"),
+    "branch": (".continuation.branches.branch", "Branch"),
+    "curve": (".continuation.curves.tracing", "ParameterCurve"),
     "orbit": (".orbits.orbit", "PeriodicOrbit"),
-    "harmonic_orbit": (".orbits.harmonic_orbit", "HarmonicOrbit"),
+    "harmonic_orbit": (".orbits.balance.harmonic_orbit", "HarmonicOrbit"),
     "basins": (".basins.maps.basin_map", "BasinMap"),
     "refinement": (".basins.maps.refinement", "Refinement"),
     "cells": (".basins.cells.cell_map", "CellMap"),

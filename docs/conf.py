@@ -53,8 +53,8 @@ MODULES = {
 PARTS = {
     "bifurc.flow.trajectory": ("Event", "Events"), "bifurc.flow.status": ("Status",),
     "bifurc.flow.hysteresis": ("Hysteresis", "Loop", "LoopEvent"), "bifurc.orbits.lyapunov": ("LyapunovExponents",),
-    "bifurc.orbits.equilibrium": ("EquilibriumStatus",), "bifurc.hbm.status": ("BalanceStatus",),
-    "bifurc.continuation.audit": ("Audit",), "bifurc.continuation.resimulation": ("Resimulated",),
+    "bifurc.orbits.equilibria.equilibrium": ("EquilibriumStatus",), "bifurc.hbm.status": ("BalanceStatus",),
+    "bifurc.continuation.branches.audit": ("Audit",), "bifurc.continuation.resimulation": ("Resimulated",),
     "bifurc.basins.maps.reliability": ("Reliability", "ReliabilityKind"), "bifurc.basins.maps.entropy": ("BasinEntropy",),
     "bifurc.basins.maps.uncertainty_exponent": ("Uncertainty",), "bifurc.structure.reduction": ("Reduction",),
 }

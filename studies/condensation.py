@@ -19,7 +19,7 @@ from bifurc.continuation.balance.condensed import Along
 from bifurc.continuation.balance.problem import path_over
 from bifurc.elements import HarmonicForce, Jenkins
 from bifurc.hbm.condensation.condensed import Condensed
-from bifurc.orbits.harmonic_orbit import relative_residual
+from bifurc.orbits.balance.harmonic_orbit import relative_residual
 
 from .common import Setting, interleaved, parser, publish, table
 

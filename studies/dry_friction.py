@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import bifurc as bf
-from bifurc.orbits.balance_method import HarmonicBalance
+from bifurc.orbits.balance.method import HarmonicBalance
 from tests.reference.fourier_friction import SteadyFriction
 
 from .common import Setting, interleaved, parser, publish, table

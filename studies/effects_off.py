@@ -25,7 +25,7 @@ ZETA, OMEGA, AMPLITUDE = 0.02, 2.6, 1.0
 STARTS = {Setting.SMALL: 200, Setting.FULL: 4000}
 PERIODS = 20
 ROUNDS = {Setting.SMALL: 1, Setting.FULL: 15}
-ABSENT = {"law kernels": ("bifurc.flow.smooth", "bifurc.flow.smoothguards", "bifurc.flow.collocation"),
+ABSENT = {"law kernels": ("bifurc.flow.laws.engine", "bifurc.flow.laws.guards", "bifurc.flow.laws.collocation"),
           "orbits": ("bifurc.orbits",), "continuation": ("bifurc.continuation",), "basins": ("bifurc.basins",),
           "pictures": ("matplotlib", "bifurc.plotting.style"), "graphs": ("networkx",)}
 JOBS = {

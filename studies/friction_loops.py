@@ -143,7 +143,7 @@ def report(cases: list[Yang], found: list[Ring], steps: list[March]) -> str:
 def picture(cases: list[Yang], found: list[Ring]):
     """Return the figure: Yang's states and loops, ring loops, strip loop, slip map."""
     from bifurc.plotting import style
-    from bifurc.plotting.loops import plot_loop, plot_states
+    from bifurc.plotting.motions.loops import plot_loop, plot_states
     made, axes = style.figure(7.2, 9.0, columns=3, rows=4)
     for j, case in enumerate(cases):
         for i, name in enumerate("xy"):

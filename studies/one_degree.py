@@ -12,7 +12,7 @@ import numpy as np
 from bifurc._jit import njit
 from bifurc.compose.tables import ORDER
 from bifurc.elements import EventKind
-from bifurc.flow.polynomial import EPS, first_zero, horner
+from bifurc.flow.affine.polynomial import EPS, first_zero, horner
 from bifurc.flow.rule import NOISE
 from bifurc.flow.scan import CLOSE, DONE, LIMIT
 

@@ -135,7 +135,7 @@ def one_impact(system, v: float):
     """Return the motion that hits the stop once a period with the speed v."""
     from bifurc.compose.scene import scene_of
     from bifurc.orbits.orbit import PeriodicOrbit
-    from bifurc.orbits.signature import Signature, divided
+    from bifurc.orbits.shooting.signature import Signature, divided
 
     damped, span = np.sqrt(1.0 - ZETA**2), 2.0 * np.pi / OMEGA
     e, cosine, sine = np.exp(-ZETA * span), np.cos(damped * span), np.sin(damped * span)

@@ -15,7 +15,7 @@ import numpy as np
 import bifurc as bf
 from bifurc._jit import njit
 from bifurc.compose.scene import scene_of
-from bifurc.flow.affine import forcing
+from bifurc.flow.affine.engine import forcing
 from bifurc.flow.scan import EVENTS, MODE, STATE, TAU, WHOLE, run, workspace
 
 from .common import Setting, interleaved, parser, publish, table

@@ -16,8 +16,8 @@ def hashes(folder, *modules):
 
 
 @pytest.mark.parametrize("edited, changed", [
-    ("flow/affine.py", (True, True, True)),  # everybody builds on the engine
-    ("orbits/sequence.py", (False, True, False)),
+    ("flow/affine/engine.py", (True, True, True)),  # everybody builds on the engine
+    ("orbits/shooting/sequence.py", (False, True, False)),
     ("ensemble/proximity.py", (False, False, True)),
     ("elements/kinds.py", (True, True, True)),  # its codes are frozen in kernels
     ("elements/stops.py", (False, False, False)),  # composed into numbers, never compiled

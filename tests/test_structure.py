@@ -13,6 +13,7 @@ from bifurc import _cache
 
 PACKAGE = pathlib.Path(bifurc.__file__).parent
 LONG = 350  # lines of a file that needs no reason
+MANY = 16  # files in a folder: what can be looked over at once
 
 
 def modules():
@@ -78,6 +79,13 @@ def test_every_folder_says_what_is_in_it():
     for path in PACKAGE.rglob("__init__.py"):
         said = ast.get_docstring(ast.parse(path.read_text()))
         assert said and len(said) > 20, f"{path}: says nothing"
+
+
+def test_folders_can_be_looked_over():
+    """A folder with more files has groups in it: they are folders, with a name of the field."""
+    full = {str(folder.relative_to(PACKAGE)): count for folder in {path.parent for path in PACKAGE.rglob("*.py")}
+            if (count := len(list(folder.glob("*.py")))) > MANY}
+    assert not full
 
 
 def test_long_files_say_why_they_are_one():

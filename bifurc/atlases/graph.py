@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import networkx as nx
 
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
 from ..orbits.orbit import PeriodicOrbit
 from .identity import CLOSE, PARAMETER, periods_of, same_points
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
+from ..continuation.branches.records import to_arrays
 from ..continuation.kinds import End, StopReason
-from ..continuation.records import to_arrays
 from ..orbits.orbit import PeriodicOrbit
 
 SAME = 1e-6  # of the sizes of the states

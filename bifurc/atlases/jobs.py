@@ -4,7 +4,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..basins.attractors.records import packed_points, unpacked
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
 from ..continuation.kinds import ContinuationError, SpecialPointKind
 from ..continuation.switching import switch_branch
 from ..continuation.tracing import trace

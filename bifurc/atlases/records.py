@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
 
 
 def packed_branches(branches: Sequence[Branch | None]) -> tuple[list[dict | None], dict[str, np.ndarray]]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import networkx as nx
 
 from .. import io, plotting
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
 from ..ensemble.region import Region
 from ..enumerations import DescribedEnum
 from ..system import System

@@ -7,7 +7,7 @@ import numpy as np
 from ..basins.attractors.attractors import SampledAttractor
 from ..basins.attractors.records import packed, packed_points, unpacked_points
 from ..basins.sweeps.points import sweep_points
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
 from ..jobs.executors import run_chunks
 from ..jobs.store import ChunkStore
 from ..orbits.orbit import PeriodicOrbit

@@ -3,7 +3,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..continuation.branch import Branch
+from ..continuation.branches.branch import Branch
 
 
 def stable_intervals(branch: Branch) -> list[tuple[float, float]]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .. import plotting
-from ..orbits.balance_method import HarmonicBalance
+from ..orbits.balance.method import HarmonicBalance
 from ..system import System
 from .modes import ExtendedMode, extended_mode
 

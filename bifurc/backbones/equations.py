@@ -3,7 +3,7 @@ import numpy as np
 
 from ..flow.simulate import simulate
 from ..hbm.balance import Balance
-from ..orbits.balance_method import HarmonicBalance
+from ..orbits.balance.method import HarmonicBalance
 from ..solve.newton import newton
 from ..system import System
 

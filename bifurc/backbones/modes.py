@@ -16,7 +16,7 @@ from ..elements.checks import number, whole
 from ..enumerations import DescribedEnum
 from ..flow.settle import Penetration, start
 from ..flow.simulate import simulate
-from ..orbits.balance_method import HarmonicBalance
+from ..orbits.balance.method import HarmonicBalance
 from ..system import System
 from .equations import balanced, returning, shot, with_negative_damping
 

@@ -8,8 +8,8 @@ import numpy as np
 from .. import io
 from .certificate import Certificate, PointCertificate, StretchCertificate, Verdict
 from .orbit import certify_orbit
+from .parameter.stretch import Stretches
 from .special import certify_point
-from .stretch import Stretches
 
 AT_POINT = 1e-6  # scaled by the parameter: a row that near to a special point is decided by the proof of the point
 

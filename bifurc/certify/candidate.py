@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
-from ..orbits.signature import repeated
+from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
+from ..orbits.shooting.signature import repeated
 from ..system import System
 from .model import Refused
 

@@ -6,9 +6,9 @@ Unknowns are, for each event, its phase theta = omega t and the state before it.
 """
 from typing import Any, NamedTuple
 
-from .balls import flint
-from .forms import column
-from .jets import Jet
+from .arithmetic.balls import flint
+from .arithmetic.forms import column
+from .arithmetic.jets import Jet
 
 
 class Pieces(NamedTuple):

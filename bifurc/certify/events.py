@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .balls import Rationals, flint
+from .arithmetic.balls import Rationals, flint
 from .candidate import Candidate, Event, followers
 from .model import GuardRow, Model, Refused
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from ..elements import Algebraic, Guard, Hold, Law, Mode, Rate, Restitution, Rows
 from ..elements.local import affine
 from ..system import System
-from .balls import Recorder
+from .arithmetic.balls import Recorder
 
 KNOWN = {Rows: {"R", "base", "drift"}, Hold: {"row", "push", "surface"}, Mode: {"force", "hold", "memory", "guards", "bounds"},
          Guard: {"value", "kind", "then", "kick", "silent", "accumulates"}}  # what the equations below take account of

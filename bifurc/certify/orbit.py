@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .balls import PRECISION, below, checked, ends, flint, size, working
+from .arithmetic.balls import PRECISION, below, checked, ends, flint, size, working
+from .arithmetic.jets import Jet
+from .arithmetic.krawczyk import krawczyk, preconditioner, tightened
 from .candidate import Candidate, candidate_of
 from .certificate import Certificate, EventEnclosure, Verdict, refusal
 from .equations import Pieces, Solved, evaluate
 from .events import FOREVER, Transition, balls_of, structure
-from .jets import Jet
-from .krawczyk import krawczyk, preconditioner, tightened
 from .model import Model, Refused
 from .segments import Steps, rate
 from .spectrum import characteristic, eigenvalues, monodromy, saltations, stable

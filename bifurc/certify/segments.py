@@ -8,8 +8,8 @@ import functools
 import math
 from typing import Any, NamedTuple
 
-from .balls import above, below, flint
-from .jets import Jet
+from .arithmetic.balls import above, below, flint
+from .arithmetic.jets import Jet
 
 ORDER = 12
 TURN = 0.7  # largest scaled angle of a step

@@ -15,15 +15,15 @@ import time
 
 import numpy as np
 
-from ..orbits import sequence
-from .along import Along, along, pieces_along, point_of
-from .balls import PRECISION, checked, ends, flint, middle, size, working
+from ..orbits.shooting import sequence
+from .arithmetic.balls import PRECISION, checked, ends, flint, middle, size, working
+from .arithmetic.jets import Jet
+from .arithmetic.krawczyk import krawczyk, preconditioner, tightened
 from .candidate import Candidate, Event
 from .certificate import PointCertificate, Verdict
 from .equations import evaluate
-from .jets import Jet
-from .krawczyk import krawczyk, preconditioner, tightened
 from .model import Refused
+from .parameter.sequence import Along, along, pieces_along, point_of
 
 RADII = (1e-5, 1e-7, 1e-9, 1e-11)
 CLAIM = 1e-7  # scaled: the point as stored and the one proved are the same

@@ -5,8 +5,8 @@ zeros of the characteristic polynomial lie inside the unit circle follows from t
 and Computational Complex Analysis I (1974), theorem 6.8b): with T p = conj(p_0) p - p_n p*, it is the number of negative products
 of the constants of T p, T^2 p, ...
 """
-from .balls import flint
-from .forms import Form, hull
+from .arithmetic.balls import flint
+from .arithmetic.forms import Form, hull
 
 
 def saltations(pieces, solved) -> list | None:

@@ -77,7 +77,7 @@ class Tables(array.array):
     acts: np.ndarray  # (modes, laws) 0 where the law has no say in the mode, else the number of its values there, from 1
     owners: np.ndarray  # (4, rows) and
     stages: np.ndarray  # (5,) where the rows of the laws stand, see `Rows`
-    bound: np.ndarray  # (2,) addresses of the C functions of the laws in this process, see `flow.law_calls`; 0: not compiled yet
+    bound: np.ndarray  # (2,) addresses of the C functions of the laws in this process, see `flow.laws.calls`; 0: not compiled yet
     still: np.ndarray  # (modes, guards) derivative from which on held rows make all of a guard vanish: 1, 2; 0: none does
 
     step: np.ndarray  # (modes,) h

@@ -1,8 +1,8 @@
 """Kernels of scenes that another engine moves: the package's own text, written again.
 
-Two kinds of modules are written.  One for every set of laws: `bifurc.flow.collocation` with the functions of these laws in
-the place of `bifurc.flow.nolaw`; it holds the two C functions that the tables of a scene point to.  And, once for an engine,
-twins of the modules of kernels that build on `bifurc.flow.affine`: in a twin every name of the engine comes from the
+Two kinds of modules are written.  One for every set of laws: `bifurc.flow.laws.collocation` with the functions of these laws in
+the place of `bifurc.flow.laws.nolaw`; it holds the two C functions that the tables of a scene point to.  And, once for an engine,
+twins of the modules of kernels that build on `bifurc.flow.affine.engine`: in a twin every name of the engine comes from the
 engine's own modules (their `ENGINE`), and what reaches such a name is defined again on it.  There are two engines beside the
 affine one: of laws that are not affine, and of many degrees of freedom.
 Files are named by a hash of everything in them and of numba's version, appear by renaming, and are ordinary modules with
@@ -32,23 +32,23 @@ from . import curve, written
 from .lawtext import LawError, standalone
 from .pieces import FORCE, GUARD, KICK, REACTION, REST, SceneLaw, law_rows
 
-AFFINE_MODULE = "bifurc.flow.affine"
-STEP_MODULE = "bifurc.flow.collocation"  # the text written around laws
-LAW_MODULE = "bifurc.flow.nolaw"  # whose place they take in it
+AFFINE_MODULE = "bifurc.flow.affine.engine"
+STEP_MODULE = "bifurc.flow.laws.collocation"  # the text written around laws
+LAW_MODULE = "bifurc.flow.laws.nolaw"  # whose place they take in it
 LEVELS, FALL = 5, 16.0  # of the steps of differences: how many, and by what factor they fall
 
 _log = logging.getLogger("bifurc.compose")
 
 
 class Engine(NamedTuple):
-    """Functions that move a state in the place of those of `bifurc.flow.affine`."""
+    """Functions that move a state in the place of those of `bifurc.flow.affine.engine`."""
 
     name: str
     modules: tuple[str, ...]  # their `ENGINE` names replace those of templates
 
 
-LAWS = Engine("laws", ("bifurc.flow.smooth", "bifurc.flow.smoothguards"))
-MODAL = Engine("modal", ("bifurc.flow.modal_engine",))
+LAWS = Engine("laws", ("bifurc.flow.laws.engine", "bifurc.flow.laws.guards"))
+MODAL = Engine("modal", ("bifurc.flow.modal.engine",))
 _compiled: dict[tuple, tuple[int, ...]] = {}
 
 
@@ -60,7 +60,7 @@ def kernels(scene, template: str = AFFINE_MODULE):
     scene : Scene
         Without laws and of few degrees of freedom the template itself is returned.
     template : str
-        Full name of a module of kernels, such as "bifurc.orbits.sequence".  The affine engine's name gives the engine.
+        Full name of a module of kernels, such as "bifurc.orbits.shooting.sequence".  The affine engine's name gives the engine.
 
     Raises
     ------

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..orbits.find import find_orbit
 from ..orbits.forced import period_map, resting_start
-from .curves import trace_curve
+from .curves.tracing import trace_curve
 from .kinds import CorrectorStatus, SpecialPointKind
 
 STEPS = 60

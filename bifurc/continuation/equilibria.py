@@ -15,11 +15,11 @@ import numpy as np
 from ..compose.scene import scene_of
 from ..flow.linear import ModeField
 from ..orbits.autonomous import section
-from ..orbits.equilibrium import Equilibrium
-from ..orbits.hopf import critical_pair
-from ..orbits.path import ParameterPath, parameter_path
-from ..orbits.sequence import set_parameter
-from ..orbits.signature import Signature, sections
+from ..orbits.equilibria.equilibrium import Equilibrium
+from ..orbits.equilibria.hopf import critical_pair
+from ..orbits.shooting.path import ParameterPath, parameter_path
+from ..orbits.shooting.sequence import set_parameter
+from ..orbits.shooting.signature import Signature, sections
 from ..system import System
 from .families import orbit_family
 from .kinds import SpecialPointKind

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ..orbits.path import DEGREES, PAD, TOLERANCE, ParameterPath
+from ..orbits.shooting.path import DEGREES, PAD, TOLERANCE, ParameterPath
 from .conditions import finite_scale
 
 

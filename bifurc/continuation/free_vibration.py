@@ -16,9 +16,9 @@ from ..compose.scene import numbered, scene_of
 from ..orbits.autonomous import section, solution
 from ..orbits.energy import EnergyEquations, conservative, unfolding_path
 from ..orbits.energy import energy as stored
-from ..orbits.equilibrium import find_equilibrium
+from ..orbits.equilibria.equilibrium import find_equilibrium
 from ..orbits.orbit import PeriodicOrbit
-from ..orbits.signature import Signature, sections
+from ..orbits.shooting.signature import Signature, sections
 from ..system import System
 from .kinds import ContinuationError, SpecialPointKind
 from .problem import Monitor, Problem

@@ -17,8 +17,8 @@ OF_RECORD = {
     "free vibration": ("free_vibration", "EnergyProblem.from_record"),
     "equilibrium": ("equilibria", "EquilibriumProblem.from_record"),
     "orbit": ("shooting.problem", "OrbitProblem.from_record"),
-    "curve": ("curve_problem", "CurveProblem.from_record"),
-    "unfolded": ("unfolding", "from_record"),
+    "curve": ("curves.problem", "CurveProblem.from_record"),
+    "unfolded": ("curves.unfolding", "from_record"),
 }
 EQUILIBRIA = ("equilibria", "EquilibriumProblem")
 EXTEND = ("tracing", "extend")

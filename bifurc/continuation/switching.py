@@ -1,27 +1,13 @@
 """`switch_branch`: starts on the other branches that meet in a special point."""
 import numpy as np
 
-from .branchpoint import other_direction
+from .branches.special import SpecialPoint
 from .kinds import SpecialPointKind
 from .problem import Corrected
-from .special import SpecialPoint
+from .steps.branchpoint import other_direction
+from .switched import Switched
 
 AWAY = 1e-2  # scaled distance of the new start from the branch point, reduced when the corrector does not go there
-
-
-class Switched(tuple[object, ...]):
-    """Start objects on other branches, with ``status``: a sentence that says what was found, or why nothing was."""
-
-    status: str
-
-    def __new__(cls, starts, status):
-        """Join the starts with the sentence."""
-        made = super().__new__(cls, starts)
-        made.status = status
-        return made
-
-    def __repr__(self) -> str:
-        return f"Switched({len(self)} starts: {self.status})"
 
 
 def switch_branch(point, n_max: int = 3, distance: float = AWAY) -> Switched:

@@ -14,18 +14,18 @@ from ..elements.checks import switch
 from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
-from . import detect
-from .arclength import SLOPE, Half, StepOptions, outward
-from .branch import Branch
-from .branchpoint import first_direction, locate_crossing, wide
+from .branches.branch import Branch
 from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
 from .maps.orbit import MapOrbit
 from .monitors import with_monitors
 from .peaks import with_peaks
 from .problem import Corrected, Problem
 from .registry import OF_ENERGY, OF_START, of_class
-from .roots import polish
-from .rows import Part, Row, reversed_row, tests_of
+from .steps import detect
+from .steps.arclength import SLOPE, Half, StepOptions, outward
+from .steps.branchpoint import first_direction, locate_crossing, wide
+from .steps.roots import polish
+from .steps.rows import Part, Row, reversed_row, tests_of
 from .watching import Watching
 
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start

@@ -21,7 +21,7 @@ from ..elements.checks import choice
 from ..elements.element import ALWAYS
 from ..elements.springs import LinearSpring
 from ..orbits.orbit import PeriodicOrbit
-from ..orbits.sequence import AFTER, BEFORE, CLOSES, GUARD
+from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
 from ..system import System
 
 NODES = 16  # Gauss points of a piece

@@ -16,7 +16,7 @@ from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
 from ..orbits.find import find_orbit
 from ..orbits.orbit import PeriodicOrbit
-from ..orbits.sequence import AFTER, BEFORE, GUARD
+from ..orbits.shooting.sequence import AFTER, BEFORE, GUARD
 from .linearization import NotSupported
 from .ogy_motion import simulated
 

@@ -7,11 +7,11 @@ from .driven import Driven
 from .element import ALWAYS, BUILT_IN, Element
 from .feedback import DelayedFeedback
 from .forcing import BaseMotion, ConstantForce, HarmonicForce
-from .friction import Coulomb, CubicFriction, Jenkins, LoadedContact, RegularizedFriction, Stribeck
+from .friction.dry import Coulomb, CubicFriction, Jenkins, LoadedContact, RegularizedFriction, Stribeck
+from .friction.loaded_slip import LoadedMicroSlip
+from .friction.microslip import Iwan, MicroSlip, SliderSet
 from .kinds import EventKind
-from .loadedslip import LoadedMicroSlip
 from .local import Affine, Core, Frame
-from .microslip import Iwan, MicroSlip, SliderSet
 from .mode import Algebraic, Guard, Hold, Kick, Law, Mode, Rate, Restitution
 from .site import Circle, Ring, Rows, Surface
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring

@@ -6,7 +6,7 @@ import numpy as np
 from ..plotting import style
 from ..plotting.basins import cell_codes, marker_color, section_points, tints_of
 from ..plotting.branches import runs
-from ..plotting.motions import stops
+from ..plotting.motions.phase_plane import stops
 from .model import Shown
 
 _JUMPS = ("impact", "chatter")

@@ -23,7 +23,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from ..plotting import style
-from ..plotting.motions import describe
+from ..plotting.motions.phase_plane import describe
 from . import model, pictures
 from .desk import Desk
 from .model import Shown

@@ -2,7 +2,7 @@
 import numpy as np
 
 from .._jit import njit
-from .affine import advance, forcing
+from .affine.engine import advance, forcing
 
 FAR = 64  # steps after which a long segment is gone on with where the sample before was, not from its start
 

@@ -1,7 +1,7 @@
 """Vector field, guards and their Jacobians of one mode at one state, in plain Python from the packed numbers of a scene.
 
-For what is computed at a few states (equilibria, normal forms); motions use the compiled engines (`affine`, `smooth`), which
-read the same numbers.
+For what is computed at a few states (equilibria, normal forms); motions use the compiled engines (`affine`, `laws`,
+`modal`), which read the same numbers.
 """
 import numpy as np
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from .._jit import both, njit
 from ..compose.tables import ORDER
-from .affine import curved_jump, curved_kick, curved_rest, guard_series
-from .polynomial import EPS
+from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
+from .affine.polynomial import EPS
 
 NOISE = 64.0 * EPS  # of the sum of the terms: values below it are zero
 JOINS = 16  # other elements that may join in one event

@@ -10,7 +10,7 @@ Two kicks at one instant have a derivative only when both orders of the kicks ag
 import numpy as np
 
 from .._jit import njit
-from .affine import field, forcing_rate, guard_gradient
+from .affine.engine import field, forcing_rate, guard_gradient
 from .rule import jump
 
 

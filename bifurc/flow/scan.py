@@ -17,9 +17,9 @@ import numpy as np
 
 from .._jit import njit
 from ..compose.tables import ORDER
-from .affine import all_series, arrival, curved_project, forcing, land, terms_size
-from .coast import coast
-from .polynomial import EPS, first_zero
+from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
+from .affine.event_free import coast
+from .affine.polynomial import EPS, first_zero
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
 DONE, NEED, SETTLE, LIMIT, FULL, LOST = range(6)  # what `run` returns

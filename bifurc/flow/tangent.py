@@ -2,7 +2,7 @@
 import numpy as np
 
 from .._jit import njit
-from .affine import arc, curved_hold, forcing
+from .affine.engine import arc, curved_hold, forcing
 from .rule import jump
 from .saltation import saltation
 

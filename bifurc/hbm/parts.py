@@ -123,7 +123,7 @@ class Parts:
     contacts : tuple of Contact
     laws : tuple of ForceLaw
     held : tuple of Held
-        Set-valued elements; a plain balance refuses them, see `orbits.balance`.
+        Set-valued elements; a plain balance refuses them, see `orbits.balance.find`.
     """
 
     system: System

@@ -22,13 +22,13 @@ from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
 from ..system import System
 from .energy import conservative, corrected, energy
-from .equilibrium import find_equilibrium
+from .equilibria.equilibrium import find_equilibrium
 from .forced import resting_start
 from .kinds import OrbitStatus
 from .least import closed, half_of, mark_trains
 from .orbit import PeriodicOrbit
-from .sequence import AFTER, BEFORE, GUARD
-from .signature import Signature, divided, sections
+from .shooting.sequence import AFTER, BEFORE, GUARD
+from .shooting.signature import Signature, divided, sections
 from .solving import solve
 
 CHUNK = 24  # slowest periods simulated between attempts

@@ -11,10 +11,10 @@ from ..compose.scene import Scene, scene_of
 from ..flow.linear import ModeField
 from ..solve.newton import newton
 from ..system import System
-from .equations import TOLERANCE, Equations
-from .path import ParameterPath
-from .sequence import BEFORE
-from .signature import Signature
+from .shooting.equations import TOLERANCE, Equations
+from .shooting.path import ParameterPath
+from .shooting.sequence import BEFORE
+from .shooting.signature import Signature
 
 
 def conservative(system: System) -> bool:

@@ -37,7 +37,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     transient : int
         Most forcing periods to be simulated without a guess (autonomous: periods of the slowest oscillation of a mode).
     method : HarmonicBalance, optional
-        Balance harmonics instead of shooting through the events; gives a `HarmonicOrbit`, see `orbits.balance.balanced`.
+        Balance harmonics instead of shooting through the events; gives a `HarmonicOrbit`, see `orbits.balance.find.balanced`.
     period : float, optional
         Of an autonomous orbit, about: the time after which the motion from the guess nearly returns.
 
@@ -61,7 +61,7 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     """
     require_system(system)
     if method is not None:
-        from .balance import balanced  # harmonic balance is loaded where it is asked for
+        from .balance.find import balanced  # harmonic balance is loaded where it is asked for
 
         return balanced(system, method, guess, periods)  # type: ignore[return-value]  # a HarmonicOrbit has the same face
     if system.period is not None and period is not None:

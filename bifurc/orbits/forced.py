@@ -10,9 +10,9 @@ from ..system import System
 from .kinds import OrbitStatus
 from .least import closed, half_of, halved, mark_trains, reduced
 from .orbit import PeriodicOrbit
-from .resting import middle, resting_intervals
-from .sequence import AFTER, BEFORE, GUARD
-from .signature import Signature, divided, sections
+from .shooting.resting import middle, resting_intervals
+from .shooting.sequence import AFTER, BEFORE, GUARD
+from .shooting.signature import Signature, divided, sections
 from .solving import solve
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -158,7 +158,7 @@ def period_map(system: System, y, periods: int, half: bool):
     states = np.array([start, *(R.before[i] for i in listed)])
     times = np.array([0.0, *(R.rows[i, 4] + R.times[i] / period for i in listed)])
     M = np.empty((scene.ns, scene.ns))
-    kernels(scene, "bifurc.orbits.motion").monodromy(
+    kernels(scene, "bifurc.orbits.shooting.motion").monodromy(
         scene.tables, nodes, (0.5 if half else 1.0) * periods, np.column_stack([times, states]).ravel(), M)
     if not np.isfinite(M).all():
         return None

@@ -6,8 +6,8 @@ import numpy as np
 from ..compose.scene import Scene
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
-from .signature import Signature, divided, repeated, sections
+from .shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
+from .shooting.signature import Signature, divided, repeated, sections
 from .solving import solve
 
 SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit

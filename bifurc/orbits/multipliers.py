@@ -6,7 +6,7 @@ multiplier that happens to be near 1 keeps its digits (Nayfeh & Balachandran 199
 """
 import numpy as np
 
-from .sequence import BEFORE
+from .shooting.sequence import BEFORE
 
 NEUTRAL = 1e-8  # | |multiplier| - 1 | below this: stability is not known
 

@@ -13,17 +13,17 @@ from ..compose.writer import kernels
 from ..elements import EventKind
 from ..flow.trajectory import Event, Events
 from ..system import System
-from . import sequence
 from .base import Orbit
 from .energy import EnergyEquations, conservative, energy
-from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .multipliers import attracting, nontrivial
-from .path import constant_path
-from .refused import Refusal, earlier_modes
-from .resting import resting_intervals
-from .sequence import AFTER, BEFORE, CLOSES, GUARD
-from .signature import Signature, repeated
+from .shooting import sequence
+from .shooting.equations import TOLERANCE, Equations
+from .shooting.path import constant_path
+from .shooting.refused import Refusal, earlier_modes
+from .shooting.resting import resting_intervals
+from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
+from .shooting.signature import Signature, repeated
 
 INSTANT = 1e-12  # periods: kicks this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding

@@ -5,11 +5,11 @@ from ..compose.pieces import FORCE
 from ..compose.scene import scene_of
 from ..compose.writer import difference_error, differenced
 from ..system import System
-from .equations import TOLERANCE, Equations
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
-from .path import constant_path
-from .signature import Signature
+from .shooting.equations import TOLERANCE, Equations
+from .shooting.path import constant_path
+from .shooting.signature import Signature
 
 DIFFERENCED = 17  # states of an orbit at which the error of differenced derivatives is estimated
 

@@ -8,7 +8,6 @@ All take ``names``, a mapping of parameters, columns and components to the label
 import importlib
 
 _HOMES = {
-    "animation": ("animate_orbit",),
     "atlases": ("plot_atlas",),
     "backbones": ("plot_backbone",),
     "basins": ("plot_basins", "plot_field"),
@@ -16,11 +15,12 @@ _HOMES = {
     "cells": ("plot_cells", "plot_morse"),
     "control": ("plot_controlled", "plot_delayed", "plot_feedback"),
     "curves": ("plot_curve",),
-    "loops": ("plot_loop",),
     "maps": ("plot_map_diagram",),
-    "motions": ("describe", "plot_orbit", "plot_trajectory"),
+    "motions.animation": ("animate_orbit",),
+    "motions.loops": ("plot_loop",),
+    "motions.phase_plane": ("describe", "plot_orbit", "plot_trajectory"),
+    "motions.rotors": ("full_spectrum", "plot_full_spectrum"),
     "responses": ("plot_peaks", "plot_responses"),
-    "rotors": ("full_spectrum", "plot_full_spectrum"),
     "style": ("figure", "save_figure"),
     "sweeps": ("plot_chart", "plot_diagram", "plot_edge", "plot_ramp", "plot_sweep"),
     "thumbnails": ("drawn",),
@@ -32,7 +32,7 @@ __all__ = sorted(_HOME_OF)
 
 def __getattr__(name: str):
     """Import a module of pictures, and matplotlib with it, when one of its functions is first asked for."""
-    if name in _HOMES:
+    if name in _HOMES or name == "motions":
         return importlib.import_module(f".{name}", __name__)
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(__all__)}")

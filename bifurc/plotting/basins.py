@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import ScaledTranslation
 
 from . import style
-from .motions import describe
+from .motions.phase_plane import describe
 
 # (tint of the basin, colour of the attractor's marker); after eight attractors the tints repeat and the markers tell
 _COLORS = [("#9ecae6", style.BLUE), ("#f6c9a6", style.VERMILION), ("#a9dcc6", style.GREEN), ("#ecc9dc", style.PURPLE),

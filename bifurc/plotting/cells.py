@@ -8,7 +8,7 @@ from matplotlib.patches import Patch
 
 from . import style
 from .basins import _COLORS, _component, _percent
-from .motions import describe
+from .motions.phase_plane import describe
 
 _WHITE, _LEFT, _BEYOND = "#ffffff", "#bdbdbd", "#f2f2f2"
 

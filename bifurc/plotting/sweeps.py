@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from . import style
 from .basins import _COLORS, _component, draw_sets, plot_basins, section_points
 from .branches import plot_branch
-from .motions import describe
+from .motions.phase_plane import describe
 
 _MEASURES = {"max": "maximum", "min": "minimum", "rms": "rms"}  # of an orbit, by the first part of a column's name
 _SHOWN = 6  # families with a colour of their own: those that hold the largest shares

@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bifurc as bf
-from bifurc.plotting.loops import plot_loop, plot_states
+from bifurc.plotting.motions.loops import plot_loop, plot_states
 
 WORK = {1: (40.529433022, 0.0), 2: (31.579636645, 5.192307692), 3: (53.142857143, 157.418896819)}  # N m, in x and in y
 TURNS = {1: (0.4858075299, 1.7359450042, 3.2971028287, 4.5472403030),

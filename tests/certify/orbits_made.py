@@ -4,7 +4,7 @@ import numpy as np
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.orbits.orbit import PeriodicOrbit
-from bifurc.orbits.signature import Signature, divided
+from bifurc.orbits.shooting.signature import Signature, divided
 
 
 def one_impact(system, time, speed, periods, gap) -> PeriodicOrbit:

@@ -3,11 +3,11 @@ import numpy as np
 
 from bifurc.compose.scene import scene_of
 from bifurc.continuation import SpecialPointKind
+from bifurc.continuation.branches.special import SpecialPoint
 from bifurc.continuation.kinds import LocationStatus
 from bifurc.continuation.shooting.problem import OrbitProblem
-from bifurc.continuation.special import SpecialPoint
-from bifurc.orbits.path import parameter_path
-from bifurc.orbits.signature import Signature, divided, sections
+from bifurc.orbits.shooting.path import parameter_path
+from bifurc.orbits.shooting.signature import Signature, divided, sections
 from tests.certify.orbits_made import random_cases, system_of
 from tests.reference import one_stop
 from tests.reference.oscillator import Oscillator

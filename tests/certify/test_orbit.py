@@ -7,7 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc import System
 from bifurc.certify import Verdict, certify_orbit
-from bifurc.certify.balls import Rationals
+from bifurc.certify.arithmetic.balls import Rationals
 from bifurc.certify.model import Model
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.orbit import PeriodicOrbit

@@ -4,7 +4,7 @@ import pytest
 
 from bifurc.certify import Verdict, certify_orbit, certify_point
 from bifurc.orbits.orbit import PeriodicOrbit
-from bifurc.orbits.signature import Signature, sections
+from bifurc.orbits.shooting.signature import Signature, sections
 from tests.certify.orbits_made import one_impact, random_cases, system_of
 from tests.certify.points_made import folds_and_flips, grazings, moved
 from tests.certify.random_scenes import KINDS, orbits

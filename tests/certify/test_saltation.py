@@ -3,7 +3,7 @@ import pytest
 
 import bifurc as bf
 from bifurc import System
-from bifurc.certify.balls import flint, working
+from bifurc.certify.arithmetic.balls import flint, working
 from bifurc.certify.candidate import candidate_of
 from bifurc.certify.orbit import prepare, solve
 from bifurc.certify.spectrum import saltations

@@ -13,7 +13,10 @@ import bifurc as bf
 from bifurc.compose import lawtext, writer
 from bifurc.compose.scene import scene_of
 from bifurc.elements import CubicSpring, Force
-from bifurc.flow import affine, modal_engine, polynomial, rule
+from bifurc.flow import rule
+from bifurc.flow.affine import engine as affine
+from bifurc.flow.affine import polynomial
+from bifurc.flow.modal import engine as modal_engine
 
 HARD = 3.5
 SWITCH = True
@@ -129,9 +132,9 @@ def test_results_that_do_not_fit_are_named(law, jacobian, words):
 
 
 def test_scenes_without_laws_take_the_modules_themselves():
-    from bifurc.orbits import sequence
+    from bifurc.orbits.shooting import sequence
 
-    assert writer.kernels(scene_of(bf.systems.impact_oscillator()), "bifurc.orbits.sequence") is sequence
+    assert writer.kernels(scene_of(bf.systems.impact_oscillator()), "bifurc.orbits.shooting.sequence") is sequence
 
 
 def test_written_modules_take_the_engine_of_the_laws():
@@ -140,13 +143,13 @@ def test_written_modules_take_the_engine_of_the_laws():
     engine = writer.kernels(scene)
     scan = writer.kernels(scene, "bifurc.flow.scan")
     for name in ("coast", "inside", "all_series", "land"):
-        assert getattr(scan, name).__module__ == "bifurc.flow.smoothguards", name
-    assert engine.land is scan.land and engine.arc.__module__ == "bifurc.flow.smooth"
+        assert getattr(scan, name).__module__ == "bifurc.flow.laws.guards", name
+    assert engine.land is scan.land and engine.arc.__module__ == "bifurc.flow.laws.engine"
     assert engine.forcing is affine.forcing and scan.first_zero is polynomial.first_zero  # what reaches no law stays
     assert writer.kernels(other, "bifurc.flow.scan") is scan  # one for all laws
     assert scene.bound.all() and other.bound.all() and not (scene.bound == other.bound).any()  # each with a step of its own
     text = pathlib.Path(scan.__file__).read_text(encoding="utf-8")
-    assert "from bifurc.flow.affine import" in text  # forcing stays, the rest leads elsewhere
+    assert "from bifurc.flow.affine.engine import" in text  # forcing stays, the rest leads elsewhere
     assert ".part" not in " ".join(os.listdir(os.path.dirname(scan.__file__)))
 
 

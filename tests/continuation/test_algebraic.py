@@ -4,12 +4,13 @@ import math
 import numpy as np
 import pytest
 
-from bifurc.continuation import Problem, StopReason, hidden, switch_branch, trace
-from bifurc.continuation import rows as branch_rows
-from bifurc.continuation.arclength import Half, StepOptions
+from bifurc.continuation import Problem, StopReason, switch_branch, trace
 from bifurc.continuation.kinds import CorrectorStatus
 from bifurc.continuation.problem import Corrected
-from bifurc.continuation.rows import Part, Row
+from bifurc.continuation.steps import hidden
+from bifurc.continuation.steps import rows as branch_rows
+from bifurc.continuation.steps.arclength import Half, StepOptions
+from bifurc.continuation.steps.rows import Part, Row
 
 from .problems import (
     STEPS,

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.continuation.stability_changes import circling, passing
+from bifurc.continuation.branches.stability_changes import circling, passing
 from bifurc.elements import ConstantForce, CubicSpring, Force, HarmonicForce
 
 AMPLITUDE = "harmonic_force.amplitude"

@@ -7,7 +7,7 @@ from bifurc.continuation.kinds import StopReason
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.least import mark_trains
 from bifurc.orbits.repetition import repetition
-from bifurc.orbits.sequence import AFTER, CLOSES, FOREVER, STARTS
+from bifurc.orbits.shooting.sequence import AFTER, CLOSES, FOREVER, STARTS
 
 
 def clearances(omega):

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.continuation import hidden
 from bifurc.continuation.resimulation import unexplained
+from bifurc.continuation.steps import hidden
 from bifurc.elements import Coulomb, HarmonicForce, RigidStop
 
 

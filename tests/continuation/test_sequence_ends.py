@@ -9,10 +9,10 @@ import bifurc as bf
 from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.tracing import beside
 from bifurc.elements import Coulomb, HarmonicForce, RigidStop
-from bifurc.orbits.equations import Equations
-from bifurc.orbits.path import constant_path
-from bifurc.orbits.refused import Refusal, earlier_modes, proportional
 from bifurc.orbits.repetition import repetition
+from bifurc.orbits.shooting.equations import Equations
+from bifurc.orbits.shooting.path import constant_path
+from bifurc.orbits.shooting.refused import Refusal, earlier_modes, proportional
 
 
 def belt(amplitude, ratio=1.3):

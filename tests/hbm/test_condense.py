@@ -11,7 +11,7 @@ from bifurc.hbm.condensation.condensed import Condensed
 from bifurc.hbm.condensation.receptance import FACTORS, MODES, POLES
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.status import BalanceStatus, MarchStatus
-from bifurc.orbits.harmonic_orbit import relative_residual
+from bifurc.orbits.balance.harmonic_orbit import relative_residual
 
 
 def chain(elements, damping="modal", n=10, omega=0.3):
@@ -96,7 +96,7 @@ def test_sampled_contacts_and_orbits_of_two_periods(solver):
 
 def test_load_is_raised_in_steps_where_newton_fails_at_once():
     """From the start that `_raised` uses, the solution at the full load is that of the whole balance; the load is put back."""
-    from bifurc.orbits import balance as module
+    from bifurc.orbits.balance import find as module
 
     system = chain(CONTACTS["law"][0])
     balance = METHOD.balance(system, METHOD.layout(10))

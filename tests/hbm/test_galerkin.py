@@ -7,7 +7,7 @@ from bifurc.hbm.layout import Layout
 from bifurc.hbm.setvalued.equations import Balance, Contact, Linear
 from bifurc.hbm.setvalued.li2019 import Sampled, galerkin_broyden
 from bifurc.hbm.status import BalanceStatus
-from bifurc.orbits.balance_method import HarmonicBalance
+from bifurc.orbits.balance.method import HarmonicBalance
 from bifurc.solve.broyden import BroydenStatus
 from studies.broyden_map import one_harmonic
 

@@ -5,7 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc import System, elements
 from bifurc.hbm.status import BalanceStatus
-from bifurc.orbits.balance_method import HarmonicBalance
+from bifurc.orbits.balance.method import HarmonicBalance
 from tests.reference.fourier_friction import SteadyFriction
 
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.orbits.balance_method import HarmonicBalance
+from bifurc.orbits.balance.method import HarmonicBalance
 from tests.reference.fourier_friction import SteadyFriction
 
 

@@ -18,7 +18,7 @@ from ...flow.simulate import simulate
 from ...motion import Motion
 from ...orbits.autonomous import slowest
 from ...orbits.concentric import concentric
-from ...orbits.equilibrium import Equilibrium
+from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.find import find_orbit
 from ...orbits.forced import finished, from_motion
 from ...orbits.lyapunov import lyapunov_exponents

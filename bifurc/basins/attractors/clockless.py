@@ -7,7 +7,7 @@ from ...ensemble.section import Section
 from ...ensemble.section_marcher import SectionMarcher
 from ...flow.simulate import simulate
 from ...orbits.autonomous import distance_to, from_motion, returns, slowest
-from ...orbits.equilibrium import Equilibrium, find_equilibrium
+from ...orbits.equilibria.equilibrium import Equilibrium, find_equilibrium
 from ...orbits.lyapunov import lyapunov_exponents
 from ...system import System
 

@@ -4,7 +4,7 @@ import numpy as np
 from ...ensemble.marcher import Marcher, Targets
 from ...ensemble.outcomes import REACHED, UNSETTLED
 from ...ensemble.section_marcher import SectionMarcher
-from ...orbits.equilibrium import Equilibrium
+from ...orbits.equilibria.equilibrium import Equilibrium
 from ...system import System
 from .attractors import SampledAttractor, distance, examine, same, section_points, targets_of
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...orbits.equilibrium import Equilibrium
+from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
 from .attractors import ChaoticAttractor, QuasiperiodicAttractor
 

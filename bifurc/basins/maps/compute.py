@@ -18,7 +18,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...orbits.autonomous import slowest
-from ...orbits.equilibrium import Equilibrium
+from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
 from ...system import System, require_system
 from ..attractors.attractors import SampledAttractor, section_points

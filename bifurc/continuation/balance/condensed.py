@@ -13,8 +13,8 @@ from ...hbm.condensation.condensed import Condensed, Point
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import views
 from ...hbm.tables import numbers_at
-from ...orbits.balance import condensing
-from ...orbits.balance_method import HarmonicBalance
+from ...orbits.balance.find import condensing
+from ...orbits.balance.method import HarmonicBalance
 from ..problem import EPS, Corrected, Problem
 from .problem import BalancePath, BalanceProblem
 

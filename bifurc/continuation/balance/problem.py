@@ -20,10 +20,10 @@ from ...hbm.measures import measure_gradient
 from ...hbm.residual import kept, order_of
 from ...hbm.status import MarchStatus
 from ...hbm.tables import numbers_at
-from ...orbits.balance_method import HarmonicBalance
-from ...orbits.harmonic_orbit import HarmonicOrbit, largest
+from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
+from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
-from ...orbits.path import PAD, series_over
+from ...orbits.shooting.path import PAD, series_over
 from ...solve.bordered import factor, null_vectors
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
@@ -40,7 +40,7 @@ CORNER = 4.0  # most of these parts, seen
 
 @dataclass(frozen=True, eq=False)
 class BalancePath:
-    """Numbers of the parts along a parameter: those that change, as Chebyshev series on [low, high]; see `orbits.path`."""
+    """Numbers of the parts along a parameter: those that change, as Chebyshev series on [low, high]; see `orbits.shooting.path`."""
 
     base: np.ndarray
     name: str

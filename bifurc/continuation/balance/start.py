@@ -3,8 +3,8 @@ import numpy as np
 
 from ...hbm.balance import Balance
 from ...hbm.layout import Layout
-from ...orbits.balance_method import HarmonicBalance
-from ...orbits.harmonic_orbit import HarmonicOrbit
+from ...orbits.balance.harmonic_orbit import HarmonicOrbit
+from ...orbits.balance.method import HarmonicBalance
 from ...system import System
 from .condensed import CondensedProblem, condensed_along
 from .problem import BalanceProblem, path_over

@@ -7,7 +7,7 @@ import numpy as np
 from ...elements import EventKind
 from ...flow.simulate import simulate
 from ...flow.status import Status
-from ...orbits.signature import repeated
+from ...orbits.shooting.signature import repeated
 from .verdicts import GrazingVerdict
 
 BEYOND = (1e-6, 1e-5, 1e-4)  # relative to the parameter

@@ -16,8 +16,8 @@ M. di Bernardo, C. Budd, A. Champneys, P. Kowalczyk, Piecewise-smooth Dynamical 
 import numpy as np
 
 from ...enumerations import DescribedEnum
-from ...orbits import sequence
-from ...orbits.sequence import AFTER, BEFORE, GUARD
+from ...orbits.shooting import sequence
+from ...orbits.shooting.sequence import AFTER, BEFORE, GUARD
 from ..kinds import SpecialPointKind
 from ..shooting.vanishing import listed_speeds
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ...orbits.sequence import AFTER, CLOSES, GUARD
-from ...orbits.signature import repeated
+from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
+from ...orbits.shooting.signature import repeated
 from ..shooting.appearing import NEAR, touches
 from ..shooting.vanishing import dropped
 

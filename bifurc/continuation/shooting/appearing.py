@@ -6,9 +6,9 @@ with no duration.
 import numpy as np
 
 from ...compose.writer import kernels
-from ...orbits import sequence
-from ...orbits.sequence import AFTER, BEFORE, ENDING, FOREVER, GUARD, STARTS
-from ...orbits.signature import Signature, divided
+from ...orbits.shooting import sequence
+from ...orbits.shooting.sequence import AFTER, BEFORE, ENDING, FOREVER, GUARD, STARTS
+from ...orbits.shooting.signature import Signature, divided
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
 ASIDE = 1e-3  # of an interval, from a maximum: where others are looked for

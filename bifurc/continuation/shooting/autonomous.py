@@ -12,9 +12,9 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from ...orbits import sequence
 from ...orbits.autonomous import wound
-from ...orbits.sequence import AFTER, DIVIDE, SHORT, TOGETHER
+from ...orbits.shooting import sequence
+from ...orbits.shooting.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import Corrected, at_end
 from ..registry import EQUILIBRIA, named

@@ -2,11 +2,11 @@
 import numpy as np
 
 from ...orbits.least import reduced
-from ...orbits.signature import Signature, repeated
-from ..branchpoint import other_direction
+from ...orbits.shooting.signature import Signature, repeated
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import Corrected, at_end
-from ..switching import Switched
+from ..steps.branchpoint import other_direction
+from ..switched import Switched
 from .appearing import inserted
 from .autonomous import changed
 from .signature_change import admissible_side

@@ -20,8 +20,8 @@ import numpy as np
 
 from ...elements import EventKind
 from ...orbits.autonomous import wound
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE
-from ...orbits.signature import Signature, divided
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE
+from ...orbits.shooting.signature import Signature, divided
 from ..conditions import Condition, difference
 
 IMPACTS = 6  # of a train, at least

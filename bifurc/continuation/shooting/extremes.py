@@ -5,7 +5,7 @@ largest displacement is that of an event (an impact at the stop), it is one of t
 """
 import numpy as np
 
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, GUARD
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
 
 SAMPLES = 96  # a period, among which a top is looked for
 TURNS = 30  # of Newton's method on its speed

@@ -10,16 +10,16 @@ import math
 import numpy as np
 
 from ...compose.scene import numbered, scene_of
-from ...orbits import sequence
 from ...orbits.energy import conservative
-from ...orbits.equations import Equations
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
-from ...orbits.path import ParameterPath, constant_path, parameter_path
-from ...orbits.refused import Refusal, earlier_modes
 from ...orbits.repetition import repetition
-from ...orbits.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS
-from ...orbits.signature import Signature, divided, repeated, sections
+from ...orbits.shooting import sequence
+from ...orbits.shooting.equations import Equations
+from ...orbits.shooting.path import ParameterPath, constant_path, parameter_path
+from ...orbits.shooting.refused import Refusal, earlier_modes
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS
+from ...orbits.shooting.signature import Signature, divided, repeated, sections
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
@@ -108,6 +108,7 @@ class OrbitProblem(Problem):
 
     touch = TOUCH  # as the audit of an orbit
     wraps = True
+    same_tangent = 1.0 - 1e-5  # two branches of the equations may meet where a sequence begins: there the corrector mixes them
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence

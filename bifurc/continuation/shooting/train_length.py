@@ -5,7 +5,7 @@ but rounding.  Forced motions are read from simulation there (`successor`), whic
 """
 import numpy as np
 
-from ...orbits.sequence import AFTER, CLOSES, DIVIDE
+from ...orbits.shooting.sequence import AFTER, CLOSES, DIVIDE
 from .completion import apart, begun_at, node_at, relisted, state_at, time_of
 
 AHEAD = (1e-5, 1e-4, 1e-3)  # scaled lengths of the step behind the change at which the new equations must hold

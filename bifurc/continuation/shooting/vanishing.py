@@ -1,9 +1,9 @@
 """Events that vanish from an orbit: the equations without those that have lost their speed or their duration."""
 import numpy as np
 
-from ...orbits import sequence
-from ...orbits.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, TOGETHER
-from ...orbits.signature import Signature, divided, sections
+from ...orbits.shooting import sequence
+from ...orbits.shooting.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, TOGETHER
+from ...orbits.shooting.signature import Signature, divided, sections
 from .appearing import NEAR
 
 

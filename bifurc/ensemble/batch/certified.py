@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._jit import njit
 from ...compose.tables import ORDER
-from ...flow.polynomial import EPS, first_zero, horner
+from ...flow.affine.polynomial import EPS, first_zero, horner
 from ...flow.rule import NOISE
 from ...flow.scan import CLOSE, DONE, LIMIT
 from .blank import FORCINGS, GUARDS

@@ -5,7 +5,7 @@ This module is a template, written again around the literal numbers of a kind of
 import numpy as np
 
 from ..._jit import njit
-from ...flow.affine import forcing
+from ...flow.affine.engine import forcing
 from ...flow.scan import COUNT, MODE, ORDERS, SLOPES, STATE, TAU
 from ..scalar import ROWS as RECORDED
 from ..scalar import begin_at, march

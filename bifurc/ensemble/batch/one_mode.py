@@ -14,7 +14,7 @@ Nothing is taken on trust.  The cubic differs from the guard by at most h^4/384 
 only once, with a converged root, and left it for the rest of the substep.  All others (grazes, repeated impacts, rest)
 are marked in the row ASIDE, and the caller takes the whole period again by the certified march.
 """
-from ...flow.polynomial import SLOPE_ERROR
+from ...flow.affine.polynomial import SLOPE_ERROR
 
 ORDER = 12  # of the polynomials on a substep: 4e-16 of the state on a substep that turns by TURN
 TURN = 0.4  # largest scaled angle of a substep

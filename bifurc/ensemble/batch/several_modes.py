@@ -19,7 +19,7 @@ One file, because it is the text of one kernel, written in the order in which it
 """
 from typing import NamedTuple
 
-from ...flow.polynomial import SLOPE_ERROR
+from ...flow.affine.polynomial import SLOPE_ERROR
 from .one_mode import CONVERGED
 
 TURN = 0.6  # largest scaled angle of a substep

@@ -1,6 +1,6 @@
 """Set-valued friction of a system as contacts of a balance, and how far its solution may be from the motion.
 
-Where the balance can be solved in twice the harmonics, that tells the distance (`orbits.balance_setvalued.from_twice`).
+Where the balance can be solved in twice the harmonics, that tells the distance (`orbits.balance.setvalued.from_twice`).
 Elsewhere two estimates, of which the smaller is stated, and a third that is added where the kept harmonics hide a slip:
 
 * energy.  With e the error of the speeds, P the kept harmonics, r_h the forces of the solution and monotone friction,

@@ -1,0 +1,86 @@
+"""Checks of a finished branch that do not trust the way it was made."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..resimulation import Resimulated, resimulated
+from ..steps.rows import BOUNDARY_BAND
+
+EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """Checks of a branch.
+
+    Attributes
+    ----------
+    parity : bool
+        Between any two rows the parameter turns back as often, modulo two, as reversing special points are listed.
+    violations : tuple of (float, float)
+        Arclength intervals where it does not.
+    angles : ndarray (7,)
+        How many steps turned by how much, in bins of .05 radians.
+    n_points, n_rejected : int
+    worst_residual : float
+        In units of the residual.
+    unresolved : tuple of (str, float, float)
+        Kind, arclength and parameter of pairs of special points that cannot be told from none.
+    resimulated : Resimulated or None
+        Rows simulated again over their period, and multipliers balanced with the special points; None for ``audit="fast"``.
+    """
+
+    parity: bool
+    violations: tuple[tuple[float, float], ...]
+    angles: np.ndarray
+    n_points: int
+    n_rejected: int
+    worst_residual: float
+    unresolved: tuple[tuple[str, float, float], ...]
+    resimulated: Resimulated | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing speaks against the list of special points, and every row that was simulated again is a motion."""
+        again = self.resimulated
+        return self.parity and not self.unresolved and (again is None or not (again.not_repeated or again.unexplained))
+
+    def __repr__(self) -> str:
+        verdict = "ok" if self.ok else f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved"
+        again = self.resimulated
+        if again is not None and not self.ok:
+            verdict += f", {len(again.not_repeated)} rows not repeated, {len(again.unexplained)} changes of multipliers unexplained"
+        simulated = "" if again is None or not again.rows else f", {again.rows} rows simulated again in {again.seconds:.2g} s"
+        return (f"Audit({verdict}, {self.n_points} points, {self.n_rejected} rejected, "
+                f"worst residual {self.worst_residual:.1e}{simulated})")
+
+
+def audit_branch(branch, arrays) -> Audit:
+    """Audit a branch from its arrays."""
+    violations = parity_violations(arrays["s"], arrays["slope"], arrays["part"], branch.special_points, branch.problems)
+    angles = np.histogram(np.minimum(arrays["angle"], EDGES[-1] - 1e-12), EDGES)[0]
+    again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
+    return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
+                 float(arrays["residual"].max()), branch.unresolved, again)
+
+
+def parity_violations(s, slope, part, points, problems):
+    """Return the intervals between clear values of dp/ds whose sign changes do not match the reversing points."""
+    clear = np.flatnonzero(np.abs(slope) > BOUNDARY_BAND)
+    if clear.size < 2:
+        return ()
+    left, right = clear[:-1], clear[1:]
+    turned = np.sign(slope[left]) != np.sign(slope[right])
+    counts = np.zeros(left.size, int)
+    index = {id(problem): k for k, problem in enumerate(problems)}
+    for point in points:
+        if not point.reverses:
+            continue
+        before = s < point.s
+        if point.successor is not None:  # two rows lie on a boundary, one on either side of the point
+            before |= (s == point.s) & (part < max(index[id(point.problem)], index[id(point.successor)]))
+        k = int(np.searchsorted(clear, np.count_nonzero(before))) - 1
+        if 0 <= k < left.size:
+            counts[k] += 1
+    wrong = np.flatnonzero((counts % 2 == 1) != turned)
+    return tuple((float(s[left[k]]), float(s[right[k]])) for k in wrong)

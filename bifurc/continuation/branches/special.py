@@ -1,0 +1,190 @@
+"""Special points of a branch and the list of them."""
+import importlib
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...notebook import Notebook, Table
+from ..grazing import grazing_of, sliding_class
+from ..kinds import LocationStatus, SpecialPointKind
+
+
+@dataclass(frozen=True, slots=True)
+class SpecialPoint(Notebook):
+    """A point where something happens to a branch.
+
+    Attributes
+    ----------
+    kind : SpecialPointKind
+    parameter : float
+        Value of the parameter, own units.
+    error : float
+        Bound on the distance of ``parameter`` to the true value, own units: final bracket, measured noise of the test
+        and of the corrector, and their effect on the parameter.
+    s : float
+        Arclength, scaled unknowns.
+    bracket : tuple of float
+        Arclength interval in which the test changes its sign.
+    x : ndarray (n + 1,)
+        Unknowns and parameter, own units.
+    tangent : ndarray (n + 1,)
+        Unit tangent in scaled unknowns, along growing ``s``.
+    status : LocationStatus
+    reverses : bool
+        Whether the parameter turns back here.
+    name : str
+        Which monitor, if there are several of the kind.
+    before, after : str
+        Signature of the equations on either side, along growing ``s``.
+    directions : ndarray (2, n + 1) or None
+        Unit tangents, in scaled unknowns, of the branches that cross at a branch point.
+    recorded : dict of str to float
+        What ``record=`` of `trace` gives at this point.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> duffing = bf.systems.duffing_oscillator()
+    >>> branch = bf.trace(bf.find_orbit(duffing), "omega", bounds=(0.5, 2.5))
+    >>> fold = [point for point in branch.special_points if point.kind == "fold"][0]
+    >>> fold.error < 1e-9
+    True
+    """
+
+    _facts: ClassVar = ("kind", "name", "parameter", "error", "status", "before", "after")
+    _panels: ClassVar = None
+
+    kind: SpecialPointKind
+    parameter: float
+    error: float
+    s: float
+    bracket: tuple[float, float]
+    x: np.ndarray = field(repr=False)
+    tangent: np.ndarray = field(repr=False)
+    status: LocationStatus = LocationStatus.LOCATED
+    reverses: bool = False
+    name: str = ""
+    before: str = ""
+    after: str = ""
+    directions: np.ndarray | None = field(default=None, repr=False)
+    problem: Any = field(default=None, repr=False, compare=False)
+    successor: Any = field(default=None, repr=False, compare=False)
+    recorded: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
+    _made: dict = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @property
+    def grazing(self) -> Any:
+        """What is known of a grazing of periodic orbits (`grazing.Grazing`: verdict, births, ...); None at other points."""
+        if "grazing" not in self._made:
+            self._made["grazing"] = grazing_of(self)
+        return self._made["grazing"]
+
+    @property
+    def sliding(self) -> Any:
+        """Which sliding bifurcation an onset of stick or slip is (`grazing.SlidingClass`); None at other points."""
+        if "sliding" not in self._made:
+            self._made["sliding"] = sliding_class(self)
+        return self._made["sliding"]
+
+    @property
+    def u(self) -> np.ndarray:
+        """Unknowns (n,), own units."""
+        return self.x[:-1]
+
+    @property
+    def solution(self) -> Any:
+        """The solution at this point, as in ``branch.orbits``."""
+        return self.problem.solution(self.x)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters by name: one, or both at a point of a curve in two parameters."""
+        return self.problem.parameters(self.x)
+
+    def certify(self, precision: int | None = None):
+        """Prove the point in ball arithmetic, transversality included; see `bifurc.certify.certify_point`.
+
+        Needs the extra ``certify`` (python-flint).
+        """
+        return importlib.import_module("bifurc.certify").certify_point(self, precision)
+
+    @property
+    def measures(self) -> "Measures":
+        """The problem's measures at this point, computed when looked up, and what was recorded there."""
+        return Measures(self.problem, self.x, self.recorded)
+
+    def __repr__(self) -> str:
+        label = f"{self.kind.value} {self.name}".strip()
+        turn = ", reverses" if self.reverses else ""
+        doubt = "" if self.status is LocationStatus.LOCATED else f", {self.status.value}"
+        return f"SpecialPoint({label} at {self.parameter:.12g} +- {self.error:.1e}, s = {self.s:.6g}{turn}{doubt})"
+
+
+class Measures:
+    """Mapping from names to the measures of one solution and to what was recorded there."""
+
+    def __init__(self, problem, x, recorded):
+        self._problem = problem
+        self._x = x
+        self._recorded = recorded
+        self._names = tuple(dict.fromkeys((*problem.measure_names, *recorded)))
+
+    def __contains__(self, name) -> bool:
+        return name in self._names
+
+    def __getitem__(self, name):
+        if name in self._recorded:  # columns of a branch have the same order
+            return self._recorded[name]
+        if name not in self._names:
+            raise KeyError(f"no measure {name!r}; there are {', '.join(self._names)}")
+        return self._problem.measure(name, self._x[None])[0]
+
+    def __iter__(self):
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+class SpecialPoints(Table):
+    """Special points in the order of arclength; ``of(kind)`` selects, ``to_pandas()`` makes them a table."""
+
+    __slots__ = ()
+    _fields = ("kind", "parameter", "error", "s", "status", "reverses", "name", "before", "after")
+
+    def of(self, kind) -> "SpecialPoints":
+        """Return the points of one kind."""
+        kind = SpecialPointKind(kind)
+        return SpecialPoints(point for point in self if point.kind is kind)
+
+    def __repr__(self) -> str:
+        return "[" + ",\n ".join(repr(point) for point in self) + "]"
+
+
+def special_point(found, sign):
+    """Turn a `detect.Found` of the half in direction ``sign`` of growing arclength into a `SpecialPoint`."""
+    problem = found.part.problem
+    before = problem.signature
+    after = before if found.successor is None else found.successor.signature
+    low, high = found.low, found.high
+    if sign < 0:
+        low, high, before, after = 0.0 - high, 0.0 - low, after, before
+    s, tangent = (found.s, found.tangent) if sign > 0 else (0.0 - found.s, -found.tangent)
+    return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), s, (low, high), found.x, tangent,
+                        found.status, bool(found.reverses), found.name, before, after, found.directions, problem,
+                        found.successor, dict(found.recorded or {}))
+
+
+def unique(points):
+    """Sort by arclength and keep the first of points that were found from both sides of a row."""
+    kept: list[SpecialPoint] = []
+    for point in sorted(points, key=lambda point: point.s):
+        for other in kept[-4:]:
+            if (other.kind is point.kind and other.name == point.name and abs(other.s - point.s) < 1e-6
+                    and abs(other.parameter - point.parameter) <= other.error + point.error
+                    + 1e-12 * float(point.problem.scale[-1])):
+                break
+        else:
+            kept.append(point)
+    return kept

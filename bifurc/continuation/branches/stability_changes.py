@@ -1,0 +1,134 @@
+"""Where the stability along a branch changes, of problems whose Floquet multipliers are not needed in every step.
+
+Multipliers of all rows are known in one go after the trace; three tests of them change their sign between two rows where a
+real multiplier passes -1 (period doubling) or +1, or a complex pair the unit circle (Neimark-Sacker).  Each is then located
+on the curve between these rows, as any special point.  A multiplier passes +1 at folds and branch points, which the tracer
+has found by the determinant; one that is left over belongs to motions that the equations cannot express (of even harmonics,
+where only odd ones are balanced) and is a branch point as well.
+"""
+import math
+
+import numpy as np
+
+from ..kinds import SpecialPointKind
+from ..steps.branchpoint import locate_crossing
+from ..steps.rows import Curve
+from .special import SpecialPoint
+
+ON_CIRCLE = 1e-6  # distance of a located multiplier from the unit circle
+CLEAR = 1e-8  # a test that is nearer to zero has no sign: rounding of multipliers
+COMPLEX = 1e-6  # imaginary part of a multiplier that is not real
+NEAR_FOLD = 3  # rows: a multiplier passes +1 beside the fold of truncated equations, not in it
+WIDTH = 1e-13  # of a step, to which a change is enclosed
+HALVINGS = 60
+REAL = ((SpecialPointKind.PERIOD_DOUBLING, -1.0), (SpecialPointKind.BRANCH_POINT, 1.0))
+
+
+def passing(mu, place: float) -> float:
+    """Return a test that changes its sign where a real multiplier passes ``place``: signed distance of the nearest."""
+    real = mu.real[np.abs(mu.imag) <= COMPLEX * (1.0 + np.abs(mu))] - place
+    if not real.size:
+        return 1.0
+    return float(np.abs(mu - place).min()) * (-1.0 if np.count_nonzero(real < 0.0) % 2 else 1.0)
+
+
+def circling(mu) -> float:
+    """Return a test that changes its sign where a complex pair passes the unit circle: signed least |1 - mu_i mu_j|, i < j.
+
+    It also does where two real multipliers become each other's inverse, which is no bifurcation.
+    """
+    i, j = np.triu_indices(len(mu), 1)
+    factors = 1.0 - mu[i] * mu[j]
+    if not factors.size:
+        return 1.0
+    real = factors.real[np.abs(factors.imag) <= 1e-12 * (1.0 + np.abs(factors))]
+    return float(np.abs(factors).min()) * (-1.0 if np.count_nonzero(real < 0.0) % 2 else 1.0)
+
+
+def stability_changes(branch, points) -> list:
+    """Return special points (period doublings, Neimark-Sacker and branch points) that ``points`` of a branch does not have."""
+    rows, made = None, []
+    parts, s = branch._arrays["part"], branch._arrays["s"]
+    known = np.array([point.s for point in points if point.kind in (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)])
+    for k, problem in enumerate(branch.problems):
+        here = np.flatnonzero(parts == k)
+        if here.size < 2:
+            continue
+        table = problem.multipliers_of_rows(np.array([branch.x(i) for i in here]))
+        if table is None or not table.shape[1]:
+            continue
+        for kind, test in tests():
+            values = np.array([test(mu) if np.isfinite(mu).all() else math.nan for mu in table])
+            clear = np.flatnonzero(np.abs(values) > CLEAR)  # a row on a change is passed over; without losses none is clear
+            for i, j in zip(clear[:-1].tolist(), clear[1:].tolist(), strict=True):
+                if values[i] * values[j] > 0.0 or j - i > 2 or not np.isfinite(values[i:j + 1]).all():
+                    continue
+                a, b = int(here[i]), int(here[j])
+                if kind is SpecialPointKind.BRANCH_POINT:
+                    low, high = s[max(a - NEAR_FOLD, 0)], s[min(b + NEAR_FOLD, len(s) - 1)]
+                    if np.any((known >= low) & (known <= high)):
+                        continue
+                rows = branch.rows() if rows is None else rows
+                found = enclosed(problem, Curve(rows[a], rows[b]), test, values[i], values[j], kind)
+                if found is None:
+                    continue
+                c, t, width, error = found
+                at = float(s[a] + t * (s[b] - s[a]))
+                wide = width * float(s[b] - s[a])
+                made.append(SpecialPoint(kind, float(c.x[-1]), error, at, (at - wide, at + wide), c.x, c.tangent,
+                                         before=problem.signature, after=problem.signature, problem=problem,
+                                         directions=crossing_of(problem, c.x) if kind is SpecialPointKind.BRANCH_POINT else None))
+    return made
+
+
+def tests():
+    """Return pairs (kind, test of multipliers)."""
+    return [*((kind, lambda mu, place=place: passing(mu, place)) for kind, place in REAL),
+            (SpecialPointKind.NEIMARK_SACKER, circling)]
+
+
+def crossing_of(problem, x):
+    """Return the tangents (2, n + 1) of two branches of the problem that cross at ``x``; None where it knows only one."""
+    crossing = locate_crossing(problem, x)
+    near = crossing.status == "located" and float(np.abs((crossing.x - x) / problem.scale).max()) < ON_CIRCLE
+    return crossing.directions if near else None
+
+
+def enclosed(problem, curve, test, fa, fb, kind):
+    """Return (corrected point, position, width, error of the parameter) of a change in a step; None where there is a jump only."""
+    low, high, middle = 0.0, 1.0, None
+    side = 0
+    for _ in range(HALVINGS):
+        t = low + (high - low) * fa / (fa - fb) if abs(fa - fb) < math.inf else 0.5 * (low + high)
+        if not low < t < high or side > 2 or side < -2:
+            t, side = 0.5 * (low + high), 0
+        c = curve.at(t)
+        if c is None:
+            return None
+        mu = problem.multipliers_of_rows(c.x[None])[0]
+        if not np.isfinite(mu).all():
+            return None
+        value = test(mu)
+        middle = c, t, mu
+        if value * fa > 0.0:
+            low, fa, side = t, value, max(side, 0) + 1
+        else:
+            high, fb, side = t, value, min(side, 0) - 1
+        if value == 0.0 or high - low < WIDTH or abs(value) < 1e-14:
+            break
+    if middle is None:
+        return None
+    c, t, mu = middle
+    if not confirmed(kind, mu):
+        return None
+    width = max(high - low, 1e-15) if abs(high - low) < 1e-6 else abs(test(mu)) * (high - low) / max(abs(fb - fa), 1e-300)
+    scale = float(problem.scale[-1])
+    error = scale * abs(float(c.tangent[-1])) * curve.length * width + 1e-13 * (abs(float(c.x[-1])) + scale)
+    return c, t, width, error
+
+
+def confirmed(kind, mu) -> bool:
+    """Whether multipliers at a located point are what its kind says, and not those on one side of a jump."""
+    if kind is SpecialPointKind.NEIMARK_SACKER:
+        return bool(np.any((np.abs(mu.imag) > COMPLEX) & (np.abs(np.abs(mu) - 1.0) < ON_CIRCLE)))
+    return bool(np.any(np.abs(mu - (1.0 if kind is SpecialPointKind.BRANCH_POINT else -1.0)) < ON_CIRCLE))

@@ -1,0 +1,492 @@
+"""Pseudo-arclength continuation of one half of a branch: predict, correct, judge the step, look at what it crossed.
+
+Keller (1977) for the bordered corrector; step law by turning angle and predicted distance (as COCO: Dankowicz &
+Schilder 2013) with the iteration count as ceiling.  A step is accepted only if it turns little, if its sideways
+distance fits the arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point
+is found in it: an angle law alone jumps between branches that nearly touch.
+
+One file, because predicting, correcting, judging and cutting a step are one loop over one state.
+"""
+import copy
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kinds import ERRORS, CorrectorStatus, StopReason
+from . import detect, hidden
+from .rows import Curve, Part, Point, Row, arc_length, tests_of
+
+TARGET_ANGLE = 0.2  # radians a step
+MAX_ANGLE = 0.35  # radians; a step that turns more is rejected
+MISFIT = 0.1  # sideways distance not explained by the turn, as part of the step
+FEW, MANY = 4, 6  # Newton iterations up to which steps may grow; above MANY a step is rejected: Newton has wandered
+GROWTH = 2.0  # of the curvature from step to step, at most, that the step length foresees
+ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
+NUDGE = 0.83  # factor for a step that lands on a branch point
+SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
+NEARLY_SINGULAR = 16.0  # fall of log det in one step that means the same
+
+
+@dataclass(frozen=True, slots=True)
+class StepOptions:
+    """Lengths of steps in scaled unknowns, their number, and the bounds of the parameter in its own units."""
+
+    low: float
+    high: float
+    ds: float
+    ds_min: float
+    ds_max: float
+    max_steps: int
+    stop: object = None
+    record: object = None
+    progress: object = None
+    audit: str = "full"
+
+
+class Half:
+    """The branch from its first row in one direction; rows in the order of travel.
+
+    Attributes
+    ----------
+    rows : list of Row
+    found : list of detect.Found
+        Special points, in the order of travel.
+    reason : StopReason or None
+    message : str
+        Details of the reason.
+    rejected : int
+        Steps that were not accepted.
+    """
+
+    def __init__(self, row, options, signs=None, sizes=None, origin=None):
+        part = row.part
+        self.rows = [row]
+        self.found = []
+        self.parts = [part]
+        self.options = options
+        self.ds = row.ds
+        self.reason = None
+        self.message = ""
+        self.rejected = 0
+        self.steps = 0
+        self.unresolved = []  # (kind, s, p) of pairs that cannot be told from none
+        self.origin = origin  # row at which a closed branch ends
+        self.slope = 0.0  # dp/ds just before the last boundary
+        self.corner = -1  # number of steps at the last corner
+        self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
+        self.signs = [0] * part.count if signs is None else list(signs)
+        self.sizes = [0.0] * part.count if sizes is None else list(sizes)
+        if signs is None:
+            detect.remember(self, row, (), fresh=part.born >= 0)
+        row.signs = tuple(self.signs)
+
+    def run(self):
+        """Step until a reason to stop."""
+        while self.reason is None:
+            self.step()
+        last = self.rows[-1]
+        self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
+        if self.reason is not StopReason.INTERRUPTED:
+            detect.behind(self, last)
+
+    def stop(self, reason, message=""):
+        """End this half."""
+        self.reason = reason
+        self.message = message
+
+    def step(self):
+        """Make one accepted step, with everything that lies in it, or stop."""
+        options = self.options
+        row = self.rows[-1]
+        if self.steps >= options.max_steps:
+            return self.stop(StopReason.MAX_STEPS)
+        if outward(row, options):
+            return self.stop(StopReason.BOUND)
+        nudges = 0
+        cause = None
+        self.ds = min(self.ds, options.ds_max)
+        while True:
+            new, cause = self.attempt(row, self.ds)
+            if new is None and cause is None:  # landed on a branch point
+                nudges += 1
+                if nudges <= 4:
+                    self.ds *= NUDGE
+                    continue
+                cause = (StopReason.SINGULAR, 0.5, "")
+            if new is not None:
+                cause = self.accept(row, new)
+                if cause is None:
+                    return None
+            self.rejected += 1
+            self.ds *= cause[1]
+            if self.ds < options.ds_min:
+                return None if self.turned(row) or self.leap(row) else self.stop(cause[0], cause[2])
+
+    def attempt(self, row, ds):
+        """Return ``(new row, None)``, ``(None, (reason, factor, message))`` or ``(None, None)`` for a nudge."""
+        options = self.options
+        part = row.part
+        x = row.x + ds * row.direction
+        p = x[-1]
+        fixed = (p > options.high and row.p < options.high) or (p < options.low and row.p > options.low)
+        if fixed:  # go straight to the bound: the problem may not exist behind it
+            bound = options.high if p > options.high else options.low
+            ds *= (bound - row.p) / (p - row.p)
+            x = row.x + ds * row.direction
+            x[-1] = bound
+        try:
+            c = part.problem.correct(x, row.tangent, fixed) if fixed else part.problem.correct(x, row.tangent)
+        except ERRORS as error:  # the problem's own code may raise anything
+            return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
+        new, cause = self.judge(row, c, ds, fixed)
+        if new is not None and not fixed and not options.low <= new.p <= options.high:
+            if options.low < row.p < options.high:
+                return self.onto_bound(row, new)
+            return None, (StopReason.BOUND, 0.5, "the branch leaves through the bound on which it starts")
+        return new, cause
+
+    def judge(self, row, c, ds, fixed):
+        """Turn a correction into a row if the step to it is credible; returns as `attempt`."""
+        if not c.converged:
+            reason = StopReason.NOT_FINITE if c.status == CorrectorStatus.NOT_FINITE else StopReason.DS_MIN
+            return None, (reason, 0.4, f"the corrector ended with {c.status!s}")
+        if c.iterations > MANY and ds > 1e3 * self.options.ds_min:
+            return None, (StopReason.DS_MIN, 0.5, "Newton wanders in every step")
+        if fixed:
+            moved = (c.x - row.x) / row.part.scale
+            along = float(np.dot(moved, row.tangent))
+            sideways = math.sqrt(max(float(np.dot(moved, moved)) - along * along, 0.0))
+            if along <= 0.0:
+                return None, (StopReason.DS_MIN, 0.5, "the branch does not reach the bound here")
+        else:
+            along, sideways = ds, c.distance
+        singular = c.status == CorrectorStatus.SINGULAR
+        if (singular or c.det_log < row.det_log - NEARLY_SINGULAR) and not row.singular and not fixed:
+            return None, None
+        cosine = float(np.dot(row.tangent, c.tangent))
+        if cosine >= 1.0:
+            angle = 0.0
+        elif cosine > 0.9:
+            angle = math.acos(cosine)
+        else:
+            return None, (StopReason.DS_MIN, 0.5, "the branch turns too much in every step")
+        if singular:
+            angle = 2.0 * math.atan2(sideways, along)
+        if angle > MAX_ANGLE:
+            factor = max(0.3, 0.7 * MAX_ANGLE / angle)
+            return None, (StopReason.DS_MIN, factor, "the branch turns too much in every step")
+        misfit = sideways / along - math.tan(0.5 * angle)
+        if abs(misfit) > MISFIT:
+            return None, (StopReason.DS_MIN, 0.5, "the corrector leads away from the prediction in every step")
+        length = arc_length(math.hypot(along, sideways), angle)
+        new = Row(c, row.part, row.s + length, angle, tests_of(c), ds)
+        new.bend, new.misfit = angle / length, misfit
+        new.ds = self.next_length(ds, new.bend, row.bend, c.iterations)
+        return new, None
+
+    def next_length(self, ds, bend, before, iterations):
+        """Length of the next step from the curvature of this one and the last, and from what this one cost."""
+        if bend > before > 0.0:  # it grows: expect it to grow on
+            bend *= min(bend / before, GROWTH)
+        turn = bend * ds
+        factor = min(max(TARGET_ANGLE / turn, 0.5), 2.0) if turn > 0.5 * TARGET_ANGLE else 2.0
+        if iterations == MANY:
+            factor = min(factor, 0.5)
+        elif iterations > FEW:
+            factor = min(factor, 1.2)
+        return min(ds * factor, self.options.ds_max)
+
+    def onto_bound(self, row, beyond):
+        """Replace a row beyond a bound by the first point on it; returns as `attempt`."""
+        options = self.options
+        bound = options.high if beyond.p > options.high else options.low
+        curve = Curve(row, beyond)
+        low, high = 0.0, 1.0
+        rising = beyond.p > row.p
+        for _ in range(60):  # on the Hermite polynomial: costs nothing
+            t = 0.5 * (low + high)
+            if (curve.place(t)[-1] > bound) == rising:
+                high = t
+            else:
+                low = t
+            if high - low < 1e-9:
+                break
+        x = curve.place(high)
+        x[-1] = bound
+        tangent = curve.tangent(high)
+        try:
+            c = row.part.problem.correct(x, tangent, True)
+        except ERRORS as error:
+            return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
+        if c.converged and float(np.dot(c.tangent, row.tangent)) < 0.0:
+            return None, (StopReason.DS_MIN, 0.5, "the branch does not reach the bound here")
+        return self.judge(row, c, high * curve.length, True)
+
+    def accept(self, row, new):
+        """Take a credible row in, with the special points of the step; returns None or a cause to reject it."""
+        cut, cause = detect.boundary(self, row, new)
+        if cause is not None:
+            return cause
+        if cut is not None and self.bound_first(new, cut):
+            cut = None
+        if cut is not None:
+            new = cut.row
+        elif self.closing(row, new):
+            new = self.closed_by(row, new)
+            if new is None:
+                return StopReason.DS_MIN, 0.5, "the branch comes near its start but does not close"
+        inner = hidden.dip(self, row, new)
+        if inner is not None:
+            return self.accept(row if inner.s > row.s else self.take_back(), inner)
+        found, cause = detect.crossed(self, row, new, cut is not None)
+        if cause is not None:
+            return cause
+        for special in found:  # a fold behind a bound: the bound comes first
+            p = float(special.x[-1])
+            room = 1e-12 * row.part.scale[-1] + special.error
+            if p > self.options.high + room or p < self.options.low - room:
+                beyond = special.as_row(row)
+                if beyond.s <= row.s:
+                    continue
+                inner, cause = self.onto_bound(row, beyond)
+                return (cause or (StopReason.DS_MIN, 0.5, "")) if inner is None else self.accept(row, inner)
+        silent = cut is None or row.part.monitors[cut.test - 1].silent
+        self.take(row, new, found if silent else [*found, cut.special])
+        if cut is not None:
+            self.cross(new, cut)
+        return None
+
+    def bound_first(self, new, cut):
+        """Whether a row lies on a bound, and a boundary of the equations on it too, to rounding: the branch ends on the bound."""
+        room = 1e-12 * new.part.scale[-1] + cut.special.error
+        return new.p in (self.options.low, self.options.high) and abs(cut.row.p - new.p) <= room
+
+    def take(self, row, new, found):
+        """Append an accepted row and its special points; ask the user's functions."""
+        detect.remember(self, new, (row,))
+        if self.pending is not None and detect.clear_slope(new.tests[0]):
+            before, special = self.pending
+            special.reverses = before * new.tests[0] < 0.0
+            self.pending = None
+        self.found.extend(found)
+        self.rows.append(new)
+        new.signs = tuple(self.signs)
+        self.steps += 1
+        self.ds = new.ds
+        options = self.options
+        if new.p == options.low or new.p == options.high:
+            self.found.extend(detect.at_end(self, new))
+            self.stop(StopReason.BOUND)
+        if self.origin is not None and new.x is self.origin.x:
+            self.stop(StopReason.CLOSED)
+        self.ask_user(new)
+
+    def take_back(self):
+        """Undo the last step; returns the row before it."""
+        self.rows.pop()
+        row = self.rows[-1]
+        self.signs = list(row.signs)
+        self.found = [special for special in self.found if special.s <= row.s]
+        self.steps -= 1
+        return row
+
+    def ask_user(self, row):
+        """Call ``record``, ``stop`` and ``progress``; their exceptions end the branch with the row kept."""
+        options = self.options
+        try:
+            if options.record is not None:
+                row.recorded = options.record(Point(row))
+            if options.stop is not None and options.stop(Point(row)) and self.reason is None:
+                self.stop(StopReason.STOPPED)
+            if options.progress is not None:
+                options.progress(row.p, len(self.rows))
+        except ERRORS as error:
+            self.stop(StopReason.EXCEPTION, f"in stop=, record= or progress=: {type(error).__name__}: {error}")
+
+    def record_points(self):
+        """Call ``record`` at the special points as well; its exceptions end the branch as at a row."""
+        if self.options.record is None or self.reason in (StopReason.INTERRUPTED, StopReason.EXCEPTION):
+            return
+        try:
+            for special in self.found:
+                if special.recorded is None:
+                    special.recorded = self.options.record(special.as_point())
+        except KeyboardInterrupt:
+            self.stop(StopReason.INTERRUPTED)
+        except ERRORS as error:
+            self.stop(StopReason.EXCEPTION, f"in record= at a special point: {type(error).__name__}: {error}")
+
+    def turned(self, row):
+        """Go on behind a corner of equations that are only piecewise smooth; returns whether there is one."""
+        if self.steps == self.corner:  # no step since the last one
+            return False
+        try:
+            answer = row.part.problem.beyond_corner(row)
+            if answer is None:
+                return False
+            problem, tangent = answer
+            step = ASIDE[0]
+            c = problem.correct(row.x + step * problem.scale * tangent, tangent)
+        except ERRORS:  # the problem's own code
+            return False
+        if not c.converged or float(np.dot(c.tangent, tangent)) < problem.same_tangent:
+            return False
+        self.corner = self.steps
+        successor = Part(problem, row.part.index + 1)
+        first = Row(c, successor, row.s + step, 0.0, tests_of(c), self.options.ds)
+        self.parts.append(successor)
+        self.rows.append(first)
+        slope = float(self.signs[0])
+        self.signs, self.sizes = [0] * successor.count, [0.0] * successor.count
+        detect.remember(self, first, (), fresh=True)
+        if slope * first.tests[0] < 0.0:  # the parameter turns back in the corner
+            self.found.append(detect.Found(detect.SpecialPointKind.FOLD, "corner", row.x, row.tangent, row.s, row.s, first.s,
+                                           abs(first.p - row.p), row.part, detect.LocationStatus.GUESS, True))
+        first.signs = tuple(self.signs)
+        self.ds = first.ds
+        return True
+
+    def leap(self, row):
+        """Whether the branch goes on behind a boundary that steps only creep up to: its equations lose rank there, as where
+        several events end at once. The equations behind it tell the parameter."""
+        cut = detect.creeping(self, row)
+        if cut is None or self.ends_in(row) is StopReason.CHATTERING:
+            return False  # no single sequence goes on
+        before = self.slope, self.signs, self.sizes, self.pending
+        self.slope = row.tests[0]
+        self.cross(row, cut)
+        if self.reason is not None:
+            if self.reason is not StopReason.NO_SUCCESSOR:
+                return True
+            self.reason, self.message, self.slope = None, "", before[0]
+            return False
+        if self.ends_in(self.rows[-1]) is not StopReason.DS_MIN:  # what creeps up to the same end goes nowhere
+            self.rows.pop()
+            self.parts.pop()
+            self.slope, self.signs, self.sizes, self.pending = before
+            return False
+        first = self.rows[-1]
+        special = cut.special
+        special.error += abs(first.p - row.p)
+        special.x = np.append(row.x[:-1], first.p)
+        if not row.part.monitors[cut.test - 1].silent:
+            self.found.append(special)
+        self.ds = min(self.options.ds, self.options.ds_max)
+        return True
+
+    @staticmethod
+    def ends_in(row):
+        """Return the name of the end that steps creep up to at a row, `DS_MIN` where it has none."""
+        return row.part.problem.named_end(row.x, StopReason.DS_MIN, "")[0]
+
+    def cross(self, row, cut):
+        """Go on with the problem behind a boundary."""
+        if self.reason is not None:
+            return
+        part = row.part
+        monitor = part.monitors[cut.test - 1]
+        try:
+            answer = part.problem.switch(cut.corrected, monitor)
+            if answer is None:
+                label = f"{monitor.kind!s} {monitor.name}".strip()
+                return self.stop(StopReason.NO_SUCCESSOR, f"no equations go on behind {label}")
+            if isinstance(answer, StopReason):
+                return self.stop(answer)
+            if isinstance(answer, str):
+                return self.stop(StopReason.NO_SUCCESSOR, answer)
+            problem, x, tangent = answer
+            born = [k for k, other in enumerate(problem.monitors) if other.boundary]
+            successor = Part(problem, part.index + 1)
+            tangent = np.asarray(tangent, float)
+            tangent /= math.sqrt(float(np.dot(tangent, tangent)))
+            c, along = self.begun(problem, np.asarray(x, float), tangent)
+        except ERRORS as error:
+            return self.stop(StopReason.NO_SUCCESSOR, f"{type(error).__name__}: {error}")
+        if not c.converged:
+            return self.stop(StopReason.NO_SUCCESSOR, f"the equations behind {monitor.kind!s} ended with {c.status!s}")
+        tests = tests_of(c)
+        if along:  # dp/ds so near to the beginning is rounding
+            tests[0] = 0.0
+        first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
+        if born:
+            successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
+        self.parts.append(successor)
+        self.rows.append(first)
+        self.signs = [0] * successor.count
+        self.sizes = [0.0] * successor.count
+        detect.remember(self, first, (), fresh=True)
+        first.signs = tuple(self.signs)
+        cut.special.successor = problem
+        cut.special.after = problem.signature
+        cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
+        slope = self.slope
+        if clear := detect.clear_slope(first.tests[0]):
+            cut.special.reverses = slope * first.tests[0] < 0.0
+        self.pending = None if clear else (slope, cut.special)
+
+    @staticmethod
+    def begun(problem, x, tangent):
+        """Return the first corrected point of new equations and its distance from their beginning.
+
+        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known.
+        """
+        made = []
+        for step in (0.0, *ASIDE):
+            c = problem.correct(x + step * problem.scale * tangent, tangent)
+            if c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent:
+                return c, step
+            if c.converged and step:
+                made.append((c, step))
+        return made[0] if made else (c, step)
+
+    def closing(self, row, new):
+        """Whether the first point of the branch may lie in this step (cheap tests first)."""
+        origin = self.origin
+        if origin is None or len(self.rows) < 3:
+            return False
+        length = new.s - row.s
+        part = row.part
+        if abs(origin.p - row.p) > 1.1 * length * part.scale[-1] or origin.x.size != row.x.size:
+            return False
+        place = part.problem.alike(origin.x, row.x)
+        if place is not origin.x:
+            origin = self.origin = copy.copy(origin)
+            origin.x = place
+        if part is not origin.part and not part.problem.same(origin.part.problem):
+            return False
+        gap = (origin.x - row.x) / part.scale
+        along = float(np.dot(gap, row.tangent))
+        return 0.0 < along <= 1.05 * length and float(np.dot(gap, gap)) <= (1.1 * length)**2
+
+    def closed_by(self, row, new):
+        """Return the first row as the last of a closed branch, ``new`` if the branch passes by, None to try shorter."""
+        origin = self.origin
+        curve = Curve(row, new)
+        t, distance = curve.nearest(origin.x)
+        if t > 1.0 or t <= 0.0 or float(np.dot(curve.tangent(t), origin.tangent)) < math.cos(MAX_ANGLE):
+            return new
+        if distance > 0.05 * curve.length:
+            return new
+        x = curve.place(t)
+        gap = (origin.x - x) / row.part.scale  # into the plane through the first point, orthogonal to its tangent
+        x = x + row.part.scale * (float(np.dot(gap, origin.tangent)) * origin.tangent)
+        try:
+            c = row.part.problem.correct(x, origin.tangent)
+        except ERRORS:
+            return None
+        if not c.converged:
+            return None
+        miss = (c.x - origin.x) / row.part.scale
+        if math.sqrt(float(np.dot(miss, miss))) > 1e-8 or c.det_sign * origin.det_sign < 0.0:
+            return new
+        last = Row(c, row.part, row.s + t * curve.length, new.angle * t, list(origin.tests), self.ds)
+        last.x, last.tangent, last.p, last.direction = origin.x, origin.tangent, origin.p, origin.direction
+        last.det_sign, last.det_log = origin.det_sign, origin.det_log
+        return last
+
+
+def outward(row, options):
+    """Whether a row lies on a bound and its branch leaves through it."""
+    slope = row.tests[0]
+    return (row.p >= options.high and slope > SLOPE) or (row.p <= options.low and slope < -SLOPE)

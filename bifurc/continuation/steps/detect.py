@@ -1,0 +1,463 @@
+"""What lies in a step: boundaries of validity, branch points, folds and zeros of monitors.
+
+A boundary is located first and the step is cut there, so that every other test is one-sided.  A test counts as crossed
+when its last clear sign changes; values at rounding level keep the old sign, so that a step that lands on a zero
+neither loses it nor counts it twice.
+
+One file, because every test of a step is bracketed, cut and polished by the same functions.
+"""
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
+from ..problem import Corrected
+from .branchpoint import locate_crossing
+from .hidden import jumped
+from .roots import PROBE, Root, bracketed, enclose, polish
+from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
+from .tori import REAL, pair_on_circle
+
+AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
+BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
+NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
+ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
+ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
+ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
+CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
+SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
+
+
+@dataclass(slots=True, eq=False)
+class Found:
+    """A special point on the way; ``s`` and the bracket in the direction of travel."""
+
+    kind: SpecialPointKind
+    name: str
+    x: np.ndarray
+    tangent: np.ndarray
+    s: float
+    low: float
+    high: float
+    error: float
+    part: Any
+    status: LocationStatus = LocationStatus.LOCATED
+    reverses: bool = False
+    after: str = ""
+    directions: np.ndarray | None = None
+    successor: Any = None
+    corrected: Any = None
+    recorded: dict | None = None
+
+    def as_row(self, row):
+        """The point as a row behind ``row``."""
+        return Row(self.corrected, row.part, self.s, 0.0, tests_of(self.corrected), row.ds)
+
+    def as_point(self):
+        """The point as ``record=`` sees rows."""
+        c = self.corrected
+        if c is None:
+            values = self.part.problem.monitor_values(self.x[:-1], float(self.x[-1]), self.tangent)
+            c = Corrected(self.x, self.tangent, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                          np.asarray(values, float))
+        return Point(Row(c, self.part, self.s, 0.0, tests_of(c), 0.0))
+
+
+@dataclass(slots=True)
+class Cut:
+    """A step that ends on a boundary: its last row, the corrected point, the test that is zero, the special point."""
+
+    row: Row
+    corrected: Any
+    test: int
+    special: Found
+
+
+def clear_slope(v):
+    """Whether dp/ds is clearly not zero."""
+    return abs(v) > BOUNDARY_BAND
+
+
+def remember(half, row, before, fresh=False):
+    """Update the last clear sign and the largest value of every test."""
+    signs, sizes, born = half.signs, half.sizes, row.part.born
+    for j, value in enumerate(row.tests):
+        size = abs(value)
+        if size > sizes[j] and size != math.inf:
+            sizes[j] = size
+        if j == 0:
+            if size <= (BOUNDARY_BAND if fresh or not before else SLOPE_BAND):
+                continue
+        elif size <= MONITOR_BAND * (1.0 if fresh else sizes[j]) or (fresh and j == born) or value != value:
+            continue
+        signs[j] = 1 if value > 0.0 else -1
+
+
+def boundary(half, row, new):
+    """Return ``(cut, None)`` where a boundary is crossed, ``(None, None)`` if none is, ``(None, cause)`` to reject."""
+    part = row.part
+    if not part.boundary:
+        return None, None
+    cut = None
+    for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
+        end = new if cut is None else cut.row
+        for j in part.boundary:
+            band = min(MONITOR_BAND * max(half.sizes[j], abs(new.tests[j])), part.touch)
+            if end.tests[j] > band and (cut is None or j != cut.test):
+                break
+        else:
+            return cut, None
+        if half.signs[j] >= 0:
+            if row.tests[j] > 0.0 and half.signs[j] > 0:
+                return None, (StopReason.INADMISSIBLE, 0.5, "the branch does not enter the region of validity")
+            return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are valid on neither side")
+        found = zero_between(part, row, end, j)
+        if found is None:
+            return None, (StopReason.DS_MIN, 0.5, f"the boundary {part.monitors[j - 1].kind!s} could not be located")
+        c = found.corrected
+        if c.det_sign * row.det_sign < 0.0 and new.det_sign * row.det_sign < 0.0 and found.s - row.s > SHORT:
+            return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
+        turn = new.angle * (found.s - row.s) / (new.s - row.s)
+        cut = Cut(Row(c, part, found.s, turn, tests_of(c), half.ds), c, j, found)
+    return cut, None
+
+
+def creeping(half, row):
+    """Return the cut at a last row beside a boundary that no step reaches, or None where no boundary is near."""
+    part = row.part
+    near = [(abs(row.tests[j]) / max(half.sizes[j], 1e-300), j) for j in part.boundary if abs(row.tests[j]) < CREEPING]
+    if not near or len(half.rows) < 2:
+        return None
+    j = min(near)[1]
+    c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0, row.det_sign,
+                  row.det_log, np.array(row.tests[1:]))
+    monitor = part.monitors[j - 1]
+    kind = SpecialPointKind(part.problem.kind_at(monitor, row.x))
+    special = Found(kind, monitor.name, row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
+                    1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c)
+    return Cut(row, c, j, special)
+
+
+def behind(half, row):
+    """Take in the special point a little behind the last row, which steps approach but never reach, if the problem knows one."""
+    try:
+        end = row.part.problem.end_point(row.x, half.reason)
+    except ERRORS:  # the problem's own code
+        return
+    if end is None or not half.options.low <= end.x[-1] <= half.options.high:
+        return
+    part, tangent, length = row.part, row.tangent, abs(float(end.x[-1]) - row.p) / row.part.scale[-1]
+    if end.problem is None:
+        length = float(np.linalg.norm((end.x - row.x) / part.scale))
+    else:
+        part = Part(end.problem, part.index + 1)
+        half.parts.append(part)
+        tangent = np.zeros(end.x.size)
+        tangent[-1] = math.copysign(1.0, end.x[-1] - row.p)
+    half.found.append(Found(end.kind, end.name, end.x, tangent, row.s + length, row.s, row.s + 2.0 * length, end.error, part))
+
+
+def crossed(half, row, new, at_boundary):
+    """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it."""
+    part = row.part
+    if jumped(half, row, new):
+        return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
+    found = []
+    crossing = None
+    if row.det_sign * new.det_sign < 0.0 or new.singular or (
+            new.det_log < row.det_log - 16.0 and not row.singular):
+        crossing, cause = branch_point(row, new)
+        if cause is not None:
+            return None, cause
+        begins = bool(part.born) and (len(half.rows) < 2 or half.rows[-2].part is not part)
+        if crossing is not None and (at_boundary and abs(crossing.s - new.s) < AT_BOUNDARY
+                                     or begins and abs(crossing.s - row.s) < AT_BOUNDARY):
+            crossing = None  # an interval of no duration makes the equations singular on the boundary itself
+        if crossing is not None:
+            found.append(crossing)
+            v0, v1 = row.tests[0], new.tests[0]
+            crossing.reverses = v0 * v1 < 0.0 and abs(crossing.tangent[-1]) < 1e-5
+    for j in part.events:
+        a = beginning(half, row, new, j)
+        b = ending(half, row, new, j) if at_boundary else new
+        if b is None:
+            half.slope = float(half.signs[0])
+            continue
+        value, sign = b.tests[j], half.signs[j]
+        if value != value:
+            continue
+        if j == 0 and at_boundary:
+            half.slope = value if clear_slope(value) else float(sign)  # just before the boundary
+        band = MONITOR_BAND * max(half.sizes[j], abs(value)) if j else (BOUNDARY_BAND if at_boundary else SLOPE_BAND)
+        if sign == 0 or abs(value) <= band or (value > 0.0) == (sign > 0):
+            continue
+        if j == 0 and crossing is not None and crossing.reverses:
+            continue
+        if j and sign < 0 and part.monitors[j - 1].falling:
+            continue
+        if not a.tests[j] * sign > 0.0:
+            a, b = earlier_pair(half, row, new, j, sign)
+        if a.tests[j] != a.tests[j] or b.tests[j] != b.tests[j]:
+            continue  # not known on this side: nothing can be enclosed
+        special = zero_between(part, a, b, j)
+        if special is None:
+            if new.s - row.s > SHORT:
+                return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
+            special = guessed(part, a, b, j)
+        if j and not part.problem.confirm(part.kinds[j], special.x):
+            continue
+        if j == 0:
+            special.reverses = True
+        elif not part.problem.confirm(special.kind, special.x):
+            continue
+        if not any(other.kind is special.kind and other.name == special.name and abs(other.s - special.s) < 1e-9
+                   for other in half.found):
+            found.append(special)
+    if SpecialPointKind.NEIMARK_SACKER in part.kinds:
+        found += torus(half, row, new, at_boundary, found)
+    found.sort(key=lambda special: special.s)
+    return found, None
+
+
+def torus(half, row, new, at_boundary, found):
+    """Return the Neimark-Sacker points of a step in a list that multipliers tell and no test showed.
+
+    A pair that leaves the circle and comes back in one step is seen where it is looked for: between the ends and what has been
+    found, the changes of real multipliers, beside which it often does, or one of the two.
+    """
+    part, kind = row.part, SpecialPointKind.NEIMARK_SACKER
+    j = part.kinds.index(kind)
+    a, b = beginning(half, row, new, j), ending(half, row, new, j) if at_boundary else new
+    if b is None:
+        return []
+    known = [special for special in found if special.kind is kind]
+    curve = Curve(a, b)
+    places = [0.0, *sorted(t for s in found if s.kind in (*REAL, kind) and 0.0 < (t := (s.s - a.s) / curve.length) < 1.0), 1.0]
+    between = [0.5 * (low + high) for low, high in pairwise(places)] if len(places) > 2 else []
+    rows = [a, *(Row(c, part, a.s + t * curve.length, new.angle * t, tests_of(c), new.ds)
+                 for t in between if (c := curve.at(t)) is not None), b]
+    tori = []
+    for low, high in pairwise(rows):
+        made = pair_on_circle(part, low, high, found)
+        special = None if made is None else located(part, low, high, j, *made)
+        if special is not None and all(np.abs((other.x - special.x) / part.scale).max() > SHORT for other in known):
+            tori.append(special)
+    return tori
+
+
+def beginning(half, row, new, j):
+    """Return the row, or where a test is zero at the first row of a part, a row just behind it that sets the old sign.
+
+    A contact is born with dp/ds = 0, and a fold may follow at once.
+    """
+    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND:
+        return row
+    if len(half.rows) > 1 and half.rows[-2].part is row.part:
+        return row
+    inner = clear_inside(half, row, new, j, near(row, new, j))
+    if inner is None:
+        return row
+    half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
+    if j == 0 and half.pending is not None:
+        before, special = half.pending
+        special.reverses = before * half.signs[0] < 0.0
+        half.pending = None
+    return inner
+
+
+def ending(half, row, new, j):
+    """Return the last row of a part, or where a test may be zero or not known there, a row just before it: on a boundary an event
+    has no duration, and what is divided by that is rounding.
+
+    Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
+    zero; None if it has no clear sign before either, in a step of that length.
+    """
+    value = abs(new.tests[j])
+    here = j == 0 and value * (new.s - row.s) <= AT_BOUNDARY * abs(new.tests[0] - row.tests[0])
+    if not here and j == 0 and value > BOUNDARY_BAND:
+        return new
+    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in near(row, new, j)))
+    return inner if inner is not None else None if here else new
+
+
+def near(row, new, j):
+    """Return parts of the step from ``row`` to ``new`` at which test ``j`` is looked up beside its ends."""
+    if j == 0:
+        return NEAR
+    length = max(new.s - row.s, BESIDE_BOUNDARY)
+    return (*(at / length for at in (BESIDE_BOUNDARY, 10.0 * BESIDE_BOUNDARY) if at < NEAR[0] * length), *NEAR)
+
+
+def clear_inside(half, row, new, j, places):
+    """Return a row of the step, at the first of ``places`` where a test is clearly not zero; None if it is nowhere.
+
+    The tangent beside a singular end (where a doubled orbit merges with its parent) is made of rounding: the slope of the
+    parameter counts only where the chord to that end has the same sign.
+    """
+    curve = Curve(row, new)
+    band = BOUNDARY_BAND if j == 0 else MONITOR_BAND * max(half.sizes[j], abs(new.tests[j]), abs(row.tests[j]))
+    for t in places:
+        c = curve.at(t)
+        if c is not None:
+            tests = tests_of(c)
+            chord = float(c.x[-1]) - row.p if t < 0.5 else new.p - float(c.x[-1])
+            if abs(tests[j]) > band and (j or tests[j] * chord > 0.0):
+                return Row(c, row.part, row.s + t * curve.length, new.angle * t, tests, new.ds)
+    return None
+
+
+def earlier_pair(half, row, new, j, sign):
+    """The adjacent rows between which a test left its old sign, where the last row is at rounding level."""
+    after = row
+    for before in reversed(half.rows[:-1]):
+        if before.part is not row.part:
+            break
+        if before.tests[j] * sign > 0.0:
+            return before, after
+        after = before
+    return row, new
+
+
+def zero_between(part, a, b, j):
+    """Locate the zero of test ``j`` between two rows; None if that fails."""
+    curve = Curve(a, b)
+    fa, fb = a.tests[j], b.tests[j]
+    c = part.problem.locate(part.kinds[j], a, b)
+    if c is not None:  # where the equations are singular: nothing is gained by probing the curve there
+        t, _ = curve.nearest(c.x)
+        noise = 4e-16 * (1.0 + abs(float(c.x[-1])) / part.scale[-1])
+        root = Root(t, c, t - PROBE, t + PROBE, 1e-13, 1.0, noise * part.scale[-1], 0.0, True)
+        return located(part, a, b, j, curve, root)
+    guess = None
+    if j == 0 and curve.length > 0.0:  # the parameter is known with its slope: root of the derivative of its cubic
+        mean = (b.p - a.p) / (part.scale[-1] * curve.length)
+        c2, c1 = 3.0 * (fa + fb) - 6.0 * mean, 6.0 * mean - 4.0 * fa - 2.0 * fb
+        root = c1 * c1 - 4.0 * c2 * fa
+        if root > 0.0:
+            q = -0.5 * (c1 + math.copysign(math.sqrt(root), c1))
+            for t in (q / c2 if c2 else -1.0, fa / q if q else -1.0):
+                if 0.0 < t < 1.0:
+                    guess = t
+    value = curve.test(j)
+    made = enclose(value, 0.0, fa, 1.0, fb, guess)
+    root = None if made is None else polish(value, *made)
+    if root is None and j in part.boundary and fa * fb < 0.0 and curve.length < ENCLOSED:
+        root = bracketed(value, 0.0, fa, 1.0, fb)
+    return located(part, a, b, j, curve, root)
+
+
+def located(part, a, b, j, curve, root):
+    """Turn a root on a curve into a special point with its error."""
+    if root is None:
+        return None
+    c = root.point
+    s = a.s + root.at * curve.length
+    monitor = part.monitors[j - 1] if j else None
+    kind = part.kinds[j] if monitor is None else SpecialPointKind(part.problem.kind_at(monitor, c.x))
+    return Found(kind, monitor.name if monitor else "", c.x, c.tangent, s, a.s + root.low * curve.length,
+                 a.s + root.high * curve.length, parameter_error(part, c, root, curve.length), part, corrected=c)
+
+
+def parameter_error(part, c, root, length):
+    """Bound on the error of the parameter at a root, own units."""
+    p_scale = float(part.scale[-1])
+    p = abs(float(c.x[-1]))
+    along = p_scale * abs(float(c.tangent[-1])) * length * root.error
+    own = part.problem.uncertainty(c.x, c.tangent)
+    return along + 0.5 * root.p_curve * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+
+
+def guessed(part, a, b, j):
+    """A special point that is only enclosed."""
+    t = abs(a.tests[j]) / (abs(a.tests[j]) + abs(b.tests[j]))
+    curve = Curve(a, b)
+    monitor = part.monitors[j - 1] if j else None
+    error = abs(b.p - a.p) + part.scale[-1] * curve.length**2
+    return Found(part.kinds[j], monitor.name if monitor else "", curve.place(t), curve.tangent(t),
+                 a.s + t * curve.length, a.s, b.s, error, part, LocationStatus.GUESS)
+
+
+def branch_point(row, new):
+    """Return ``(special point or None, None)`` or ``(None, cause)`` where the determinant changes sign without one."""
+    part = row.part
+    curve = Curve(row, new)
+    flips = row.det_sign * new.det_sign < 0.0
+    jump = (StopReason.DS_MIN, 0.5, "the determinant changes its sign without a branch point in every step")
+    if flips:
+        top = max(row.det_log, new.det_log)
+        da, db = math.exp(row.det_log - top), math.exp(new.det_log - top)
+        crossing = locate_crossing(part.problem, curve.place(da / (da + db)))
+    else:
+        crossing = locate_crossing(part.problem, new.x)
+    if crossing.status == "located":
+        t, distance = curve.nearest(crossing.x)
+        d = crossing.directions
+        along = d @ curve.tangent(min(max(t, 0.0), 1.0))
+        k = int(np.argmax(np.abs(along)))
+        direction = d[k] if along[k] > 0.0 else -d[k]
+        aside = distance > 0.05 * curve.length + 1e-7
+        if not aside and -0.02 <= t <= 1.02 and abs(along[k]) > 0.93:
+            if not flips and abs(t - 1.0) * curve.length > 1e-6:
+                return None, None
+            t = min(max(t, 0.0), 1.0)
+            if abs(t - 1.0) * curve.length < 1e-6 and new.singular:
+                new.x[:-1] = crossing.x[:-1]  # more digits than Newton at a singular point can give
+            error = float(part.scale[-1]) * crossing.error
+            width = max(crossing.error, 1e-15)
+            s = row.s + t * curve.length
+            return Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, direction, s, s - width, s + width, error,
+                         part, directions=d), None
+        return (None, jump) if flips else (None, None)
+    if not flips:
+        return None, None
+    if crossing.status == "failed" and curve.length < SHORT and new.angle < 1e-3:
+        t = 0.5
+        s = row.s + t * curve.length
+        return Found(SpecialPointKind.BRANCH_POINT, "", curve.place(t), curve.tangent(t), s, row.s, new.s,
+                     abs(new.p - row.p) + part.scale[-1] * curve.length**2, part, LocationStatus.GUESS), None
+    return None, jump
+
+
+def at_end(half, row):
+    """Special points exactly at a first or last row, not yet found from the inside."""
+    part = row.part
+    found = []
+    for j in part.events:
+        value = row.tests[j]
+        if not abs(value) <= (BOUNDARY_BAND if j == 0 else 1e-8 * max(half.sizes[j], size_beside(half, row, j), 1e-300)):
+            continue
+        if any(other.kind is part.kinds[j] and abs(other.s - row.s) < 1e-5 for other in half.found):
+            continue
+
+        def test(s, j=j):
+            try:
+                c = part.problem.correct(row.x + s * row.direction, row.tangent)
+            except ERRORS:
+                return None
+            return (tests_of(c)[j], c) if c.converged else None
+
+        root = polish(test, 0.0, 0.0, None)
+        if root is None:
+            continue
+        c = root.point
+        error = parameter_error(part, c, root, 1.0)
+        if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
+            monitor = part.monitors[j - 1] if j else None
+            found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s,
+                               row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part,
+                               reverses=j == 0, corrected=c))
+    return found
+
+
+def size_beside(half, row, j):
+    """Size of test ``j`` as its slope at a first row says, whose own value may be a zero; 0 where there are other rows."""
+    if len(half.rows) > 1 or half.sizes[j] > abs(row.tests[j]) or abs(row.tests[j]) > ASIDE_VALUE:
+        return 0.0
+    try:
+        c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
+    except ERRORS:  # the problem's own code
+        return 0.0
+    return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0

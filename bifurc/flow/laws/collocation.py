@@ -1,0 +1,550 @@
+"""Steps of a mode under a law that is not affine: collocation at eight Gauss points.
+
+The accelerations at the nodes are iterated (order 16; integrating to the last digit with few long steps is Everhart's
+idea, 1985, see also Rein and Spiegel 2015).  Positions are integrated twice, so that an iteration gains two orders of
+the step.  Variations of the state obey the same equations, linear.
+
+All other kernels reach a scene's step, and its laws, through two C functions (`calls`): what is compiled for a law is
+this file, and nothing that calls it.
+
+This is a template: the written module of a scene (`bifurc.compose.writer`) is this text with the law functions of that
+scene in the place of `nolaw`, so that the numbers of degrees of freedom and of rows are literals.
+
+One file, because the written module of a scene is made of this text as a whole.
+"""
+import numpy as np
+from numba import carray, cfunc, types
+from numba.extending import intrinsic
+
+from ..._jit import njit
+from ...compose.tables import TURN
+from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
+from .gauss import DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS, C
+from .nolaw import (
+    ACTING,
+    COUNT,
+    DOFS,
+    FIRST,
+    FORCES,
+    ROWS,
+    SOURCE,
+    WIDTH,
+    forces,
+    kick_slopes,
+    kicks,
+    reaction_slopes,
+    reactions,
+    rest_moves,
+    rest_slopes,
+    rests,
+    slopes,
+    watch_slopes,
+    watches,
+)
+
+FAST = 3.0  # angle by which a variation turns on a step at most: Gauss' method then errs by 1e-15
+ROUNDING = 2e-15  # of the largest sum of terms: a change below it is none
+ITERATIONS = 30
+SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
+FLOOR = 1e-5  # of the forces of the springs: where forces cancel to less (a constant motion) the defect is that of their rounding
+
+
+@njit
+def rate(A, m, LU, LS, LP, law, acts, x, f, local):
+    """Write y' into ``f`` (ns,); ``local`` (4, rows, 1) receives coordinates, speeds, forces and accelerations of the law rows.
+
+    The accelerations are those that the rows would have without reactions; reactions of curved constraints follow from them.
+    """
+    n, rows = DOFS, ROWS
+    for i in range(2 * n, A.shape[1]):
+        f[i] = 0.0
+    for i in range(n):
+        f[i] = x[n + i]
+        total = 0.0
+        for c in range(x.size):
+            total += A[m, n + i, c] * x[c]
+        f[n + i] = total
+    if rows > 0:
+        for r in range(rows):
+            if SOURCE[r] != r:
+                continue
+            total, speed = 0.0, 0.0
+            for c in range(x.size):
+                total += LU[r, c] * x[c]
+                speed += LS[r, c] * x[c]
+            local[0, r, 0] = total
+            local[1, r, 0] = speed
+        forces(law, acts, m, 1, local)
+        for r in range(FORCES):
+            for i in range(n):
+                f[n + i] += LP[m, r, i] * local[2, r, 0]
+        if ACTING > FORCES:
+            for r in range(rows):
+                if SOURCE[r] != r:
+                    continue
+                total = 0.0
+                for i in range(n):
+                    total += LU[r, i] * f[n + i]
+                local[3, r, 0] = total
+            reactions(law, acts, m, 1, local)
+            for r in range(FORCES, ACTING):
+                for i in range(n):
+                    f[n + i] += LP[m, r, i] * local[2, r, 0]
+
+
+@njit
+def remembered(A, m, i, n, x):
+    """Acceleration of coordinate ``i`` by the memory in the state (or its variation) ``x``."""
+    total = 0.0
+    for c in range(2 * n, A.shape[1]):
+        total += A[m, n + i, c] * x[c]
+    return total
+
+
+@njit
+def prepare(harmonics, omega, h, turn):
+    """Fill the turns of the forcing states at the nodes and the end of a step ``h``."""
+    for k in range(harmonics.size):
+        angle = harmonics[k] * omega * h
+        for j in range(NODES):
+            turn[1 + 2 * k, j] = np.cos(angle * C[j])
+            turn[2 + 2 * k, j] = np.sin(angle * C[j])
+        turn[1 + 2 * k, NODES] = np.cos(angle)
+        turn[2 + 2 * k, NODES] = np.sin(angle)
+
+
+@njit
+def excite(A, m, LU, LS, x, turn, base, local):
+    """Write what memory and forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
+    n, rows = DOFS, ROWS
+    ns = A.shape[1]
+    for i in range(n):
+        still = A[m, n + i, ns] + remembered(A, m, i, n, x)
+        for j in range(NODES):
+            base[i, j] = still
+    for r in range(rows):
+        if SOURCE[r] != r:
+            continue
+        for j in range(NODES):
+            local[4, r, j] = LU[r, ns]
+            local[5, r, j] = LS[r, ns]
+    for c in range(1, x.size - ns, 2):
+        cos, sin = x[ns + c], x[ns + c + 1]
+        for i in range(n):  # p cos + q sin at a node, from the values at the start and the turn to the node
+            p, q = A[m, n + i, ns + c], A[m, n + i, ns + c + 1]
+            even, odd = p * cos + q * sin, q * cos - p * sin
+            for j in range(NODES):
+                base[i, j] += even * turn[c, j] + odd * turn[c + 1, j]
+        for r in range(rows):
+            if SOURCE[r] != r:
+                continue
+            for k in range(2):
+                p, q = (LU[r, ns + c], LU[r, ns + c + 1]) if k == 0 else (LS[r, ns + c], LS[r, ns + c + 1])
+                if p != 0.0 or q != 0.0:
+                    even, odd = p * cos + q * sin, q * cos - p * sin
+                    for j in range(NODES):
+                        local[4 + k, r, j] += even * turn[c, j] + odd * turn[c + 1, j]
+
+
+@njit
+def spread(x, i, n, h, a, q, v):
+    """Positions and velocities of coordinate ``i`` at the nodes, from its accelerations there."""
+    for j in range(NODES):
+        once, twice = 0.0, 0.0
+        for k in range(NODES):
+            twice += DOUBLE[j, k] * a[i, k]
+            once += SINGLE[j, k] * a[i, k]
+        q[i, j] = x[i] + h * (C[j] * x[n + i] + h * twice)
+        v[i, j] = x[n + i] + h * once
+
+
+@njit
+def finish(x, i, n, h, a):
+    """Move coordinate ``i`` and its velocity in ``x`` to the end of the step."""
+    once, twice = 0.0, 0.0
+    for k in range(NODES):
+        twice += MOMENTS[k] * a[i, k]
+        once += WEIGHTS[k] * a[i, k]
+    x[i] += h * (x[n + i] + h * twice)
+    x[n + i] += h * once
+
+
+@njit
+def largest(a):
+    """Largest magnitude in ``a`` (n, NODES)."""
+    top = 0.0
+    for i in range(DOFS):
+        for j in range(NODES):
+            top = max(top, abs(a[i, j]))
+    return top
+
+
+@njit
+def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free):
+    """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
+
+    ``local`` (6, rows, NODES): coordinates, speeds, forces, accelerations of the law rows, and what forcing adds to the
+    first two; ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns the number of iterations, 0 where they do not
+    converge, and the largest acceleration.
+    """
+    n, rows = DOFS, ROWS
+    excite(A, m, LU, LS, x, turn, base, local)
+    for i in range(n):
+        for j in range(NODES):
+            a[i, j] = f0[n + i]
+    old, top, noise = np.inf, 0.0, 0.0
+    for iteration in range(1, ITERATIONS + 1):
+        for i in range(n):
+            spread(x, i, n, h, a, q, v)
+        if rows > 0:
+            for r in range(rows):
+                if SOURCE[r] != r:
+                    continue
+                for j in range(NODES):
+                    total, speed = local[4, r, j], local[5, r, j]
+                    for i in range(n):
+                        total += LU[r, i] * q[i, j]
+                        speed += LS[r, n + i] * v[i, j]
+                    local[0, r, j] = total
+                    local[1, r, j] = speed
+            forces(law, acts, m, NODES, local)
+        change = 0.0
+        for i in range(n):
+            for j in range(NODES):
+                new = base[i, j]
+                for k in range(n):
+                    new += A[m, n + i, k] * q[k, j] + A[m, n + i, n + k] * v[k, j]
+                for r in range(FORCES):
+                    new += LP[m, r, i] * local[2, r, j]
+                if ACTING > FORCES:
+                    free[i, j] = new
+                    continue
+                change += (new - a[i, j]) ** 2
+                a[i, j] = new
+        if ACTING > FORCES:
+            for r in range(rows):
+                if SOURCE[r] != r:
+                    continue
+                for j in range(NODES):
+                    total = 0.0
+                    for i in range(n):
+                        total += LU[r, i] * free[i, j]
+                    local[3, r, j] = total
+            reactions(law, acts, m, NODES, local)
+            for i in range(n):
+                for j in range(NODES):
+                    new = free[i, j]
+                    for r in range(FORCES, ACTING):
+                        new += LP[m, r, i] * local[2, r, j]
+                    change += (new - a[i, j]) ** 2
+                    a[i, j] = new
+        change = np.sqrt(change)
+        if not (change < np.inf):
+            return 0, 0.0
+        if iteration == 2:
+            top, noise = largest(a), largest(q)
+            noise = 2e-15 * (top + stiff * noise)
+        if iteration < 2:
+            old = change
+            continue
+        if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)):
+            return iteration, top
+        if iteration > 4 and change > 0.5 * old:
+            if change <= 1e3 * noise:
+                return iteration, top
+            if change > old:
+                return 0, top
+        old = change
+    return 0, 0.0
+
+
+@njit
+def defect(h, f0, f1, top, a):
+    """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed."""
+    n = DOFS
+    worst = 0.0
+    for i in range(n):
+        a0, a1 = 0.0, 0.0
+        for k in range(NODES):
+            a0 += EDGES[0, k] * a[i, k]
+            a1 += EDGES[1, k] * a[i, k]
+        worst = max(worst, abs(a0 - f0[n + i]), abs(a1 - f1[n + i]))
+        top = max(top, abs(f1[i] / h))
+    return worst / top if top > 0.0 else 0.0
+
+
+@njit
+def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
+    """Derivatives of the acceleration at some nodes in positions, ``K`` (n, n, nodes), and velocities, ``D``.
+
+    ``slope`` (3, rows, WIDTH, nodes) is room for the derivatives of the laws by coordinates, speeds and accelerations.
+    """
+    n, rows = DOFS, ROWS
+    nodes = K.shape[2]
+    for i in range(n):
+        for c in range(n):
+            for j in range(nodes):
+                K[i, c, j] = A[m, n + i, c]
+                D[i, c, j] = A[m, n + i, n + c]
+    if rows > 0:
+        slopes(law, acts, m, h, nodes, local, slope)
+        for r in range(FORCES):
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                for i in range(n):
+                    for c in range(n):
+                        pu = LP[m, r, i] * LU[other, c]
+                        ps = LP[m, r, i] * LS[other, n + c]
+                        for j in range(nodes):
+                            K[i, c, j] += pu * slope[0, r, b, j]
+                            D[i, c, j] += ps * slope[1, r, b, j]
+    if ACTING > FORCES:
+        reaction_slopes(law, acts, m, h, nodes, local, slope)
+        K0, D0 = K.copy(), D.copy()
+        for r in range(FORCES, ACTING):
+            for b in range(COUNT[r]):
+                other = FIRST[r] + b
+                for i in range(n):
+                    for c in range(n):
+                        for j in range(nodes):
+                            along, across = 0.0, 0.0
+                            for k in range(n):
+                                along += LU[other, k] * K0[k, c, j]
+                                across += LU[other, k] * D0[k, c, j]
+                            K[i, c, j] += LP[m, r, i] * (slope[0, r, b, j] * LU[other, c] + slope[2, r, b, j] * along)
+                            D[i, c, j] += LP[m, r, i] * (slope[1, r, b, j] * LS[other, n + c] + slope[2, r, b, j] * across)
+
+
+@njit
+def frequency(K, D):
+    """Bound on the rate at which variations turn under the derivatives ``K`` and ``D`` (n, n, 1) of the acceleration."""
+    stiff = damp = 0.0
+    for i in range(K.shape[0]):
+        stiffness = damping = 0.0
+        for c in range(K.shape[0]):
+            stiffness += abs(K[i, c, 0])
+            damping += abs(D[i, c, 0])
+        stiff, damp = max(stiff, stiffness), max(damp, damping)
+    return np.sqrt(stiff) + damp
+
+
+@njit
+def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
+    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room.
+
+    The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
+    """
+    n = DOFS
+    still = True
+    for i in range(X.shape[1]):
+        x[i] = X[row, i]
+        still = still and (i >= 2 * n or x[i] == 0.0)
+    for i in range(n):
+        still = still and remembered(A, m, i, n, x) == 0.0
+    if still:  # memory that no force knows in this mode
+        for i in range(n):
+            for j in range(NODES):
+                a[i, j] = 0.0
+        return
+    for i in range(n):
+        for j in range(NODES):
+            q[i, j] = x[i] + h * C[j] * x[n + i]
+            v[i, j] = x[n + i]
+    old = np.inf
+    for iteration in range(ITERATIONS):
+        change = size = 0.0
+        for i in range(n):
+            load = remembered(A, m, i, n, x)
+            for j in range(NODES):
+                total, terms = load, abs(load)
+                for c in range(n):
+                    one, two = K[i, c, j] * q[c, j], D[i, c, j] * v[c, j]
+                    total += one + two
+                    terms += abs(one) + abs(two)
+                change, size = max(change, abs(total - a[i, j])), max(size, terms)
+                a[i, j] = total
+        if iteration >= iterations:
+            noise = ROUNDING * size
+            if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)) or change != change:
+                break
+        old = change
+        for i in range(n):
+            spread(x, i, n, h, a, q, v)
+    for i in range(n):
+        finish(x, i, n, h, a)
+    for i in range(2 * n):
+        X[row, i] = x[i]
+
+
+@njit
+def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
+            base, free):
+    """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
+
+    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
+    """
+    n = DOFS
+    ns = A.shape[1]
+    if not fresh:
+        prepare(harmonics, omega, h, turn)
+    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free)
+    if iterations == 0:
+        return 0, np.inf
+    for i in range(ns):
+        moved[i] = now[i]
+    for i in range(n):
+        finish(moved, i, n, h, a)
+    moved[ns] = 1.0
+    for c in range(ns + 1, now.size, 2):
+        cos, sin = turn[c - ns, NODES], turn[c + 1 - ns, NODES]
+        moved[c], moved[c + 1] = cos * now[c] - sin * now[c + 1], cos * now[c + 1] + sin * now[c]
+    rate(A, m, LU, LS, LP, law, acts, moved, f1, one)
+    e = defect(h, f0, f1, max(top, FLOOR * stiff * largest(q)), a)
+    return iterations, e if e < np.inf else np.inf
+
+
+@njit
+def wished(h, e, aim):
+    """Step that would have the defect ``aim``, from one with the defect ``e``."""
+    if e == np.inf:
+        return 0.25 * h
+    return h * min(2.0, max(0.1, 0.9 * (aim / max(e, 1e-30)) ** (1.0 / NODES)))
+
+
+@intrinsic
+def offset(typing_context, pointer, count):
+    """Pointer to the number ``count`` places further on (a view of an array would cost more than some of the loops)."""
+    def codegen(context, builder, signature, arguments):
+        return builder.gep(arguments[0], [arguments[1]])
+    return pointer(pointer, types.intp), codegen
+
+
+_numbers, _whole = types.CPointer(types.float64), types.CPointer(types.int64)
+SIGNATURE = types.float64(
+    types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.intp,
+    types.float64, types.float64, types.float64, types.float64,
+    _numbers, _numbers, _numbers, _numbers, _numbers, _whole, _whole,
+    _numbers, _numbers, _numbers, _numbers, _numbers, _numbers, _numbers)
+
+
+def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim,
+          A_, LU_, LS_, LP_, law_, acts_, harmonics_, x_, x1_, acc_, force_, X_, accs_, scratch_):
+    """See `step`."""
+    n, rows = DOFS, ROWS
+    nw = 1 + 2 * harmonic_count
+    ns = nx - nw
+    A, LU, LS, LP = carray(A_, (m + 1, ns, nx)), carray(LU_, (rows, nx)), carray(LS_, (rows, nx)), carray(LP_, (m + 1, rows, n))
+    law, acts, harmonics = carray(law_, (values,)), carray(acts_, (m + 1, laws)), carray(harmonics_, (harmonic_count,))
+    x, x1, acc, force = carray(x_, (nx,)), carray(x1_, (nx,)), carray(acc_, (n, NODES + 2)), carray(force_, (rows, NODES + 2))
+    scratch, at = carray(scratch_, (ARRAYS,)), ARRAYS
+    turn, at = carray(offset(scratch_, at), (nw, NODES + 1)), at + nw * (NODES + 1)
+    local, at = carray(offset(scratch_, at), (6, rows, NODES)), at + 6 * rows * NODES
+    one, at = carray(offset(scratch_, at), (4, rows, 1)), at + 4 * rows
+    q, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    v, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    a, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    base, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    free, at = carray(offset(scratch_, at), (n, NODES)), at + n * NODES
+    f0, at = carray(offset(scratch_, at), (ns,)), at + ns
+    f1, at = carray(offset(scratch_, at), (ns,)), at + ns
+    rate(A, m, LU, LS, LP, law, acts, x, f0, one)
+    X, accs = carray(X_, (count, ns)), carray(accs_, (count, n, NODES + 2))
+    K, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
+    D, at = carray(offset(scratch_, at), (n, n, NODES)), at + n * n * NODES
+    slope, at = carray(offset(scratch_, at), (3, rows, WIDTH, NODES)), at + 3 * rows * WIDTH * NODES
+    Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
+    De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
+    edge, at = carray(offset(scratch_, at), (3, rows, WIDTH, 1)), at + 3 * rows * WIDTH
+    room = carray(offset(scratch_, at), (ns,))
+    watches(law, acts, m, 1, one)
+    for r in range(rows):
+        force[r, 0] = one[2, r, 0]
+    most = np.inf
+    if count > 0:  # variations may turn faster than the motion does
+        linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
+        most = FAST / max(frequency(Ke, De), 1e-300)
+        h = min(h, most) if h > 0.0 else max(h, -most)
+    while True:
+        fresh = abs(h - scratch[TABLED]) <= 1e-14 * abs(h)
+        iterations, e = attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, (TURN / unit) ** 2, h, fresh, x, x1, f0, f1,
+                                turn, local, one, q, v, a, base, free)
+        scratch[TABLED] = h
+        scratch[ERROR] = e
+        scratch[WISH] = min(wished(abs(h), e, aim), most)
+        if e <= WORST * aim or not abs(h) > SHORTEST * unit:
+            break
+        h = scratch[WISH] if h > 0.0 else -scratch[WISH]
+    if iterations == 0:
+        for i in range(ns):
+            x1[i] = np.nan
+    watches(law, acts, m, NODES, local)
+    watches(law, acts, m, 1, one)
+    for i in range(n):
+        acc[i, 0] = f0[n + i]
+        acc[i, NODES + 1] = f1[n + i]
+        for j in range(NODES):
+            acc[i, j + 1] = a[i, j]
+    for r in range(rows):
+        force[r, NODES + 1] = one[2, r, 0]
+        for j in range(NODES):
+            force[r, j + 1] = local[2, r, j]
+    if count == 0:
+        return h
+    linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D)
+    for end in range(2):
+        if edges:
+            rate(A, m, LU, LS, LP, law, acts, x if end == 0 else x1, f1, one)
+            linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
+        for k in range(count):
+            if end == 1:
+                vary(A, m, room, X, k, h, K, D, iterations, q, v, a)
+            if edges:
+                for c in range(ns):
+                    room[c] = X[k, c]
+                for i in range(n):
+                    total = remembered(A, m, i, n, room)
+                    for c in range(n):
+                        total += Ke[i, c, 0] * X[k, c] + De[i, c, 0] * X[k, n + c]
+                    accs[k, i, end * (NODES + 1)] = total
+                    if end == 1:
+                        for j in range(NODES):
+                            accs[k, i, j + 1] = a[i, j]
+    return h
+
+
+VALUES_SIGNATURE = types.float64(
+    types.intp, types.intp, types.intp, types.intp, types.intp, types.intp, types.float64,
+    _numbers, _whole, _numbers, _numbers)
+
+
+def _values(what, m, laws, values, owner, closes, h, law_, acts_, local_, slope_):
+    """See `calls.ask`."""
+    rows = ROWS
+    law, acts = carray(law_, (values,)), carray(acts_, (m + 1, laws))
+    local, slope = carray(local_, (4, rows, 1)), carray(slope_, (3, rows, WIDTH, 1))
+    if what == FORCE:
+        forces(law, acts, m, 1, local)
+    elif what == REACTION:
+        reactions(law, acts, m, 1, local)
+    elif what == WATCH:
+        watches(law, acts, m, 1, local)
+    elif what == SLOPE:
+        slopes(law, acts, m, h, 1, local, slope)
+        reaction_slopes(law, acts, m, h, 1, local, slope)
+        watch_slopes(law, acts, m, h, 1, local, slope)
+    elif what == KICK:
+        kicks(law, acts, m, 1, owner, closes != 0, local)
+    elif what == KICK_SLOPE:
+        kick_slopes(law, acts, m, h, 1, owner, closes != 0, local, slope)
+    elif what == REST:
+        rests(law, acts, m, 1, local)
+    elif what == REST_MOVE:
+        rest_moves(law, acts, m, h, 1, local, slope)
+    else:
+        rest_slopes(law, acts, m, 1, local, slope)
+    return 0.0
+
+
+_compiled = [cfunc(signature, cache=True, error_model="numpy")(function)
+             for signature, function in ((SIGNATURE, _step), (VALUES_SIGNATURE, _values))]
+ADDRESSES = tuple(made.address for made in _compiled)  # in the order of `calls.STEP` and `calls.VALUES`

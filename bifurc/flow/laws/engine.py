@@ -1,0 +1,72 @@
+"""Engine of modes under a law that is not affine: the functions of `bifurc.flow.affine.engine`, by the steps of `collocation`.
+
+The state after a time takes long steps whose defect, the interpolated against the true acceleration at the ends of the
+step, is small; the state errs like its square.  Guards become polynomials on shorter steps (`guards`).
+"""
+import numpy as np
+
+from ..._jit import njit
+from .calls import WISH, longest, rate, scratch_of, step
+from .gauss import NODES
+
+ENGINE = ("field", "advance", "carry", "arc")
+DEFECT = 2e-8  # aimed at in a step
+
+
+@njit
+def field(T, m, x, f):
+    """Write y' of mode ``m`` into ``f`` (ns,)."""
+    rate(T, m, x, f, np.empty((4, T.LU.shape[0], 1)))
+
+
+@njit
+def travel(T, m, x, s, x1, X):
+    """Joined state after the time ``s`` from ``x`` (nx,) into ``x1`` (nx,); rows of ``X`` (count, ns) are carried along."""
+    n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
+    acc, force, accs = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty((0, n, NODES + 2))
+    scratch = scratch_of(T, X.shape[0])
+    now = x.copy()
+    for c in range(nx):
+        x1[c] = x[c]
+    top = longest(T.harmonics, T.flat[0])
+    left = s
+    count = int(np.ceil(abs(s) / min(top, T.step[m])))
+    while count > 0:
+        tried = left / count
+        h = step(T, m, now, tried, DEFECT, x1, acc, force, X, 0, accs, scratch)
+        left -= h
+        count -= 1
+        if h == tried and count == 0 or not abs(x1[0]) < np.inf:
+            return
+        for c in range(nx):
+            now[c] = x1[c]
+        wish = scratch[WISH]
+        if h != tried or wish < 0.8 * abs(h) or wish > 1.6 * abs(h):
+            count = int(np.ceil(abs(left) / min(wish, top)))
+
+
+@njit
+def carry(T, m, x, s, out):
+    """Write the joined state (state and forcing) after ``s`` into ``out`` (nx,)."""
+    travel(T, m, x, s, out, np.empty((0, 2)))
+
+
+@njit
+def advance(T, m, x, s, y1):
+    """Write the state at time ``s`` after ``x`` (nx,) into ``y1`` (ns,); ``x`` is kept."""
+    x1 = np.empty(x.size)
+    travel(T, m, x, s, x1, np.empty((0, 2)))
+    for i in range(y1.size):
+        y1[i] = x1[i]
+
+
+@njit
+def arc(T, m, x, s, y1, Phi):
+    """Like `advance`, with the derivative ``Phi`` (ns, ns) of the state in the state at the start."""
+    ns = y1.size
+    x1, X = np.empty(x.size), np.eye(ns)
+    travel(T, m, x, s, x1, X)
+    for i in range(ns):
+        y1[i] = x1[i]
+        for c in range(ns):
+            Phi[i, c] = X[c, i]

@@ -1,0 +1,399 @@
+"""Equilibria of systems without excitation: F = 0 with the contacts that touch and stick, and the eigenvalues there.
+
+In a mode the state is at rest where y' = 0 and what the mode holds stays on its surface.  Newton with the least change
+solves that from the guess, so that where equilibria form a continuum (a mass that sticks, a slider that never slips) the
+nearest one is found.  A guard that the solution violates names the modes that are tried next.
+
+Eigenvalues are those of the motion that the mode allows, on the states modulo a continuum.
+
+One file, because the equilibrium tells its guards, modes and eigenvalues by the conditions that the search solves.
+"""
+import functools
+
+import numpy as np
+
+from ...compose.scene import Scene, scene_of
+from ...enumerations import DescribedEnum
+from ...flow import settle
+from ...flow.linear import ModeField
+from ...motion import Motion
+from ...notebook import Notebook
+from ...system import System
+from ..base import Orbit
+from ..shooting.births import curved_rests
+from .hopf import lyapunov_coefficient
+
+STEPS = 40
+HALVINGS = 40  # of a Newton step
+CONVERGED = 1e-13  # of the size of the state: last step
+BALANCED = 1e-11  # of the size of their terms: forces that are left
+RANK = 1e-10  # singular values below this part of the largest vanish
+INSIDE = 1e-12  # of its terms: a guard above it is violated
+BOUNDARY = 1e-11  # a guard that near zero: the equilibrium lies on the boundary of its mode
+NEUTRAL = 1e-10  # of the largest eigenvalue: a real part that is none
+MODES = 64  # tried at most
+
+
+class EquilibriumStatus(DescribedEnum):
+    """How an equilibrium is to be taken."""
+
+    CONVERGED = "converged", "All forces are in balance, and no contact is beyond its limits."
+    CONTINUUM = ("continuum", "All forces are in balance; the equilibrium is one of a continuum, the one nearest to "
+                              "the guess.")
+    INADMISSIBLE = ("inadmissible", "The forces are in balance only with a contact beyond its limits: it is no state "
+                                    "of rest of the system. There may be none, or another one; give another guess.")
+    NOT_FOUND = ("not_found", "No state of rest was found: in no mode of the contacts that was tried are the forces "
+                              "in balance. A belt that only drags, or a constant load on a free mass, allows none.")
+
+
+class Equilibrium(Notebook, Motion):
+    """A state of rest of a system without excitation.  Made by `find_equilibrium` and by branches.
+
+    Attributes
+    ----------
+    system : System
+    state : ndarray (ns,)
+        Positions, zero velocities, internal variables.
+    mode : int
+        Mode of the scene it is an equilibrium of; `contacts` says it in words.
+    status, message
+    success : bool
+        Whether it is a state of rest.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> bf.find_equilibrium(bf.systems.belt_oscillator()).success
+    True
+    """
+
+    _facts = ("status", "stable", "state", "contacts", "eigenvalues")
+    _panels = None
+    autonomous = True
+    regime = "at rest"
+    multipliers = None
+
+    def __init__(self, system: System, mode: int, state, status: EquilibriumStatus | None = None):
+        self.system, self.mode = system, int(mode)
+        self._state = np.array(state, float)
+        self._failed = status
+
+    @property
+    def state(self) -> np.ndarray:
+        """State (ns,)."""
+        return self._state.copy()
+
+    @property
+    def sections(self) -> np.ndarray:
+        """The state, (1, ns)."""
+        return self._state[None].copy()
+
+    @property
+    def scene(self) -> Scene:
+        """Modes and tables of the system."""
+        return scene_of(self.system)
+
+    @property
+    def parameters(self) -> dict:
+        """Parameters of the system."""
+        return self.system.parameters
+
+    @functools.cached_property
+    def field(self) -> ModeField:
+        """Vector field of the mode."""
+        return ModeField(self.scene, self.scene.tables, self.mode)
+
+    @property
+    def contacts(self) -> dict[str, object]:
+        """Mode key of every element, by label: what touches, sticks, slips."""
+        return dict(zip(self.system.labels, self.scene.keys[self.mode], strict=True))
+
+    @functools.cached_property
+    def residual(self) -> float:
+        """Largest rate that is left, relative to the size of the terms it is the sum of, dimensionless."""
+        T, m = self.scene.tables, self.mode
+        terms = np.abs(T.A[m]) @ np.abs(self.field.joined(self._state))
+        terms[self.scene.n:2 * self.scene.n] += np.abs(self.field.forces(self._state)) @ np.abs(T.LP[m])
+        return float((np.abs(self.field.rate(self._state)) / np.maximum(terms.max(), 1e-300)).max())
+
+    @functools.cached_property
+    def continuum(self) -> np.ndarray:
+        """Directions (k, ns), orthonormal, in which equilibria of the same mode lie nearby; k = 0: it stands alone."""
+        return _kernel(_conditions(self.scene, self.field, self._state)[1])
+
+    @functools.cached_property
+    def intervals(self) -> dict[int, tuple[float, float]]:
+        """For a continuum of one dimension: least and largest value of the state (index) that varies most along it, up to which
+        no contact is beyond a limit (by the tangent of the guards: exact where no force law is curved)."""
+        if len(self.continuum) != 1 or not self.success:
+            return {}
+        direction = self.continuum[0] / self.continuum[0][np.argmax(np.abs(self.continuum[0]))]
+        place = int(np.argmax(np.abs(direction)))
+        values, slopes = self.field.guard_slopes(self._state)
+        along = slopes @ direction
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = -values / along
+        low = float(away[along < 0.0].max(initial=-np.inf))
+        high = float(away[along > 0.0].min(initial=np.inf))
+        return {place: (float(self._state[place]) + low, float(self._state[place]) + high)}
+
+    @functools.cached_property
+    def on_boundary(self) -> list[str]:
+        """Labels of the elements whose guard is zero here: the equilibrium lies on the boundary of two modes."""
+        values = self.field.guards(self._state)
+        return [self.scene.element_name(self.mode, g) for g in np.flatnonzero(np.abs(values) <= BOUNDARY).tolist()]
+
+    @property
+    def status(self) -> EquilibriumStatus:
+        """How the equilibrium is to be taken."""
+        if self._failed is not None:
+            return self._failed
+        if self.field.guards(self._state).max(initial=-1.0) > INSIDE:
+            return EquilibriumStatus.INADMISSIBLE
+        return EquilibriumStatus.CONTINUUM if len(self.continuum) else EquilibriumStatus.CONVERGED
+
+    @property
+    def success(self) -> bool:
+        """Whether it is a state of rest of the system."""
+        return self._failed is None and self.status in (EquilibriumStatus.CONVERGED, EquilibriumStatus.CONTINUUM)
+
+    @property
+    def message(self) -> str:
+        """The status as a sentence, with the interval of a continuum, and what lies on a boundary."""
+        text = self.status.sentence
+        if not self.success:
+            return text
+        n = self.scene.n
+        for place, (low, high) in self.intervals.items():
+            text += f" {'Coordinate' if place < n else 'State'} {place} may stand in [{low:.6g}, {high:.6g}]."
+        if self.on_boundary:
+            text += (f" It lies on the boundary of two modes of {', '.join(self.on_boundary)}: its eigenvalues are those of one "
+                     "side, they do not decide stability.")
+        return text
+
+    @functools.cached_property
+    def linearisation(self) -> np.ndarray:
+        """Matrix (k, k) of small motions that the mode allows, on orthonormal coordinates modulo the continuum."""
+        return self._small[0]
+
+    @functools.cached_property
+    def _small(self) -> tuple[np.ndarray, np.ndarray]:
+        """The matrix of small motions (k, k) and the orthonormal directions (ns, k) it belongs to."""
+        scene, ns = self.scene, self.scene.ns
+        algebraic = [place for place, _ in scene.algebraic(self.mode)]
+        free = np.setdiff1d(np.arange(ns), algebraic)
+        J = self.field.jacobian(self._state)[np.ix_(free, free)]
+        curved = [slope for _, slope in curved_rests(scene, self.mode, self.field.joined(self._state))]
+        Z = np.eye(ns)[:, free] @ _kernel(np.vstack([self.field.constraints(), *curved])[:, free]).T
+        A = Z[free].T @ J @ Z[free]
+        N = _kernel(A) if len(self.continuum) else np.empty((0, len(A)))
+        if len(N):
+            Q = np.linalg.qr(N.T, mode="complete")[0][:, len(N):]
+            A, Z = Q.T @ A @ Q, Z @ Q
+        return A, Z
+
+    @functools.cached_property
+    def eigenvalues(self) -> np.ndarray:
+        """Eigenvalues, complex, largest real part first, of the motions that the mode allows."""
+        A = self.linearisation
+        found = np.linalg.eigvals(A).astype(complex) if len(A) else np.empty(0, complex)
+        return found[np.lexsort((-found.imag, -found.real.round(13)))]
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether all eigenvalues have negative real parts; None where one is neutral or the boundary of a mode is met."""
+        if not self.success or self.on_boundary:
+            return None
+        values = self.eigenvalues
+        top = float(values.real.max(initial=-np.inf))
+        if abs(top) <= NEUTRAL * float(np.abs(values).max(initial=0.0)):
+            return None
+        return top < 0.0
+
+    def lyapunov_coefficient(self, dof: int = 0) -> float:
+        """Return the first Lyapunov coefficient l1 at a Hopf point: r' = mu r + l1 r^3 for the amplitude r of a coordinate.
+
+        Negative: supercritical, stable orbits grow on the side where the equilibrium is unstable.
+
+        Parameters
+        ----------
+        dof : int
+            Coordinate whose amplitude r is meant; l1 scales with it, its sign does not.
+
+        Raises
+        ------
+        ValueError
+            Away from a Hopf point: no pair of eigenvalues is imaginary.
+
+        References
+        ----------
+        Y. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), eqs. 3.18 and 5.39.
+        """
+        return lyapunov_coefficient(self, dof)
+
+    def to_record(self) -> tuple[dict, dict]:
+        """Return header and arrays for `bifurc.io`."""
+        return {"kind": "equilibrium", "system": self.system.to_record()}, {"state": self.state}
+
+    @classmethod
+    def from_record(cls, header: dict, arrays: dict, elements=()) -> "Equilibrium":
+        """Make the equilibrium that `to_record` described: it is solved for again from its state."""
+        return find_equilibrium(System.from_record(header["system"], elements), arrays["state"])
+
+    def __repr__(self):
+        stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
+        where = np.array2string(self._state[:self.scene.n], precision=8, threshold=6)
+        return f"Equilibrium(q={where}, {stable}, {self.status})"
+
+
+def find_equilibrium(system: System, guess=None) -> Equilibrium:
+    """Return a state of rest of a system without excitation.
+
+    Parameters
+    ----------
+    system : System
+    guess : array (n,), (2 n,) or (ns,), Equilibrium, or None
+        Positions or a state near it (None: zero).  Where states of rest form a continuum the one nearest to the guess is
+        given.
+
+    Returns
+    -------
+    Equilibrium
+        Look at ``success``, ``status`` and ``message``: a failure is reported there, not raised.
+
+    Raises
+    ------
+    ValueError
+        A system with an excitation, a guess of wrong shape or not finite.
+
+    Examples
+    --------
+    >>> import bifurc as bf
+    >>> rest = bf.find_equilibrium(bf.systems.belt_oscillator(belt_speed=0.5))
+    >>> rest.stable
+    True
+    """
+    if system.omega is not None:
+        raise ValueError(f"{system!r} has an excitation of frequency {system.omega:g} and no state of rest; "
+                         "find_orbit gives its motion")
+    scene = scene_of(system)
+    y = _guess(scene, guess)
+    tried: dict[int, None] = {}
+    waiting, refused = _first(scene, y), None
+    while waiting and len(tried) < MODES:
+        mode = waiting.pop(0)
+        if mode in tried:
+            continue
+        tried[mode] = None
+        state = solved(scene, mode, y)
+        if state is None:
+            continue
+        found = Equilibrium(system, mode, state)
+        if found.success:
+            return resting(found)
+        refused = refused or found
+        values = found.field.guards(state)
+        for g in np.flatnonzero(values > INSIDE).tolist():
+            element = scene.guard(mode, g).element
+            after = [scene.combine(mode, element, key) for key in scene.followers(mode, g, found.field.joined(state))]
+            waiting[:0] = [m for m in after if m is not None]
+    return refused or Equilibrium(system, next(iter(tried)), y, EquilibriumStatus.NOT_FOUND)
+
+
+def resting(found: Equilibrium) -> Equilibrium:
+    """Return the equilibrium in the mode that holds most, where it lies on the boundary of several: what slides with no speed
+    sticks, and stands at the end of a continuum."""
+    scene = found.scene
+    for g in np.flatnonzero(np.abs(found.field.guards(found.state)) <= BOUNDARY).tolist():
+        element = scene.guard(found.mode, g).element
+        for key in scene.followers(found.mode, g, found.field.joined(found.state)):
+            mode = scene.combine(found.mode, element, key)
+            state = None if mode is None or mode == found.mode else solved(scene, mode, found.state)
+            if mode is None or state is None:
+                continue
+            other = Equilibrium(found.system, mode, state)
+            near = np.abs(state - found.state).max() <= BOUNDARY * max(np.abs(state).max(), 1e-300)
+            if near and other.success and len(other.continuum) > len(found.continuum):
+                return resting(other)
+    return found
+
+
+def _guess(scene: Scene, guess) -> np.ndarray:
+    """Return the state (ns,) that a guess means, at rest."""
+    if guess is None:
+        given = np.zeros(scene.ns)
+    else:
+        given = guess.state if isinstance(guess, (Equilibrium, Orbit)) else np.asarray(guess, float)
+    if given.shape not in {(scene.n,), (2 * scene.n,), (scene.ns,)}:
+        raise ValueError(f"guess has shape {given.shape}; it must be ({scene.n},) positions, or a state ({scene.ns},)")
+    if not np.isfinite(given).all():
+        raise ValueError(f"guess = {guess!r} must be finite")
+    x = np.zeros(scene.ns + scene.nw)
+    x[:given.size], x[scene.ns] = given, 1.0
+    x[scene.n:2 * scene.n] = 0.0
+    if given.size < scene.ns:
+        scene.relax(x)
+    return x[:scene.ns]
+
+
+def _first(scene: Scene, y) -> list[int]:
+    """Return the modes to be tried: that in which a motion from the guess begins, then all others that may hold at a start."""
+    found = []
+    x = np.append(y, [1.0])
+    try:
+        found = [settle.start(scene, x)[0]]
+    except (settle.Penetration, settle.Inconsistent):
+        pass  # the guess is beyond a surface, an equilibrium need not be
+    return [*found, *scene.start_modes()]
+
+
+def solved(scene: Scene, mode: int, y) -> np.ndarray | None:
+    """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change; None where there is none."""
+    field = ModeField(scene, scene.tables, mode)
+    y, largest, size = y.copy(), float(np.abs(y).max()), np.zeros(0)
+    for count in range(STEPS):
+        F, J, terms = _conditions(scene, field, y)
+        if not (np.isfinite(F).all() and np.isfinite(J).all()):
+            return None
+        size = terms if count == 0 else np.maximum(size, terms)
+        step = np.linalg.lstsq(J, -F, rcond=1e-12)[0]
+        for _ in range(HALVINGS):  # out of where a law is defined
+            if np.isfinite(field.rate(y + step)).all():
+                break
+            step *= 0.5
+        y = y + step
+        largest = max(largest, float(np.abs(y).max()))
+        if np.abs(step).max() <= CONVERGED * largest:
+            F = _conditions(scene, field, y)[0]
+            if not bool((np.abs(F) <= BALANCED * size).all()):
+                return None
+            y[np.abs(y) <= CONVERGED * largest] = 0.0  # velocities, and what only rounding keeps from a surface at zero
+            return y
+    return None
+
+
+def _conditions(scene: Scene, field: ModeField, y):
+    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow; its derivative, and
+    the size of the terms."""
+    ns, n = scene.ns, scene.n
+    x = field.joined(y)
+    rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
+    for place, row in scene.algebraic(field.mode):
+        rows = np.vstack([rows, np.eye(1, x.size, place) - row])
+    curved = curved_rests(scene, field.mode, x)
+    F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved]])
+    J = np.vstack([field.jacobian(y), rows[:, :ns], *(slope[:ns] for _, slope in curved)])
+    T = field.tables
+    rates = np.abs(T.A[field.mode]) @ np.abs(x)
+    rates[n:2 * n] += np.abs(field.forces(y)) @ np.abs(T.LP[field.mode])
+    size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved))])
+    return F, J, np.maximum(size, max(float(size.max()), 1e-300))
+
+
+def _kernel(matrix) -> np.ndarray:
+    """Return an orthonormal basis (k, n) of the null space of a matrix (m, n)."""
+    if not len(matrix):
+        return np.eye(matrix.shape[1])
+    _, sigma, V = np.linalg.svd(matrix)
+    rank = int(np.count_nonzero(sigma > RANK * sigma.max(initial=0.0)))
+    return V[rank:]

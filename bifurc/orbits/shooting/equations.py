@@ -1,0 +1,114 @@
+"""Equations of one event signature along one parameter, and the compiled corrector on them."""
+import copy
+import dataclasses
+
+import numpy as np
+
+from ...compose.modal import give_modal
+from ...compose.scene import Scene
+from ...compose.tables import rebuild
+from ...compose.writer import kernels
+from . import motion, sequence
+from .path import ParameterPath
+from .signature import Signature, divided
+
+TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
+MAX_ITERATIONS = 14
+GROWTH = 4.0  # a branch is expected to reach a few times the amplitude at its start: unit of arclength in the states
+
+
+class Equations:
+    """Residual of an event sequence as a function of its unknowns and one parameter.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : ParameterPath
+    signature : Signature
+    weights : ndarray (ns,)
+        Natural sizes of the states.
+    parameter_scale : float
+        Natural size of the parameter.
+
+    Attributes
+    ----------
+    size : int
+        Number n of unknowns.
+    scale : ndarray (n + 1,)
+        Natural sizes of unknowns and parameter; times count in quarter periods.
+    """
+
+    def __init__(self, scene: Scene, path: ParameterPath, signature: Signature, weights: np.ndarray, parameter_scale=1.0):
+        if signature.events and signature.nodes.shape[1] <= sequence.ENDING:  # written by hand
+            nodes = divided(scene, signature.nodes, path.tables, signature.closure)
+            signature = dataclasses.replace(signature, nodes=nodes)
+        self.scene, self.path, self.signature = scene, path, signature
+        self.weights = np.ascontiguousarray(weights, float)
+        self.size = signature.nodes.size // signature.nodes.shape[1] * (1 + scene.ns)
+        sizes = np.concatenate([[0.25], GROWTH * self.weights])
+        self.scale = np.append(np.tile(sizes, len(signature.nodes)), parameter_scale)
+        self.scale[:-1] *= np.sqrt(len(signature.nodes))
+        self.closure = signature.signs(scene)
+        self.kernel = kernels(scene, sequence.__name__)
+        set_clock(path.tables, signature.clock)
+        self.motion = kernels(scene, motion.__name__)
+        self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
+                      signature.span, self.closure, self.scale, self.weights)
+
+    def on(self, path: ParameterPath) -> "Equations":
+        """Return the same equations with the numbers of another path."""
+        other = copy.copy(self)
+        other.path = path
+        set_clock(path.tables, self.signature.clock)
+        other._data = (path.tables, path.index, path.series, path.low, path.high, *self._data[5:])
+        return other
+
+    def correct(self, x, tangent, free: bool):
+        """Return (status, x, tangent, info): 1 converged, 0 not, -1 singular.
+
+        Parameters
+        ----------
+        x : ndarray (n + 1,)
+            Guess; not changed.
+        tangent : ndarray (n + 1,)
+            Unit, in scaled unknowns.
+        free : bool
+            Search the plane through ``x`` orthogonal to ``tangent``; False: keep the parameter.
+        """
+        U, tangent, info = x.copy(), tangent.copy(), np.zeros(sequence.INFO)
+        status = self.kernel.correct(*self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE, MAX_ITERATIONS)
+        return status, U, tangent, info
+
+    def residual(self, x) -> np.ndarray:
+        """Return the scaled residual (n,) at ``x`` (n + 1,)."""
+        F, none = np.empty(self.size), np.empty((1, 1))
+        self.numbers_at(x[-1])
+        s = self.signature
+        self.kernel.assemble(self.path.tables, s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, none, none, 0.0)
+        return F
+
+    def jacobian(self, x, mu=1.0) -> np.ndarray:
+        """Return the Jacobian (n, n) at ``x`` (n + 1,) with the factor ``mu`` on the closing node."""
+        s, F, J, C = self.signature, np.empty(self.size), np.empty((self.size, self.size)), np.empty((self.size, 2 + self.scene.ns))
+        self.kernel.assemble(self.numbers_at(x[-1]), s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, J, C, 1.0)
+        if mu != 1.0:
+            J[:, :C.shape[1] - 1] += (mu - 1.0) * C[:, :-1]
+            J[:, 0] += C[:, -1]
+        return J
+
+    def numbers_at(self, value):
+        """Return the working tables, rewritten for a parameter value."""
+        path = self.path
+        self.kernel.set_parameter(path.tables, path.index, path.series, path.low, path.high, value)
+        return path.tables
+
+
+def set_clock(tables, clock: float) -> None:
+    """Count the times of an autonomous orbit in the unit ``clock`` (time; 0: the forcing period, nothing is changed).
+
+    The kernels know a unit of time by its frequency; without harmonics nothing else in the tables depends on it.
+    """
+    if clock and tables.flat[0] != 2.0 * np.pi / clock:
+        tables.flat[0] = 2.0 * np.pi / clock
+        rebuild(tables)
+        give_modal(tables)

@@ -1,0 +1,109 @@
+"""How the numbers of a scene depend on one parameter: Chebyshev series, so that a corrector changes it without Python.
+
+A builder may do anything with its keywords; between two bounds its packed numbers are almost always polynomials (omega,
+omega**2, 2 zeta) or analytic.  They are sampled through the builder and the series is checked at further points to
+rounding level before it is trusted.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...compose.modal import give_modal
+from ...compose.scene import Scene
+from ...compose.tables import Tables
+from ...system import System
+
+DEGREES = (2, 4, 8, 16, 32, 64)  # most numbers are products of two parameters at most
+CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
+TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
+ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
+PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterPath:
+    """Numbers of a scene along a parameter.
+
+    Parameters
+    ----------
+    tables : Tables
+        Working tables, rewritten by every correction.
+    name : str or None
+        Parameter; None: all numbers are constant.
+    index : ndarray (k,) of int
+        Places in ``tables.flat`` that change.
+    series : ndarray (k, degree + 1)
+        Chebyshev coefficients on [low, high].
+    low, high : float
+    """
+
+    tables: Tables
+    name: str | None
+    index: np.ndarray
+    series: np.ndarray
+    low: float
+    high: float
+
+
+def constant_path(scene: Scene, system: System) -> ParameterPath:
+    """Return the path on which nothing changes."""
+    tables = scene.refill(system)
+    give_modal(tables)
+    return ParameterPath(tables, None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
+
+
+def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float, float], pad: float = PAD) -> ParameterPath:
+    """Return the path of ``system`` along ``name`` over ``bounds`` (unordered pair, parameter's unit).
+
+    ``pad`` widens the interval on both sides by this part of its width, where the builder allows it.
+
+    Raises
+    ------
+    ValueError
+        When the builder refuses a bound, or the numbers do not depend on the parameter smoothly enough to be followed.
+    """
+    index, series, a, b = series_over(system, name, bounds, scene.flat_of, pad)
+    return ParameterPath(scene.refill(system), name, index, series, a, b)
+
+
+def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD):
+    """Return places (k,), Chebyshev series (k, degree + 1) and interval of the packed numbers that change with ``name``.
+
+    ``flat_of(system)`` packs the numbers; see `parameter_path` for the rest.
+    """
+    low, high = min(bounds), max(bounds)
+    wide = max(high - low, 1e-3 * max(abs(low), abs(high), 1e-3))
+
+    def sample(value):
+        return flat_of(system.with_parameters(**{name: float(value)}))
+
+    a, b = low - pad * wide, high + pad * wide
+    try:
+        for end in (a, b):
+            system.with_parameters(**{name: end})
+    except ValueError:
+        a, b = low, high
+        for end in (a, b):
+            system.with_parameters(**{name: end})  # the builder's own message if it refuses a bound
+    if not b > a:
+        raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
+    middle, half = 0.5 * (a + b), 0.5 * (b - a)
+    checks = np.array([sample(middle + half * z) for z in CHECKS])
+    for degree in DEGREES:
+        angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
+        values = np.array([sample(middle + half * z) for z in np.cos(angle)])
+        index = np.flatnonzero(np.any(values != checks[0], axis=0) | np.any(checks != checks[0], axis=0))
+        values = values[:, index]
+        order = np.arange(degree + 1)
+        series = 2.0 / (degree + 1) * np.cos(np.outer(order, angle)) @ values
+        series[0] *= 0.5
+        size = np.abs(values).max(axis=0, initial=0.0) + np.abs(checks[:, index]).max(axis=0, initial=0.0)
+        series[np.abs(series) < 4e-16 * size] = 0.0
+        found = np.cos(np.outer(np.arccos(CHECKS), order)) @ series
+        allowed = max(TOLERANCE, ROUNDING * math.sqrt(degree + 1.0) if degree > 4 else 0.0)
+        if np.all(np.abs(found - checks[:, index]) <= allowed * size + 1e-300):
+            used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
+            return index, np.ascontiguousarray(series[:used].T), a, b
+    raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
+                     f"(no polynomial of degree {DEGREES[-1]} fits to rounding); choose narrower bounds")

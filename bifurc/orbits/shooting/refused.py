@@ -1,0 +1,134 @@
+"""Whether the modes that are tried before the listed one are refused where an event leads past them.
+
+After an event the first mode that may start is the one that holds (`flow.settle`).  At a reversal of slip, stick is tried
+first: with static friction above kinetic it holds as long as its force is within the static limit, though a reversed slip
+would have moved off as well.  That the reversal leaves is then too little: the force of stick must be beyond its limit.
+Where both conditions are one (static friction equal to kinetic, Stribeck laws) the leading rate of the reversal tells.
+"""
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...compose.tables import ORDER
+from .sequence import AFTER, DIVIDE, STARTS, TOGETHER
+
+SAMPLES = 6  # states at which the two conditions are compared
+ONE = 1e-9  # relative difference of two conditions that are one
+RESTS = 1e-6  # scaled value of a row that an earlier mode would hold
+
+
+@dataclass(frozen=True, slots=True)
+class Earlier:
+    """A mode tried before the listed one.
+
+    Attributes
+    ----------
+    node : int
+    mode : int
+    guards : tuple of int
+        Its guards of the element whose event it is: one of them must be beyond its limit.
+    """
+
+    node: int
+    mode: int
+    guards: tuple[int, ...]
+
+
+def earlier_modes(scene, signature) -> list[Earlier]:
+    """Return the modes that are tried before those after the events of ``signature``, built where they were not yet."""
+    found = []
+    for i, node in enumerate(signature.nodes.tolist()):
+        before, guard, after = node[:AFTER + 1]
+        if guard < 0 or node[DIVIDE] == TOGETHER or scene.tables.kick[before, guard]:
+            continue
+        owner = scene.guard(before, guard)
+        if callable(owner.guard.then):  # decided by the state
+            continue
+        for key in owner.guard.then:
+            mode = scene.combine(before, owner.element, key)
+            if mode == after:
+                break
+            if mode is not None and mode != before and scene.tables.n_holds[mode]:
+                found.append(Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))))
+    return found
+
+
+class Refusal:
+    """The value that must stay negative for earlier modes to be refused, where no other condition says the same.
+
+    Parameters
+    ----------
+    equations : Equations
+    earlier : list of Earlier
+    value : float
+        Of the parameter, where the conditions are compared.
+    """
+
+    def __init__(self, equations, earlier, value: float):
+        self.equations = equations
+        T = equations.numbers_at(value) if earlier else None
+        self.earlier = [one for one in earlier if not self._implied(T, one)]
+
+    def on(self, equations) -> "Refusal":
+        """Return the same conditions on the same equations with other numbers."""
+        other = copy.copy(self)
+        other.equations = equations
+        return other
+
+    def __bool__(self) -> bool:
+        return bool(self.earlier)
+
+    def worst(self, x) -> float:
+        """Return the largest scaled margin by which an earlier mode could start at ``x`` (n + 1,); -inf without one."""
+        e = self.equations
+        T = e.numbers_at(x[-1])
+        s, U = e.signature.written_out(x[:-1])
+        period, size = 2.0 * np.pi / T.flat[0], 1 + e.scene.ns
+        start, P, worst = np.empty(T.A.shape[2]), np.empty((e.scene.ns, T.A.shape[2])), -np.inf
+        for one in self.earlier:
+            e.motion.start_of(T, s.nodes, U, one.node, P, start)
+            e.kernel.forcing(T, U[one.node * size] * period, start)
+            if all(abs(T.H[one.mode, k] @ start) <= RESTS * e.kernel.scale_of(T.H[one.mode, k], e.weights)
+                   for k in range(int(T.n_holds[one.mode]))):
+                worst = max(worst, -self._beyond(T, one, start))
+        return worst
+
+    def _beyond(self, T, one, x) -> float:
+        """Return the largest scaled value of the guards of an earlier mode at ``x`` (nx,)."""
+        e, row, most = self.equations, np.empty(x.size), -np.inf
+        for q in one.guards:
+            e.kernel.guard_gradient(T, one.mode, q, x, row)
+            most = max(most, float(e.kernel.guard_value(T, one.mode, q, x)) / e.kernel.scale_of(row, e.weights))
+        return most
+
+    def _implied(self, T, one) -> bool:
+        """Whether the leading rate at the start of the listed mode is a guard of the earlier mode, times a constant."""
+        e = self.equations
+        node = e.signature.nodes[one.node]
+        orders = [(q, -int(start)) for q, start in enumerate(node[STARTS:]) if start < 0]
+        if not orders:
+            return True
+        values, rates = [], []
+        rng = np.random.default_rng(1)
+        rows = T.H[one.mode, :int(T.n_holds[one.mode])]
+        for _ in range(SAMPLES):
+            x = np.concatenate([e.weights * rng.standard_normal(e.weights.size), e.scene.forcing(rng.uniform(0.0, 6.0, 1))[0]])
+            for row in rows:  # at rest on what the earlier mode would hold
+                own = row[:e.weights.size]
+                if own @ own > 0.0:
+                    x[:own.size] -= own * (row @ x) / (own @ own)
+            a = np.empty(ORDER + 1)
+            rates.append([self._rate(T, int(node[AFTER]), q, order, x, a) for q, order in orders])
+            values.append([float(e.kernel.guard_value(T, one.mode, q, x)) for q in one.guards])
+        return any(proportional(v, r) for v in np.transpose(values) for r in np.transpose(rates))
+
+    def _rate(self, T, mode, guard, order, x, a) -> float:
+        self.equations.kernel.guard_series(T, mode, guard, x, a)
+        return float(a[order])
+
+
+def proportional(a, b) -> bool:
+    """Whether ``a`` (k,) is a constant times ``b`` (k,)."""
+    size = np.linalg.norm(a) * np.linalg.norm(b)
+    return bool(size > 0.0 and size - abs(a @ b) <= ONE * size)

@@ -1,0 +1,576 @@
+"""Periodic orbits as event sequences: residual, Jacobian and one compiled corrector call a continuation step.
+
+The unknowns are, for each node, its time ``tau`` in forcing periods and the state ``y`` just before its event; a node
+without event is a section at a fixed time.  With the jump ``y+ = R(x)``, the arc ``phi`` of the mode that follows and
+the guard ``g`` of the mode before,
+
+    phi(tau_i, tau_{i+1}, y_i+) - y_{i+1} = 0,     g(tau_i, y_i) = 0,     (tau_m, y_m) = (tau_0 + span, closure y_0).
+
+No row contains 1/speed, so that Newton and arclength pass zero impact speed regularly.  Where the opening of an
+interval makes its closing guard vanish at zero duration ``s`` that root is trivial; the row is divided by ``s**order``,
+which keeps it regular through the birth of a contact (elastic graze: order 1) and of a slip (order 2).  Events that
+coincide always (two sliders on one coordinate stop together) have the row ``tau_{i+1} = tau_i`` instead.
+
+A perturbation that is multiplied by mu over the period makes ``det J(mu)`` vanish, where the columns of node ``m``
+carry the factor mu; mu = -1 gives the flip test, finite through zero speed.
+
+Where nothing depends on time the period is unknown and the phase is free: ``span`` = 0, node 0 is at time zero, and the
+place of its time holds that of the closing node, the period.  A section then asks for ``normal . y = value`` instead of a
+time.  So there is one equation for each unknown, and the trivial multiplier +1 is no zero of ``det J``.
+
+One file, because residual, Jacobian and corrector are compiled as one call and share the columns of `nodes` and the places of
+`info`.
+"""
+import numpy as np
+
+from ..._jit import both, njit
+from ...compose.tables import ORDER, rebuild, rebuild_mode
+from ...flow.affine.engine import (
+    advance,
+    arc,
+    curved_hold,
+    field,
+    forcing,
+    forcing_rate,
+    guard_divided,
+    guard_gradient,
+    guard_series,
+    guard_value,
+)
+from ...flow.affine.peak import segment_peak
+from ...flow.rule import jump
+from ...solve.dense import lu, lu_solve
+
+# columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
+# sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every
+# guard of the mode AFTER the order of its zero at the start, negative where its leading rate is a condition that no arriving
+# speed implies (a reversal: the mass must be moving away), or FOREVER
+BEFORE, GUARD, AFTER, DIVIDE, CLOSES, ENDING, STARTS = range(7)
+TOGETHER = -1
+FOREVER = ORDER + 1  # order at the start of a guard that what is held keeps at zero: no event of its own
+SHORT = 0.01  # periods
+LONGEST = 64.0  # units of time that an orbit of unknown period may become
+NOISE = 4.0 * 2.2e-16  # of an unknown, relative
+STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
+CALM = 1e-6  # a step so small (scaled) at a residual that is rounding twice over: a duration near its birth is known no better
+LAST = 1e-9  # a step so small (scaled) is the last one, and changes the derivative in the parameter by less than its error
+NEAR = 1e-4  # a step so small is followed by next to none
+DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
+(ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
+ PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
+
+
+@both
+def set_parameter(T, index, series, low, high, value):
+    """Write the numbers of the scene at a parameter value, given as Chebyshev series on [low, high], and rebuild."""
+    if index.size > 0:
+        set_numbers(T, index, series, low, high, value)
+        rebuild(T)
+
+
+@njit
+def set_modes(T, index, series, low, high, value, nodes):
+    """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt."""
+    if index.size == 0:
+        return
+    set_numbers(T, index, series, low, high, value)
+    done = np.zeros(T.n_guards.size, np.int64)
+    for i in range(nodes.shape[0]):
+        for column in (BEFORE, AFTER):
+            m = nodes[i, column]
+            if done[m] == 0:
+                rebuild_mode(T, m)
+                done[m] = 1
+
+
+@njit
+def set_numbers(T, index, series, low, high, value):
+    """Write the numbers of the scene at a parameter value."""
+    flat = T.flat
+    z = (2.0 * value - low - high) / (high - low)
+    for k in range(index.size):
+        b0 = 0.0
+        b1 = 0.0
+        for j in range(series.shape[1] - 1, 0, -1):
+            b0, b1 = 2.0 * z * b0 - b1 + series[k, j], b0
+        flat[index[k]] = z * b0 - b1 + series[k, 0]
+
+
+@njit
+def guard_rate(row, f, dw):
+    """Rate of a guard with gradient ``row`` along the field ``f`` and the rates ``dw`` of the forcing."""
+    total = 0.0
+    for c in range(f.size):
+        total += row[c] * f[c]
+    for k in range(dw.size):
+        total += row[f.size + k] * dw[k]
+    return total
+
+
+@njit
+def reset(T, m, g, closes, x, xp, P):
+    """Write the state behind a node into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
+
+    An event jumps; a section puts what is held on its surface and to rest: rows held all period are no unknowns of the orbit.
+    """
+    if g >= 0:
+        jump(T, m, g, closes == 1, x, xp, P)
+        return
+    ns = P.shape[0]
+    for i in range(ns):
+        for c in range(P.shape[1]):
+            P[i, c] = 1.0 if i == c else 0.0
+    for k in range(T.n_holds[m]):
+        clear(T.S[m, k], P)
+        clear(T.H[m, k], P)
+    for c in range(x.size):
+        xp[c] = x[c]
+    if T.n_holds[m] > 0:
+        for i in range(ns):
+            xp[i] = 0.0
+            for c in range(x.size):
+                xp[i] += P[i, c] * x[c]
+    curved_hold(T, m, xp, P)
+
+
+@njit
+def clear(row, P):
+    """Change the affine map ``P`` (ns, nx) so that ``row`` (nx,) of its image is zero."""
+    ns, nx = P.shape
+    square = 0.0
+    for i in range(ns):
+        square += row[i] * row[i]
+    if square == 0.0:
+        return
+    for c in range(nx):
+        value = row[c] if c >= ns else 0.0
+        for i in range(ns):
+            value += row[i] * P[i, c]
+        for i in range(ns):
+            P[i, c] -= row[i] * (value / square)
+
+
+@njit
+def scale_of(row, weights):
+    """Natural size of a guard with gradient ``row``: that of its states, or of its forcing where time alone decides."""
+    total = 0.0
+    for c in range(weights.size):
+        total += abs(row[c]) * weights[c]
+    if total == 0.0:
+        for c in range(weights.size, row.size):
+            total += abs(row[c])
+    return total
+
+
+@both
+def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
+    """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
+
+    ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections (``span`` = 0: normal and value of the section, (ns + 1,)),
+    ``closure`` (ns,) signs of the closing map, ``weights`` (ns,) natural sizes of the states (rows are scaled).  The first
+    columns of ``C`` (n, 2 + ns) are the part of those of ``J`` that node 0 has as the closing node: the Jacobian with the
+    factor mu on it is ``J + (mu - 1) C``.  With ``span`` = 0 its last column is the derivative in the time at which node 0
+    begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
+    """
+    step = T.step
+    count = nodes.shape[0]
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    size = 1 + ns
+    period = 2.0 * np.pi / T.flat[0]
+    x = np.empty(nx)  # before the event
+    xp = np.empty(nx)  # after it
+    xe = np.empty(nx)  # at the end of the interval
+    f = np.empty(ns)
+    dw = np.empty(nx - ns)
+    row = np.empty(nx)
+    y1 = np.empty(ns)
+    start = np.empty(ns)  # d y+ / d tau at fixed y, without what the later start takes away
+    move = np.empty(ns)
+    P = np.empty((ns, nx))
+    Phi = np.empty((ns, ns))
+    PhiP = np.empty((ns, ns))
+    if want > 0.0:
+        for r in range(J.shape[0]):
+            for c in range(J.shape[1]):
+                J[r, c] = 0.0
+            for c in range(size + 1):
+                C[r, c] = 0.0
+    for i in range(count):
+        base = i * size
+        before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
+        begins = i == 0 and span == 0.0
+        tau = 0.0 if begins else U[base]
+        for c in range(ns):
+            x[c] = U[base + 1 + c]
+        forcing(T, tau * period, x)
+        forcing_rate(T, x, dw)
+        if g < 0 and span == 0.0:
+            F[base] = -fixed[ns]
+            for c in range(ns):
+                F[base] += fixed[c] * x[c]
+                if want > 0.0:
+                    J[base, base + 1 + c] = fixed[c]
+        elif g < 0:
+            F[base] = tau - fixed[i]
+            if want > 0.0:
+                J[base, base] = 1.0
+        elif nodes[i, DIVIDE] == 0:
+            guard_gradient(T, before, g, x, row)
+            scale = scale_of(row, weights)
+            F[base] = guard_value(T, before, g, x) / scale
+            if want > 0.0:
+                for c in range(ns):
+                    J[base, base + 1 + c] += row[c] / scale
+                for k in range(1, nx - ns):
+                    J[base, base] += row[ns + k] * dw[k] * period / scale
+        reset(T, before, g, nodes[i, CLOSES], x, xp, P)
+        for c in range(ns):
+            rate = 0.0
+            for k in range(1, nx - ns):
+                rate += P[c, ns + k] * dw[k] * period
+            start[c] = rate
+        last = i == count - 1
+        nxt = 0 if last else i + 1
+        end = U[nxt * size] + (span if last else 0.0)
+        duration = (end - tau) * period
+        most = span + 1.0 if span > 0.0 else LONGEST
+        if not -step[after] <= duration <= most * period:  # Newton has left the sequence: nothing to integrate
+            F[:] = np.nan
+            return
+        if want > 0.0:
+            arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
+        else:
+            advance(T, after, xp, duration, y1)
+        field(T, after, xp, f)
+        for c in range(ns):
+            move[c] = start[c] - f[c] * period
+            xe[c] = y1[c]
+        forcing(T, end * period, xe)
+        field(T, after, xe, f)
+        if want > 0.0:
+            for c in range(ns):
+                for k in range(ns):
+                    total = 0.0
+                    for q in range(ns):
+                        total += Phi[c, q] * P[q, k]
+                    PhiP[c, k] = total
+        for c in range(ns):
+            r = base + 1 + c
+            sign = closure[c] if last else 1.0
+            if sign == 0.0:  # nothing writes this state in a period: it labels the orbits of a family and is kept
+                F[r] = 0.0
+                if want > 0.0:
+                    J[r, 1 + c] = 1.0 / weights[c]
+                continue
+            F[r] = (y1[c] - sign * U[nxt * size + 1 + c]) / weights[c]
+            if want > 0.0:
+                for k in range(ns):
+                    if begins:
+                        C[r, size] += Phi[c, k] * move[k] / weights[c]
+                    else:
+                        J[r, base] += Phi[c, k] * move[k] / weights[c]
+                    J[r, base + 1 + k] += PhiP[c, k] / weights[c]
+                J[r, nxt * size] += f[c] * period / weights[c]
+                J[r, nxt * size + 1 + c] -= sign / weights[c]
+                if last:
+                    C[r, 0] += f[c] * period / weights[c]
+                    C[r, 1 + c] -= sign / weights[c]
+        order = nodes[nxt, DIVIDE]
+        if order == 0:
+            continue
+        if order == TOGETHER:
+            r = nxt * size
+            F[r] = U[r] + (span if last else 0.0) - tau
+            if want > 0.0:
+                J[r, r] += 1.0
+                if last:
+                    C[r, 0] += 1.0
+                if begins:
+                    C[r, size] -= 1.0
+                else:
+                    J[r, base] -= 1.0
+            continue
+        close, r = nodes[i, ENDING], nxt * size  # closing guard of this interval, divided by duration**order
+        if duration < step[after]:
+            value, slope = guard_divided(T, after, close, xp, duration, order, row)
+            scale = scale_of(row, weights)
+            F[r] = value / scale
+            if want > 0.0:
+                J[r, nxt * size] += slope * period / scale
+                if last:
+                    C[r, 0] += slope * period / scale
+                if begins:
+                    C[r, size] -= slope * period / scale
+                else:
+                    J[r, base] -= slope * period / scale
+                    for k in range(1, nx - ns):
+                        J[r, base] += row[ns + k] * dw[k] * period / scale
+                    for c in range(ns):
+                        J[r, base] += row[c] * start[c] / scale
+                for c in range(ns):
+                    for k in range(ns):
+                        J[r, base + 1 + k] += row[c] * P[c, k] / scale
+        else:
+            guard_gradient(T, after, close, xe, row)
+            forcing_rate(T, xe, dw)
+            scale = scale_of(row, weights) * duration**order
+            F[r] = guard_value(T, after, close, xe) / scale
+            if want > 0.0:
+                rate = guard_rate(row, f, dw) * period / scale
+                J[r, nxt * size] += rate
+                if last:
+                    C[r, 0] += rate
+                for c in range(ns):
+                    for k in range(ns):
+                        if begins:
+                            C[r, size] += row[c] * Phi[c, k] * move[k] / scale
+                        else:
+                            J[r, base] += row[c] * Phi[c, k] * move[k] / scale
+                        J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
+
+
+@both
+def monitor(T, nodes, fixed, span, closure, U, weights, info):
+    """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
+    leading rate of a guard that vanishes at a start), BROKEN (largest value or speed of a row that a mode holds, where it
+    begins), all scaled, and RESTS (shortest rest behind an infinite sequence, periods)."""
+    flat, kick, n_guards = T.flat, T.kick, T.n_guards
+    count = nodes.shape[0]
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    size = 1 + ns
+    period = 2.0 * np.pi / flat[0]
+    x = np.empty(nx)
+    xp = np.empty(nx)
+    f = np.empty(ns)
+    dw = np.empty(nx - ns)
+    row = np.empty(nx)
+    P = np.empty((ns, nx))
+    a = np.empty(ORDER + 1)
+    info[LISTED], info[LISTED_AT], info[RESTS] = np.inf, -1.0, np.inf
+    info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = -np.inf, -1.0, -1.0
+    info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = -np.inf, -1.0, -1.0, 0.0
+    info[BROKEN] = 0.0
+    for i in range(count):
+        before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
+        tau = U[i * size]
+        for c in range(ns):
+            x[c] = U[i * size + 1 + c]
+        forcing(T, tau * period, x)
+        if g >= 0:
+            previous = i - 1 if i > 0 else count - 1
+            order = nodes[i, DIVIDE]
+            speed = np.inf
+            # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their
+            # minimum would have a kink
+            following = U[(i + 1) * size] if i < count - 1 else U[0] + span
+            lasted = tau - U[previous * size] + (0.0 if i > 0 else span)
+            if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
+                field(T, before, x, f)
+                forcing_rate(T, x, dw)
+                guard_gradient(T, before, g, x, row)
+                speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
+            if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0 and (
+                    order > 0 or nodes[previous, CLOSES] == 0
+                    or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0):
+                speed = min(speed, lasted)  # births, and what follows one impact, where guards may jump: the duration is smooth
+            if speed < info[LISTED] and nodes[i, CLOSES] == 0:
+                info[LISTED], info[LISTED_AT] = speed, i
+        reset(T, before, g, nodes[i, CLOSES], x, xp, P)
+        last = i == count - 1
+        nxt = 0 if last else i + 1
+        s = (U[nxt * size] + (span if last else 0.0) - tau) * period
+        if nodes[i, CLOSES] == 1:
+            info[RESTS] = min(info[RESTS], s / period)
+        if g >= 0:
+            for k in range(T.n_holds[after]):
+                info[BROKEN] = max(info[BROKEN], row_value(T.H[after, k], xp, weights), row_value(T.S[after, k], xp, weights))
+        if nodes[nxt, DIVIDE] == TOGETHER:
+            continue
+        for q in range(n_guards[after]):
+            start = nodes[i, STARTS + q] if STARTS + q < nodes.shape[1] else 0
+            if start == FOREVER:
+                continue
+            listed = 1 if nodes.shape[1] > ENDING and nodes[i, ENDING] == q else 0
+            if listed == 0 and nodes[(nxt + 1) % count, DIVIDE] == TOGETHER:
+                listed = 2  # it may be the guard of an event that coincides with the next
+            guard_gradient(T, after, q, xp, row)
+            scale = scale_of(row, weights)
+            if listed == 2:
+                for c in range(ns):
+                    x[c] = (closure[c] if last else 1.0) * U[nxt * size + 1 + c]
+                forcing(T, (U[nxt * size] + (span if last else 0.0)) * period, x)
+                listed = 1 if abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
+            if start < 0:
+                guard_series(T, after, q, xp, a)
+                value = a[-start] / (scale * flat[0]**(-start))
+                if value > info[LEAVING]:
+                    info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = value, i, q
+            value, at = segment_peak(T, after, q, xp, s, listed, abs(start))
+            if starts_beyond(T, nodes, i, q, xp, listed, a):
+                first = guard_value(T, after, q, xp)
+                if first > value:
+                    value, at = first, 0.0
+            value /= scale
+            if value > info[PEAK]:
+                info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@njit
+def row_value(row, x, weights):
+    """Size of an affine row (nx,) at ``x`` (nx,), scaled; 0 for a row without states."""
+    scale = 0.0
+    for c in range(weights.size):
+        scale += abs(row[c]) * weights[c]
+    if scale == 0.0:
+        return 0.0
+    value = 0.0
+    for c in range(x.size):
+        value += row[c] * x[c]
+    return abs(value) / scale
+
+
+@njit
+def starts_beyond(T, nodes, i, q, xp, listed, a):
+    """Whether the value of guard ``q`` at the start ``xp`` of the interval behind node ``i`` is a condition: that a row may be
+    held from there, or that an impact does not carry it beyond.  Where the guard also ends the interval it is one only if it
+    falls first.
+
+    A surface is none: its value does not jump, and what it falls from is the interval before.
+    """
+    before, guard, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
+    if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
+        return False
+    if T.kick[before, guard] == 0 and (T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after]):
+        return False
+    if listed == 0:
+        return True
+    guard_series(T, after, q, xp, a)
+    return a[1] < 0.0
+
+
+@njit
+def at_rounding(F, J, U, tolerance):
+    """Whether no residual exceeds what the rounding of the unknowns makes of it: a stiff contact turns far in one eps."""
+    for i in range(F.size):
+        noise = 0.0
+        for j in range(F.size):
+            noise += abs(J[i, j] * U[j])
+        if not abs(F[i]) <= tolerance + NOISE * noise:
+            return False
+    return True
+
+
+@both
+def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
+            info, tolerance, max_iterations):
+    """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
+
+    ``U`` (n+1,) holds the unknowns and the parameter, at entry a guess; ``predicted`` (n+1,) the point whose plane
+    orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched; ``scales`` (n+1,) natural sizes.  With ``free``
+    = 0 the parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
+
+    The derivative in the parameter is a difference; it is renewed near the solution, for the tangent there, and
+    kept in between, where it only steers Newton.
+    """
+    n = U.size - 1
+    size = 1 + weights.size
+    F, F2 = np.empty(n), np.empty(n)
+    J, C = np.empty((n, n)), np.empty((n, size + 1))
+    K, b = np.empty((n + 1, n + 1)), np.empty(n + 1)
+    slope = np.zeros(n)
+    pivot = np.empty(n + 1, np.int64)
+    delta = DIFFERENCE * scales[n]
+    old_step, older_step, calm = np.inf, np.inf, 0
+    moved = 0.0  # since the derivative in the parameter was taken
+    info[CONTRACTION] = 0.0
+    born = 1 if np.any(nodes[:, DIVIDE] > 0) else 0  # a duration near zero is a nearly free unknown that rounding moves
+    k = 0
+    while True:
+        renew = index.size > 0 and (k == 0 or moved > LAST and old_step < NEAR)
+        if renew:
+            set_modes(T, index, series, low, high, U[n] + delta, nodes)
+            assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0)
+        set_modes(T, index, series, low, high, U[n], nodes)
+        assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 1.0)
+        info[ITERATIONS] = k
+        info[RESIDUAL] = 0.0
+        for i in range(n):
+            if not np.isfinite(F[i]):
+                info[RESIDUAL] = np.inf
+                return 0
+            info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
+            if renew:
+                moved = 0.0
+                slope[i] = (F2[i] - F[i]) / DIFFERENCE
+        calm = calm + born if info[RESIDUAL] <= tolerance and old_step <= CALM else 0
+        stalled = max(old_step, older_step) <= STALLED
+        finished = calm > 1 or k > 0 and old_step <= LAST and (info[RESIDUAL] <= tolerance or stalled
+                                                               or at_rounding(F, J, U, tolerance))
+        for i in range(n):
+            for j in range(n):
+                K[i, j] = J[i, j] * scales[j]
+            K[i, n] = slope[i]
+            b[i] = -F[i]
+        b[n] = 0.0
+        if free > 0.0 or finished:
+            for j in range(n + 1):
+                K[n, j] = tangent[j]
+                b[n] -= tangent[j] * (U[j] - predicted[j]) / scales[j]
+        else:
+            for j in range(n):
+                K[n, j] = 0.0
+            K[n, n] = 1.0
+        sign, log = lu(K, pivot)
+        if sign == 0.0:
+            return -1
+        if finished:
+            break
+        if k >= max_iterations:
+            return 0
+        lu_solve(K, pivot, b)
+        step = 0.0
+        for j in range(n + 1):
+            step = max(step, abs(b[j]))
+        if not np.isfinite(step) or (k > 0 and step > 4.0 * old_step and step > 1e-6):
+            return 0
+        if k > 0 and old_step > 1e-10:
+            info[CONTRACTION] = max(info[CONTRACTION], step / old_step)
+        for j in range(n + 1):
+            U[j] += b[j] * scales[j]
+        older_step, old_step = old_step, step
+        moved += step
+        k += 1
+    for j in range(n):
+        b[j] = 0.0
+    b[n] = 1.0
+    lu_solve(K, pivot, b)
+    norm = 0.0
+    for j in range(n + 1):
+        norm += b[j] * b[j]
+    norm = np.sqrt(norm)
+    for j in range(n + 1):
+        tangent[j] = b[j] / norm
+    info[DET_SIGN], info[DET_LOG] = sign, log + np.log(norm)
+    for i in range(n):
+        for j in range(n):
+            K[i, j] = (J[i, j] - 2.0 * C[i, j] if j < size else J[i, j]) * scales[j]
+        K[i, 0] += C[i, size] * scales[0]
+        K[i, n] = 0.0
+        K[n, i] = 0.0
+    K[n, n] = 1.0
+    sign, log = lu(K, pivot)
+    whole = U.copy()
+    if span == 0.0:
+        whole[0], span = 0.0, U[0]
+    monitor(T, nodes, fixed, span, closure, whole, weights, info)
+    short = 1.0  # det J(mu) carries the duration of every contact as a factor: an elastic graze is no flip
+    for i in range(nodes.shape[0]):
+        if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
+            duration = whole[i * size] - (whole[(i - 1) * size] if i > 0 else whole[n - size] - span)
+            short *= (duration / (0.05 + abs(duration)))**nodes[i, DIVIDE]
+    if abs(short) < 1e-9:
+        info[FLIP] = np.nan
+    else:
+        ratio = np.exp(min(log - info[DET_LOG] - np.log(abs(short)), 700.0)) if sign != 0.0 else 0.0
+        info[FLIP] = sign * np.sign(short) * ratio / (1.0 + ratio)
+    return 1

@@ -1,0 +1,282 @@
+"""Event signature of a periodic orbit: which guards fire in which modes, in what order, and how the orbit closes."""
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...compose.scene import Scene
+from ...compose.writer import kernels
+from ...elements.stops import FREE
+from .births import law_guards, needs_samples, sampled_orders
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
+
+PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
+MOST = 5  # orders looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """The discrete part of an orbit.
+
+    Parameters
+    ----------
+    nodes : ndarray (m, 5 or more) of int
+        Mode before, guard (-1: section at a fixed time), mode after, order of the trivial root of its closing row, 1 where
+        an infinite sequence is closed, and what `divided` adds.
+    fixed : ndarray (m,)
+        Times of sections, periods; of an autonomous orbit without events the normal (1 over the units of the states) and
+        the value of its section, (ns + 1,).
+    span : float
+        Forcing periods after which the orbit closes; half of one for orbits solved on the half period; 0: unknown, the
+        place of the first time among the unknowns holds it (autonomous systems).
+    closure : int
+        1, or -1 when ``y(t + span) = -y(t)``.
+    clock : float
+        Unit of all times of an autonomous orbit, time; 0: the forcing period.
+    """
+
+    nodes: np.ndarray
+    fixed: np.ndarray
+    span: float
+    closure: int = 1
+    clock: float = 0.0
+
+    @property
+    def key(self) -> tuple:
+        """What tells signatures apart."""
+        return (self.nodes.tobytes(), self.fixed.tobytes(), self.span, self.closure, self.clock)
+
+    def written_out(self, U: np.ndarray) -> tuple["Signature", np.ndarray]:
+        """Return the orbit with its period as a number and its first node at time zero: as if it were forced with it."""
+        if self.span > 0.0:
+            return self, U
+        times = np.array(U, float)
+        times[0] = 0.0
+        fixed = np.zeros(len(self.nodes))
+        return Signature(self.nodes, fixed, float(U[0]), self.closure, self.clock), times
+
+    @property
+    def events(self) -> int:
+        """Number of listed events."""
+        return int(np.count_nonzero(self.nodes[:, GUARD] >= 0))
+
+    def signs(self, scene: Scene) -> np.ndarray:
+        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family."""
+        signs = np.full(scene.ns, float(self.closure))
+        if self.closure > 0:
+            signs[self.kept(scene)] = 0.0
+        return signs
+
+    def kept(self, scene: Scene) -> list[int]:
+        """Return the states that no event and no mode of the orbit changes: memory never written, coordinates always held."""
+        T = scene.tables
+        modes = {int(m) for m in self.nodes[:, AFTER]}
+        found = []
+        unit = np.eye(scene.ns, T.A.shape[2])
+        events = [(int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
+        for c in range(2 * scene.n, scene.ns):
+            if all(not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes) \
+                    and all(np.array_equal(slope_of_jump(scene, T, m, g)[c], unit[c]) for m, g in events):
+                found.append(c)
+        first = min(modes)
+        for row, surface in zip(T.H[first, :T.n_holds[first]], T.S[first, :T.n_holds[first]], strict=True):
+            if row[scene.ns:].any() or surface.any() or not all((T.H[m, :T.n_holds[m]] == row).all(axis=1).any() for m in modes):
+                continue  # carried along by a belt, at rest on a surface, or not held all the time
+            place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
+            for state in (place, scene.n + place)[:1 if len(events) < len(self.nodes) else 2]:  # a section puts speeds to rest
+                if state not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[state], unit[state]) for m, g in events):
+                    found.append(state)
+        return sorted(found)
+
+    def text(self, scene: Scene) -> str:
+        """Return the events in words, e.g. ``rigid_stop.impact / 1 T``; without events ``free``, ``in contact``, ``rest`` or
+        ``carried``."""
+        names = [f"{scene.element_name(m, g)}.{scene.event_kind(m, g)}" + ("..." if closes == 1 else "")
+                 for m, g, _, _, closes in self.nodes[:, :ENDING].tolist() if g >= 0]
+        parts: list[str] = []
+        for name in names:
+            if parts and parts[-1].split(" x")[0] == name:
+                count = int(parts[-1].split(" x")[1]) if " x" in parts[-1] else 1
+                parts[-1] = f"{name} x{count + 1}"
+            else:
+                parts.append(name)
+        T, mode = scene.tables, int(self.nodes[0, AFTER])
+        held = T.H[mode, :T.n_holds[mode], scene.ns:]
+        touching = any(key != FREE and FREE in element.start
+                       for key, element in zip(scene.keys[mode], scene.system.elements, strict=True))
+        still = "carried" if held.any() else "rest" if len(held) else "in contact" if touching else FREE
+        span = "" if self.clock else f"{self.span:g} "
+        return f"{', '.join(parts) or still} / {span}T{' (half)' if self.closure < 0 else ''}"
+
+
+def sections(mode: int, span: float, closure: int = 1) -> Signature:
+    """Return the signature of an orbit without events: one section at phase 0."""
+    return Signature(np.array([[mode, -1, mode, 0, 0]]), np.zeros(1), float(span), closure)
+
+
+def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> np.ndarray:
+    """Return ``nodes`` with the orders of the trivial zeros of all guards at the starts of the intervals, (m, STARTS + guards).
+
+    Just after an event the guards of the new mode obey what the event says: its own guard is zero, held rows are at rest,
+    memory was written.  The derivatives of a guard that follow from that alone are trivially zero; how many there are is its
+    order at the start.  That of the guard that closes the interval is written into DIVIDE.
+    """
+    T = scene.tables if tables is None else tables
+    nodes = np.asarray(nodes, np.int64)
+    whole = np.zeros((len(nodes), STARTS + T.G.shape[1]), np.int64)
+    whole[:, :ENDING] = nodes[:, :ENDING]
+    whole[:, ENDING] = -1
+    known: dict[tuple, np.ndarray] = {}
+    for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is zero all the last interval counts for the first
+        node, zero = whole[i], tuple(np.flatnonzero(whole[i - 1, STARTS:] == FOREVER).tolist())
+        if i == 0 and closure < 0:
+            zero = tuple(sorted(scene.mirror_guard(int(whole[-1, AFTER]), q) for q in zero))
+        before, guard, after = (int(value) for value in node[:DIVIDE])
+        key = (before, guard, after, int(node[CLOSES] == 1), zero)
+        if key not in known:
+            known[key] = start_orders(scene, T, *key)
+        node[STARTS:STARTS + known[key].size] = known[key]
+    for i, node in enumerate(whole):
+        opening = whole[i - 1]
+        node[DIVIDE] = 0
+        if node[GUARD] < 0:
+            continue
+        before, guard = int(node[BEFORE]), int(node[GUARD])
+        if i == 0 and closure < 0:  # closes on the mirror image of the first event
+            guard = scene.mirror_guard(before, guard)
+        opening[ENDING] = guard
+        if opening[GUARD] < 0:
+            continue
+        order = abs(int(opening[STARTS + guard]))
+        order = 0 if order == FOREVER else order
+        node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard) else order
+    return whole
+
+
+def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: int, zero: tuple = ()) -> np.ndarray:
+    """Return for every guard of the mode ``after`` the order of its trivial zero just after an event.
+
+    It is negative where the leading rate is a condition of its own, neither given by a kick nor by the rate with which the
+    event arrived; `FOREVER` where the guard stays zero.  The guards ``zero`` of the mode ``before`` have been zero in all of it.
+    """
+    orders = np.zeros(int(T.n_guards[after]), np.int64)
+    if guard >= 0 and not closes:
+        orders = sampled_orders(scene, T, before, guard, after) if needs_samples(T, before, guard, after) else implied_orders(
+            scene, T, before, guard, after, zero)
+    orders[held_guards(T, after)] = FOREVER
+    return orders
+
+
+def held_guards(T, mode: int) -> list[int]:
+    """Return the guards of a mode that are zero as long as it lasts, because of the rows that it holds: the speed of friction
+    under a mass that rests on its stop."""
+    rows = [row for k in range(int(T.n_holds[mode])) for row in (T.H[mode, k], T.S[mode, k])]
+    basis = _basis(rows, np.ones(T.A.shape[2]))
+    found = []
+    for q in range(int(T.n_guards[mode])):
+        row = T.G[mode, q]
+        length = np.sqrt(row @ row)
+        if length > 0.0 and not T.LG[mode, q].any() and np.abs(row - basis.T @ (basis @ row)).max() <= PROPORTIONAL * length:
+            found.append(q)
+    return found
+
+
+def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: tuple = ()) -> np.ndarray:
+    """Return the orders of `start_orders` after an event whose jump and guards are affine."""
+    count = int(T.n_guards[after])
+    orders = np.zeros(count, np.int64)
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    reset = np.eye(nx)
+    reset[:ns] = slope_of_jump(scene, T, before, guard)
+    held = [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k])]
+    held += [T.G[before, q] for q in zero]
+    size = np.ones(nx)
+    size[scene.n:2 * scene.n] = scene.omega or 1.0
+    basis = _basis([T.G[before, guard], *held], size)
+    arrival = _basis([T.G[before, guard], *held, T.GT[before, guard, :, 1]], size)
+    for q in range(count):
+        for order in range(T.GT.shape[3]):
+            row = T.GT[after, q, :, order] @ reset * size
+            length = np.sqrt(row @ row)
+            if order >= MOST and length > 0.0:
+                break
+            if length > 0.0 and np.abs(row - basis.T @ (basis @ row)).max() > PROPORTIONAL * length:
+                own = np.abs(row - arrival.T @ (arrival @ row)).max() > PROPORTIONAL * length
+                # the speed with which a kick throws back is implied; after a plastic one the next rate is a condition, as is that
+                # of what a kick lets slip
+                orders[q] = -order if own else order
+                break
+        else:
+            orders[q] = FOREVER  # a mass that sticks on its stop touches it
+    return orders
+
+
+def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
+    """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
+    P = np.empty((T.A.shape[1], T.A.shape[2]))
+    x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
+    kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
+    return P
+
+
+def coincide(scene: Scene, T, opening, guard: int) -> bool:
+    """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``:
+    another element waited on the same row in the mode before.
+    """
+    before, fired, after = (int(value) for value in opening[:DIVIDE])
+    owner = scene.guard(after, guard).element
+    if T.kick[before, fired] or owner == scene.guard(before, fired).element or law_guards(T, before, fired, after):
+        return False
+    a, b = T.G[before, fired], T.G[after, guard]
+    size = np.sqrt((a @ a) * (b @ b))
+    return bool(size - a @ b <= PROPORTIONAL * size) and scene.keys[before][owner] == scene.keys[after][owner]
+
+
+def _basis(rows, size) -> np.ndarray:
+    """Return an orthonormal basis (k, nx) of some rows in scaled states."""
+    found = np.empty((0, len(size)))
+    for row in rows:
+        row = row * size
+        length = np.sqrt(row @ row)
+        for _ in range(2):
+            row = row - found.T @ (found @ row)
+        left = np.sqrt(row @ row)
+        if left > PROPORTIONAL * length:
+            found = np.vstack([found, row / left])
+    return found
+
+
+def translated(signature: Signature, scene: Scene, other: Scene) -> Signature:
+    """Return a signature in the numbers of another scene of the same structure, which may have met its modes in another order."""
+    if scene.keys == other.keys:
+        return signature
+    number = {m: other.index(scene.keys[m]) for m in {*signature.nodes[:, BEFORE].tolist(), *signature.nodes[:, AFTER].tolist()}}
+    nodes = signature.nodes[:, :ENDING].copy()
+    for column in (BEFORE, AFTER):
+        nodes[:, column] = [number[m] for m in nodes[:, column].tolist()]
+    return dataclasses.replace(signature, nodes=divided(other, nodes, closure=signature.closure))
+
+
+def repeated(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signature, np.ndarray]:
+    """Return an orbit written out over its full period, a number, with its unknowns (m (1 + ns),); twice as many nodes where
+    it was solved on the half period."""
+    signature, U = signature.written_out(U)
+    if signature.closure > 0:
+        return signature, U
+    mirrored = signature.nodes.copy()
+    for node in mirrored:
+        before, guard, after = int(node[BEFORE]), int(node[GUARD]), int(node[AFTER])
+        node[BEFORE], node[AFTER] = scene.mirror(before), scene.mirror(after)
+        if guard >= 0:
+            node[GUARD] = scene.mirror_guard(before, guard)
+        if node.size > ENDING and node[ENDING] >= 0:
+            node[ENDING] = scene.mirror_guard(after, int(node[ENDING]))
+        starts = node[STARTS:].copy()
+        for g in range(min(int(scene.tables.n_guards[after]), starts.size)):
+            node[STARTS + scene.mirror_guard(after, g)] = starts[g]
+    rows = U.reshape(len(mirrored), -1)
+    other = -rows
+    other[:, 0] = rows[:, 0] + signature.span
+    whole = Signature(np.vstack([signature.nodes, mirrored]), np.concatenate([signature.fixed, signature.fixed + signature.span]),
+                      2.0 * signature.span, clock=signature.clock)
+    return whole, np.vstack([rows, other]).ravel()

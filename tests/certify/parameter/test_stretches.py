@@ -1,0 +1,128 @@
+"""What lies between the rows of a branch: proved where it is true, undecided where a special point is not told."""
+import dataclasses
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.certify import StretchCertificate, Verdict
+from bifurc.certify.arithmetic.balls import flint, middle, working
+from bifurc.certify.arithmetic.forms import hull
+from bifurc.certify.parameter.stretch import Mark, Stretches, bisect
+from bifurc.certify.parameter.tube import Tube
+from tests.reference import one_stop
+
+pytest.importorskip("flint")
+
+
+@pytest.fixture(scope="module")
+def branch():
+    """The branch of the README."""
+    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
+
+
+@pytest.fixture(scope="module")
+def points(branch):
+    """Proofs of its special points."""
+    return tuple(point.certify() for point in branch.special_points)
+
+
+def around(branch, point):
+    """The first row of the stretch on which a special point lies."""
+    s = branch.column("s")
+    return int(np.searchsorted(s, point.s, side="right")) - 1
+
+
+def test_every_stretch_of_the_readme_is_proved(branch):
+    found = branch.certify()
+    assert found.proved, found.message
+    assert len(found.stretches) == len(branch) - 1
+    near = {place for part in found.stretches for place in part.near}
+    assert near == set(range(6))
+    assert branch.certificate is found
+    assert found.seconds < 60.0
+
+
+@pytest.mark.parametrize("kind", ["period_doubling", "fold"])
+def test_a_special_point_that_is_not_told_is_not_proved_away(branch, points, kind):
+    """The proof of a stretch must not succeed when one of its special points is hidden from it; it names the place."""
+    for place, point in enumerate(branch.special_points):
+        if point.kind != kind:
+            continue
+        hidden = tuple(dataclasses.replace(p, exists=Verdict.UNDECIDED) if k == place else p for k, p in enumerate(points))
+        found = Stretches(branch, hidden).between(around(branch, point))
+        assert not found.proved
+        low, high = found.undecided.T
+        assert np.any((low <= point.parameter + 1e-12) & (point.parameter - 1e-12 <= high)), found.message
+        assert kind.replace("_", " ") in found.message
+
+
+def test_a_graze_that_is_not_told_is_not_proved_away(branch, points):
+    place, point = next((k, point) for k, point in enumerate(branch.special_points) if point.kind == "grazing")
+    hidden = tuple(dataclasses.replace(p, exists=Verdict.UNDECIDED) if k == place else p for k, p in enumerate(points))
+    found = Stretches(branch, hidden)
+    row = int(np.flatnonzero(branch.column("s") == point.s)[0])
+    assert not found.between(row - 1).proved and not found.between(row).proved and not found.between(row + 1).proved
+
+
+def test_a_stretch_that_passes_through_the_stop_is_not_proved(branch, points):
+    """The free motion, offered on where it goes through the stop."""
+    problem = branch.problems[0]
+    last = int(np.flatnonzero(branch._arrays["part"] == 0)[-1])
+    stretches = Stretches(branch, points)
+    with working(64):
+        sheet, _, node = stretches._ends(last - 1)
+        beyond = sheet.path._replace(family=type(sheet.path.family)(problem.system, "omega", 0.68, 0.72, sheet.path.family.places))
+        wide = type(sheet)(beyond, 0.69, 0.71)
+        row = np.zeros(node.z.size)
+        row[-1] = 1.0 / beyond.scale[-1]
+        a, b = (wide.node(node.z + (p - node.z[-1]) * np.eye(node.z.size)[-1], row) for p in (0.700, 0.705))
+        found = bisect(wide, a, b, [Mark(0, 0.7025, True)], (0, 1))
+    assert not found.proved and found.pieces == 0
+    assert "not admissible" in found.message
+
+
+def test_closed_forms_lie_in_the_tubes(branch, points, monkeypatch):
+    """At random values of the parameter, the orbit of the closed form is in the tube of its piece; its multipliers are off the
+    circle by what was proved."""
+    tubes = []
+    held = Tube.admissible
+
+    def noted(self):
+        why = held(self)
+        if not why:
+            tubes.append(self)
+        return why
+    monkeypatch.setattr(Tube, "admissible", noted)
+    stretches = Stretches(branch, points)
+    for i in (8, 15, 28):
+        assert stretches.between(i).proved
+    rng = np.random.default_rng(3)
+    seen = 0
+    for tube in tubes:
+        p = hull(tube.forms[-1])
+        low, high = (middle(p) + sign * 0.9 * float(p.rad()) for sign in (-1, 1))
+        for omega in rng.uniform(low, high, 2):
+            speeds = [middle(hull(form)) for form in tube.forms]
+            references = [o for o in one_stop.orbits(0.05, omega, 0.52, 1.0, 0.7, 1, samples=50) if o.admissible]
+            reference = min(references, key=lambda o: abs(float(o.speed) - speeds[2] * 1.0))
+            state = [float(reference.time) * omega % (2.0 * np.pi), 1.0, float(reference.speed), omega]
+            with working(64):
+                arb = flint().arb
+                away = [arb(v) - arb(float(z)) for v, z in zip(state, tube.z, strict=True)]
+                along = [arb(float(v)) for v in tube.t]
+                row = [arb(float(v)) for v in tube.row]
+                d = sum((r * v for r, v in zip(row, away, strict=True)), arb(0)) / sum(
+                    (r * v for r, v in zip(row, along, strict=True)), arb(0))
+                if abs(float(d)) > tube.h:
+                    continue
+                for v, t, c, y in zip(away, along, tube.c, tube.inside, strict=True):
+                    assert (y + arb(0, 1e-12)).contains(v - t * d - arb(float(c)) * d * d)
+            seen += 1
+    assert seen >= 20
+
+
+def test_stretches_are_stored(branch, points, tmp_path):
+    found = Stretches(branch, points).between(20)
+    read = StretchCertificate.from_record(*found.to_record())
+    assert repr(read) == repr(found) and read.message == found.message and read.parameter == found.parameter

@@ -1,0 +1,172 @@
+"""Motion under laws that are not affine, against exact solutions and Taylor series in 30 digits."""
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+import bifurc as bf
+from bifurc.compose.scene import scene_of
+from bifurc.compose.writer import differenced, kernels
+from bifurc.elements import CubicSpring, Force, HarmonicForce, RigidStop
+from bifurc.flow.laws.calls import scratch_of, step
+from bifurc.flow.laws.gauss import NODES
+from tests.flow.taylor import Duffing
+
+
+def parts(system):
+    """Engine, tables and a function that makes the joined state."""
+    scene = scene_of(system)
+    engine = kernels(scene)
+
+    def joined(y, t=0.0):
+        x = np.zeros(scene.ns + scene.nw)
+        x[:scene.ns] = y
+        engine.forcing(scene.tables, t, x)
+        return x
+
+    return engine, scene.tables, joined
+
+
+def moved(engine, T, x, s):
+    y, Phi = np.empty(T.A.shape[1]), np.empty((T.A.shape[1],) * 2)
+    engine.arc(T, 0, x, s, y, Phi)
+    return y, Phi
+
+
+def duffing(**parameters):
+    return bf.systems.duffing_oscillator(**parameters)
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 0.5, 2.0, 20.0])
+def test_free_cubic_oscillator_is_a_jacobi_function(amplitude):
+    engine, T, joined = parts(duffing(zeta=0.0, amplitude=0.0, omega=1.0))
+    rate, m = math.sqrt(1.0 + amplitude**2), amplitude**2 / (2.0 + 2.0 * amplitude**2)
+    for s in (1e-6, 0.3, 2.0, 11.0):
+        sn, cn, dn, _ = ellipj(rate * s, m)
+        y, Phi = moved(engine, T, joined((amplitude, 0.0)), s)
+        error = abs(y - [amplitude * cn, -amplitude * rate * sn * dn])
+        assert error[0] < 2e-14 * amplitude * (1.0 + rate * s), s
+        assert error[1] < 2e-14 * amplitude * rate * (1.0 + rate * s), s
+        assert abs(np.linalg.det(Phi) - 1.0) < 1e-11 * (1.0 + abs(Phi).max())
+
+
+@pytest.mark.parametrize("omega, y", [(0.5, (0.1, -0.3)), (1.5, (1.3, 0.4)), (1.75, (2.1, 0.2)), (3.0, (-0.7, 4.0))])
+def test_forced_period_against_taylor(omega, y):
+    engine, T, joined = parts(duffing(omega=omega))
+    period = 2.0 * np.pi / omega
+    exact, _ = Duffing(omega=omega).run(y, 0.0, period)
+    found, Phi = moved(engine, T, joined(y), period)
+    assert abs(found - np.array(exact, float)).max() < 1e-13
+    plain = np.empty(2)
+    engine.advance(T, 0, joined(y), period, plain)
+    assert np.array_equal(plain, found)
+    assert abs(np.linalg.det(Phi) / math.exp(-0.1 * period) - 1.0) < 2e-13  # Liouville
+    for i in range(2 if omega > 1.6 else 0):  # the reference is slow
+        shift = 1e-9 * np.eye(2)[i]
+        up, down = (Duffing(omega=omega).run(y + d, 0.0, period)[0] for d in (shift, -shift))
+        column = np.array([float((a - b) / 2e-9) for a, b in zip(up, down, strict=True)])
+        assert abs(Phi[:, i] - column).max() < 1e-7 * abs(Phi).max()
+
+
+def test_backward_undoes_forward():
+    engine, T, joined = parts(duffing(omega=1.5))
+    y, back = np.empty(2), np.empty(2)
+    engine.advance(T, 0, joined((1.0, 0.5), 0.3), 2.0, y)
+    engine.advance(T, 0, joined(y, 2.3), -2.0, back)
+    assert abs(back - [1.0, 0.5]).max() < 1e-13
+
+
+def test_order_is_sixteen():
+    _, T, joined = parts(duffing(zeta=0.0, amplitude=0.0, omega=1.0))
+    amplitude, s = 2.0, 2.0
+    rate = math.sqrt(1.0 + amplitude**2)
+    sn, cn, dn, _ = ellipj(rate * s, amplitude**2 / (2.0 + 2.0 * amplitude**2))
+    steps, errors = (3, 4, 5, 6), []
+    for count in steps:
+        x, x1, scratch = joined((amplitude, 0.0)), np.empty(5), scratch_of(T, 0)
+        for _ in range(count):
+            h = step(T, 0, x, s / count, 1e3, x1, np.empty((1, NODES + 2)), np.empty((1, NODES + 2)),
+                     np.empty((0, 2)), 0, np.empty((0, 1, NODES + 2)), scratch)
+            assert h == s / count
+            x = x1.copy()
+        errors.append(np.hypot(x[0] - amplitude * cn, x[1] + amplitude * rate * sn * dn))
+    slope = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert errors[-1] > 1e-14 and 14.0 < slope < 19.0
+
+
+def test_pendulum_from_a_users_law_with_differenced_derivatives():
+    system = bf.System(1.0, 0.0, 1.0, (Force(lambda u, s, pull: pull * (u - math.sin(u)), pull=1.0),), omega=1.0)
+    engine, T, joined = parts(system)
+    assert differenced(scene_of(system).laws) == ("force",)
+    k = math.sin(2.5 / 2.0)  # released at 2.5 radians
+    quarter = ellipk(k * k)
+    for s in (0.7, 5.0):
+        sn, cn, dn, _ = ellipj(quarter - s, k * k)
+        y, Phi = moved(engine, T, joined((2.5, 0.0)), s)
+        assert abs(y - [2.0 * math.asin(k * sn), -2.0 * k * cn]).max() < 2e-13
+        assert abs(np.linalg.det(Phi) - 1.0) < 1e-10
+        up, down = np.empty(2), np.empty(2)
+        engine.advance(T, 0, joined((2.5 + 1e-5, 0.0)), s, up)
+        engine.advance(T, 0, joined((2.5 - 1e-5, 0.0)), s, down)
+        assert abs((up - down) / 2e-5 - Phi[:, 0]).max() < 1e-8
+
+
+def stopped(gap=0.5, restitution=0.7, **parameters):
+    values = {"zeta": 0.05, "omega": 1.5, "amplitude": 0.3, **parameters}
+    elements = (HarmonicForce(values["amplitude"]), CubicSpring(1.0), RigidStop(gap, restitution))
+    system = bf.System(1.0, 2.0 * values["zeta"], 1.0, elements, omega=values["omega"])
+    return system, Duffing(gap=gap, restitution=restitution, **values)
+
+
+@pytest.mark.parametrize("gap, y", [(0.5, (0.1, 0.4)), (0.0, (-0.4, 0.9)), (1.2, (0.0, 4.0))])
+def test_impacts_of_a_cubic_oscillator_against_taylor(gap, y):
+    system, reference = stopped(gap)
+    motion = bf.simulate(system, y, periods=4)
+    end, impacts = reference.run(y, 0.0, 4 * 2.0 * np.pi / 1.5)
+    assert motion.success and len(motion.events) == len(impacts) > 1
+    for event, (time, speed) in zip(motion.events, impacts, strict=True):
+        assert abs(event.time - float(time)) < 1e-12
+        assert abs(event.speed - float(speed)) < 1e-12
+    assert abs(motion.y[-1] - np.array(end, float)).max() < 2e-12
+
+
+def test_rest_on_the_stop_ends_when_the_law_says_so():
+    gap, force = 0.1, 1.0
+    system, reference = stopped(gap, restitution=0.4, omega=0.5, amplitude=force)
+    motion = bf.simulate(system, (0.0, 0.3), periods=1)
+    release = [event for event in motion.events if event.kind == "release"]
+    chatter = [event for event in motion.events if event.kind == "chatter"]
+    assert len(release) == 1 and chatter[0].end < release[0].time
+    assert abs(release[0].time - math.acos((gap + gap**3) / force) / 0.5) < 1e-12  # load = alpha gap + beta gap^3
+    _, impacts = reference.run((0.0, 0.3), 0.0, 2.0, slowest=1e-11)
+    time, speed = impacts[-1]
+    push = force * math.cos(0.5 * float(time)) - gap - gap**3
+    accumulated = float(time) + 2.0 * 0.4 * float(speed) / (push * (1.0 - 0.4))
+    assert abs(chatter[0].end - accumulated) < 1e-11
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9])
+def test_grazing_hump_is_found_and_its_absence_too(depth):
+    free, _ = stopped(5.0, amplitude=0.0, zeta=0.0)
+    top = bf.simulate(free, (0.3, 1.1), duration=2.0)
+    engine, T, joined = parts(free)
+    times = np.linspace(0.0, 2.0, 2001)
+    s = times[np.argmax(top(times)[:, 0])]
+    y = np.empty(2)
+    for _ in range(8):
+        engine.advance(T, 0, joined((0.3, 1.1)), s, y)
+        s += y[1] / (y[0] + y[0] ** 3)
+    for sign in (-1.0, 1.0):
+        system, _ = stopped(y[0] + sign * depth, amplitude=0.0, zeta=0.0)
+        motion = bf.simulate(system, (0.3, 1.1), duration=s + 0.05)
+        assert len(motion.events) == (1 if sign < 0 else 0)
+        if sign < 0:
+            early = math.sqrt(2.0 * depth / (y[0] + y[0] ** 3))
+            assert abs(motion.events[0].time - (s - early)) < 0.02 * early + 1e-9
+
+
+def test_divergence_is_a_status():
+    system = duffing(beta=-1.0, omega=1.0)
+    motion = bf.simulate(system, (3.0, 3.0), periods=2)
+    assert not motion.success and motion.status == "diverged"
