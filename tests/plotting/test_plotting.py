@@ -296,3 +296,23 @@ def test_axes_are_made_when_none_are_given():
 def test_figures_for_files_need_no_pyplot():
     code = "import sys; from bifurc import plotting; plotting.figure(); assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_lines_follow_a_parabola_between_rows_at_any_distance():
+    """Slopes of parabolas: where nothing has to be limited the line is the parabola itself."""
+    s = np.array([0.0, 0.3, 1.0, 1.2, 2.0])
+    x, y = s + 0.1 * s * s, 2.0 * s - 0.2 * s * s
+    line = plotting.branches._smooth(np.column_stack([s, x, y]))
+    at = (np.sqrt(1.0 + 0.4 * line[:, 0]) - 1.0) / 0.2
+    np.testing.assert_allclose(line[:, 1], 2.0 * at - 0.2 * at * at, rtol=0, atol=1e-13)
+
+
+def test_shares_of_cells_without_an_attractor_are_those_of_the_starts(ax):
+    """Cells beyond a stop are no starts: of twelve cells four are none, and two of the eight others are unresolved."""
+    basins = fakes.basins()
+    basins.labels, basins.states = np.zeros((3, 4), int), np.ones((3, 4), int)
+    basins.labels[0], basins.states[0] = -1, 2
+    basins.labels[1, :2], basins.states[1, :2] = -1, 0
+    plotting.plot_basins(basins, ax)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert any(word.startswith("unresolved: 25") for word in words), words
