@@ -174,8 +174,8 @@ def test_the_end_of_an_infinite_sequence_is_the_state_that_a_plastic_impact_leav
     np.testing.assert_allclose(xp[:2], x[:2], rtol=0, atol=0)
 
 
-def test_rest_on_a_stop_forgets_place_and_speed_and_stick_the_speed():
-    """All exponents of a mass that comes to rest on a plastic stop are -inf; beside it the other mass keeps its two."""
+def test_rest_on_a_stop_forgets_place_and_speed_of_its_mass_alone():
+    """All exponents of a mass that comes to rest on a plastic stop are -inf; a mass that nothing couples to it keeps its two."""
     plastic = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.6, gap=0.0, restitution=0.0)
     assert "release" in bf.find_orbit(plastic).signature
     assert np.isneginf(bf.lyapunov_exponents(plastic, periods=40, transient=20).values).all()
