@@ -22,6 +22,8 @@ PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReaso
             StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END)
 SAME = 1e-6  # of the width of the bounds: two locations of one special point
 ACCUMULATION = 1e-4  # of the width of the bounds: so near to a chattering end nothing is compared, and nothing traced back
+BLURRED = (StopReason.CHATTERING, StopReason.STICKING)  # ends towards which digits are lost: a slip that falls to nothing is a root
+# of third order in its duration
 GEOMETRIC = 0.05  # ratios of successive differences that are one
 
 
@@ -205,7 +207,7 @@ def back_from(branch, end, name, bounds):
     periods = branch.orbits[int(np.argmin(np.abs(s)))].periods
     edges = np.array([*(point.s for point in branch.special_points), s[0], s[-1]])
     p, near = branch.column(name), ACCUMULATION * abs(bounds[1] - bounds[0])
-    far = np.all([abs(p - e.p) >= near for e in branch.ends if e.reason is StopReason.CHATTERING] or [p == p], axis=0)
+    far = np.all([abs(p - e.p) >= near for e in branch.ends if e.reason in BLURRED] or [p == p], axis=0)
     row = next((k for k in (range(2, len(branch)) if end == 0 else range(len(branch) - 3, 0, -1))
                 if far[k] and s[k - 1] < s[k] < s[k + 1] and np.abs(edges - s[k]).min() > 1e-6
                 and branch.orbits[k].periods == periods), None)

@@ -10,6 +10,7 @@ import pytest
 import bifurc as bf
 from bifurc import cli, io
 from bifurc.cli import branches as cli_branches
+from bifurc.cli import common
 from bifurc.cli.common import STORIES
 from bifurc.elements import RigidStop
 from tests.plotting import fakes
@@ -319,3 +320,11 @@ def test_measured_points_are_read_or_refused(tmp_path):
         file.write_text(text)
         with pytest.raises(UsageError, match=words):
             read_points(file)
+
+
+def test_bounds_are_a_range_in_whichever_order_they_are_given():
+    """The story's own, or half to twice the value of another parameter."""
+    system, story = bf.systems.impact_oscillator(gap=-0.4), STORIES["impact_oscillator"]
+    options = SimpleNamespace(bounds=(2.0, 1.0))
+    assert common.range_of(options, system, story, "omega") == (1.0, 2.0)
+    assert common.range_of(SimpleNamespace(bounds=None), system, story, "gap") == (-0.8, -0.2)

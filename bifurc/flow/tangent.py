@@ -49,9 +49,9 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
                     for j in range(ns):
                         total += (Phi[c, j] if stage == 0 else S[c, j]) * Q[j, k]
                     new[c, k] = total
-            if stage == 1:
-                alive[0] = min(alive[0], ns - forgotten(T, rows[i + 1, 2]))
             orthonormal(new, alive, Q, bin)
+            if stage == 1:  # what is left behind those is rounding
+                alive[0] = min(alive[0], ns - forgotten(T, rows[i + 1, 2]))
 
 
 @njit

@@ -2,8 +2,10 @@
 import numpy as np
 
 import bifurc as bf
+from bifurc.atlases.identity import repeats
 from bifurc.atlases.records import packed_branches, unpacked_branches
 from bifurc.basins.attractors.records import packed, packed_points, unpacked, unpacked_points
+from bifurc.continuation.shooting.problem import orbit_problem
 
 
 def test_attractors_of_one_place_and_of_many_and_branches_share_one_file():
@@ -24,3 +26,16 @@ def test_attractors_of_one_place_and_of_many_and_branches_share_one_file():
         states(orbits) for orbits in ([a], [], [b, c], *[[]] * 8, [c])]
     nothing, again = unpacked_branches(branches, everything)
     assert nothing is None and np.array_equal(again.column("omega"), branch.column("omega"))
+
+
+def test_an_orbit_run_through_several_times_is_no_longer_one():
+    """Written out over 2, 3 or 4 of its periods an orbit of one period repeats; one of two periods does not."""
+    system = bf.systems.impact_oscillator(omega=2.8, amplitude=1.0, gap=0.0, restitution=0.6, zeta=0.1)
+    for periods in (1, 2, 4):
+        orbit = bf.find_orbit(system, periods=periods, guess=(-0.7, 0.1))
+        assert orbit.success and orbit.periods == periods
+        assert not repeats(orbit)
+        problem = orbit_problem(orbit, "gap", (-0.1, 0.1))
+        for times in (2, 3):
+            again, x = problem.repeated(problem.x0, times)
+            assert again.solution(x).periods == times * periods and repeats(again.solution(x))

@@ -242,3 +242,15 @@ def test_error_of_a_fraction_with_a_straight_boundary():
     labels[:, 17:] = 1
     errors = fraction_errors(labels, np.ones(labels.shape, bool))
     assert errors == pytest.approx({0: np.sqrt(60 * 2 / 9) / 1200, 1: np.sqrt(60 * 2 / 9) / 1200}, rel=1e-12)
+
+
+def test_the_error_of_an_exponent_grows_with_the_misfit_of_the_law():
+    """Counts that lie off the power law by a fifth, one above and one below: the counting error is widened by the misfit."""
+    sizes, totals = np.geomspace(1e-4, 3e-2, 6), np.full(6, 20000.0)
+    law = 0.3 * np.sqrt(sizes)
+    slope, plain, none = fitted(sizes, law * totals, totals)
+    assert slope == pytest.approx(0.5, rel=1e-9) and none < 1e-6
+    rough = law * np.array([1.2, 0.8, 1.2, 0.8, 1.2, 0.8])
+    _, error, misfit = fitted(sizes, rough * totals, totals)
+    assert misfit > 3.0
+    assert error == pytest.approx(plain * misfit, rel=0.1)

@@ -114,6 +114,17 @@ def test_a_held_coordinate_keeps_no_rounding():
         assert not scene.tables.A[scene.index(("rest",)), 3].any()
 
 
+@pytest.mark.parametrize("factor", [1.0, 2.0, -0.5])
+def test_a_coordinate_held_on_a_moving_wall_has_its_acceleration_by_the_row(factor):
+    """factor q = gap + wall(t): q'' = wall'' / factor."""
+    stop = el.RigidStop(0.3, 0.0, row=(factor, 0.0), amplitude=0.2, harmonic=1, phase=0.4)
+    scene = scene_of(System(M[:2, :2], C[:2, :2], K[:2, :2], [stop], omega=1.3))
+    t = 0.9
+    x = np.concatenate([[0.1, 0.2, -0.3, 0.5], forcing(scene, t)])
+    wall = -0.2 * 1.3**2 * np.cos(1.3 * t + 0.4)
+    assert scene.tables.A[scene.index(("rest",)), 2] @ x == pytest.approx(wall / factor, rel=1e-14)
+
+
 @dataclass(frozen=True)
 class Ramp(el.Element):
     """Wall on row 0; while it is touched the reaction pushes along (-1, -mu): sliding friction on row 1."""

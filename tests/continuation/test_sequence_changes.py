@@ -4,6 +4,8 @@ import pytest
 
 import bifurc as bf
 from bifurc.continuation.kinds import StopReason
+from bifurc.continuation.shooting import successor
+from bifurc.continuation.shooting.problem import orbit_problem
 from bifurc.elements import Coulomb, HarmonicForce, RigidStop, Stribeck
 from bifurc.orbits.repetition import repetition
 
@@ -238,3 +240,47 @@ def test_flights_that_a_simulation_closes_are_no_miss():
     system = bf.System(1.0, 0.113, 1.0, [HarmonicForce(1.0), RigidStop(0.153, 0.128), Coulomb(0.273)], omega=1.06)
     branch = bf.trace(bf.find_orbit(system), "rigid_stop.restitution", bounds=(0.0, 0.378), max_steps=250)
     assert all(repetition(orbit).repeated for orbit in branch.orbits if orbit.success)
+
+
+@pytest.mark.parametrize("later", [0, 1, 2, 3])
+def test_what_simulation_reads_beyond_has_the_phase_of_the_branch(later):
+    """An orbit of four forcing periods and the same a period later are two solutions; the sequence read from a simulation, which
+    begins in any of the four periods, is that of the branch."""
+    orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=2.8, amplitude=1.0, gap=0.0, restitution=0.6, zeta=0.1))
+    assert orbit.success and orbit.periods == 4
+    times = orbit.unknowns.reshape(len(orbit.sequence.nodes), -1)
+    times[:, 0] += later
+    problem = orbit_problem(orbit, "gap", (-0.1, 0.1))
+    x = np.append(times.ravel(), 0.0)
+    read = list(successor._read(problem, x, successor.Search()))
+    assert read
+    for signature, unknowns in read:
+        same = problem.with_sequence(signature, np.append(unknowns, 0.0))
+        assert successor.distance(problem.solution(x), same.solution(same.x0)) < 1e-9
+
+
+def test_a_branch_of_two_forcing_periods_goes_on_beyond_a_chattering():
+    """Where one listed impact more or less closes the infinite sequence is no end of the motion."""
+    system = bf.System(1.0, 0.0301, 1.0, [HarmonicForce(0.613), RigidStop(0.111, 0.0762)], omega=2.58)
+    orbit = bf.find_orbit(system)
+    assert orbit.periods == 2
+    branch = bf.trace(orbit, "gap", bounds=(0.031, 0.191))
+    assert StopReason.NO_SUCCESSOR not in branch.stop_reason
+    assert_motions(branch)
+
+
+@pytest.mark.parametrize("omega", [1.93, 2.17, 2.25, 2.32, 2.47])
+def test_slips_both_ways_are_born_at_once_from_wherever_the_branch_starts(omega):
+    """A mass at rest under friction begins to slip up and down in one period: of the two branches of equations that cross there one
+    has a negative duration.  The onset is where the spring and dashpot between the masses reach the friction."""
+    M, C, K = np.diag([1.0, 0.863]), np.array([[0.0903, -0.0303], [-0.0303, 0.0903]]), np.array([[1.505, -0.505], [-0.505, 1.505]])
+    system = bf.System(M, C, K, [HarmonicForce(0.741), RigidStop(0.972, 0.0201), Coulomb(0.411, dof=1)], omega=omega)
+    orbit = bf.find_orbit(system, guess=(0.0, 0.0, 0.0, 0.0))
+    assert orbit.signature.startswith("rest")
+    branch = bf.trace(orbit, "omega", bounds=(1.4, 2.5))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert [str(point.kind) for point in branch.special_points] == ["stick_onset", "stick_onset", "fold", "grazing", "slip_onset"]
+    onset = branch.special_points[-1].parameter
+    force = 0.741 / (1.505 - onset**2 + 0.0903j * onset) * (-0.505 - 0.0303j * onset)
+    assert abs(force) == pytest.approx(0.411, abs=1e-13)
+    assert "rest" in branch.orbits[-1].signature and "impact" in branch.orbits[0].signature

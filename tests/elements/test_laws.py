@@ -2,7 +2,10 @@
 import numpy as np
 import pytest
 
+import bifurc as bf
 from bifurc import elements as el
+from bifurc.elements import stators
+from bifurc.elements.friction import dry as friction
 
 
 @pytest.mark.parametrize("make, words", [
@@ -64,6 +67,42 @@ def test_a_users_law_keeps_the_order_of_its_arguments():
     assert force.with_parameters(a=3.0).parameters == {"b": 2.0, "a": 3.0}
     assert force == el.Force(law, b=2, a=1) and force != force.with_parameters(label="x")
     assert repr(force) == "Force(law, site=0, b=2, a=1)"
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+@pytest.mark.parametrize("curve", ["exponential", "hyperbolic"])
+def test_slopes_of_falling_friction_are_those_of_its_law(curve, way):
+    """By the speed, of either direction of slip."""
+    law, slope = (getattr(friction, f"{curve}_{way}{end}") for end in ("", "_slope"))
+    kinetic, static, scale = 0.4, 1.1, 0.3
+    for s in np.array([0.05, 0.4, 2.0]) * (1.0 if way == "up" else -1.0):
+        step = 1e-6
+        numeric = (law(0.0, s + step, kinetic, static, scale) - law(0.0, s - step, kinetic, static, scale)) / (2.0 * step)
+        assert slope(0.0, s, kinetic, static, scale) == pytest.approx((0.0, numeric), rel=1e-8)
+
+
+@pytest.mark.parametrize("st", [0.05, -0.05, 2.0, -2.0])
+def test_slopes_of_an_impact_with_friction_are_those_of_its_impulses(st):
+    """Below the cone friction stops the sliding, beyond it the impulse is that of the cone: by depth, and both speeds."""
+    numbers = (0.6, 0.2, 1.7)  # restitution, friction, mass
+    sn, step = 1.3, 1e-6
+    assert (abs(stators.impact(0.0, 0.0, sn, st, *numbers)[1]) < abs(st) * 1.7) is (abs(st) > 1.0)
+    found = np.array(stators.impact_slope(0.0, 0.0, sn, st, *numbers)).reshape(2, 4)
+    for k, (dn, dt) in enumerate([(step, 0.0), (0.0, step)]):
+        above, below = (np.array(stators.impact(0.0, 0.0, sn + way * dn, st + way * dt, *numbers)) for way in (1.0, -1.0))
+        np.testing.assert_allclose(found[:, 2 + k], (above - below) / (2.0 * step), rtol=1e-8, atol=1e-9)
+    assert not found[:, :2].any()
+
+
+def test_dampers_to_the_ground_feel_the_absolute_speed():
+    """Relative to the frame X the same motion as in absolute coordinates, where the springs are pulled by K X."""
+    M, C, K = np.diag([1.0, 2.0]), np.array([[0.5, -0.1], [-0.1, 0.3]]), np.array([[3.0, -1.0], [-1.0, 2.0]])
+    X, omega = 0.7, 1.1
+    frame = bf.System(M, C, K, [el.BaseMotion(X, damper="ground")], omega=omega)
+    pulled = K @ np.ones(2) * X
+    ground = bf.System(M, C, K, [el.HarmonicForce(float(force), dof=dof) for dof, force in enumerate(pulled)], omega=omega)
+    (t, relative), (_, absolute) = (bf.find_orbit(system).sample(9) for system in (frame, ground))
+    np.testing.assert_allclose(relative[:, :2] + X * np.cos(omega * t)[:, None], absolute[:, :2], rtol=0, atol=1e-12)
 
 
 def test_docstring_examples():

@@ -159,3 +159,27 @@ def test_the_mode_after_an_event_may_start_there():
     for event in motion.events:
         x = np.concatenate([event.after, scene.forcing(np.array([event.time]))[0]])
         assert rule.broken(scene.index(event.mode_after), x, rule.sizes(x)) == []
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.9])
+def test_the_end_of_an_infinite_sequence_is_the_state_that_a_plastic_impact_leaves(restitution):
+    """Coupled inertia: the row has no speed, and the impulse lies along it, whatever the restitution."""
+    scene = scene_of(bf.System(M, C, K, (RigidStop(gap=0.12, restitution=restitution),)))
+    rule = Rule(scene)
+    x = np.array([0.12, 0.3, 0.8, -0.4, 1.0])
+    xp, P = np.empty(5), np.empty((4, 5))
+    rule._rule.jump(scene.tables, scene.index(("free",)), 0, True, x, xp, P)
+    impulse = M @ (xp[2:4] - x[2:4])
+    np.testing.assert_allclose([xp[2], impulse[1]], 0.0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(xp[:2], x[:2], rtol=0, atol=0)
+
+
+def test_rest_on_a_stop_forgets_place_and_speed_of_its_mass_alone():
+    """All exponents of a mass that comes to rest on a plastic stop are -inf; a mass that nothing couples to it keeps its two."""
+    plastic = bf.systems.impact_oscillator(zeta=0.05, omega=0.7, amplitude=0.6, gap=0.0, restitution=0.0)
+    assert "release" in bf.find_orbit(plastic).signature
+    assert np.isneginf(bf.lyapunov_exponents(plastic, periods=40, transient=20).values).all()
+    pair = bf.System(np.eye(2), np.diag([0.1, 0.2]), np.eye(2), (HarmonicForce(0.6), RigidStop(0.0, 0.0)), omega=0.7)
+    found = bf.lyapunov_exponents(pair, periods=40, transient=60)
+    np.testing.assert_allclose(found.values[:2], -0.1, rtol=0, atol=0.02)
+    assert np.isneginf(found.values[2:]).all()

@@ -21,6 +21,21 @@ def test_linear_closed_form():
     assert orbit.stable
 
 
+def coupled(u0, u1, s0, s1, a, b):
+    return -a * u1 - b * s1, 0.5 * a * u0 - 0.2 * b * s0
+
+
+def test_a_law_of_two_rows_is_linearised_row_by_row():
+    """A linear law whose slopes are not symmetric: the multipliers are those of the linear system."""
+    law = bf.elements.Force(coupled, site=np.eye(2), a=0.3, b=0.15)
+    K, C = np.diag([1.0, 2.0]), np.diag([0.1, 0.2])
+    system = bf.System(np.eye(2), C, K, [bf.elements.HarmonicForce(1.0), law], omega=1.3)
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance(3))
+    whole = K + 0.3 * np.array([[0.0, 1.0], [-0.5, 0.0]]), C + 0.15 * np.array([[0.0, 1.0], [0.2, 0.0]])
+    want = np.linalg.eigvals(expm(np.block([[np.zeros((2, 2)), np.eye(2)], [-whole[0], -whole[1]]]) * orbit.period))
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(want), abs=1e-9)
+
+
 def test_elastic_slider_is_stable():
     """The slider starts its stick with the displacement of that instant: 0, .388, .780."""
     mu = jenkins().multipliers

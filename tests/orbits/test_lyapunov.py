@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import CubicSpring, HarmonicForce, Stribeck
+from bifurc.elements import CubicSpring, HarmonicForce, Jenkins, Stribeck
 
 CHAOTIC = {"omega": 2.8, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
 
@@ -24,6 +24,14 @@ def test_of_an_orbit_from_its_multipliers():
     assert found.values[1] == -np.inf and not found.errors.any()
     with pytest.raises(ValueError, match="another system"):
         bf.lyapunov_exponents(system.with_parameters(omega=1.1 * system.omega), orbit)
+
+
+def test_memory_that_nothing_writes_neither_grows_nor_dies():
+    """An elastic slider that never slips keeps its memory: of three exponents one is zero, the others are those of the spring."""
+    slider = Jenkins(stiffness=3.0, limit=50.0)
+    system = bf.System(1.0, 0.2, 1.0, (HarmonicForce(0.3), slider), omega=1.2)
+    found = bf.lyapunov_exponents(system, bf.find_orbit(system))
+    np.testing.assert_allclose(found.values, [0.0, -0.1, -0.1], rtol=0, atol=1e-12)
 
 
 def test_from_rest_and_from_a_motion():

@@ -12,6 +12,7 @@ from bifurc import plotting
 from bifurc.elements import CubicSpring, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.base import Orbit
 from bifurc.plotting import style
+from bifurc.plotting.motions import phase_plane
 from tests.plotting import fakes
 
 
@@ -129,7 +130,7 @@ def test_curves_of_one_kind_share_a_colour(ax):
 def test_words_for_a_motion_name_what_it_touches(kinds, element, words):
     events = [SimpleNamespace(kind=kind) for kind in kinds]
     motion = fakes.motion(periods=2, events=events, system=SimpleNamespace(elements=(element,)))
-    assert plotting.motions.phase_plane.describe(motion) == f"period 2, {words}"
+    assert phase_plane.describe(motion) == f"period 2, {words}"
 
 
 def test_one_legend_entry_a_label_for_several_branches(ax):
@@ -195,10 +196,10 @@ def test_stops_of_a_system():
     found = [HarmonicForce(0.5), RigidStop(gap=1.0), ElasticStop(gap=0.5, side=-1), RigidStop(gap=2.0, dof=1),
              RigidStop(row=(1.0, -1.0))]
     system = SimpleNamespace(elements=found, omega=2.0)
-    assert plotting.motions.phase_plane.stops(system, 0) == [(1.0, 1, True, None), (-0.5, -1, False, None)]
-    assert plotting.motions.phase_plane.stops(system, 1) == [(2.0, 1, True, None)]
+    assert phase_plane.stops(system, 0) == [(1.0, 1, True, None), (-0.5, -1, False, None)]
+    assert phase_plane.stops(system, 1) == [(2.0, 1, True, None)]
     system.elements = [RigidStop(gap=0.0, side=-1, amplitude=0.3, harmonic=2, phase=0.1)]
-    (wall,) = plotting.motions.phase_plane.stops(system, 0)
+    (wall,) = phase_plane.stops(system, 0)
     assert wall.position == 0.0
     np.testing.assert_allclose(wall.swing(np.array([0.0, 1.0])), 0.3 * np.cos([0.1, 4.1]), rtol=1e-15)
 
@@ -296,3 +297,23 @@ def test_axes_are_made_when_none_are_given():
 def test_figures_for_files_need_no_pyplot():
     code = "import sys; from bifurc import plotting; plotting.figure(); assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_lines_follow_a_parabola_between_rows_at_any_distance():
+    """Slopes of parabolas: where nothing has to be limited the line is the parabola itself."""
+    s = np.array([0.0, 0.3, 1.0, 1.2, 2.0])
+    x, y = s + 0.1 * s * s, 2.0 * s - 0.2 * s * s
+    line = plotting.branches._smooth(np.column_stack([s, x, y]))
+    at = (np.sqrt(1.0 + 0.4 * line[:, 0]) - 1.0) / 0.2
+    np.testing.assert_allclose(line[:, 1], 2.0 * at - 0.2 * at * at, rtol=0, atol=1e-13)
+
+
+def test_shares_of_cells_without_an_attractor_are_those_of_the_starts(ax):
+    """Cells beyond a stop are no starts: of twelve cells four are none, and two of the eight others are unresolved."""
+    basins = fakes.basins()
+    basins.labels, basins.states = np.zeros((3, 4), int), np.ones((3, 4), int)
+    basins.labels[0], basins.states[0] = -1, 2
+    basins.labels[1, :2], basins.states[1, :2] = -1, 0
+    plotting.plot_basins(basins, ax)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert any(word.startswith("unresolved: 25") for word in words), words

@@ -27,6 +27,15 @@ def test_full_stick_thresholds():
         assert reach == pytest.approx(amplitude, rel=rel)
 
 
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_loads_of_the_strip_are_a_parabola_over_its_blocks(n):
+    """The end blocks carry load_end, the middle one load_middle, and the strip is the same from both ends."""
+    (driven,) = bf.systems.micro_slip_strip(n=n, load_end=30.0, load_middle=6.0, friction=0.5).elements
+    limits = driven.element.limits
+    assert limits == pytest.approx(limits[::-1], rel=1e-14)
+    assert limits == pytest.approx({1: [3.0], 2: [15.0, 15.0], 5: [15.0, 6.0, 3.0, 6.0, 15.0]}[n], rel=1e-14)
+
+
 @pytest.mark.parametrize("damper", ["macro", "micro"])
 def test_the_threshold_of_full_stick_from_both_sides(damper):
     """At the stuck resonance the relaxed oscillator slips just below the threshold, and never above it."""

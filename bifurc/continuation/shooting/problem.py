@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ...compose.scene import scene_of
+from ...compose.scene import numbered, scene_of
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
@@ -108,6 +108,7 @@ class OrbitProblem(Problem):
 
     touch = TOUCH  # as the audit of an orbit
     wraps = True
+    same_tangent = 1.0 - 1e-5  # two branches of the equations may meet where a sequence begins: there the corrector mixes them
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
         self.system, self.path, self.sequence = system, path, sequence
@@ -571,7 +572,7 @@ class OrbitProblem(Problem):
     def to_record(self) -> dict:
         """Return a JSON-able description."""
         s = self.sequence
-        return {"kind": "orbit", "system": self.system.to_record(), "parameter": self.parameter,
+        return {"kind": "orbit", "system": numbered(self.system), "parameter": self.parameter,
                 "path": [self.path.low, self.path.high], "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(), "span": s.span,
                 "closure": s.closure, "clock": s.clock, "weights": self.weights.tolist(), "parameter_scale": self.parameter_scale,
                 "x0": self.x0.tolist()}

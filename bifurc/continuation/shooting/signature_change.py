@@ -16,6 +16,7 @@ from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
+from .directions import directions
 from .successor import complete_chatters, cycle, jumps, kicks, successor, verified
 from .vanishing import dropped
 
@@ -104,16 +105,16 @@ def constructed(problem, x, name):
 
 def admissible_side(problem, x):
     """Return the unit tangent at ``x`` that points to admissible orbits, or None."""
-    tangent = problem.null_tangent(x)
+    lines = directions(problem, x)
     boundary = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
     for step in TRIALS:
         good = []
-        for sign in (1.0, -1.0):
-            c = problem.correct(x + sign * step * problem.scale * tangent, sign * tangent)
+        for way in (sign * line for line in lines for sign in (1.0, -1.0)):
+            c = problem.correct(x + step * problem.scale * way, way)
             if c.converged and all(c.monitors[k] < 0.0 for k in boundary):
-                good.append(sign)
+                good.append(way)
         if len(good) == 1:
-            return good[0] * tangent
+            return good[0]
     return None
 
 

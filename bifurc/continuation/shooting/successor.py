@@ -24,6 +24,7 @@ from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, G
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
 from ..resimulation import counted
 from ..steps.rows import BOUNDARY_BAND
+from .directions import directions
 from .vanishing import dropped
 
 BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end
@@ -312,7 +313,7 @@ def _read(problem, x, search):
         if not motion.success:
             search.say(f"simulation beyond ends: {motion.message}")
             continue
-        made = sequence_of(orbit, motion)
+        made = sequence_of(orbit, motion, np.floor(at[k]))
         if made is None:
             search.say("the motion beyond does not come back to its mode in a period")
             continue
@@ -330,8 +331,12 @@ def _read(problem, x, search):
                 yield signature, unknowns
 
 
-def sequence_of(orbit, motion):
-    """Return (signature, unknowns) of one simulated period of the system of an orbit; None if it does not close in its mode."""
+def sequence_of(orbit, motion, first):
+    """Return (signature, unknowns) of one simulated period of the system of an orbit; None if it does not close in its mode.
+
+    ``first`` is the forcing period of the orbit in which the motion, which counts from zero, began: of an orbit of several, the
+    same a forcing period later is another solution of the equations.
+    """
     scene, R, period = orbit.scene, motion.recorded, orbit.forcing_period
     listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
     if not listed:
@@ -344,7 +349,8 @@ def sequence_of(orbit, motion):
     turn = int(np.argmax(np.diff(np.append(times, times[0] + orbit.periods))))  # begin behind the longest interval
     order = [*range(turn + 1, len(listed)), *range(turn + 1)]
     times[:turn + 1] += orbit.periods
-    times = times[order] - np.floor(times[order[0]])
+    times = times[order] + first
+    times -= np.floor(times[0] / orbit.periods) * orbit.periods
     nodes = divided(scene, nodes[order])
     mark_trains(nodes, R.speeds[listed][order])
     unknowns = np.column_stack([times, R.before[listed][order]]).ravel()
@@ -389,25 +395,25 @@ def _from(problem, point, signature, x, through, beside=False):
         return None
     if not distance(problem.solution(point.x), new.solution(x)) <= SAME:
         return None
-    tangent = new.null_tangent(x)
-    here = new.correct(x, tangent) if beside else None
+    lines = directions(new, x)
+    here = new.correct(x, lines[0]) if beside else None
     if here is not None and not (here.converged and inside(new, here)):
         return None
     for step in INSIDE:
         good = []
-        for sign in (1.0, -1.0):
-            c = new.correct(x + sign * step * new.scale * tangent, sign * tangent)
+        for way in (sign * line for line in lines for sign in (1.0, -1.0)):
+            c = new.correct(x + step * new.scale * way, way)
             if c.converged and inside(new, c):
-                good.append((sign, c))
-        if through or len(good) == 2:  # a change of the equations only: the branch goes on as it came
+                good.append((way, c))
+        if through or len(lines) == 1 and len(good) == 2:  # a change of the equations only: the branch goes on as it came
             if here is None:
-                good = [(sign, c) for sign, c in good if sign * tangent[-1] * point.tangent[-1] > 0.0]
+                good = [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
             else:
                 good.sort(key=lambda item: nearest(new, item[1]))
-        for sign, c in good[:1] if beside else good:
+        for way, c in good[:1] if beside else good:
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
-                return new, x, sign * tangent
+                return new, x, way
     return None
 
 

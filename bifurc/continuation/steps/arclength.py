@@ -400,13 +400,7 @@ class Half:
             successor = Part(problem, part.index + 1)
             tangent = np.asarray(tangent, float)
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
-            c = problem.correct(np.asarray(x, float), tangent)
-            along = 0.0
-            good = c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent
-            for step in () if good else ASIDE:  # the new equations are singular at their very beginning
-                c, along = problem.correct(x + step * problem.scale * tangent, tangent), step
-                if c.converged:
-                    break
+            c, along = self.begun(problem, np.asarray(x, float), tangent)
         except ERRORS as error:
             return self.stop(StopReason.NO_SUCCESSOR, f"{type(error).__name__}: {error}")
         if not c.converged:
@@ -430,6 +424,21 @@ class Half:
         if clear := detect.clear_slope(first.tests[0]):
             cut.special.reverses = slope * first.tests[0] < 0.0
         self.pending = None if clear else (slope, cut.special)
+
+    @staticmethod
+    def begun(problem, x, tangent):
+        """Return the first corrected point of new equations and its distance from their beginning.
+
+        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known.
+        """
+        made = []
+        for step in (0.0, *ASIDE):
+            c = problem.correct(x + step * problem.scale * tangent, tangent)
+            if c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent:
+                return c, step
+            if c.converged and step:
+                made.append((c, step))
+        return made[0] if made else (c, step)
 
     def closing(self, row, new):
         """Whether the first point of the branch may lie in this step (cheap tests first)."""

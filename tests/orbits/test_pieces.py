@@ -1,0 +1,52 @@
+"""What orbits are made of, piece by piece: energy, first Lyapunov coefficient, multipliers without the trivial one, trains."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import ElasticStop
+from bifurc.orbits.equilibria.hopf import Forms, _coefficient, critical_pair
+from bifurc.orbits.least import mark_trains
+from bifurc.orbits.multipliers import without
+
+
+def test_a_free_motion_of_coupled_masses_keeps_its_energy():
+    """Two masses with a coupling spring and an elastic stop, no damping."""
+    system = bf.System(np.diag([1.0, 1.7]), np.zeros((2, 2)), [[2.0, -0.9], [-0.9, 1.4]], [ElasticStop(0.3, 6.0)])
+    motion = bf.simulate(system, (0.1, -0.4, 0.5, 0.2), duration=20.0)
+    assert any(event.kind == "contact" for event in motion.events)
+    energies = [bf.energy(system, y) for y in motion(np.linspace(0.0, 20.0, 41))]
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
+
+
+def test_first_lyapunov_coefficient_of_a_plane_field_with_quadratic_terms(rng):
+    """Against the formula for x' = -w y + f, y' = w x + g (Guckenheimer & Holmes 1983, eq. 3.4.11)."""
+    w = 1.3
+    fxx, fxy, fyy, gxx, gxy, gyy, fxxx, fxyy, gxxy, gyyy = rng.normal(size=10)
+
+    def field(c):
+        x, y = c
+        f = fxx * x * x / 2.0 + fxy * x * y + fyy * y * y / 2.0 + fxxx * x**3 / 6.0 + fxyy * x * y * y / 2.0
+        g = gxx * x * x / 2.0 + gxy * x * y + gyy * y * y / 2.0 + gxxy * x * x * y / 2.0 + gyyy * y**3 / 6.0
+        return np.array([-w * y + f, w * x + g])
+
+    A = np.array([[0.0, -w], [w, 0.0]])
+    omega, q, p = critical_pair(A)
+    found = _coefficient(Forms(field, 2, 0.5), A, omega, q, p) / (4.0 * abs(q[0])**2)
+    exact = (fxxx + fxyy + gxxy + gyyy) / 16.0 + (fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy) / (16.0 * w)
+    assert found == pytest.approx(exact, rel=1e-9)
+
+
+def test_multipliers_without_the_trivial_one_depend_on_no_weights(rng):
+    """M f = f: the other eigenvalues are left, however the states are measured."""
+    basis = rng.normal(size=(4, 4))
+    M = basis @ np.diag([1.0, 0.7, -0.4, 0.2]) @ np.linalg.inv(basis)
+    for weights in (np.ones(4), np.array([1e-2, 1.0, 30.0, 5.0])):
+        found = np.sort(np.linalg.eigvals(without(M, basis[:, 0], weights)).real)
+        np.testing.assert_allclose(found, [-0.4, 0.2, 0.7], rtol=0, atol=1e-10)
+
+
+def test_a_train_is_of_falling_speeds():
+    """Impacts that lead to the end of an infinite sequence become slower; a slower one before a faster one is no part of it."""
+    nodes = np.array([[0, 0, 0, 0, 0]] * 4 + [[0, 0, 1, 0, 1], [1, 0, 0, 0, 0]])
+    mark_trains(nodes, np.array([0.1, 0.8, 0.4, 0.2, 0.1, 0.0]))
+    assert nodes[:, 4].tolist() == [0, 2, 2, 2, 1, 0]
