@@ -112,8 +112,8 @@ class Guard:
     silent : bool
         Both sides have the same force law: no unknown of an orbit.
     accumulates : (ratio, key), optional
-        The event repeats in infinite sequences with this ratio of successive speeds, which end in the mode `key` (and
-        never end when the ratio is 1).
+        Complete chattering: the event repeats with this ratio of successive speeds and accumulates, after which the mode
+        `key` holds (never when the ratio is 1).
     """
 
     value: Affine | Law

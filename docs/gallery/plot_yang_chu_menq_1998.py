@@ -12,7 +12,7 @@ conditions of each transition. A contact that slips forward sticks again not whe
 .. math:: \dot u = \mu \dot n / k,
 
 and one that parts meets again stuck or slipping at once. L. Zhao and Z. Lin (2015) took three cases from it. The work
-of each cycle below was found by marching the contact with 200 000 steps a period.
+of each cycle below was found by integrating the contact with 200 000 steps a period.
 """
 import matplotlib.pyplot as plt
 import numpy as np

@@ -9,7 +9,7 @@ lies a best normal load. L. Zhao and Z. Lin compared a damper that slips as a wh
 blocks that slip one after another (micro-slip), on an oscillator of 1.07 kg and 10 kN/m under 100 N. The strip is a
 little worse at its best, but far less sensitive to the load, which nobody knows exactly.
 
-The peaks asserted here come from an exact half-period map that marches no slider; the constants that the paper leaves
+The peaks asserted here come from an exact half-period map that integrates no slider; the constants that the paper leaves
 open are those of `bifurc.systems.friction_damped_oscillator`.
 """
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 
 It is grown as the unstable set is, by the map backwards in time (`time_reversal`): the images of a short piece of the
 stable direction.  Every point is carried forward again: where it does not come back, different histories merge (rest on a
-stop, infinite sequences), the map has no inverse, and the branch ends there.  A map without an inverse may have further pieces
+stop, complete chattering), the map has no inverse, and the branch ends there.  A map without an inverse may have further pieces
 that lead to the saddle; they are not found, and it is said.
 """
 from dataclasses import dataclass, field
