@@ -55,6 +55,7 @@ class System:
     reduction: Any  # `structure.reduction.Reduction` of a reduced model, or None
     _origin: tuple[Callable[..., "System"], dict] | None  # builder and its keywords
     _scene: Any  # kept by compose.scene_of
+    _kin: Any  # the scene of the system that this one was made from, or the keys of modes in their order; see compose.scene_of
 
     def __init__(self, mass, damping, stiffness, elements: Iterable[Element] = (), *, omega: float | None = None,
                  dofs: Iterable | None = None):
@@ -79,7 +80,7 @@ class System:
         elements = tuple(element.placed(lambda dof: place_of(dof, names, n)) for element in elements)
         self.__dict__.update(
             core=Core(M, C, K, None if omega is None else number("System", "omega", omega, above=0.0)),
-            n=n, elements=elements, dofs=names, reduction=None, _origin=None, _scene=None)
+            n=n, elements=elements, dofs=names, reduction=None, _origin=None, _scene=None, _kin=None)
         for element in elements:
             harmonics = {*element.harmonics, *element.site(n).harmonics}
             if omega is None and harmonics:
@@ -280,8 +281,11 @@ class System:
             for name in changes:
                 if name not in values:
                     self.parameter_name(name)
-            return build(**{**values, **changes})
-        return self._changed({self.parameter_name(name): value for name, value in changes.items()})
+            made = build(**{**values, **changes})
+        else:
+            made = self._changed({self.parameter_name(name): value for name, value in changes.items()})
+        made.__dict__["_kin"] = self._kin if self._scene is None else self._scene
+        return made
 
     def _changed(self, changes: dict) -> "System":
         """Return a hand-made system with full parameter names changed."""
@@ -363,7 +367,9 @@ class System:
             if build is None:
                 raise ValueError(f"the record uses the builder {record['builder']!r}; hand it over in elements=[...]. "
                                  f"Known: {', '.join(sorted(_BUILDERS))}")
-            return build(**record["parameters"])
+            system = build(**record["parameters"])
+            system.__dict__["_kin"] = _tupled(record.get("modes"))
+            return system
         made = []
         for item in record["elements"]:
             found = own.get(item["class"]) or BUILT_IN.get(item["class"])
@@ -376,6 +382,7 @@ class System:
             from .structure.reduction import Reduction  # building a system loads no scipy
 
             system.__dict__["reduction"] = Reduction.from_record(record["reduction"])
+        system.__dict__["_kin"] = _tupled(record.get("modes"))
         return system
 
     def __eq__(self, other):
@@ -396,7 +403,8 @@ class System:
         return f"System(n={self.n}, omega={omega}, elements=[{', '.join(self.labels)}])"
 
     def __getstate__(self):
-        return {**self.__dict__, "_scene": None}
+        kin = self._kin if self._scene is None else self._scene
+        return {**self.__dict__, "_scene": None, "_kin": getattr(kin, "keys", kin)}
 
     def __copy__(self):
         return self
@@ -447,6 +455,11 @@ def _matrix(name: str, value) -> np.ndarray:
 def _plain(value):
     """Return a value as JSON knows it."""
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _tupled(value):
+    """Return lists as tuples, those in them too: JSON knows no tuples, which keys of modes may be."""
+    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
 
 
 def _short(value) -> str:

@@ -13,7 +13,7 @@ HEAD = '''"""One impact oscillator, its numbers written out."""
 import numba
 import numpy as np
 
-from bifurc.flow.polynomial import first_zero
+from bifurc.flow.affine.polynomial import first_zero
 
 
 @numba.njit(error_model="numpy", nogil=True)

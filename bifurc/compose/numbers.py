@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Affine, Algebraic, Circle, Frame, Guard, Law, Mode, Rate
+from ..elements import Affine, Algebraic, Circle, Frame, Guard, Law, Mode, Rate, Rows
 from ..system import System
 from . import pieces as parts
 from .pieces import Piece, SceneLaw
@@ -73,6 +73,7 @@ def is_stop(value) -> bool:
 class Placed(NamedTuple):
     """A site in a frame: rows of an element, and how impulses meet it."""
 
+    site: Rows
     J: np.ndarray  # (rows, n)
     U: np.ndarray  # (rows, nx)
     S: np.ndarray  # (rows, nx)
@@ -114,7 +115,7 @@ class Packer:
     def _place(self, element) -> Placed:
         site = element.site(self.system.n)
         U, S, rest = site.rows(self.frame)
-        return Placed(site.R, U, S, rest, self.inverse @ site.R.T, isinstance(site, Circle))
+        return Placed(site, site.R, U, S, rest, self.inverse @ site.R.T, isinstance(site, Circle))
 
     def mode(self, element: int, key: Hashable) -> Mode:
         """Return a mode of an element, made once."""
@@ -218,8 +219,7 @@ class Packer:
         if found is None:
             site, mode = self.sites[element], self.mode(element, key)
             found = self._pieces[element, key] = [] if not (mode.force or mode.guards or mode.hold) else parts.pieces(
-                self.system.elements[element].site(self.system.n), mode,
-                f"{self.system.labels[element]}, mode {key!r}", site.J @ site.X)
+                site.site, mode, f"{self.system.labels[element]}, mode {key!r}", site.J @ site.X)
         return found
 
     def laws(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[SceneLaw, ...]:

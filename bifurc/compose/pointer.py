@@ -8,7 +8,6 @@ import array
 import zlib
 from collections.abc import Iterable
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typing.templates import AttributeTemplate
@@ -52,12 +51,12 @@ class Pointer(types.Type):
         return None
 
 
-def directory(cls: type, arrays: Iterable[np.ndarray]) -> array.array:
-    """Return addresses and lengths of arrays one after the other, as an object of a class derived from `array.array`.
+def directory(cls: type, words: Iterable[int]) -> array.array:
+    """Return addresses and lengths of arrays (``words``) one after the other, as an object of a class derived from `array.array`.
 
     numba knows objects with a buffer by its format (.5 us a call); of any other it asks Python for the type (4 us).
     """
-    return array.array.__new__(cls, "q", [number for part in arrays for number in (part.ctypes.data, *part.shape)])
+    return array.array.__new__(cls, "q", words)
 
 
 def seen_as(cls: type, pointer: Pointer) -> None:

@@ -10,7 +10,7 @@ One file, because it is one class: modes are looked up, combined, numbered and m
 """
 import copy
 import itertools
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -34,11 +34,25 @@ class GuardOf(NamedTuple):
 
 
 def scene_of(system: System) -> "Scene":
-    """Return the scene of a system; made once and kept with it."""
+    """Return the scene of a system; made once and kept with it.
+
+    A system made from another by changes of numbers has its modes under the same numbers.
+    """
     if system._scene is None:
         refuse_delay(system)
-        system.__dict__["_scene"] = Scene(system)
+        kin = system._kin
+        if isinstance(kin, Scene):
+            scene = kin.at(system) if kin.same_structure(system) else Scene(system)
+        else:
+            scene = Scene(system, kin or ())
+        system.__dict__.update(_scene=scene, _kin=None)
     return system._scene
+
+
+def numbered(system: System) -> dict:
+    """Return the record of a system, with the modes met where their numbers depend on the order in which they were met."""
+    scene = scene_of(system)
+    return system.to_record() if scene.complete else {**system.to_record(), "modes": scene.keys}
 
 
 def refuse_delay(system: System) -> None:
@@ -72,7 +86,7 @@ class Scene:
         Addresses of what is compiled for these laws, zeros before; part of all tables with these laws.
     """
 
-    def __init__(self, system: System):
+    def __init__(self, system: System, modes: Iterable[tuple] = ()):
         self.system = system
         elements = system.elements
         n = system.n
@@ -103,7 +117,23 @@ class Scene:
             raise ValueError(f"{system!r}: all combinations of start keys hold dependent rows")
         for keys in reach if reach is not None else (first,):
             self._add(keys)
+        for keys in modes:
+            if keys not in self._index and self._possible(keys):
+                self._add(keys)
         self._pack()
+
+    def at(self, system: System) -> "Scene":
+        """Return the scene of another system of the same structure, with the modes met here under the same numbers."""
+        other = copy.copy(self)
+        other.system, other.frame = system, self.frame.at(system.omega)
+        other.omega, other.period = system.omega, system.period
+        other._packer = Packer(system, other.frame, self.slices)
+        other.keys, other._index, other._holds = self.keys.copy(), self._index.copy(), self._holds.copy()
+        other._buildable = dict.fromkeys(self.keys, True)
+        other._guards = [other._guards_of(keys) for keys in self.keys]
+        other._algebraic = {}
+        other.tables = self._rebuilt(other._filled(other._packer))
+        return other
 
     def __repr__(self):
         return f"Scene(n={self.n}, modes={len(self.keys)}, harmonics={self.harmonics}, closed_form={self.closed_form})"
@@ -269,17 +299,20 @@ class Scene:
         """
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
-        flat = np.zeros(self.tables.flat.size)
-        packer = Packer(system, self.frame.at(system.omega), self.slices)
-        packer.fill(flat, views(flat, self._layout), self.keys, self.laws)
-        return flat
+        return self._filled(Packer(system, self.frame.at(system.omega), self.slices))
 
     def refill(self, system: System) -> Tables:
         """Return new tables, rebuilt, with the numbers of another system of the same structure; its own: a copy."""
-        if system is self.system:
-            return copy.deepcopy(self.tables)
-        tables = self._allocate()
-        tables.flat[:] = self.flat_of(system)
+        return copy.deepcopy(self.tables) if system is self.system else self._rebuilt(self.flat_of(system))
+
+    def _filled(self, packer: Packer) -> np.ndarray:
+        flat = np.zeros(self.tables.flat.size)
+        packer.fill(flat, views(flat, self._layout), self.keys, self.laws)
+        return flat
+
+    def _rebuilt(self, flat: np.ndarray) -> Tables:
+        tables = copy.deepcopy(self.tables)
+        tables.flat[:] = flat
         rebuild(tables)
         return tables
 
@@ -365,14 +398,16 @@ class Scene:
         """List a mode, without numbers; return its index."""
         self._index[keys] = len(self.keys)
         self.keys.append(keys)
-        guards, holds = [], []
-        for e, key in enumerate(keys):
-            mode = self._packer.mode(e, key)
-            guards += [GuardOf(e, number, guard) for number, guard in enumerate(mode.guards)]
-            holds += [] if self._packer.sites[e].curved else [e] * len(mode.hold)  # reactions on curves are laws
-        self._guards.append(tuple(guards))
-        self._holds.append(tuple(holds))
+        self._guards.append(self._guards_of(keys))
+        # reactions on curves are laws
+        self._holds.append(tuple(e for e, key in enumerate(keys) if not self._packer.sites[e].curved
+                                 for _ in self._packer.mode(e, key).hold))
         return self._index[keys]
+
+    def _guards_of(self, keys: tuple) -> tuple[GuardOf, ...]:
+        """Return the guards of a mode."""
+        return tuple([GuardOf(e, number, guard) for e, key in enumerate(keys)
+                      for number, guard in enumerate(self._packer.mode(e, key).guards)])
 
     def _own_closure(self, element: int) -> list[Hashable]:
         """Return the keys of an element that it can reach from its starts, at most about CLOSURE of them."""

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import both, njit
-from .pointer import Pointer, directory, seen_as
+from .pointer import WORD, Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
 TURN = 0.8  # largest scaled angle of a step
@@ -42,7 +42,7 @@ class Rows(NamedTuple):
     stages: np.ndarray
 
 
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+@dataclasses.dataclass(frozen=True, init=False, eq=False, repr=False)
 class Tables(array.array):
     """Numbers of a scene as the kernels see them; ``ns`` states, ``nw`` forcing states, ``nx = ns + nw``.
 
@@ -99,51 +99,47 @@ class Tables(array.array):
     turns: np.ndarray  # (modes, LEVELS, nx) factors of all levels of steps
     level: np.ndarray  # (modes, LEVELS) their durations
 
+    layout: "Layout" = dataclasses.field(init=False)
+    numbers: np.ndarray = dataclasses.field(init=False)  # all floats, `flat` first
+    whole: np.ndarray = dataclasses.field(init=False)  # all integers but `bound`
     address: int = dataclasses.field(init=False)  # of the directory: what compiled code takes
 
-    def __new__(cls, *parts):
-        return directory(cls, parts)
-
-    def __post_init__(self):
-        object.__setattr__(self, "address", self.buffer_info()[0])
+    def __new__(cls, layout: "Layout", numbers: np.ndarray, whole: np.ndarray, bound: np.ndarray):
+        """Make the tables of which ``numbers`` and ``whole`` hold all floats and all integers, one array after the other."""
+        parts, words, places = {"bound": bound}, [], (numbers.ctypes.data, whole.ctypes.data)
+        for name, of_numbers, start, shape in layout:
+            if name == "bound":
+                words += [bound.ctypes.data, *shape]
+            else:
+                parts[name] = np.ndarray(shape, *((np.float64, numbers) if of_numbers else (np.int64, whole)), WORD * start)
+                words += [places[not of_numbers] + WORD * start, *shape]
+        made = directory(cls, words)
+        made.__dict__.update(parts, layout=layout, numbers=numbers, whole=whole, address=made.buffer_info()[0])
+        return made
 
     def __copy__(self):
-        """Copies are lists of their own arrays' addresses; those of an array of integers would be plain ones."""
-        return Tables(*(getattr(self, name) for name in PARTS))
+        """Copies are lists of the same arrays' addresses; those of an array of integers would be plain ones."""
+        return Tables(self.layout, self.numbers, self.whole, self.bound)
 
     def __deepcopy__(self, memo):
-        return _over(self.flat.copy(), self._places(), [getattr(self, name).copy() for name in PARTS], self.bound)
+        return Tables(self.layout, self.numbers.copy(), self.whole.copy(), self.bound)
 
     def __reduce_ex__(self, protocol):
         """Addresses of functions mean nothing elsewhere."""
-        return _over, (self.flat, self._places(), [getattr(self, name) for name in PARTS], np.zeros_like(self.bound))
-
-    def _places(self) -> list[int]:
-        """Return where in ``flat`` every array begins that is a view of it; -1: an array of its own."""
-        first, last = self.flat.ctypes.data, self.flat.ctypes.data + self.flat.nbytes
-        return [(part.ctypes.data - first) // self.flat.itemsize if part.size and first <= part.ctypes.data < last else -1
-                for part in (getattr(self, name) for name in PARTS)]
+        return Tables, (self.layout, self.numbers, self.whole, np.zeros_like(self.bound))
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__  # type: ignore[assignment]
 
 
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
-
-
-def _over(flat: np.ndarray, places: list[int], parts: list[np.ndarray], bound: np.ndarray) -> Tables:
-    """Return tables of these arrays, those with a place again as views on ``flat``."""
-    made = [part if place < 0 else flat[place:place + part.size].reshape(part.shape)
-            for place, part in zip(places, parts, strict=True)]
-    return Tables(*(bound if name == "bound" else part for name, part in zip(PARTS, made, strict=True)))
-
-
+Layout = tuple[tuple[str, bool, int, tuple[int, ...]], ...]  # of every array: name, float or not, place in its buffer, shape
 NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1]))
 
 
 def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: int, harmonics, laws: int = 0, law_values: int = 0,
              rows: Rows = NO_ROWS, bound: np.ndarray | None = None) -> Tables:
-    """Return tables of zeros with the views laid over one flat buffer.
+    """Return tables of zeros: views on one buffer of floats and one of integers.
 
     ``bound`` (2,) is shared by all tables with the same laws: whoever compiles them binds all.
     """
@@ -151,27 +147,27 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
     k = np.asarray(harmonics, np.int64)
     nw = 1 + 2 * k.size
     nx = ns + nw
-    shapes = [(modes, ns, nx), (modes, guards, nx), (modes, guards, ns, nx), (modes, guards, ns), (modes, guards, ns),
-              (modes, holds, nx), (modes, holds, nx), (modes, guards),
-              (law_values,), (count, nx), (count, nx), (modes, count, n), (modes, guards, count)]
-    flat = np.zeros(1 + sum(math.prod(shape) for shape in shapes))
-    views, start = [], 1
-    for shape in shapes:
-        stop = start + math.prod(shape)
-        views.append(flat[start:stop].reshape(shape))
-        start = stop
-    whole = np.int64
-    counts = [k, np.zeros(modes, whole), np.zeros(modes, whole), np.full((modes, guards, candidates), -1, whole),
-              np.zeros((modes, guards), whole), np.full((modes, guards), -1, whole), np.zeros((modes, guards), whole),
-              np.zeros((modes, guards), whole), np.zeros((modes, guards), whole), np.zeros((modes, laws), whole),
-              rows.owners, rows.stages, np.zeros(2, whole) if bound is None else bound, np.zeros((modes, guards), whole)]
-    derived = [np.zeros(modes), np.zeros((modes, ns, nx, ORDER + 1)), np.zeros((modes, guards, nx, ORDER + 1)),
-               np.zeros((modes, ns, nx)), np.zeros((modes, nw)), np.zeros((modes, guards, nx)), np.zeros((ns, nx))]
+    flat = {"A": (modes, ns, nx), "G": (modes, guards, nx), "R": (modes, guards, ns, nx), "B": (modes, guards, ns),
+            "D": (modes, guards, ns), "H": (modes, holds, nx), "S": (modes, holds, nx), "ratio": (modes, guards),
+            "law": (law_values,), "LU": (count, nx), "LS": (count, nx), "LP": (modes, count, n), "LG": (modes, guards, count)}
+    counts = {"harmonics": k.shape, "n_guards": (modes,), "n_holds": (modes,), "then": (modes, guards, candidates),
+              **dict.fromkeys(("kick", "ends_in", "silent", "element", "kind"), (modes, guards)), "acts": (modes, laws),
+              "owners": rows.owners.shape, "stages": rows.stages.shape, "bound": (2,), "still": (modes, guards)}
     many, wide, levels = (modes, nx, LEVELS) if n >= MANY and laws == 0 else (0, 0, 0)
-    derived += [np.zeros((modes, 4), whole), *(np.zeros((many, wide, wide)) for _ in range(3)), np.zeros((many, wide, 2)),
-                np.zeros((many, guards, wide, ORDER + 1)), np.zeros((many, guards, wide, 2)), np.zeros((many, levels, wide)),
-                np.zeros((many, levels))]
-    return Tables(flat, *views, *counts, *derived)
+    derived = {"step": (modes,), "YT": (modes, ns, nx, ORDER + 1), "GT": (modes, guards, nx, ORDER + 1), "E": (modes, ns, nx),
+               "turn": (modes, nw), "G4": (modes, guards, nx), "F": (ns, nx),
+               "blocks": (modes, 4), **dict.fromkeys(("V", "L", "N"), (many, wide, wide)), "spin": (many, wide, 2),
+               "GS": (many, guards, wide, ORDER + 1), "tail": (many, guards, wide, 2), "turns": (many, levels, wide),
+               "level": (many, levels)}
+    layout, sizes = [("flat", True, 0, (1 + sum(map(math.prod, flat.values())),))], [0, 1]
+    for name, shape in {**flat, **counts, **derived}.items():
+        of_numbers = name in flat or (name in derived and name != "blocks")
+        layout.append((name, of_numbers, sizes[of_numbers], shape))
+        sizes[of_numbers] += math.prod(shape)
+    T = Tables(tuple(layout), np.zeros(sizes[True]), np.zeros(sizes[False], np.int64),
+               np.zeros(2, np.int64) if bound is None else bound)
+    T.harmonics[:], T.owners[:], T.stages[:], T.then[:], T.ends_in[:] = k, rows.owners, rows.stages, -1, -1
+    return T
 
 
 _small = allocate(1, 1, 1, 1, 1, 2, [1])

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ..compose.scene import scene_of
+from ..compose.scene import numbered, scene_of
 from ..orbits.autonomous import section, solution
 from ..orbits.energy import EnergyEquations, conservative, unfolding_path
 from ..orbits.energy import energy as stored
@@ -147,7 +147,7 @@ class EnergyProblem(Problem):
     def to_record(self) -> dict:
         """Return a JSON-able description."""
         s = self.sequence
-        return {"kind": "free vibration", "system": self.system.to_record(), "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(),
+        return {"kind": "free vibration", "system": numbered(self.system), "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(),
                 "closure": s.closure, "clock": s.clock, "weights": self.weights.tolist(), "x0": self.x0.tolist(),
                 "scale": float(self.scale[-1])}
 

@@ -9,8 +9,9 @@ from .contacts.common import SOURCE
 from .laws import Sampled, law_forces
 from .layout import Layout
 from .parts import Contact, Numbers, Parts, split, views
-from .residual import Grid, Room, followed, linearised, motion
+from .residual import followed, linearised, motion
 from .status import MarchStatus
+from .tables import Grid, Room
 
 GRID = 8  # points a shortest wave on which exact events are looked for
 LEAST_GRID = 64
@@ -184,8 +185,7 @@ class Balance:
         """Follow the contacts along ``x`` into `walk`; return status and coefficients (nr, mi) of coordinates and speeds."""
         c, v, _, _ = self.rows(x, flat)
         room, flat = self.walk, self.parts.flat if flat is None else flat
-        code = followed(self.parts.structure, flat, *self.grid, c, v, self._free, room.paths, room.ends, room.zs, room.sources,
-                        room.counts)
+        code = followed(self.parts.structure, flat, self.grid, c, v, self._free, room)
         return tuple(MarchStatus)[code], c, v
 
     def guard(self, contact: int, mode: int, guard: int, x, memory) -> np.ndarray:

@@ -2,14 +2,16 @@
 
 The same iteration as `continuation.problem.Problem.correct`, whose stopping rules it shares.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from .._jit import both, leaf
 from ..solve.dense import lu, lu_solve
-from .contacts.common import FOLLOWED
+from .contacts.common import FOLLOWED, Contact, Segments
 from .contacts.margins import FAR, margins
-from .residual import Grid, Room, kept, linearised, motion
-from .tables import expressions, numbers_at, structure
+from .residual import kept, linearised, motion
+from .tables import Grid, Room, Series, expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
@@ -18,17 +20,25 @@ CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, MARCH, OTHER_ORDER = 1, 0, -1, -
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
 
 
+class Found(NamedTuple):
+    """Arrays that `correct` writes."""
+
+    x: np.ndarray  # (size + 1,) point
+    new: np.ndarray  # (size + 1,) unit tangent there, in scaled unknowns
+    info: np.ndarray  # (INFO,)
+    events: np.ndarray  # (KINDS, FIELDS) margins of events at the point
+
+
 @both
-def correct(S, R, base, index, series, low, high, grid: Grid, listed, room: Room, start, tangent, fixed, scale, x, new,
-            info, events):
-    """Correct ``start`` (size + 1,) onto the branch; write the point ``x``, its unit tangent ``new`` and ``info`` (INFO,).
+def correct(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, fixed, scale, found: Found):
+    """Correct ``start`` (size + 1,) onto the branch; write what is ``found``.
 
     Parameters
     ----------
     S, R
         Structure, see `tables`, and rows.
-    base, index, series, low, high
-        Numbers of the system along the parameter, see `numbers_at`.
+    along : Series
+        Numbers of the system along the parameter.
     tangent : (size + 1,)
         Unit, in scaled unknowns.
     fixed : bool
@@ -37,16 +47,17 @@ def correct(S, R, base, index, series, low, high, grid: Grid, listed, room: Room
         Natural sizes.
     listed : int (nc,)
         Events of each contact in the order that is followed, -1: as they come; see `residual.followed`.
-    events : (KINDS, FIELDS)
-        Overwritten by the margins of events at the point.
+    found : Found
+        Overwritten.
 
     Returns
     -------
     int
         CONVERGED, or what went wrong; CONVERGED with ``info[DET_SIGN]`` zero: the tangent is not unique, the given one stays.
     """
+    x, new, info, events = found
     size = start.size - 1
-    flat, dflat = np.empty_like(base), np.empty_like(base)
+    flat, dflat = np.empty_like(along.base), np.empty_like(along.base)
     matrix, right = np.empty((size + 1, size + 1)), np.empty(size + 1)
     pivot = np.empty(size + 1, np.int64)
     x[:] = start
@@ -59,7 +70,7 @@ def correct(S, R, base, index, series, low, high, grid: Grid, listed, room: Room
     slopes = size > 0  # a literal would compile everything again
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
     for count in range(MAX_ITERATIONS + 1):
-        numbers_at(base, index, series, low, high, x[size], flat, dflat)
+        numbers_at(along, x[size], flat, dflat)
         room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
         status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
@@ -153,5 +164,5 @@ def watched(S, R, flat, dflat, x, grid: Grid, room: Room, events):
     c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     motion(S, R, flat, dflat, x, c, v, cp, vp)
     for k in range(len(contacts)):
-        margins(waves, excited, contacts[k], X[k], loose[k], room.paths[k], room.ends[k], room.zs[k], room.sources[k],
-                room.counts[k, 0], c, v, grid.samples, grid.cosines, grid.sines, events, a, slopes, z)
+        margins(Contact(waves, excited, contacts[k], X[k], loose[k], c, v),
+                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid, events, a, slopes, z)

@@ -4,16 +4,29 @@
 
 Derivatives are exact, also that by a parameter of the system, given the derivative of the packed numbers by it.
 """
-from typing import NamedTuple
-
 import numpy as np
 
 from .._jit import both, leaf, njit
-from .contacts.common import FOLLOWED, GUARD, MODE, NEXT, NOT_FINITE, PASSED, ROUNDING, TOUCHED, WRITER, guard_of
+from .contacts.common import (
+    FOLLOWED,
+    GUARD,
+    MODE,
+    NEXT,
+    NOT_FINITE,
+    PASSED,
+    ROUNDING,
+    TOUCHED,
+    WRITER,
+    Contact,
+    Segments,
+    Space,
+    Tabulated,
+    guard_of,
+)
 from .contacts.event_driven import crest, exact, overshoot
 from .contacts.sampled import sampled
-from .contacts.spectra import divisors, gather, joined, signals
-from .tables import MEMORIES, MEMORY, MODES, PAIRED, core, expressions, structure
+from .contacts.spectra import Scratch, Slopes, Sums, divisors, gather, joined, signals
+from .tables import MEMORIES, MEMORY, MODES, PAIRED, Grid, Room, core, expressions, structure
 from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
@@ -74,10 +87,11 @@ def excitation(waves, excited, cosines, sines, excite, dexcite):
 
 
 @leaf
-def arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a):
+def arose(contact, samples, segments, n, a):
     """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch."""
-    m, g, stop = path[n, MODE], path[n, GUARD], ends[n, 0]
-    guard_of(excited, A, X, m, g, c, v, zs[n, :A[A.shape[0] - 1, 0, MEMORY]], a)
+    waves, A = contact.waves, contact.A
+    m, g, stop = segments.path[n, MODE], segments.path[n, GUARD], segments.ends[n, 0]
+    guard_of(contact, m, g, segments.zs[n, :A[A.shape[0] - 1, 0, MEMORY]], a)
     bound = size(a)
     if bound == 0.0:
         return 0.0
@@ -92,11 +106,12 @@ def arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a):
 
 
 @njit
-def threshold(waves, excited, A, X, c, v, samples, path, ends, zs, events, wanted):
-    """Return the height up to which events are ignored so that of ``events`` about ``wanted`` are left."""
-    a, heights = np.empty(waves.size), np.empty(events)
+def threshold(contact, samples, segments, wanted):
+    """Return the height up to which events are ignored so that about ``wanted`` of them are left."""
+    events = segments.count[0] - 1
+    a, heights = np.empty(contact.waves.size), np.empty(events)
     for n in range(events):
-        heights[n] = arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a)
+        heights[n] = arose(contact, samples, segments, n, a)
     for i in range(1, events):  # by insertion
         n = i
         while n > 0 and heights[n - 1] > heights[n]:
@@ -108,13 +123,15 @@ def threshold(waves, excited, A, X, c, v, samples, path, ends, zs, events, wante
 
 
 @both
-def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, sources, counts):
-    """Follow all contacts along rows with coefficients ``c``, ``v``; return the code of a `MarchStatus`.
+def followed(S, flat, grid: Grid, c, v, listed, room: Room):
+    """Follow all contacts along rows with coefficients ``c``, ``v``, into ``room``; return the code of a `MarchStatus`.
 
     ``listed`` (nc,): events of each contact, -1: as they come, see `order_of`.  Where a contact has more, the least of them are
     ignored; where it has fewer, the guards that come nearest to firing count as touches: so the equations of an order of
     events go on smoothly beyond the point where the order changes, as far as a corrector looks.
     """
+    samples, cosines, sines = grid
+    zs, sources, counts = room.zs, room.sources, room.counts
     nr, nodes = len(c), cosines.shape[1]
     for row in range(nr):
         for j in range(c.shape[1]):
@@ -138,16 +155,16 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
     M, G = contacts.shape[1] - 1, contacts.shape[2] - 1
     scratch, flags = np.empty((8, max(waves.size, M, G, zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
     p, tables = np.empty((waves[-1] + 1, 2)), np.empty((2, M, max(G, zs.shape[2]), nodes))
+    tabulated, space = Tabulated(U, V, dU, ddU, excite, dexcite), Space(scratch, flags, p, tables)
     for k in range(len(contacts)):
-        skip, touch, A = 0.0, 0.0, contacts[k]
+        skip, touch, contact = 0.0, 0.0, Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
+        segments = Segments(room.paths[k], room.ends[k], zs[k], sources[k], counts[k])
         wanted, by = max(listed[k], 0), -2 - listed[k] if listed[k] < -1 else -1
         for _ in range(ATTEMPTS):
             if samples:
-                status = sampled(waves, excited, A, X[k], loose[k], c, v, U, V, excite, skip, touch, paths[k], ends[k], zs[k],
-                                 sources[k], counts[k], scratch, flags, p, tables)
+                status = sampled(contact, tabulated, skip, touch, segments, space)
             else:
-                status = exact(waves, excited, A, X[k], loose[k], c, v, U, V, dU, ddU, excite, dexcite, skip, touch, paths[k],
-                               ends[k], zs[k], sources[k], counts[k], scratch, flags, p, tables)
+                status = exact(contact, tabulated, skip, touch, segments, space)
             if status != FOLLOWED:
                 return status
             events = counts[k, 0] - 1
@@ -162,7 +179,7 @@ def followed(S, flat, samples, cosines, sines, c, v, listed, paths, ends, zs, so
                 if wanted == 0 and by < 0:
                     new = ALL
                 else:
-                    new = threshold(waves, excited, A, X[k], c, v, samples, paths[k], ends[k], zs[k], counts[k, 0] - 1, wanted)
+                    new = threshold(contact, samples, segments, wanted)
                 if new <= skip:
                     break
                 skip = new
@@ -255,29 +272,6 @@ def motion(S, R, flat, dflat, x, c, v, cp, vp):
     signals(S, flat, dflat, c, v, cp, vp)
 
 
-class Grid(NamedTuple):
-    """Where motions are looked at: 0 or the number of samples, and tables (nk, grid + 1) of the waves, both ends included."""
-
-    samples: int
-    cosines: np.ndarray
-    sines: np.ndarray
-
-
-class Room(NamedTuple):
-    """Arrays that kernels overwrite; see `spectra.gather` and `exactly.exact`."""
-
-    spectra: np.ndarray
-    F: np.ndarray
-    J: np.ndarray
-    f: np.ndarray  # (size,) residual
-    wide: np.ndarray  # (size, size + 1) derivatives
-    paths: np.ndarray  # of every contact
-    ends: np.ndarray
-    zs: np.ndarray
-    sources: np.ndarray
-    counts: np.ndarray
-
-
 def order_of(room: Room) -> np.ndarray:
     """Return the order of events of the contacts that were followed (nc,): the number of events of each.
 
@@ -315,20 +309,20 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     signals = np.empty((4, len(R), waves.size))
     c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     motion(S, R, flat, dflat, x, c, v, cp, vp)
-    status = followed(S, flat, grid.samples, grid.cosines, grid.sines, c, v, listed, room.paths, room.ends, room.zs, room.sources,
-                      room.counts)
+    status = followed(S, flat, grid, c, v, listed, room)
     if status != FOLLOWED:
         return status
     mi, L = waves.size, room.spectra.shape[3]
     D, p, B = np.empty((L, 2)), np.empty((waves[-1] + 1, 2)), np.empty((place.size, mi))
     Q = S[PAIRED]
-    scratch, dz = np.empty((4, Q * mi + 1)), np.empty((S[MEMORIES], Q * mi + 1))
-    total, E = np.empty((S[MODES], L, 2)), np.empty((3, L, 2))
+    scratch = Scratch(np.empty((4, Q * mi + 1)), p, np.empty((S[MODES], L, 2)), np.empty((3, L, 2)),
+                      np.empty((S[MEMORIES], Q * mi + 1)))
+    sums = Sums(room.spectra, room.F, room.J)
     divisors(L, grid.samples, D)
     for k in range(len(contacts)):
-        gather(waves, place, excited, contacts[k], X[k], dX[k], loose[k], dloose[k], flat[0], room.paths[k], room.ends[k],
-               room.zs[k], room.sources[k], room.counts[k, 0], c, v, cp, vp, grid.samples, D, slopes, room.spectra, room.F, room.J,
-               scratch, p, total, E, dz)
-    joined(waves, place, flat[0], room.spectra, c, v, cp, vp, slopes, room.F, room.J, B)
+        gather(Contact(waves, excited, contacts[k], X[k], loose[k], c, v), Slopes(dX[k], dloose[k], flat[0], cp, vp), place,
+               Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid.samples, D, slopes, sums,
+               scratch)
+    joined(waves, place, flat[0], signals, slopes, sums, B)
     assembled(S, R, flat, dflat, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

@@ -3,6 +3,8 @@
 Arrays that are passed from Python are unpacked one by one, and compiled functions that take many are slow to compile; the
 parts by name, `parts.Shape` and `parts.Numbers`, are for Python.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from .._jit import both, njit
@@ -18,6 +20,39 @@ COUNT, MEMORY, WIDTH, PAIRS, ROWS = 0, 1, 2, 3, 4  # modes, memories, rows; rows
 
 # an expression (columns,): constant and harmonics, then pairs of coordinate and speed of every row, then memory
 # the expressions of a mode: forces, guards, slaved memory
+
+
+class Series(NamedTuple):
+    """Numbers of a system along a parameter: those that change, as Chebyshev series on [low, high]."""
+
+    base: np.ndarray  # all of them
+    index: np.ndarray  # int (k,): which change
+    series: np.ndarray  # (k, degree + 1)
+    low: float
+    high: float
+
+
+class Grid(NamedTuple):
+    """Where motions are looked at: 0 or the number of samples, and tables (nk, grid + 1) of the waves, both ends included."""
+
+    samples: int
+    cosines: np.ndarray
+    sines: np.ndarray
+
+
+class Room(NamedTuple):
+    """Arrays that kernels overwrite; see `contacts.spectra.Sums` and, of every contact, `contacts.common.Segments`."""
+
+    spectra: np.ndarray
+    F: np.ndarray
+    J: np.ndarray
+    f: np.ndarray  # (size,) residual
+    wide: np.ndarray  # (size, size + 1) derivatives
+    paths: np.ndarray  # of every contact
+    ends: np.ndarray
+    zs: np.ndarray
+    sources: np.ndarray
+    counts: np.ndarray
 
 
 def packed(shape) -> np.ndarray:
@@ -80,8 +115,9 @@ def moved(S, flat):
 
 
 @both
-def numbers_at(base, index, series, low, high, p, flat, dflat):
-    """Write the numbers of the system at parameter ``p`` and their derivatives, from Chebyshev series on [low, high]."""
+def numbers_at(along: Series, p, flat, dflat):
+    """Write the numbers of the system at parameter ``p`` and their derivatives."""
+    base, index, series, low, high = along
     flat[:] = base
     dflat[:] = 0.0
     z = (2.0 * p - low - high) / (high - low)

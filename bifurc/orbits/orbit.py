@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ..compose.scene import Scene, scene_of
+from ..compose.scene import Scene, numbered, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
 from ..flow.trajectory import Event, Events
@@ -442,7 +442,7 @@ class PeriodicOrbit(Orbit):
     def to_record(self) -> tuple[dict, dict]:
         """Return header and arrays for `bifurc.io`."""
         s = self.sequence
-        header = {"kind": "orbit", "system": self.system.to_record(), "span": s.span, "closure": s.closure, "clock": s.clock,
+        header = {"kind": "orbit", "system": numbered(self.system), "span": s.span, "closure": s.closure, "clock": s.clock,
                   "how": self.how, "status": None if self._failed is None else str(self._failed)}
         return header, {"nodes": s.nodes, "fixed": s.fixed, "unknowns": self._unknowns, "weights": self.weights}
 

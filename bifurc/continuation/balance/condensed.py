@@ -12,7 +12,7 @@ from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed, Point
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import views
-from ...hbm.tables import numbers_at
+from ...hbm.tables import Series, numbers_at
 from ...orbits.balance.find import condensing
 from ...orbits.balance.method import HarmonicBalance
 from ..problem import EPS, Corrected, Problem
@@ -50,7 +50,7 @@ class Along:
         """Return the point at a parameter; its arrays are overwritten by the next call."""
         p, path = float(p), self.path
         if self._last is None or self._last[0] != p:
-            numbers_at(self._start, self._order, path.series, path.low, path.high, p, self._values, self._slopes)
+            numbers_at(Series(self._start, self._order, path.series, path.low, path.high), p, self._values, self._slopes)
             self.flat[path.index], self._dflat[path.index] = self._values, self._slopes
             self._last = p, self.condensed.point(self.flat, self._dflat, self.moved, self._named)
         return self._last[1]

@@ -19,11 +19,11 @@ from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
 from ...hbm.residual import kept, order_of
 from ...hbm.status import MarchStatus
-from ...hbm.tables import numbers_at
+from ...hbm.tables import Series, numbers_at
 from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
-from ...orbits.shooting.path import DEGREES, PAD, series_over
+from ...orbits.shooting.path import PAD, series_over
 from ...solve.bordered import factor, null_vectors
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
@@ -49,11 +49,15 @@ class BalancePath:
     low: float
     high: float
 
+    @property
+    def numbers(self) -> Series:
+        """The same for kernels."""
+        return Series(self.base, self.index, self.series, self.low, self.high)
+
 
 def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> BalancePath:
     """Return the numbers of a balance along a parameter."""
-    flat_of, degrees = balance.parts.flat_of, (2, *DEGREES)  # forces and frequencies: two more samples are half of its time
-    index, series, low, high = series_over(balance.system, name, bounds, flat_of, PAD if pad is None else pad, degrees)
+    index, series, low, high = series_over(balance.system, name, bounds, balance.parts.flat_of, PAD if pad is None else pad)
     return BalancePath(balance.parts.flat.copy(), name, index, series, low, high)
 
 
@@ -115,20 +119,18 @@ class BalanceProblem(Problem):
 
     def numbers(self, p: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the system at ``p`` and their derivatives; overwritten by the next call."""
-        path = self.path
-        numbers_at(path.base, path.index, path.series, path.low, path.high, float(p), self._flat, self._dflat)
+        numbers_at(self.path.numbers, float(p), self._flat, self._dflat)
         return self._flat, self._dflat
 
     def correct(self, x, tangent, fixed=False) -> Corrected:
         """See `Problem.correct`; one compiled call where no law is sampled."""
         if self._law:
             return self._in_order(super().correct(x, tangent, fixed))
-        path, balance, info = self.path, self.balance, self._info
+        balance, info = self.balance, self._info
         point, new = np.empty(self.size + 1), np.empty(self.size + 1)
         parts = balance.parts
-        status = corrector.correct(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high,
-                                   balance.grid, self.listed, balance.room, x, tangent, fixed, self.scale, point, new, info,
-                                   self._events)
+        status = corrector.correct(parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room, x,
+                                   tangent, fixed, self.scale, corrector.Found(point, new, info, self._events))
         count, residual, contraction, distance, sign, log, _ = info.tolist()
         if status != corrector.CONVERGED:
             failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR,

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ...compose.scene import scene_of
+from ...compose.scene import numbered, scene_of
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
@@ -572,7 +572,7 @@ class OrbitProblem(Problem):
     def to_record(self) -> dict:
         """Return a JSON-able description."""
         s = self.sequence
-        return {"kind": "orbit", "system": self.system.to_record(), "parameter": self.parameter,
+        return {"kind": "orbit", "system": numbered(self.system), "parameter": self.parameter,
                 "path": [self.path.low, self.path.high], "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(), "span": s.span,
                 "closure": s.closure, "clock": s.clock, "weights": self.weights.tolist(), "parameter_scale": self.parameter_scale,
                 "x0": self.x0.tolist()}

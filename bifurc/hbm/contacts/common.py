@@ -5,6 +5,8 @@ Rows are followed with c (nr, mi), the coefficients of the coordinates u, and v 
 comes as ``A`` (modes + 1, guards + 1, columns), its structure, and ``X`` (modes, Q + G + Z, columns), its expressions: one
 entry of each array that `tables.structure` and `tables.expressions` return.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from ..._jit import leaf
@@ -27,9 +29,53 @@ SOURCE = 5
 RESTING = 1e-4  # radians
 
 
+class Contact(NamedTuple):
+    """A contact along a motion of its rows."""
+
+    waves: np.ndarray  # (mi,) harmonic of every internal slot
+    excited: np.ndarray  # (nx,) slots of the excitation
+    A: np.ndarray  # structure
+    X: np.ndarray  # expressions
+    loose: np.ndarray  # (Z, 2 Q) memory of a relaxed start, from the means of coordinates and speeds
+    c: np.ndarray  # (nr, mi) coefficients of coordinates
+    v: np.ndarray  # (nr, mi) and of speeds
+
+
+class Tabulated(NamedTuple):
+    """The motion of all rows, and the excitation, on a grid of phases with both ends."""
+
+    U: np.ndarray  # (nr, grid + 1) coordinates
+    V: np.ndarray  # speeds
+    dU: np.ndarray  # derivatives by phase
+    dV: np.ndarray
+    excite: np.ndarray  # (nx, grid + 1) columns of excitation
+    dexcite: np.ndarray
+
+
+class Segments(NamedTuple):
+    """The stays of a contact in its modes over a period; kernels overwrite it."""
+
+    path: np.ndarray  # int (most, FIELDS): mode, guard, successor and the mode that wrote memory at the end (-1: none)
+    ends: np.ndarray  # (most, 2) phases of the end and of the writing
+    zs: np.ndarray  # (most, Z) memory
+    source: np.ndarray  # (SOURCE,)
+    count: np.ndarray  # int (2,): segments, and periods that were followed
+
+
+class Space(NamedTuple):
+    """Arrays that are overwritten as a contact is followed; as long as internal slots, guards, modes and memories."""
+
+    scratch: np.ndarray  # (8, .)
+    flags: np.ndarray  # int (3, .)
+    p: np.ndarray  # (top + 1, 2)
+    tables: np.ndarray  # (2, M, G, grid + 1)
+
+
 @leaf
-def expression(row, own, excited, c, v, z, out):
-    """Write an affine expression along the motion as a polynomial: ``out`` (mi,); ``own`` is the row of the contact."""
+def expression(contact, row, z, out):
+    """Write an affine expression along the motion as a polynomial: ``out`` (mi,)."""
+    _, excited, A, _, _, c, v = contact
+    own = A[A.shape[0] - 1, 0]
     for j in range(out.size):
         out[j] = 0.0
     nx = excited.size
@@ -49,31 +95,32 @@ def expression(row, own, excited, c, v, z, out):
 
 
 @leaf
-def slaves(waves, excited, A, X, m, c, v, p, z, a):
+def slaves(contact, m, p, z, a):
     """Write the memory that mode ``m`` slaves, at the phase of the powers ``p``, into ``z``; ``a`` (mi,) is overwritten."""
+    waves, _, A, X, _, _, _ = contact
     own = A[A.shape[0] - 1, 0]
     if A[m, 0, WRITES] <= 0:
         return
     first = own[PAIRS] + A.shape[1] - 1
     for i in range(own[MEMORY]):
         if A[m, 0, SLAVED + i] > 0:
-            expression(X[m, first + i], own, excited, c, v, z[:0], a)
+            expression(contact, X[m, first + i], z[:0], a)
             z[i] = jet(waves, a, p)[0]
 
 
 @leaf
-def guard_of(excited, A, X, m, g, c, v, z, a):
+def guard_of(contact, m, g, z, a):
     """Write guard ``g`` of mode ``m`` as a polynomial into ``a`` (mi,)."""
-    own = A[A.shape[0] - 1, 0]
-    expression(X[m, own[PAIRS] + g], own, excited, c, v, z, a)
+    expression(contact, contact.X[m, contact.A[contact.A.shape[0] - 1, 0, PAIRS] + g], z, a)
 
 
 @leaf
-def admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
+def admissible(contact, m, z, p, slack, a):
     """Return whether mode ``m`` may hold from the phase of the powers ``p`` on; ``slack``: part of a guard that is forgiven."""
+    waves = contact.waves
     top = waves[-1]
-    for g in range(A[m, 0, GUARDS]):
-        guard_of(excited, A, X, m, g, c, v, z, a)
+    for g in range(contact.A[m, 0, GUARDS]):
+        guard_of(contact, m, g, z, a)
         j = jet(waves, a, p)
         bound = ROUNDING * (size(a) + 1e-300)
         if j[0] < -bound or 0.0 < j[0] < slack * size(a):
@@ -90,8 +137,10 @@ def admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
 
 
 @leaf
-def relaxed(own, loose, c, v, z):
+def relaxed(contact, z):
     """Write the memory of a relaxed start, from the means of coordinates and speeds."""
+    _, _, A, _, loose, c, v = contact
+    own = A[A.shape[0] - 1, 0]
     for i in range(own[MEMORY]):
         z[i] = 0.0
         for q in range(own[WIDTH]):
@@ -120,28 +169,29 @@ def writes_all(A, b):
 
 
 @leaf
-def holding(waves, excited, A, X, c, v, still, slack, z, p, a):
+def holding(contact, still, slack, z, p, a):
     """Return the first mode that may hold at phase 0 with memory ``z``, or -1; ``still``: of those that keep memory."""
+    A = contact.A
     for s in range(A[A.shape[0] - 1, 0, COUNT]):
         m = A[A.shape[0] - 1, 1, s]
-        if m >= 0 and not (still and A[m, 0, WRITES] > 0) and admissible(waves, excited, A, X, m, c, v, z, p, slack, a):
+        if m >= 0 and not (still and A[m, 0, WRITES] > 0) and admissible(contact, m, z, p, slack, a):
             return m
     return -1
 
 
 @leaf
-def begin(waves, excited, A, X, loose, c, v, slack, z, p, a):
+def begin(contact, slack, z, p, a):
     """Return (mode, mode that wrote the memory) at phase 0: of a start with relaxed memory (-1), or as a mode writes it.
 
-    Mode -1: none may hold; ``slack`` as in `admissible`; ``loose`` (Z, 2 Q): memory of a relaxed start, from the means of
-    coordinates and speeds; ``p`` and ``a`` are overwritten.  Where a mode that keeps relaxed memory is beyond a guard at phase
-    0, memory is as the mode writes it that this guard leads to: the limit that was passed on the way there, whatever the
-    direction in which the motion goes now (of one slider; in a set others may have passed theirs).
+    Mode -1: none may hold; ``slack`` as in `admissible`; ``p`` and ``a`` are overwritten.  Where a mode that keeps relaxed memory
+    is beyond a guard at phase 0, memory is as the mode writes it that this guard leads to: the limit that was passed on the way
+    there, whatever the direction in which the motion goes now (of one slider; in a set others may have passed theirs).
     """
     powers(0.0, p.shape[0], p)
+    waves, A = contact.waves, contact.A
     own = A[A.shape[0] - 1, 0]
-    relaxed(own, loose, c, v, z)
-    m = holding(waves, excited, A, X, c, v, True, slack, z, p, a)
+    relaxed(contact, z)
+    m = holding(contact, True, slack, z, p, a)
     if m >= 0:
         return m, -1
     for s in range(own[COUNT]):
@@ -152,18 +202,18 @@ def begin(waves, excited, A, X, loose, c, v, slack, z, p, a):
             b = writer(A, still, g)
             if b < 0 or not writes_all(A, b):
                 continue
-            relaxed(own, loose, c, v, z)
-            guard_of(excited, A, X, still, g, c, v, z, a)
+            relaxed(contact, z)
+            guard_of(contact, still, g, z, a)
             if jet(waves, a, p)[0] > ROUNDING * size(a):
-                slaves(waves, excited, A, X, b, c, v, p, z, a)
-                m = holding(waves, excited, A, X, c, v, False, slack, z, p, a)
+                slaves(contact, b, p, z, a)
+                m = holding(contact, False, slack, z, p, a)
                 if m >= 0:
                     return m, b
     for b in range(-1, own[COUNT]):
-        relaxed(own, loose, c, v, z)
+        relaxed(contact, z)
         if b >= 0:
-            slaves(waves, excited, A, X, b, c, v, p, z, a)
-        m = holding(waves, excited, A, X, c, v, False, slack, z, p, a)
+            slaves(contact, b, p, z, a)
+        m = holding(contact, False, slack, z, p, a)
         if m >= 0:
             return m, b
     return -1, -1
@@ -240,8 +290,9 @@ def repeats(A, m, z, z0, c):
 
 
 @leaf
-def ended(path, ends, zs, n, m, g, after, stop, wrote_at, z):
+def ended(segments, n, m, g, after, stop, wrote_at, z):
     """Write segment ``n``."""
+    path, ends, zs, _, _ = segments
     path[n, MODE], path[n, GUARD], path[n, AFTER], path[n, WROTE] = m, g, after, -1
     ends[n, 0], ends[n, 1] = stop, wrote_at
     for i in range(z.size):
@@ -249,7 +300,8 @@ def ended(path, ends, zs, n, m, g, after, stop, wrote_at, z):
 
 
 @leaf
-def again(A, m, g, after, path, ends, n, count, stop, tolerance):
+def again(A, m, g, after, segments, n, stop, tolerance):
     """Return whether event ``n`` is that of the period before, and all memory was written by it: then so is what follows."""
-    return A[m, 0, FORGETS] > 0 and n < count - 1 and path[n, MODE] == m and path[n, GUARD] == g and path[n, AFTER] == after \
+    path, ends, _, _, count = segments
+    return A[m, 0, FORGETS] > 0 and n < count[0] - 1 and path[n, MODE] == m and path[n, GUARD] == g and path[n, AFTER] == after \
         and abs(ends[n, 0] - stop) <= tolerance

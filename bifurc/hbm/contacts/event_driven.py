@@ -144,13 +144,14 @@ def overshoot(waves, a, t):
 
 
 @leaf
-def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
+def entered(contact, m, z, p, a, g0, d0, fresh, offset):
     """Write guards of mode ``m``, their rates, and whether they are zero, behind an event; and what memory adds to them."""
+    waves, excited, A, X, _, _, _ = contact
     own = A[A.shape[0] - 1, 0]
     first = excited.size + 2 * own[PAIRS]
     for g in range(A[m, 0, GUARDS]):
         row = X[m, own[PAIRS] + g]
-        expression(row, own, excited, c, v, z, a)
+        expression(contact, row, z, a)
         here = jet(waves, a, p)
         g0[g], d0[g] = here[0], here[1]
         fresh[g] = 1 if here[0] >= -ROUNDING * size(a) else 0
@@ -160,17 +161,18 @@ def entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset):
 
 
 @leaf
-def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
+def beyond(contact, m, which, z, p, touch, source, a):
     """Return the guard of a mode that ends by another one, as it is at its nearest to zero, if that is a touch; -1: none.
 
     One that is above zero there by rounding was not found before the end of the mode: it counts too.
     """
+    waves, A = contact.waves, contact.A
     for g in range(A[m, 0, GUARDS]):
         if g == which or A[m, 1 + g, SILENT] > 0:
             continue
         if further(A, m, g) < 0:
             continue
-        guard_of(excited, A, X, m, g, c, v, z, a)
+        guard_of(contact, m, g, z, a)
         here = jet(waves, a, p)
         if here[0] < ROUNDING * size(a) and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, True, source):
             return g
@@ -178,41 +180,33 @@ def beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a):
 
 
 @leaf
-def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip, touch, path, ends, zs, source,
-          count, scratch, flags, p, tables):
+def exact(contact, tabulated, skip, touch, segments, space):
     """Follow a contact along the motion event by event over one period that repeats.
 
     Parameters
     ----------
-    waves, excited, A, X, loose
-        Harmonics, and the contact, see `march`.
-    c, v : (nr, mi)
-        Coefficients of coordinates and speeds.
-    U, V, dU, dV : (nr, grid + 1)
-        The same on the grid, and their derivatives by phase.
-    excite, dexcite : (nx, grid + 1)
-        Columns of excitation on the grid, and their derivatives.
+    contact : Contact
+    tabulated : Tabulated
     skip : float
         Events whose guard rises no higher than this part of its size are ignored; 0: none.  This and `touch` extend an order
         of events beyond where it holds, see `residual.followed`.
     touch : float
         A guard that comes to within this part of its size below zero counts as events at its maximum (there and back): they
         are followed if the mode behind it writes memory, and only counted if not; 0: no.
-    path : int (most, FIELDS), ends : (most, 2), zs : (most, Z)
-        Segments, overwritten: mode, guard, successor and the mode that wrote memory at the end (-1: none); phases of the end
-        and of the writing; memory.
-    source : (SOURCE,)
-        Overwritten, see `march`.
-    count : int (2,)
-        Overwritten by the number of segments, and of periods that were followed.
-    scratch (8, .), flags : int (3, .), p (top + 1, 2), tables (2, M, G, grid + 1)
-        Overwritten; as long as internal slots, guards, modes and memories.
+    segments : Segments
+        Overwritten.
+    space : Space
+        Overwritten.
 
     Returns
     -------
     int
         Code of a `MarchStatus`.
     """
+    waves, _, A, X, _, c, _ = contact
+    U, V, dU, dV, excite, dexcite = tabulated
+    path, ends, zs, source, count = segments
+    scratch, flags, p, tables = space
     grid, most, own = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0]
     whole, Q = 2.0 * np.pi, own[PAIRS]
     a, g0, d0, g1, d1, offset = scratch[0, :waves.size], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
@@ -221,7 +215,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
     values, slopes = tables[0], tables[1]
     z[:] = 0.0
     flags[:] = 0
-    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z, p, a)
+    m, wrote = begin(contact, skip, z, p, a)
     if m < 0:
         return INCONSISTENT
     at = 0.0
@@ -240,7 +234,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                             filled(X[m, Q + g], own, dU, dV, dexcite, 0.0, slopes[m, g])
                         ready[m] = 1
                     powers(t, p.shape[0], p)
-                    entered(waves, excited, A, X, m, c, v, z, p, a, g0, d0, fresh, offset)
+                    entered(contact, m, z, p, a, g0, d0, fresh, offset)
                     if t == 0.0:
                         for g in range(A[m, 0, GUARDS]):
                             g0[g] = values[m, g, 0] + offset[g]
@@ -256,7 +250,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                         continue
                     if ignored[g] > 0:
                         continue
-                    guard_of(excited, A, X, m, g, c, v, z, a)
+                    guard_of(contact, m, g, z, a)
                     found = first_zero(waves, a, t, t1, g0[g], d0[g], g1[g], d1[g], fresh[g] > 0)
                     nearly = False
                     if touch > 0.0 and found == np.inf and g1[g] < 0.0 and fresh[g] == 0 and A[m, 1 + g, SILENT] == 0 \
@@ -282,36 +276,36 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                     zs[events, i] = z[i]
                 if beside:  # there and back at one instant
                     b = writer(A, m, which)
-                    slaves(waves, excited, A, X, b, c, v, p, z, a)
-                    ended(path, ends, zs, events, m, which, b, soonest, soonest, z[:0])
+                    slaves(contact, b, p, z, a)
+                    ended(segments, events, m, which, b, soonest, soonest, z[:0])
                     events += 1
-                    ended(path, ends, zs, events, b, back(A, b), m, soonest, soonest, z)
+                    ended(segments, events, b, back(A, b), m, soonest, soonest, z)
                     path[events, WROTE] = b
                     wrote, at = b, soonest
                     events += 1
                     continue
-                slaves(waves, excited, A, X, m, c, v, p, z, a)
+                slaves(contact, m, p, z, a)
                 if touch > 0.0 and A[m, 0, WRITES] > 0:
-                    g = beyond(waves, excited, A, X, m, which, c, v, z, p, touch, source, a)
+                    g = beyond(contact, m, which, z, p, touch, source, a)
                     if g >= 0 and events < most - 2:
                         b = further(A, m, g)
-                        ended(path, ends, zs, events, m, g, b, soonest, soonest, z[:0])
+                        ended(segments, events, m, g, b, soonest, soonest, z[:0])
                         path[events, WROTE] = m
                         events += 1
                         m, which = b, back(A, b)
                         for i in range(z.size):
                             zs[events, i] = z[i]
-                        slaves(waves, excited, A, X, m, c, v, p, z, a)
+                        slaves(contact, m, p, z, a)
                 after = -1
                 for i in range(THEN, A.shape[2]):
                     b = A[m, 1 + which, i]
-                    if b >= 0 and admissible(waves, excited, A, X, b, c, v, z, p, 0.0, a):
+                    if b >= 0 and admissible(contact, b, z, p, 0.0, a):
                         after = b
                         break
                 if after < 0:
                     return INCONSISTENT
-                closed = period > 0 and touch == 0.0 and again(A, m, which, after, path, ends, events, count[0], soonest, SAME)
-                ended(path, ends, zs, events, m, which, after, soonest, soonest, z[:0])
+                closed = period > 0 and touch == 0.0 and again(A, m, which, after, segments, events, soonest, SAME)
+                ended(segments, events, m, which, after, soonest, soonest, z[:0])
                 if A[m, 0, WRITES] > 0:
                     wrote, at, path[events, WROTE] = m, soonest, m
                 if closed:  # all memory is that of the period before, which was followed from here on
@@ -323,7 +317,7 @@ def exact(waves, excited, A, X, loose, c, v, U, V, dU, dV, excite, dexcite, skip
                 for g in range(A[m, 0, GUARDS]):
                     g0[g], d0[g], fresh[g] = g1[g], d1[g], 0
             t = t1
-        ended(path, ends, zs, events, m, -1, m, whole, whole, z)
+        ended(segments, events, m, -1, m, whole, whole, z)
         count[0], count[1] = events + 1, period + 1
         if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
             return FOLLOWED

@@ -19,24 +19,26 @@ FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are r
 
 
 @leaf
-def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, samples, cosines, sines, out, a, slopes, relaxation):
+def margins(contact, segments, grid, out, a, slopes, relaxation):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
-    ``out`` starts as (0, FAR, -FAR) in each row; arguments as `exactly.exact` leaves them, and the tables of the grid.
+    ``out`` starts as (0, FAR, -FAR) in each row; ``segments`` as `event_driven.exact` leaves them.
     Beyond where the listed order of events holds, overshoots are negative and misses positive.  The slip that brought a
     contact to where it always sticks counts with its overshoot from a relaxed start.  ``a`` (mi,), ``slopes`` (grid + 1,) and
     ``relaxation`` (Z,) are overwritten.
     """
-    own = A[A.shape[0] - 1, 0]
-    Z = own[MEMORY]
+    waves, A = contact.waves, contact.A
+    path, ends, zs, source, counts = segments
+    samples, cosines, sines = grid
+    count, Z = counts[0], A[A.shape[0] - 1, 0, MEMORY]
     nodes = cosines.shape[1] - 1
     h = 2.0 * np.pi / nodes
     if count == 1 and source[WRITER] >= 0.0:  # at rest where it slipped last: it would not have, from a relaxed start
         m, z = path[0, MODE], relaxation[:Z]
-        relaxed(own, loose, c, v, z)
+        relaxed(contact, z)
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] == 0 and writer(A, m, g) == int(source[WRITER]):
-                guard_of(excited, A, X, m, g, c, v, z, a)
+                guard_of(contact, m, g, z, a)
                 kind = A[m, 1 + g, KIND]
                 out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], value(waves, a, source[WRITTEN])[0] / size(a))
     start = 0.0
@@ -45,12 +47,12 @@ def margins(waves, excited, A, X, loose, path, ends, zs, source, count, c, v, sa
         if n < count - 1 and A[m, 1 + path[n, GUARD], SILENT] == 0:
             kind = A[m, 1 + path[n, GUARD], KIND]
             out[kind, COUNT] += 1.0
-            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(waves, excited, A, X, c, v, samples, path, ends, zs, n, a))
+            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(contact, samples, segments, n, a))
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] > 0:
                 continue
             kind = A[m, 1 + g, KIND]
-            guard_of(excited, A, X, m, g, c, v, zs[n, :Z], a)
+            guard_of(contact, m, g, zs[n, :Z], a)
             bound = size(a)
             # maxima inside the segment; the grid ends on both its ends, but for a segment that passes phase 0
             first, last = int(start / h) + 1, int(np.ceil(stop / h - 1e-9))

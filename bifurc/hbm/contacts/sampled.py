@@ -108,20 +108,23 @@ def quiet(values, slaved, X, A, nx, m, z, start):
 
 
 @leaf
-def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, ends, zs, source, count,
-            scratch, flags, p, tables):
-    """Follow a contact at the samples of one period that repeats; arguments and result as of `exactly.exact`.
+def sampled(contact, tabulated, skip, touch, segments, space):
+    """Follow a contact at the samples of one period that repeats; arguments and result as of `event_driven.exact`.
 
     Predictor and corrector, so that forces are continuous in the samples: a mode that writes memory is left for one that
     keeps it as soon as that one is admissible with the memory of the sample before; where it is not, its own broken guard
     says which mode goes on.
     """
+    waves, excited, A, X, _, c, _ = contact
+    U, V, _, _, excite, _ = tabulated
+    path, ends, _, source, count = segments
+    scratch, _, p, tables = space
     N, most, own, nx = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0], excited.size
     Z, turn, modes, Q, G = own[MEMORY], 2.0 * np.pi, A.shape[0] - 1, own[PAIRS], A.shape[1] - 1
     a, z, z0 = scratch[0, :waves.size], scratch[6, :Z], scratch[7, :Z]
     values, slaved = tables[0], tables[1]
     z[:] = 0.0
-    m, wrote = begin(waves, excited, A, X, loose, c, v, skip, z, p, a)
+    m, wrote = begin(contact, skip, z, p, a)
     if m < 0:
         return INCONSISTENT
     for n in range(modes):
@@ -164,8 +167,8 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
             if events >= most - 1:
                 return TOO_MANY
             stop = turn * j / N
-            closed = period > 0 and touch == 0.0 and again(A, m, which, after, path, ends, events, count[0], stop, 0.0)
-            ended(path, ends, zs, events, m, which, after, stop, turn * (j - 1) / N, z)
+            closed = period > 0 and touch == 0.0 and again(A, m, which, after, segments, events, stop, 0.0)
+            ended(segments, events, m, which, after, stop, turn * (j - 1) / N, z)
             if A[m, 0, WRITES] > 0:
                 wrote, at, path[events, WROTE] = m, ends[events, 1], m
             if closed:  # as in `exact`
@@ -173,7 +176,7 @@ def sampled(waves, excited, A, X, loose, c, v, U, V, excite, skip, touch, path, 
                 return FOLLOWED
             events += 1
             m = after
-        ended(path, ends, zs, events, m, -1, m, turn, turn, z)
+        ended(segments, events, m, -1, m, turn, turn, z)
         count[0], count[1] = events + 1, period + 1
         if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
             return FOLLOWED

@@ -9,6 +9,8 @@ frozen memory, and one an event at which the force jumps.  Exact and sampled seg
 
 One file, because forces and their derivatives of all kinds of segments are one sum, compiled as one.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from ..._jit import leaf, njit
@@ -17,6 +19,34 @@ from ..waves import jet, powers, size, spectrum, turned
 from .common import AFTER, GUARD, MODE, WROTE, expression
 
 NEGLIGIBLE = 1e-11  # relative: a force without jump, a memory without slope
+
+
+class Slopes(NamedTuple):
+    """Derivatives of a contact along a motion by the parameter."""
+
+    dX: np.ndarray  # of the expressions
+    dloose: np.ndarray  # of the memory of a relaxed start
+    rate: float  # frequency of the slowest harmonic
+    cp: np.ndarray  # (nr, mi) of the coefficients of coordinates, at fixed unknowns
+    vp: np.ndarray  # (nr, mi) and of speeds
+
+
+class Sums(NamedTuple):
+    """Forces of all contacts and their derivatives, to which those of each are added."""
+
+    spectra: np.ndarray  # (4, nr, nr, L, 2) by which coordinates and speeds act on forces, and their derivatives by the parameter
+    F: np.ndarray  # (nr, slots) forces that are not proportional to the rows' motion
+    J: np.ndarray  # (nr, slots, nr, mi + 1) rank-one terms of derivatives; the last column of row 0 is that by the parameter
+
+
+class Scratch(NamedTuple):
+    """Arrays that are overwritten while forces are summed."""
+
+    lines: np.ndarray  # (4, Q mi + 1)
+    p: np.ndarray  # (L, 2) powers at a phase
+    total: np.ndarray  # (M, L, 2)
+    E: np.ndarray  # (3, L, 2)
+    dz: np.ndarray  # (Z, Q mi + 1) derivative of the memory
 
 
 @leaf
@@ -69,12 +99,15 @@ def coefficients(T, waves, place, out):
 
 
 @leaf
-def local_slopes(waves, excited, own, row, drow, rate, p, c, v, cp, vp, z, dz, out):
+def local_slopes(contact, slopes, row, drow, z, scratch, out):
     """Write the derivative of an expression at one phase by the coefficients of the contact's rows, and by the parameter.
 
     ``row`` and ``drow`` are the expression and its derivative by the parameter; ``out`` (Q mi + 1,): row by row, the parameter
-    last; ``dz`` (Z, Q mi + 1) the derivative of the memory ``z``.
+    last; ``scratch`` has the powers at the phase and the derivative of the memory ``z``.
     """
+    waves, excited, A, _, _, c, v = contact
+    _, _, rate, cp, vp = slopes
+    p, dz, own = scratch.p, scratch.dz, A[A.shape[0] - 1, 0]
     mi, Q, nx = waves.size, own[WIDTH], excited.size
     for q in range(Q):
         first = q * mi
@@ -107,24 +140,26 @@ def local_slopes(waves, excited, own, row, drow, rate, p, c, v, cp, vp, z, dz, o
 
 
 @leaf
-def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, moves, scratch, p):
+def written(contact, slopes, m, g, theta, z, moves, scratch):
     """Change ``dz`` to the derivatives of the memory that mode ``m`` wrote when its guard ``g`` (-1: none) was reached."""
+    waves, _, A, X, _, _, _ = contact
+    dX, p, dz = slopes.dX, scratch.p, scratch.dz
     own, mi = A[A.shape[0] - 1, 0], waves.size
     Q, first = own[WIDTH], own[PAIRS] + A.shape[1] - 1
-    a, new, shift = scratch[0, :mi], scratch[1, :Q * mi + 1], scratch[2, :Q * mi + 1]
+    a, new, shift = scratch.lines[0, :mi], scratch.lines[1, :Q * mi + 1], scratch.lines[2, :Q * mi + 1]
     powers(theta, p.shape[0], p)
     none = z[:0]
     known = False
     for i in range(own[MEMORY]):
         if A[m, 0, SLAVED + i] <= 0:
             continue
-        local_slopes(waves, excited, own, X[m, first + i], dX[m, first + i], rate, p, c, v, cp, vp, none, dz, new)
+        local_slopes(contact, slopes, X[m, first + i], dX[m, first + i], none, scratch, new)
         if moves and g >= 0:
-            expression(X[m, first + i], own, excited, c, v, none, a)
+            expression(contact, X[m, first + i], none, a)
             slope = jet(waves, a, p)[1]
             if abs(slope) > NEGLIGIBLE * waves[-1] * size(a):
                 if not known:
-                    delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, shift, a)
+                    delay(contact, slopes, m, g, z, scratch, shift, a)
                     known = True
                 for j in range(new.size):
                     new[j] += slope * shift[j]
@@ -133,55 +168,53 @@ def written(waves, excited, A, X, dX, rate, m, g, theta, c, v, cp, vp, z, dz, mo
 
 
 @leaf
-def delay(waves, excited, A, X, dX, rate, m, g, p, c, v, cp, vp, z, dz, out, a):
+def delay(contact, slopes, m, g, z, scratch, out, a):
     """Write the derivative of the phase of an event by the coefficients of the rows and by the parameter; ``a`` is overwritten."""
-    own = A[A.shape[0] - 1, 0]
-    r = own[PAIRS] + g
-    expression(X[m, r], own, excited, c, v, z, a)
-    speed = jet(waves, a, p)[1]
-    local_slopes(waves, excited, own, X[m, r], dX[m, r], rate, p, c, v, cp, vp, z, dz, out)
+    r = contact.A[contact.A.shape[0] - 1, 0, PAIRS] + g
+    row, drow = contact.X[m, r], slopes.dX[m, r]
+    expression(contact, row, z, a)
+    speed = jet(contact.waves, a, scratch.p)[1]
+    local_slopes(contact, slopes, row, drow, z, scratch, out)
     for j in range(out.size):  # a touch moves like a root, and its effect vanishes with the speed of the guard
         out[j] = -out[j] / speed if speed != 0.0 else 0.0
 
 
 @leaf
-def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs, source, count, c, v, cp, vp, samples, D, slopes,
-           spectra, F, J, scratch, p, total, E, dz):
+def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
     """Add what a contact gives along its segments.
 
     Parameters
     ----------
-    waves, place, excited, A, X, loose
-        Harmonics, and the contact, see `march`; ``dX``, ``dloose``: derivatives by the parameter.
-    rate : float
-        Frequency of the slowest harmonic.
-    path, ends, zs, source, count
-        As `exactly.exact` and `sampling.sampled` leave them; ``count`` the number of segments.
-    c, v, cp, vp : (nr, mi)
-        Coefficients of coordinates and speeds, and their derivatives by the parameter at fixed unknowns.
+    contact : Contact
+    slopes : Slopes
+    place : int (slots,)
+        Internal slots of the balance.
+    segments : Segments
+        As `event_driven.exact` and `sampled.sampled` leave them.
     samples : int
         0: exact.
     D : (L, 2)
         See `divisors`.
-    slopes : bool
+    wanted : bool
         Derivatives are wanted.
-    spectra : (4, nr, nr, L, 2)
-        By which the rows' coordinates and speeds act on the rows' forces, and their derivatives by the parameter.
-    F : (nr, slots)
-        Forces that are not proportional to the rows' motion.
-    J : (nr, slots, nr, mi + 1)
-        Rank-one terms of the derivatives; the last column of row 0 is that by the parameter.
-    scratch (4, Q mi + 1), p (L, 2), total (M, L, 2), E (3, L, 2), dz (Z, Q mi + 1)
+    sums : Sums
+    scratch : Scratch
         Overwritten.
     """
+    waves, excited, A, X, loose, c, v = contact
+    dX, dloose, _, cp, vp = slopes
+    path, ends, zs, source, counts = segments
+    spectra, F, J = sums
+    lines, _, total, E, dz = scratch
+    count = counts[0]
     own, mi, m_slots = A[A.shape[0] - 1, 0], waves.size, place.size
     Q, Z, L, nx = own[WIDTH], own[MEMORY], len(D), excited.size
     modes, frozen = A.shape[0] - 1, nx + 2 * own[PAIRS]
-    Ea, Eb, I, e = E[0], E[1], E[2], scratch[3, :m_slots]
+    Ea, Eb, I, e = E[0], E[1], E[2], lines[3, :m_slots]
     total[:] = 0.0
     dz[:] = 0.0
     none = zs[0, :0]
-    if slopes and Z:
+    if wanted and Z:
         if source[0] < 0.0:
             for i in range(Z):
                 for q in range(Q):
@@ -190,16 +223,15 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
                     dz[i, Q * mi] += loose[i, 2 * q] * cp[row, 0] + loose[i, 2 * q + 1] * vp[row, 0] \
                         + dloose[i, 2 * q] * c[row, 0] + dloose[i, 2 * q + 1] * v[row, 0]
         else:
-            written(waves, excited, A, X, dX, rate, int(source[0]), path[count - 1, GUARD], source[1], c, v, cp, vp, none, dz,
-                    samples < 0, scratch, p)
+            written(contact, slopes, int(source[0]), path[count - 1, GUARD], source[1], none, samples < 0, scratch)
         first = 0
         for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
             if path[n, WROTE] >= 0 and A[path[n, WROTE], 0, FORGETS] > 0:
                 first = n
         for n in range(first, count - 1):
             if path[n, WROTE] >= 0:
-                written(waves, excited, A, X, dX, rate, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1,
-                        ends[n, 1], c, v, cp, vp, zs[n, :Z], dz, samples == 0, scratch, p)
+                written(contact, slopes, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1, ends[n, 1],
+                        zs[n, :Z], samples == 0, scratch)
     start = 0.0
     powers(0.0, L, Ea)
     for n in range(count):
@@ -218,7 +250,7 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
                     coefficients(I, waves, place, e)
                     for j in range(m_slots):
                         F[row, j] += weight * zs[n, i] * e[j]
-                    if slopes:
+                    if wanted:
                         for j in range(m_slots):
                             w = weight * e[j]
                             for other in range(Q):
@@ -226,18 +258,17 @@ def gather(waves, place, excited, A, X, dX, loose, dloose, rate, path, ends, zs,
                                 for b in range(mi):
                                     J[row, j, target, b] += w * dz[i, first + b]
                             J[row, j, 0, mi] += (weight * dz[i, Q * mi] + turn * zs[n, i]) * e[j]
-        if slopes and n < count - 1:
+        if wanted and n < count - 1:
             g, after = path[n, GUARD], path[n, AFTER]
             if samples == 0 and A[m, 1 + g, SILENT] == 0:
                 if path[n + 1, WROTE] >= 0 and ends[n + 1, 0] == stop:  # a touch: the instant is that of the way on
-                    jumps(waves, place, excited, A, X, dX, rate, m, path[n + 1, AFTER], after, path[n + 1, GUARD], stop, zs[n, :Z],
-                          zs[n + 2, :Z], c, v, cp, vp, dz, J, scratch, p)
+                    jumps(contact, slopes, place, m, path[n + 1, AFTER], after, path[n + 1, GUARD], stop, zs[n, :Z],
+                          zs[n + 2, :Z], J, scratch)
                 else:
-                    jumps(waves, place, excited, A, X, dX, rate, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], c, v, cp, vp, dz,
-                          J, scratch, p)
+                    jumps(contact, slopes, place, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], J, scratch)
             if path[n, WROTE] >= 0:
-                written(waves, excited, A, X, dX, rate, path[n, WROTE], g if path[n, WROTE] == m else -1, ends[n, 1], c, v, cp, vp,
-                        zs[n, :Z], dz, samples == 0, scratch, p)
+                written(contact, slopes, path[n, WROTE], g if path[n, WROTE] == m else -1, ends[n, 1], zs[n, :Z], samples == 0,
+                        scratch)
         start = stop
         Ea, Eb = Eb, Ea
     for m in range(modes):
@@ -286,21 +317,23 @@ def modulated(T, waves, place, slot, out):
 
 
 @leaf
-def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, znew, c, v, cp, vp, dz, J, scratch, p):
+def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch):
     """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase."""
+    waves, _, A, X, _, _, _ = contact
+    lines, p = scratch.lines, scratch.p
     own, mi = A[A.shape[0] - 1, 0], waves.size
     Q = own[WIDTH]
-    a, b, shift = scratch[0, :mi], scratch[1, :mi], scratch[2, :Q * mi + 1]
+    a, b, shift = lines[0, :mi], lines[1, :mi], lines[2, :Q * mi + 1]
     powers(theta, p.shape[0], p)
     known = False
     for q in range(Q):
-        expression(X[m, q], own, excited, c, v, z, a)
-        expression(X[after, q], own, excited, c, v, znew, b)
+        expression(contact, X[m, q], z, a)
+        expression(contact, X[after, q], znew, b)
         gap = jet(waves, a, p)[0] - jet(waves, b, p)[0]
         if abs(gap) <= NEGLIGIBLE * (size(a) + size(b)):
             continue
         if not known:
-            delay(waves, excited, A, X, dX, rate, mode, g, p, c, v, cp, vp, z, dz, shift, a)
+            delay(contact, slopes, mode, g, z, scratch, shift, a)
             known = True
         row = own[ROWS + q]
         for i in range(place.size):
@@ -314,14 +347,16 @@ def jumps(waves, place, excited, A, X, dX, rate, m, after, mode, g, theta, z, zn
 
 
 @leaf
-def joined(waves, place, rate, spectra, c, v, cp, vp, slopes, F, J, B):
+def joined(waves, place, rate, signals, wanted, sums, B):
     """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``B`` (slots, mi)."""
+    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
+    spectra, F, J = sums
     mi, m_slots = waves.size, place.size
     for row in range(spectra.shape[1]):
         for target in range(spectra.shape[1]):
             for part in range(4):
                 S = spectra[part, row, target]
-                if part > 1 and not slopes or not nonzero(S):
+                if part > 1 and not wanted or not nonzero(S):
                     continue
                 signal, shifted = (c[target], cp[target]) if part % 2 == 0 else (v[target], vp[target])
                 B[:] = 0.0
@@ -336,11 +371,11 @@ def joined(waves, place, rate, spectra, c, v, cp, vp, slopes, F, J, B):
                     else:
                         F[row, i] += total
                         J[row, i, 0, mi] += slope
-                if slopes and part == 0:
+                if wanted and part == 0:
                     for i in range(m_slots):
                         for b in range(mi):
                             J[row, i, target, b] += B[i, b]
-                elif slopes and part == 1:
+                elif wanted and part == 1:
                     for i in range(m_slots):
                         for b in range(1, mi, 2):
                             turn = rate * waves[b]

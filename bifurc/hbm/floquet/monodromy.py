@@ -12,8 +12,8 @@ import numpy as np
 
 from ..._jit import both, leaf, njit
 from ...solve.dense import lu, lu_solve
-from ..contacts.common import AFTER, FOLLOWED, GUARD, MODE, WROTE, expression, guard_of
-from ..residual import Room, followed, motion
+from ..contacts.common import AFTER, FOLLOWED, GUARD, MODE, WROTE, Contact, expression, guard_of
+from ..residual import followed, motion
 from ..tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, core, expressions, numbers_at, structure
 from ..waves import jet, powers, size
 
@@ -139,66 +139,64 @@ def states(S, paths, counts, kept):
 
 
 @both
-def along(S, R, base, index, series, low, high, xs, cosines, sines, room: Room, out, kept, codes):
+def along(S, R, numbers, xs, grid, room, out, kept, codes):
     """Write the monodromy matrices ``out`` (m, size, size) of the motions ``xs`` (m, n + 1) along a parameter, without laws.
 
     Parameters
     ----------
     S, R
         Structure, see `tables`, and rows.
-    base, index, series, low, high
-        Numbers of the system along the parameter, see `tables.numbers_at`.
-    cosines, sines
-        Tables of the waves for exact events, see `residual.Grid`.
+    numbers, grid : tables.Series, tables.Grid
+        Numbers of the system along the parameter; tables of the waves for exact events.
     kept : int (m, size)
         Overwritten: 1 for states, 0 for memory that is not written.
     codes : int (m,)
         Overwritten: 1, 0 where an event grazes and there is no matrix, -1 where the contacts cannot be followed.
     """
-    flat, dflat = np.empty_like(base), np.empty_like(base)
+    flat, dflat = np.empty_like(numbers.base), np.empty_like(numbers.base)
     signals = np.empty((4, len(R), S[INTERNAL]))
     c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     listed = np.full(len(room.counts), -1)
-    size, exact = xs.shape[1] - 1, 0 * len(xs)  # no literal, which would compile all of it once more
+    size = xs.shape[1] - 1
     for i in range(len(xs)):
-        numbers_at(base, index, series, low, high, xs[i, size], flat, dflat)
+        numbers_at(numbers, xs[i, size], flat, dflat)
         motion(S, R, flat, dflat, xs[i, :size], c, v, cp, vp)
-        status = followed(S, flat, exact, cosines, sines, c, v, listed, room.paths, room.ends, room.zs, room.sources, room.counts)
+        status = followed(S, flat, grid, c, v, listed, room)
         codes[i] = -1
         if status == FOLLOWED:
             states(S, room.paths, room.counts, kept[i])
-            codes[i] = plain(S, R, flat, room.paths, room.ends, room.zs, room.counts, c, v, out[i])
+            codes[i] = plain(S, R, flat, room, c, v, out[i])
 
 
 @njit
-def plain(S, R, flat, paths, ends, zs, counts, c, v, P):
+def plain(S, R, flat, room, c, v, P):
     """Write the monodromy matrix (2 n + memories) of a scene without laws into ``P``; return 1, or 0 where an event grazes."""
     size = len(P)
-    A, E, room, none = np.empty((size, size)), np.empty((size, size)), np.empty((size, size)), np.empty((0, size, size))
-    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(counts), np.int64)
+    A, E, last, none = np.empty((size, size)), np.empty((size, size)), np.empty((size, size)), np.empty((0, size, size))
+    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(room.counts), np.int64)
     if lu(mass, pivot)[0] == 0.0:
         return 0
-    cuts = cuts_of(ends, counts, 1)
+    cuts = cuts_of(room.ends, room.counts, 1)
     identity(P)
     for j in range(cuts.size - 1):
-        generator(S, R, flat, paths, at, none, none, 0, mass, pivot, A)
+        generator(S, R, flat, room.paths, at, none, none, 0, mass, pivot, A)
         A *= (cuts[j + 1] - cuts[j]) / flat[0]
         exponential(A, E)
-        product(E, P, room)
-        P[:] = room
-        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], paths, ends, zs, counts, c, v, mass, pivot, at, P) < 0:
+        product(E, P, last)
+        P[:] = last
+        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], room, c, v, mass, pivot, at, P) < 0:
             return 0
     return 1
 
 
 @both
-def with_laws(S, R, flat, paths, ends, zs, counts, c, v, cuts, KL, CL, P):
+def with_laws(S, R, flat, room, c, v, cuts, KL, CL, P):
     """Write the monodromy matrix (2 n + memories) into ``P``; return 1, or 0 where an event grazes and it has none.
 
     Parameters
     ----------
-    paths, ends, zs, counts
-        Segments of the contacts as `exactly.exact` writes them.
+    room : tables.Room
+        With the segments of the contacts as `event_driven.exact` writes them.
     c, v : (nr, mi)
         Coefficients of the rows' coordinates and speeds.
     cuts : (S + 1,)
@@ -207,33 +205,34 @@ def with_laws(S, R, flat, paths, ends, zs, counts, c, v, cuts, KL, CL, P):
         What laws add to -K and -C at the Gauss nodes of every step.
     """
     size = len(P)
-    A, E, room = np.empty((3, size, size)), np.empty((size, size)), np.empty((size, size))
-    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(counts), np.int64)
+    A, E, last = np.empty((3, size, size)), np.empty((size, size)), np.empty((size, size))
+    mass, pivot, at = core(S, flat)[0][0].copy(), np.empty(S[DOFS], np.int64), np.zeros(len(room.counts), np.int64)
     if lu(mass, pivot)[0] == 0.0:
         return 0
     identity(P)
     for j in range(cuts.size - 1):
         for g in range(3):
-            generator(S, R, flat, paths, at, KL, CL, 3 * j + g, mass, pivot, A[g])
+            generator(S, R, flat, room.paths, at, KL, CL, 3 * j + g, mass, pivot, A[g])
         magnus(A, (cuts[j + 1] - cuts[j]) / flat[0], E)
-        product(E, P, room)
-        P[:] = room
-        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], paths, ends, zs, counts, c, v, mass, pivot, at, P) < 0:
+        product(E, P, last)
+        P[:] = last
+        if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], room, c, v, mass, pivot, at, P) < 0:
             return 0
     return 1
 
 
 @njit
-def passed(S, R, flat, cut, paths, ends, zs, counts, c, v, mass, pivot, at, P):
+def passed(S, R, flat, cut, room, c, v, mass, pivot, at, P):
     """Apply the events up to a phase to the perturbations ``P`` and move on ``at`` (nc,); return -1 where one grazes, else 0."""
     waves, _, excited, contacts = structure(S)
-    X, _ = expressions(S, flat)
+    X, loose = expressions(S, flat)
+    ends, zs, counts = room.ends, room.zs, room.counts
     offset = 2 * S[DOFS]
     for k in range(len(contacts)):
+        contact = Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
         while at[k] < counts[k, 0] - 1 and ends[k, at[k], 0] <= cut:
             i = at[k]
-            if event(waves, excited, contacts[k], X[k], R, flat[0], paths[k, i], ends[k, i, 0], zs[k, i], zs[k, i + 1], offset,
-                     c, v, mass, pivot, P) == 0:
+            if event(contact, R, flat[0], room.paths[k, i], ends[k, i, 0], zs[k, i], zs[k, i + 1], offset, mass, pivot, P) == 0:
                 return -1
             at[k] += 1
         offset += contacts[k, contacts.shape[1] - 1, 0, MEMORY]
@@ -302,8 +301,9 @@ def gradient(row, own, nx, memory, R, offset, P, out):
 
 
 @njit
-def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, v, mass, pivot, P):
+def event(contact, R, rate, path, phase, before, after, offset, mass, pivot, P):
     """Apply an event of a contact to the perturbations ``P``; return 0 where its shift has no derivative."""
+    waves, excited, A, X, _, _, _ = contact
     own, n, nx = A[A.shape[0] - 1, 0], R.shape[1], excited.size
     Z, slave = own[MEMORY], own[PAIRS] + A.shape[1] - 1
     m, g, b = path[MODE], path[GUARD], path[AFTER]
@@ -312,7 +312,7 @@ def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, 
     powers(phase, p.shape[0], p)
     dz = np.zeros((Z, P.shape[1]))
     dt, row = np.zeros(P.shape[1]), np.empty(P.shape[1])
-    guard_of(excited, A, X, m, g, c, v, before[:Z], a)
+    guard_of(contact, m, g, before[:Z], a)
     speed = rate * jet(waves, a, p)[1]
     regular = abs(speed) > GRAZE * rate * (size(a) + 1e-300)
     if regular:
@@ -322,7 +322,7 @@ def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, 
     for i in range(Z):
         if wrote and A[m, 0, SLAVED + i] > 0:
             gradient(X[m, slave + i], own, nx, 0 * Z, R, offset, P, row)
-            expression(X[m, slave + i], own, excited, c, v, before[:0], a)
+            expression(contact, X[m, slave + i], before[:0], a)
             moving = rate * jet(waves, a, p)[1]
             if abs(moving) > JUMP * rate * (size(a) + 1e-300):
                 if not regular:
@@ -332,9 +332,9 @@ def event(waves, excited, A, X, R, rate, path, phase, before, after, offset, c, 
         else:
             dz[i] = P[offset + i]
     for q in range(own[WIDTH]):
-        expression(X[m, q], own, excited, c, v, before[:Z], a)
+        expression(contact, X[m, q], before[:Z], a)
         old, bound = jet(waves, a, p)[0], size(a)
-        expression(X[b, q], own, excited, c, v, after[:Z], a)
+        expression(contact, X[b, q], after[:Z], a)
         jump = old - jet(waves, a, p)[0]
         if abs(jump) > JUMP * (bound + size(a) + 1e-300):
             if not regular:

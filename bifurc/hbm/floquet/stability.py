@@ -10,6 +10,7 @@ from ..balance import Balance
 from ..laws import compiled
 from ..parts import views
 from ..status import MarchStatus
+from ..tables import Series
 from .monodromy import NODES, along, cuts_of, states, with_laws
 
 LAW_STEPS = 12  # Magnus steps a shortest wave
@@ -92,8 +93,7 @@ def _matrices(balance: Balance, xs, path, numbers) -> tuple[np.ndarray, np.ndarr
         for i, x in enumerate(xs):
             codes[i] = _with_laws(balance, numbers(x[-1]), x[:-1], out[i], kept[i])
     else:
-        along(parts.structure, parts.shape.R, path.base, path.index, path.series, path.low, path.high, xs, grid.cosines, grid.sines,
-              room, out, kept, codes)
+        along(parts.structure, parts.shape.R, path.numbers, xs, grid, room, out, kept, codes)
     codes[(codes > 0) & ~np.isfinite(out).all(axis=(1, 2))] = 0
     return codes, out, kept
 
@@ -114,10 +114,8 @@ def monodromy_of(balance: Balance, x, flat=None) -> tuple[StabilityStatus, np.nd
 class _Still:
     """Numbers that depend on nothing, as a path."""
 
-    index, series, low, high = np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0
-
     def __init__(self, flat):
-        self.base = flat
+        self.numbers = Series(flat, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
 
 
 def _with_laws(balance: Balance, flat, x, out, kept) -> int:
@@ -129,7 +127,7 @@ def _with_laws(balance: Balance, flat, x, out, kept) -> int:
     states(parts.structure, room.paths, room.counts, kept)
     cuts = cuts_of(room.ends, room.counts, max(LEAST_LAW_STEPS, LAW_STEPS * int(parts.shape.waves[-1])))
     KL, CL = law_slopes(balance, flat, c, v, cuts)
-    return with_laws(parts.structure, parts.shape.R, flat, room.paths, room.ends, room.zs, room.counts, c, v, cuts, KL, CL, out)
+    return with_laws(parts.structure, parts.shape.R, flat, room, c, v, cuts, KL, CL, out)
 
 
 def law_slopes(balance: Balance, flat, c, v, cuts) -> tuple[np.ndarray, np.ndarray]:
