@@ -410,6 +410,8 @@ def _from(problem, point, signature, x, through, beside=False):
                 good = [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
             else:
                 good.sort(key=lambda item: nearest(new, item[1]))
+        elif len(lines) > 1:  # rounding may have put the beginning a little inside: away from it, not back through it
+            good.sort(key=lambda item: nearest(new, item[1]))
         for way, c in good[:1] if beside else good:
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
