@@ -253,8 +253,8 @@ class Packer:
             D[:, i] = hold.push @ self.sites[e].J
         return J, D, owners
 
-    def fill(self, flat: np.ndarray, T: Views, all_keys: list[tuple], laws: tuple[SceneLaw, ...]) -> None:
-        """Write the numbers of all modes into ``flat`` through its views."""
+    def fill(self, flat: np.ndarray, T: Views, all_keys: list[tuple], laws: tuple[SceneLaw, ...], first: int = 0) -> None:
+        """Write the numbers of all modes, from the mode ``first`` on, into ``flat`` through its views."""
         flat[0] = 0.0 if self.system.omega is None else self.system.omega
         row = value = 0
         for law in laws:
@@ -270,8 +270,8 @@ class Packer:
         T.A[:, :n, n:2 * n] = eye[:n, :n]
         T.A[:, n:2 * n] = self.core_rows
         T.R[:, :, :, :ns] = eye[:ns, :ns]
-        for m, keys in enumerate(all_keys):
-            self._fill_mode(T, m, keys, laws)
+        for m in range(first, len(all_keys)):
+            self._fill_mode(T, m, all_keys[m], laws)
 
     def _fill_mode(self, T: Views, m: int, keys: tuple, laws: tuple[SceneLaw, ...]) -> None:
         frame, n = self.frame, self.frame.n

@@ -19,7 +19,7 @@ from ..elements import EventKind, Frame, Guard
 from ..system import System
 from .numbers import DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
-from .tables import Tables, allocate, rebuild
+from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
 from .writer import bind
 
 CLOSURE = 64  # scenes of at most so many reachable modes are built at once
@@ -31,6 +31,19 @@ class GuardOf(NamedTuple):
     element: int
     number: int
     guard: Guard
+
+
+class Leads(NamedTuple):
+    """What the guards of a mode lead to: keys of modes that can be, built or not."""
+
+    then: tuple[tuple | None, ...]  # modes tried after each guard, without the mode itself; None: decided where it happens
+    ends_in: tuple[tuple | None, ...]  # mode in which a complete chattering ends
+    still: list[int]  # see `Packer.still`
+
+
+def with_key(keys: tuple, element: int, key: Hashable) -> tuple:
+    """Return the keys of a mode with that of one element changed."""
+    return (*keys[:element], key, *keys[element + 1:])
 
 
 def scene_of(system: System) -> "Scene":
@@ -86,6 +99,8 @@ class Scene:
         Addresses of what is compiled for these laws, zeros before; part of all tables with these laws.
     """
 
+    tables: Tables
+
     def __init__(self, system: System, modes: Iterable[tuple] = ()):
         self.system = system
         elements = system.elements
@@ -105,11 +120,13 @@ class Scene:
         self._buildable: dict[tuple, bool] = {}
         self._guards: list[tuple[GuardOf, ...]] = []
         self._holds: list[tuple[int, ...]] = []
+        self._leads: list[Leads] = []
         self._packer = Packer(system, self.frame, self.slices)
         self._algebraic: dict[int, list] = {}
         self._reach: list[tuple[int, Hashable]] | None = None
         self.laws: tuple[SceneLaw, ...] = ()
         self.bound = np.zeros(2, np.int64)
+        self._packed = 0  # modes whose numbers are in the tables
         first = next(self._start_keys(), None)
         reach = self._closure()
         self.complete = reach is not None
@@ -128,7 +145,8 @@ class Scene:
         other.system, other.frame = system, self.frame.at(system.omega)
         other.omega, other.period = system.omega, system.period
         other._packer = Packer(system, other.frame, self.slices)
-        other.keys, other._index, other._holds = self.keys.copy(), self._index.copy(), self._holds.copy()
+        other.keys, other._index, other._holds, other._leads = (
+            self.keys.copy(), self._index.copy(), self._holds.copy(), self._leads.copy())
         other._buildable = dict.fromkeys(self.keys, True)
         other._guards = [other._guards_of(keys) for keys in self.keys]
         other._algebraic = {}
@@ -317,65 +335,69 @@ class Scene:
         return tables
 
     def _pack(self) -> None:
-        """Make the tables of all modes there are."""
+        """Make the tables of all modes there are; what is known of modes that had been there before is kept."""
         met = [(e, key) for keys in self.keys for e, key in enumerate(keys)]
         laws = self._packer.laws(met)
         if laws:  # of all modes that an element can reach: what is compiled for them lasts
             if self._reach is None:
                 self._reach = [(e, key) for e in range(len(self.system.elements)) for key in self._own_closure(e)]
             laws = self._packer.laws([*self._reach, *met])
+        kept = self.tables if self._packed and laws == self.laws else None
         if laws != self.laws:
             known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
             if known:  # whoever marches with kernels in hand goes on with the new tables
                 bind(self)
         tables = self._allocate()
         self._layout = layout(tables)
-        self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws)
+        self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws, 0 if kept is None else self._packed)
+        if kept is not None:
+            keep(kept, tables, NUMBERS)
         rebuild(tables)
-        self.tables = tables
+        if kept is not None:
+            keep(kept, tables, MODAL)
+        self.tables, self._packed = tables, len(self.keys)
 
     def _allocate(self) -> Tables:
         """Return tables with the integers of all modes there are, and no numbers yet."""
+        for keys in self.keys[len(self._leads):]:
+            self._leads.append(self._leads_to(keys))
         guards = max(len(found) for found in self._guards)
-        then = [[self._candidates(m, owner) for owner in found] for m, found in enumerate(self._guards)]
-        candidates = max((len(numbers) or 1 for found in then for numbers in found), default=1)
+        candidates = max((len(then) + 1 for leads in self._leads for then in leads.then if then is not None), default=1)
         holds = max(len(found) for found in self._holds)
         T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
                      sum(len(law.keys) * len(law.law.values) for law in self.laws), law_rows(self.laws), self.bound)
-        for m, keys in enumerate(self.keys):
+        for m, (keys, found, leads) in enumerate(zip(self.keys, self._guards, self._leads, strict=True)):
             T.acts[m] = [law.keys.index(keys[law.element]) + 1 if keys[law.element] in law.keys else 0 for law in self.laws]
-        for m, found in enumerate(self._guards):
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
-            T.still[m, :len(found)] = self._packer.still(self.keys[m])
+            T.still[m, :len(found)] = leads.still
             for g, (element, _, guard) in enumerate(found):
                 T.kick[m, g] = guard.kick is not None
                 T.silent[m, g] = guard.silent
                 T.element[m, g] = element
                 T.kind[m, g] = guard.kind.code
-                T.then[m, g, :len(then[m][g])] = then[m][g]
-                if guard.accumulates is not None:
-                    T.ends_in[m, g] = self._number(self._replaced(m, element, guard.accumulates[1]))
+                then, end = leads.then[g], leads.ends_in[g]
+                if then is not None:  # the mode itself is last: a touch
+                    T.then[m, g, :len(then) + 1] = [*(self._index.get(other, -2) for other in then), m]
+                if end is not None:
+                    T.ends_in[m, g] = self._index.get(end, -2)
         return T
 
     # structure
 
-    def _candidates(self, mode: int, owner: GuardOf) -> list[int]:
-        """Return the modes tried after a guard; those not built yet are -2, the mode itself is last (a touch)."""
-        if callable(owner.guard.then):
-            return []  # decided where it happens, by `bifurc.flow.settle`
-        numbers = [self._number(self._replaced(mode, owner.element, key)) for key in owner.guard.then]
-        return [number for number in numbers if number not in (-1, mode)] + [mode]
-
-    def _number(self, keys: tuple) -> int:
-        """Return the mode of these keys, -2 when it is not built, -1 when it cannot be."""
-        if not self._possible(keys):
-            return -1
-        return self._index.get(keys, -2)
+    def _leads_to(self, keys: tuple) -> "Leads":
+        """Return what the guards of a mode lead to."""
+        then: list[tuple | None] = []
+        ends_in: list[tuple | None] = []
+        for element, _, guard in self._guards[self._index[keys]]:
+            tried = None if callable(guard.then) else [with_key(keys, element, key) for key in guard.then]
+            then.append(None if tried is None else tuple(other for other in tried if other != keys and self._possible(other)))
+            end = None if guard.accumulates is None else with_key(keys, element, guard.accumulates[1])
+            ends_in.append(end if end is not None and self._possible(end) else None)
+        return Leads(tuple(then), tuple(ends_in), self._packer.still(keys))
 
     def _replaced(self, mode: int, element: int, key: Hashable) -> tuple:
-        keys = self.keys[mode]
-        return (*keys[:element], key, *keys[element + 1:])
+        return with_key(self.keys[mode], element, key)
 
     def _possible(self, keys: tuple) -> bool:
         """Return whether the rows held together are independent."""
@@ -438,7 +460,7 @@ class Scene:
                         return None
                     ends = () if guard.accumulates is None else (guard.accumulates[1],)
                     for other in (*guard.then, *ends):
-                        reached = (*keys[:e], other, *keys[e + 1:])
+                        reached = with_key(keys, e, other)
                         if reached not in known and self._possible(reached):
                             known.add(reached)
                             found.append(reached)

@@ -170,6 +170,17 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
     return T
 
 
+NUMBERS = ("A", "G", "R", "B", "D", "H", "S", "ratio", "LP", "LG")  # of modes, in `Tables.flat`
+MODAL = ("blocks", "V", "L", "N", "spin", "GS", "tail", "turns", "level")
+
+
+def keep(old: Tables, new: Tables, names: tuple[str, ...]) -> None:
+    """Copy the named arrays of all modes of ``old`` tables into ``new`` ones, which have more modes and may have more places."""
+    for name in names:
+        part = getattr(old, name)
+        getattr(new, name)[tuple(slice(length) for length in part.shape)] = part
+
+
 _small = allocate(1, 1, 1, 1, 1, 2, [1])
 seen_as(Tables, Pointer("Tables", tuple((name, getattr(_small, name).dtype.name, getattr(_small, name).ndim) for name in PARTS)))
 

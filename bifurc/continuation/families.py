@@ -144,7 +144,7 @@ def surface(sample, first, second, name):
     centre, radius = 0.5 * (a + b), 0.5 * (b - a)
     places = ((-0.873, 0.311), (-0.311, -0.941), (0.537, -0.537), (0.941, 0.873))
     checks = np.array([sample(middle + half * y, centre + radius * z) for y, z in places])
-    for degree in DEGREES[:5]:
+    for degree in DEGREES[:4]:
         angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
         nodes = np.cos(angle)
         values = np.array([[sample(middle + half * y, centre + radius * z) for z in nodes] for y in nodes])

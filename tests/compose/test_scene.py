@@ -8,7 +8,9 @@ import pytest
 from bifurc import elements as el
 from bifurc import systems
 from bifurc.compose import scene_of
+from bifurc.compose.modal import give_modal
 from bifurc.compose.numbers import DependentHolds
+from bifurc.compose.scene import Scene
 from bifurc.compose.tables import PARTS
 from bifurc.elements.local import lam, s, u
 from bifurc.system import System
@@ -270,7 +272,7 @@ def test_small_scenes_are_built_at_once_and_large_ones_when_reached():
 
 def test_a_mode_reached_late_has_the_numbers_of_one_built_at_once():
     small, late = chain_with_stops(4), scene_of(chain_with_stops(4))
-    late.keys, late._index, late._guards, late._holds = [], {}, [], []
+    late.keys, late._index, late._guards, late._holds, late._leads, late._packed = [], {}, [], [], [], 0
     wanted = scene_of(small)
     for keys in reversed(wanted.keys):
         late.index(keys)
@@ -336,3 +338,22 @@ def test_an_autonomous_scene_has_no_frequency():
 def test_a_system_without_elements():
     scene = scene_of(System(2.0, 0.1, 3.0))
     assert scene.keys == [()] and scene.tables.A[0].tolist() == [[0, 1, 0], [-1.5, -0.05, 0]]
+
+
+def test_modes_that_are_met_one_by_one_have_the_numbers_of_modes_built_together():
+    n = 6
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    contacts = [el.RigidStop(0.3, 0.5, dof=n - 1), el.RigidStop(0.5, 0.3, dof=1), *[el.Coulomb(0.02, dof=i) for i in range(n - 1)]]
+    system = System(np.eye(n), 0.05 * K + 0.02 * np.eye(n), K, [el.HarmonicForce(1.0), *contacts], omega=0.9)
+    scene = Scene(system)
+    for k in range(30):
+        mode = k * k % len(scene.keys)
+        scene.expand(mode, k % int(scene.tables.n_guards[mode]))
+        if k % 4 == 0:
+            give_modal(scene.tables)
+    together = Scene(system, scene.keys)
+    assert len(scene.keys) > 12 and together.keys == scene.keys
+    for tables in (scene.tables, together.tables):
+        give_modal(tables)
+    for name in PARTS:
+        assert np.array_equal(getattr(scene.tables, name), getattr(together.tables, name)), name

@@ -14,7 +14,7 @@ from ...compose.scene import Scene
 from ...compose.tables import Tables
 from ...system import System
 
-DEGREES = (2, 4, 8, 16, 32, 64)  # most numbers are products of two parameters at most
+DEGREES = (4, 8, 16, 32, 64)
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
@@ -48,6 +48,8 @@ class ParameterPath:
 
 def constant_path(scene: Scene, system: System) -> ParameterPath:
     """Return the path on which nothing changes."""
+    if system is scene.system:
+        give_modal(scene.tables)  # once for the scene: its simulations need them too
     tables = scene.refill(system)
     give_modal(tables)
     return ParameterPath(tables, None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
@@ -67,10 +69,10 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     return ParameterPath(scene.refill(system), name, index, series, a, b)
 
 
-def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD):
+def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD, degrees=DEGREES):
     """Return places (k,), Chebyshev series (k, degree + 1) and interval of the packed numbers that change with ``name``.
 
-    ``flat_of(system)`` packs the numbers; see `parameter_path` for the rest.
+    ``flat_of(system)`` packs the numbers, ``degrees`` are tried in turn; see `parameter_path` for the rest.
     """
     low, high = min(bounds), max(bounds)
     wide = max(high - low, 1e-3 * max(abs(low), abs(high), 1e-3))
@@ -90,7 +92,7 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
     middle, half = 0.5 * (a + b), 0.5 * (b - a)
     checks = np.array([sample(middle + half * z) for z in CHECKS])
-    for degree in DEGREES:
+    for degree in degrees:
         angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
         values = np.array([sample(middle + half * z) for z in np.cos(angle)])
         index = np.flatnonzero(np.any(values != checks[0], axis=0) | np.any(checks != checks[0], axis=0))
@@ -101,9 +103,9 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         size = np.abs(values).max(axis=0, initial=0.0) + np.abs(checks[:, index]).max(axis=0, initial=0.0)
         series[np.abs(series) < 4e-16 * size] = 0.0
         found = np.cos(np.outer(np.arccos(CHECKS), order)) @ series
-        allowed = max(TOLERANCE, ROUNDING * math.sqrt(degree + 1.0) if degree > 4 else 0.0)
+        allowed = max(TOLERANCE, ROUNDING * math.sqrt(degree + 1.0) if degree > DEGREES[0] else 0.0)
         if np.all(np.abs(found - checks[:, index]) <= allowed * size + 1e-300):
             used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
             return index, np.ascontiguousarray(series[:used].T), a, b
     raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
-                     f"(no polynomial of degree {DEGREES[-1]} fits to rounding); choose narrower bounds")
+                     f"(no polynomial of degree {degrees[-1]} fits to rounding); choose narrower bounds")
