@@ -111,7 +111,8 @@ class Tables(array.array):
             if name == "bound":
                 words += [bound.ctypes.data, *shape]
             else:
-                parts[name] = np.ndarray(shape, *((np.float64, numbers) if of_numbers else (np.int64, whole)), WORD * start)
+                kind, buffer = (np.float64, numbers) if of_numbers else (np.int64, whole)
+                parts[name] = np.ndarray(shape, kind, buffer, WORD * start)
                 words += [places[not of_numbers] + WORD * start, *shape]
         made = directory(cls, words)
         made.__dict__.update(parts, layout=layout, numbers=numbers, whole=whole, address=made.buffer_info()[0])

@@ -108,7 +108,7 @@ def arose(contact, samples, segments, n, a):
 @njit
 def threshold(contact, samples, segments, wanted):
     """Return the height up to which events are ignored so that about ``wanted`` of them are left."""
-    events = segments.count[0] - 1
+    events = segments.counts[0] - 1
     a, heights = np.empty(contact.waves.size), np.empty(events)
     for n in range(events):
         heights[n] = arose(contact, samples, segments, n, a)

@@ -26,7 +26,7 @@ class Series(NamedTuple):
     """Numbers of a system along a parameter: those that change, as Chebyshev series on [low, high]."""
 
     base: np.ndarray  # all of them
-    index: np.ndarray  # int (k,): which change
+    places: np.ndarray  # int (k,): which change
     series: np.ndarray  # (k, degree + 1)
     low: float
     high: float

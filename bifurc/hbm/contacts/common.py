@@ -59,7 +59,7 @@ class Segments(NamedTuple):
     ends: np.ndarray  # (most, 2) phases of the end and of the writing
     zs: np.ndarray  # (most, Z) memory
     source: np.ndarray  # (SOURCE,)
-    count: np.ndarray  # int (2,): segments, and periods that were followed
+    counts: np.ndarray  # int (2,): segments, and periods that were followed
 
 
 class Space(NamedTuple):
