@@ -20,7 +20,7 @@ from .multipliers import attracting, nontrivial
 from .shooting import sequence
 from .shooting.equations import TOLERANCE, Equations
 from .shooting.path import constant_path
-from .shooting.refused import Refusal, earlier_modes
+from .shooting.refused import Refusal, earlier_modes, meet_modes
 from .shooting.resting import resting_intervals
 from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
 from .shooting.signature import Signature, repeated
@@ -95,6 +95,7 @@ class PeriodicOrbit(Orbit):
     @functools.cached_property
     def equations(self) -> Equations:
         """Event-sequence equations at this orbit's parameters."""
+        meet_modes(self.scene, self.sequence)
         return Equations(self.scene, constant_path(self.scene, self.system), self.sequence, self.weights)
 
     @functools.cached_property

@@ -7,13 +7,17 @@ from bifurc import elements as el
 from bifurc.compose.scene import scene_of
 
 
-@pytest.fixture(scope="module")
-def orbit():
+def chain(friction):
     """Four masses in a row, each with dry friction: 81 modes, more than are built at once."""
     n = 4
     K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-    contacts = [el.Coulomb(0.02 * (1.0 + 0.3 * i), dof=i) for i in range(n)]
-    system = bf.System(np.eye(n), 0.05 * K + 0.02 * np.eye(n), K, [el.HarmonicForce(1.0, dof=0), *contacts], omega=0.9)
+    contacts = [el.Coulomb(friction * (1.0 + 0.3 * i), dof=i) for i in range(n)]
+    return bf.System(np.eye(n), 0.05 * K + 0.02 * np.eye(n), K, [el.HarmonicForce(1.0, dof=0), *contacts], omega=0.9)
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    system = chain(0.02)
     assert not scene_of(system).complete
     return bf.find_orbit(system)
 
@@ -51,3 +55,14 @@ def test_files_keep_the_modes(orbit, branch, tmp_path):
     branch.save(tmp_path / "branch.npz")
     loaded = bf.load(tmp_path / "branch.npz")
     assert loaded.orbits[2].success and np.array_equal(loaded.x(2), branch.x(2))
+
+
+def test_modes_that_are_met_where_the_sequence_changes():
+    """Masses begin to stick one after the other; from either end the same points, each row repeated by simulation."""
+    system, found = chain(0.12), []
+    for omega in (0.9, 1.25):
+        branch = bf.trace(bf.find_orbit(system.with_parameters(omega=omega)), "omega", bounds=(0.6, 1.3))
+        assert [str(reason) for reason in branch.stop_reason] == ["bound", "bound"] and branch.audit.ok
+        found.append([(str(point.kind), point.parameter) for point in branch.special_points])
+    assert [kind for kind, _ in found[0]] == [kind for kind, _ in found[1]] and len(found[0]) == 8
+    assert np.abs(np.subtract([p for _, p in found[0]], [p for _, p in found[1]])).max() < 1e-11

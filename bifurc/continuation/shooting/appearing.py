@@ -128,7 +128,7 @@ def inserted(problem, x, periods: int = 1, near=NEAR):
         for node in nodes:
             items.append((tau, len(items), node, y))
     items.sort(key=lambda item: item[:2])
-    nodes = divided(scene, np.array([item[2] for item in items], np.int64), problem.path.tables, s.closure)
+    nodes = divided(scene, np.array([item[2] for item in items], np.int64), problem.tables_at(x[-1]), s.closure)
     unknowns = np.concatenate([np.concatenate([[item[0]], item[3]]) for item in items])
     signature = Signature(nodes, np.zeros(len(nodes)), s.span * periods, s.closure)
     return signature, np.append(unknowns, x[-1])
@@ -155,7 +155,8 @@ def begun_beyond(problem, x):
     nodes = [node[:ENDING].copy() for node in s.nodes]
     nodes[at][AFTER] = born[1][BEFORE]
     nodes.insert(at + 1, np.array(born[1], np.int64))
-    signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)), s.span, s.closure)
+    signature = Signature(divided(scene, np.array(nodes), problem.tables_at(x[-1]), s.closure), np.zeros(len(nodes)), s.span,
+                          s.closure)
     later = np.insert(rows, at + 1, rows[at], axis=0)
     later[at + 1, 1:] = joined[:scene.ns]
     return signature, np.append(later.ravel(), x[-1])
@@ -184,7 +185,7 @@ def ended_beyond(problem, x):
                     continue
                 nodes = [item[:ENDING].copy() for item in s.nodes]
                 nodes[i:i + 1] = [np.array([mode, q, other, 0, 0]), np.array([other, back, after, 0, 0])]
-                signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)),
+                signature = Signature(divided(scene, np.array(nodes), problem.tables_at(x[-1]), s.closure), np.zeros(len(nodes)),
                                       s.span, s.closure)
                 return signature, np.append(np.insert(rows, i, row, axis=0).ravel(), x[-1])
     return None
@@ -209,7 +210,7 @@ def parted(problem, x):
         if back is not None:
             nodes = [node[:ENDING] for node in s.nodes]
             nodes[at:at + 1] = [np.array([before, guard, middle, 0, 0]), np.array([middle, back, after, 0, 0])]
-            signature = Signature(divided(scene, np.array(nodes), problem.path.tables, s.closure), np.zeros(len(nodes)),
+            signature = Signature(divided(scene, np.array(nodes), problem.tables_at(x[-1]), s.closure), np.zeros(len(nodes)),
                                   s.span, s.closure)
             return signature, np.append(np.insert(rows, at, rows[at], axis=0).ravel(), x[-1])
     return None

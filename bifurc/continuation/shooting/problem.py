@@ -17,7 +17,7 @@ from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
 from ...orbits.shooting.path import ParameterPath, constant_path, parameter_path
-from ...orbits.shooting.refused import Refusal, earlier_modes
+from ...orbits.shooting.refused import Refusal, earlier_modes, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
 from ...system import System
@@ -89,6 +89,15 @@ def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
     return dataclasses.replace(signature, nodes=divided(scene, signature.nodes, T, signature.closure))
 
 
+def of_all_modes(scene, path: ParameterPath) -> ParameterPath:
+    """Return a path, or the same one of all modes where the scene has met more since it was made."""
+    if len(path.tables.n_guards) == len(scene.keys):
+        return path
+    if path.name is None:
+        return constant_path(scene, scene.system)
+    return parameter_path(scene, scene.system, path.name, (path.low, path.high), pad=0.0)
+
+
 class OrbitProblem(Problem):
     """Event-sequence equations along one parameter.
 
@@ -115,12 +124,11 @@ class OrbitProblem(Problem):
         self.scene = scene_of(system)
         self.parameter = path.name or ""
         self.parameter_scale = parameter_scale
-        sequence = generic(self.scene, path, sequence)
+        sequence = generic(self.scene, of_all_modes(self.scene, path), sequence)
         self.sequence = sequence
+        meet_modes(self.scene, sequence)
         earlier = earlier_modes(self.scene, sequence)
-        if len(path.tables.n_guards) != len(self.scene.keys):  # the scene has met more modes
-            self.path = path = (parameter_path(self.scene, system, path.name, (path.low, path.high), pad=0.0) if path.name
-                                else constant_path(self.scene, system))
+        self.path = path = of_all_modes(self.scene, path)
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
         self._refusal = Refusal(self.equations, earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
         self.weights = self.equations.weights
@@ -372,6 +380,16 @@ class OrbitProblem(Problem):
         other.path, other.equations, other._known = path, self.equations.on(path), {}
         other._refusal = self._refusal.on(other.equations)
         return other
+
+    def tables_at(self, value: float):
+        """Return the tables of all modes that the scene has met; those of modes met since the last step at a value of the
+        parameter."""
+        path = of_all_modes(self.scene, self.path)
+        if path is not self.path:
+            self.path, self.equations = path, self.equations.on(path)
+            self._refusal = self._refusal.on(self.equations)
+            self.equations.numbers_at(value)
+        return path.tables
 
     def with_sequence(self, signature: Signature, x0) -> "OrbitProblem":
         """Return the problem of another event signature along the same path."""

@@ -43,7 +43,7 @@ def dropped(problem, x, near=NEAR):
         return free_of_events(problem, x)
     fixed = s.fixed[[i for i in range(len(rows)) if s.nodes[i, GUARD] < 0] or [0] * 0]
     fixed = np.zeros(len(kept)) if not fixed.size else np.resize(fixed, len(kept))
-    nodes = divided(scene, np.array([item[0] for item in kept], np.int64), problem.path.tables, s.closure)
+    nodes = divided(scene, np.array([item[0] for item in kept], np.int64), problem.tables_at(x[-1]), s.closure)
     return Signature(nodes, fixed, s.span, s.closure), np.append(np.concatenate([item[1] for item in kept]), x[-1])
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...compose.tables import ORDER
-from .sequence import AFTER, DIVIDE, STARTS, TOGETHER
+from .sequence import AFTER, BEFORE, DIVIDE, STARTS, TOGETHER
 
 SAMPLES = 6  # states at which the two conditions are compared
 ONE = 1e-9  # relative difference of two conditions that are one
@@ -52,6 +52,17 @@ def earlier_modes(scene, signature) -> list[Earlier]:
             if mode is not None and mode != before and scene.tables.n_holds[mode]:
                 found.append(Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))))
     return found
+
+
+def meet_modes(scene, signature) -> None:
+    """Build the modes beside a signature that its checks look at, its mirror image and the modes tried before its own: tables made
+    later have them."""
+    if scene.complete:
+        return
+    if signature.closure < 0:
+        for mode in {*signature.nodes[:, BEFORE].tolist(), *signature.nodes[:, AFTER].tolist()}:
+            scene.mirror(mode)
+    earlier_modes(scene, signature)
 
 
 class Refusal:
