@@ -13,6 +13,7 @@ import numpy as np
 
 from .elements import BUILT_IN, Core, Element
 from .elements.checks import number
+from .elements.element import tupled
 from .structure.names import dof_names, place_of
 
 _BUILDERS: dict[str, Callable] = {}  # ready systems by name, filled by `builder`
@@ -368,7 +369,7 @@ class System:
                 raise ValueError(f"the record uses the builder {record['builder']!r}; hand it over in elements=[...]. "
                                  f"Known: {', '.join(sorted(_BUILDERS))}")
             system = build(**record["parameters"])
-            system.__dict__["_kin"] = _tupled(record.get("modes"))
+            system.__dict__["_kin"] = tupled(record.get("modes"))
             return system
         made = []
         for item in record["elements"]:
@@ -382,7 +383,7 @@ class System:
             from .structure.reduction import Reduction  # building a system loads no scipy
 
             system.__dict__["reduction"] = Reduction.from_record(record["reduction"])
-        system.__dict__["_kin"] = _tupled(record.get("modes"))
+        system.__dict__["_kin"] = tupled(record.get("modes"))
         return system
 
     def __eq__(self, other):
@@ -455,11 +456,6 @@ def _matrix(name: str, value) -> np.ndarray:
 def _plain(value):
     """Return a value as JSON knows it."""
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-
-
-def _tupled(value):
-    """Return lists as tuples, those in them too: JSON knows no tuples, which keys of modes may be."""
-    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
 
 
 def _short(value) -> str:

@@ -191,8 +191,10 @@ class Scene:
 
     def expand(self, mode: int, guard: int) -> Tables:
         """Build what `then` and `ends_in` of a guard still lack (-2); return the tables, which have grown."""
-        for keys in self._successors(mode, guard):
-            self.index(keys)
+        leads = self._leads[mode]
+        for keys in (*(leads.then[guard] or ()), leads.ends_in[guard]):
+            if keys is not None:
+                self.index(keys)
         return self.tables
 
     def combine(self, mode: int, element: int, key: Hashable) -> int | None:
@@ -407,14 +409,6 @@ class Scene:
                 self._packer.check(e, key)
             found = self._buildable[keys] = self._packer.independent(keys)
         return found
-
-    def _successors(self, mode: int, guard: int) -> list[tuple]:
-        """Return the keys of the modes that may follow a guard."""
-        element, _, what = self._guards[mode][guard]
-        ends = () if what.accumulates is None else (what.accumulates[1],)
-        then = () if callable(what.then) else what.then
-        reached = (self._replaced(mode, element, key) for key in (*then, *ends))
-        return [keys for keys in reached if self._possible(keys)]
 
     def _add(self, keys: tuple) -> int:
         """List a mode, without numbers; return its index."""

@@ -13,11 +13,12 @@ import math
 import numpy as np
 
 from ..compose.scene import scene_of
+from ..elements.element import tupled
 from ..flow.linear import ModeField
 from ..orbits.autonomous import section
 from ..orbits.equilibria.equilibrium import Equilibrium
 from ..orbits.equilibria.hopf import critical_pair
-from ..orbits.shooting.path import ParameterPath, parameter_path
+from ..orbits.shooting.path import ParameterPath, of_all_modes, parameter_path
 from ..orbits.shooting.sequence import set_parameter
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
@@ -190,9 +191,7 @@ class EquilibriumProblem(Problem):
             mode = scene.combine(self.mode, element, key)
             if mode is None or mode == self.mode:
                 continue
-            path = self.path
-            if len(path.tables.n_guards) != len(scene.keys):  # the scene has met more modes
-                path = parameter_path(scene, self.system, self.parameter, (path.low, path.high), pad=0.0)
+            path = of_all_modes(scene, self.path)
             new = EquilibriumProblem(self.system, path, mode, y, float(point.x[-1]), float(self.scale[-1]), self._size_u)
             if np.abs(new.joined_residual(new.x0)).max() > 1e-8 * np.abs(new.wide_jacobian(new.x0) * new.scale).max():
                 continue
@@ -298,11 +297,6 @@ class EquilibriumProblem(Problem):
         """Make the problem that gave ``record``."""
         system = System.from_record(record["system"], elements)
         scene = scene_of(system)
-        mode = scene.index(tuple(_tupled(key) for key in record["keys"]))
+        mode = scene.index(tupled(record["keys"]))
         path = parameter_path(scene, system, record["parameter"], tuple(record["path"]), pad=0.0)
         return cls(system, path, mode, np.array(record["state"]), record["value"], record["parameter_scale"], record["size"])
-
-
-def _tupled(key):
-    """JSON knows no tuples, which mode keys may be."""
-    return tuple(_tupled(item) for item in key) if isinstance(key, list) else key

@@ -142,7 +142,7 @@ class Element:
     @classmethod
     def from_record(cls, record: dict, functions: dict | None = None) -> "Element":
         """Make the element that gave ``record``."""
-        return cls(**{name: _tupled(value) for name, value in record.items() if name != "class"})
+        return cls(**{name: tupled(value) for name, value in record.items() if name != "class"})
 
 
 _FIELDS: dict[type, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {}
@@ -159,6 +159,6 @@ def _named(cls: type) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]
     return _FIELDS[cls]
 
 
-def _tupled(value):
+def tupled(value):
     """JSON knows no tuples; fields are hashable, so that every list was one."""
-    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
+    return tuple(tupled(item) for item in value) if isinstance(value, list) else value

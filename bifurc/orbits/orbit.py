@@ -20,7 +20,7 @@ from .multipliers import attracting, nontrivial
 from .shooting import sequence
 from .shooting.equations import TOLERANCE, Equations
 from .shooting.path import constant_path
-from .shooting.refused import Refusal, earlier_modes, meet_modes
+from .shooting.refused import Earlier, Refusal, meet_modes
 from .shooting.resting import resting_intervals
 from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
 from .shooting.signature import Signature, repeated
@@ -95,8 +95,13 @@ class PeriodicOrbit(Orbit):
     @functools.cached_property
     def equations(self) -> Equations:
         """Event-sequence equations at this orbit's parameters."""
-        meet_modes(self.scene, self.sequence)
+        _ = self._earlier  # before the tables are made
         return Equations(self.scene, constant_path(self.scene, self.system), self.sequence, self.weights)
+
+    @functools.cached_property
+    def _earlier(self) -> list[Earlier]:
+        """Modes that are tried before those of the sequence; with them all modes are met that its checks look at."""
+        return meet_modes(self.scene, self.sequence)
 
     @functools.cached_property
     def _whole(self) -> tuple[Signature, np.ndarray]:
@@ -209,7 +214,7 @@ class PeriodicOrbit(Orbit):
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
                                       U, self.weights, info)
         listed, peak, leaving, broken = info[[sequence.LISTED, sequence.PEAK, sequence.LEAVING, sequence.BROKEN]].tolist()
-        refusal = Refusal(self.equations, earlier_modes(self.scene, self.sequence), 0.0)
+        refusal = Refusal(self.equations, self._earlier, 0.0)
         return listed, peak, max(leaving, refusal.worst(np.append(self._unknowns, 0.0))), broken
 
     @property

@@ -16,8 +16,8 @@ from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
-from ...orbits.shooting.path import ParameterPath, constant_path, parameter_path
-from ...orbits.shooting.refused import Refusal, earlier_modes, meet_modes
+from ...orbits.shooting.path import ParameterPath, of_all_modes, parameter_path
+from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
 from ...system import System
@@ -89,15 +89,6 @@ def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
     return dataclasses.replace(signature, nodes=divided(scene, signature.nodes, T, signature.closure))
 
 
-def of_all_modes(scene, path: ParameterPath) -> ParameterPath:
-    """Return a path, or the same one of all modes where the scene has met more since it was made."""
-    if len(path.tables.n_guards) == len(scene.keys):
-        return path
-    if path.name is None:
-        return constant_path(scene, scene.system)
-    return parameter_path(scene, scene.system, path.name, (path.low, path.high), pad=0.0)
-
-
 class OrbitProblem(Problem):
     """Event-sequence equations along one parameter.
 
@@ -126,8 +117,7 @@ class OrbitProblem(Problem):
         self.parameter_scale = parameter_scale
         sequence = generic(self.scene, of_all_modes(self.scene, path), sequence)
         self.sequence = sequence
-        meet_modes(self.scene, sequence)
-        earlier = earlier_modes(self.scene, sequence)
+        earlier = meet_modes(self.scene, sequence)
         self.path = path = of_all_modes(self.scene, path)
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
         self._refusal = Refusal(self.equations, earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)

@@ -69,6 +69,15 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     return ParameterPath(scene.refill(system), name, index, series, a, b)
 
 
+def of_all_modes(scene: Scene, path: ParameterPath) -> ParameterPath:
+    """Return a path, or the same one of all modes where the scene has met more since it was made."""
+    if len(path.tables.n_guards) == len(scene.keys):
+        return path
+    if path.name is None:
+        return constant_path(scene, scene.system)
+    return parameter_path(scene, scene.system, path.name, (path.low, path.high), pad=0.0)
+
+
 def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD, degrees=DEGREES):
     """Return places (k,), Chebyshev series (k, degree + 1) and interval of the packed numbers that change with ``name``.
 

@@ -54,15 +54,13 @@ def earlier_modes(scene, signature) -> list[Earlier]:
     return found
 
 
-def meet_modes(scene, signature) -> None:
-    """Build the modes beside a signature that its checks look at, its mirror image and the modes tried before its own: tables made
-    later have them."""
-    if scene.complete:
-        return
-    if signature.closure < 0:
+def meet_modes(scene, signature) -> list[Earlier]:
+    """Build the modes beside a signature that its checks look at, so that tables made later have them: its mirror image, and
+    `earlier_modes`, which are returned."""
+    if signature.closure < 0 and not scene.complete:
         for mode in {*signature.nodes[:, BEFORE].tolist(), *signature.nodes[:, AFTER].tolist()}:
             scene.mirror(mode)
-    earlier_modes(scene, signature)
+    return earlier_modes(scene, signature)
 
 
 class Refusal:
