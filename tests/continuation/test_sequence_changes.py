@@ -260,7 +260,8 @@ def test_a_pair_that_reaches_the_circle_where_another_leaves_it_is_seen(start):
 @pytest.mark.parametrize("step", [0.001, 0.004, 0.01])
 def test_two_pairs_that_reach_the_circle_beside_a_fold_are_seen(step):
     """Between a fold and a graze four multipliers come in, two by two; the fold changes their number by one the other way."""
-    guess = (-0.5359519012210141, -0.9072863696884995, -0.34517061032588003, 1.2175570443892139, 0.5083946869019232, 0.418879803624831)
+    guess = (-0.5359519012210141, -0.9072863696884995, -0.34517061032588003, 1.2175570443892139, 0.5083946869019232,
+             0.418879803624831)
     orbit = bf.find_orbit(three_masses(0.32, 0.607, 0.369, 41.9, 0.0268, 0.8131418368371817), guess=guess, periods=1)
     branch = bf.trace(orbit, "omega", bounds=(0.5537, 1.0283), ds=step, direction=-1, max_steps=4)
     tori = branch.special_points.of("neimark_sacker")

@@ -162,7 +162,8 @@ def test_the_side_of_a_boundary_is_looked_up_where_it_is_told(monkeypatch):
 
 def test_an_asymmetric_motion_ends_on_the_symmetric_one_where_both_graze():
     """Between two equal stops: motions that are not their own mirror image become so at a graze, on both sides of a pitchfork."""
-    system = bf.System(1.0, 0.183, 1.0, [HarmonicForce(1.05), RigidStop(0.319, 0.711), RigidStop(0.319, 0.711, side=-1)], omega=0.655)
+    stops = RigidStop(0.319, 0.711), RigidStop(0.319, 0.711, side=-1)
+    system = bf.System(1.0, 0.183, 1.0, [HarmonicForce(1.05), *stops], omega=0.655)
     branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.4585, 0.8515))
     assert branch.stop_reason == (StopReason.MERGED, StopReason.MERGED)
     low, high = branch.ends[0].p, branch.ends[1].p

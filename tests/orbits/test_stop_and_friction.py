@@ -62,7 +62,8 @@ def test_no_impact_of_a_train_that_still_settles_is_lost():
     """The train comes a little later in every period: its orbit lists as many impacts as simulation from its own state does."""
     K = np.array([[1.823, -0.823], [-0.823, 1.823]])
     C = np.array([[0.1094, -0.0494], [-0.0494, 0.1094]])
-    system = bf.System(np.diag([1.0, 0.576]), C, K, [HarmonicForce(1.5), RigidStop(0.202, 0.598), Coulomb(0.653, dof=1)], omega=0.532)
+    elements = HarmonicForce(1.5), RigidStop(0.202, 0.598), Coulomb(0.653, dof=1)
+    system = bf.System(np.diag([1.0, 0.576]), C, K, elements, omega=0.532)
     orbit = bf.find_orbit(system)
     assert orbit.success
     motion = bf.simulate(system, orbit._states(np.array([0.5]))[0], periods=2, t0=0.5 * orbit.forcing_period)

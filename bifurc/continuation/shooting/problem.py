@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from ...compose.scene import numbered, scene_of
+from ...elements import EventKind
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
@@ -299,8 +300,8 @@ class OrbitProblem(Problem):
         return signature_change.changed(self, x, bare(successor)) or kind
 
     def silent(self, monitor, x) -> bool:
-        """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is measured
-        along another direction from there on."""
+        """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is
+        measured along another direction from there on."""
         return monitor.silent or monitor.name == MERGES and self._apart(x) > SEPARATE
 
     def confirm(self, kind, x) -> bool:
@@ -401,6 +402,9 @@ class OrbitProblem(Problem):
         ends = {MERGES: StopReason.MERGED, COMPLETES: StopReason.CHATTERING}
         if self.silent(monitor, point.x) and monitor.name == MERGES:
             return self.with_sequence(self.sequence, point.x), point.x, point.tangent
+        if monitor.name == COMPLETES and not self.sequence.clock and not self._released(point.x):
+            answer = signature_change.through_grazing(self, point, monitor)  # another event meets the end of the impacts
+            return answer if isinstance(answer, tuple) else StopReason.CHATTERING
         if monitor.name in ends:
             return ends[monitor.name]
         if monitor.name == autonomous.SHRINKS:
@@ -442,6 +446,19 @@ class OrbitProblem(Problem):
         shares = [float(spans[[word != "stick" for word in words]].sum()) / s.span for words in zip(*keys, strict=True)
                   if "stick" in words and any(word != "stick" for word in words)]
         return min(shares, default=1.0)
+
+    def _released(self, x) -> bool:
+        """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""
+        s, U = self.sequence.written_out(x[:-1])
+        times = U[::1 + self.scene.ns]
+        ends = np.flatnonzero(s.nodes[:, CLOSES] == 1)
+        rests = np.diff(np.append(times, times[0] + s.span))[ends]
+        i = int(ends[np.argmin(rests)])
+        own, (mode, guard) = s.nodes[i, :AFTER].tolist(), s.nodes[(i + 1) % len(s.nodes), :AFTER].tolist()
+        if s.closure < 0 and i + 1 == len(s.nodes):
+            return True
+        return (guard < 0 or self.scene.event_kind(mode, guard) is EventKind.RELEASE
+                and self.scene.guard(mode, guard).element == self.scene.guard(*own).element)
 
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may

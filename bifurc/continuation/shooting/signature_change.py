@@ -90,7 +90,7 @@ def repeats(problem, x, tangent) -> bool:
 
 
 def mirrors(problem, x, tangent) -> bool:
-    """Whether the orbits of ``problem`` ahead of ``x`` (n + 1,) along ``tangent`` are their own mirror images after half a period."""
+    """Whether the orbits of ``problem`` ahead of ``x`` (n + 1,) along ``tangent`` are their own images in half a period."""
     s = problem.sequence
     if s.closure < 0:
         return True

@@ -80,7 +80,7 @@ def inner_change(part, a, b):
 
 
 def complex_pairs(problem, x):
-    """Return those of the complex multipliers at ``x`` (n + 1,) that have positive imaginary parts; None where they are not known."""
+    """Return the complex multipliers at ``x`` (n + 1,) with positive imaginary parts; None where they are not known."""
     mu = problem.floquet_multipliers(x)
     return None if mu is None or not np.isfinite(mu).all() else mu[mu.imag > COMPLEX]
 
