@@ -294,7 +294,7 @@ def test_what_simulation_reads_beyond_has_the_phase_of_the_branch(later):
 
 
 def test_a_branch_of_two_forcing_periods_goes_on_beyond_a_chattering():
-    """Where one listed impact more or less closes the infinite sequence is no end of the motion."""
+    """Where one listed impact more or less closes the complete chattering is no end of the motion."""
     system = bf.System(1.0, 0.0301, 1.0, [HarmonicForce(0.613), RigidStop(0.111, 0.0762)], omega=2.58)
     orbit = bf.find_orbit(system)
     assert orbit.periods == 2

@@ -421,7 +421,7 @@ class OrbitProblem(Problem):
         return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
 
     def named_end(self, x, reason, message):
-        """See `Problem.named_end`: where the listed impacts fall like those of an infinite sequence, changes of their number
+        """See `Problem.named_end`: where the listed impacts fall like those of a complete chattering, changes of their number
         accumulate here; where a contact hardly slips any more, it sticks beyond."""
         if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
             if self._train(x):

@@ -62,7 +62,7 @@ def through_grazing(problem, point, monitor):
 
 
 def accumulates(signature, other) -> bool:
-    """Whether one of two sequences, the second that of the problem ``other``, completes an infinite sequence of impacts where the
+    """Whether one of two sequences, the second that of the problem ``other``, completes chattering where the
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
     one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
     fewer, more = (one, two) if one.completed < two.completed else (two, one)
@@ -232,7 +232,7 @@ def listed(problem):
 def named_events(problem) -> list[tuple[int, str]]:
     """Return element and kind of the events of a problem's sequence, in order.
 
-    Of an infinite sequence of impacts those that lead to its end are left out, with what happens between them: how many of them
+    Of a complete chattering those that lead to its end are left out, with what happens between them: how many of them
     are listed is a matter of accuracy.
     """
     scene, nodes = problem.scene, problem.sequence.nodes
