@@ -23,7 +23,7 @@ from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
 ALIKE = 1e-2  # their difference, as part of the way there, that is none
-TRAIN = 4  # impacts a forcing period that may be those of a sequence just completed
+TRAIN = 4  # impacts a period of the orbit that may be those of a sequence just completed
 Counts = collections.namedtuple("Counts", "completed kicks")
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
@@ -66,7 +66,8 @@ def accumulates(signature, other) -> bool:
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
     one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
     fewer, more = (one, two) if one.completed < two.completed else (two, one)
-    return fewer.completed < more.completed and fewer.kicks >= max(TRAIN, 0.5 * more.kicks)
+    least = TRAIN / max(1.0, signature.span * (2.0 if signature.closure < 0 else 1.0))
+    return fewer.completed < more.completed and fewer.kicks >= max(least, 0.5 * more.kicks)
 
 
 def repeats(problem, x, tangent) -> bool:

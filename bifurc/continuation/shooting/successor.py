@@ -43,6 +43,7 @@ HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
+CLOSE = 1e-9  # scaled length from an end that lies on the beginning but for rounding
 NEXT = 1e-9  # scaled difference of the parameter beyond which something else may lie between an end and a beginning
 
 
@@ -380,6 +381,8 @@ def _begun(problem, point, signature, x, search, through):
         search.say(f"the orbit {name!r} does not begin here")
     else:
         found = _from(problem, point, signature, begin, through)
+        if found is not None and leads_back(point, *found):
+            found = _nearer(problem, point, new, signature, found)
         if found is not None:
             return found
         search.say(f"the orbit {name!r} is no motion on either side")
@@ -417,6 +420,25 @@ def _from(problem, point, signature, x, through, beside=False):
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
                 return new, x, way
     return None
+
+
+def leads_back(point, new, x, tangent) -> bool:
+    """Whether a sequence, followed along ``tangent`` from ``x`` (n + 1,), comes to the parameter of the old end ``point``: then it is
+    valid in a short interval, of which ``x`` is the other end."""
+    away = float(point.x[-1] - x[-1])
+    return abs(away) > NEXT * new.parameter_scale and away * tangent[-1] > 0.0
+
+
+def _nearer(problem, point, new, signature, found):
+    """Return what `_from` makes of the sequence of ``new`` from that end of its validity which is at the parameter of the old end;
+    ``found`` where it has none there."""
+    x = found[1].copy()
+    x[-1] = point.x[-1]
+    c = new.correct(x, np.eye(1, x.size, x.size - 1)[0], True)
+    begin = _first_valid(new, c.x, CLOSE) if c.converged else None
+    if begin is None or abs(begin[-1] - point.x[-1]) > NEXT * new.parameter_scale:
+        return found
+    return _from(problem, point, signature, begin, False) or found
 
 
 def nearest(problem, c) -> float:
@@ -461,8 +483,9 @@ def at_beginning(problem, x, p: float, through=False):
     return c.x if c.converged and inside(problem, c) else None
 
 
-def _first_valid(problem, x):
-    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None."""
+def _first_valid(problem, x, step=None):
+    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None; the scaled length
+    ``step`` is the first that is tried."""
     keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
     tangent = problem.null_tangent(x)
     made: dict[float, np.ndarray] = {}
@@ -477,7 +500,7 @@ def _first_valid(problem, x):
     s0, f0 = 0.0, value(0.0)
     if f0 is None:
         return None
-    s1 = 1e-6 if abs(f0) < 1e-3 else 1e-4
+    s1 = step or (1e-6 if abs(f0) < 1e-3 else 1e-4)
     f1 = value(s1)
     step = s1
     for _ in range(SECANTS):
