@@ -19,6 +19,7 @@ from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
+from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
@@ -34,6 +35,8 @@ VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may 
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
+STILL, LOOSER = 1e-14, 10.0  # speed of a held row that is none; by how much a second step is longer that tells of a larger one
+ROUNDING = 1e-12  # value of a monitor that tells nothing
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -174,8 +177,21 @@ def verified(problem, point, new, x, tangent) -> bool:
         if c.converged and inside(new, c):
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated:
-                return determined(new, c.x) and not retraces(problem, point, new, c)
+                return determined(new, c.x) and not retraces(problem, point, new, c) and not loosens(new, x, tangent, step, c)
     return False
+
+
+def loosens(problem, x, tangent, step, c) -> bool:
+    """Whether a row that is held by tolerance alone at ``c``, a ``step`` along ``tangent`` from ``x`` (n + 1,), moves the more the
+    farther the step: a slip of no duration yet that an impact cuts short is not stick behind it."""
+    held = next((k for k, monitor in enumerate(problem.monitors) if monitor.name == HELD_ROWS), None)
+    if held is None:
+        return False
+    moves = c.monitors[held] + 0.5 * HELD
+    if moves <= STILL:
+        return False
+    further = problem.correct(x + LOOSER * step * problem.scale * tangent, tangent)
+    return further.converged and further.monitors[held] + 0.5 * HELD > 0.5 * LOOSER * moves
 
 
 def determined(problem, x) -> bool:
@@ -412,13 +428,13 @@ def _from(problem, point, signature, x, through, beside=False):
             if here is None:
                 good = [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
             else:
-                good.sort(key=lambda item: nearest(new, item[1]))
+                good.sort(key=lambda item: (min(nearest(new, item[1]), -ROUNDING), leads_back(point, new, x, item[0])))
         elif len(lines) > 1:  # rounding may have put the beginning a little inside: away from it, not back through it
             good.sort(key=lambda item: nearest(new, item[1]))
         for way, c in good[:1] if beside else good:
             orbit = new.solution(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
-                return new, x, way
+                return None if loosens(new, x, way, step, c) else (new, x, way)
     return None
 
 
