@@ -439,8 +439,8 @@ def _from(problem, point, signature, x, through, beside=False):
 
 
 def leads_back(point, new, x, tangent) -> bool:
-    """Whether a sequence, followed along ``tangent`` from ``x`` (n + 1,), comes to the parameter of the old end ``point``: then it is
-    valid in a short interval, of which ``x`` is the other end."""
+    """Whether a sequence, followed along ``tangent`` from ``x`` (n + 1,), comes to the parameter of the old end ``point``: then
+    it is valid in a short interval, of which ``x`` is the other end."""
     away = float(point.x[-1] - x[-1])
     return abs(away) > NEXT * new.parameter_scale and away * tangent[-1] > 0.0
 
