@@ -15,7 +15,8 @@ import tempfile
 _PACKAGE = pathlib.Path(__file__).resolve().parent
 # folders with compiled functions and constants they freeze
 KERNELS = ("solve", "compose", "flow", "hbm", "orbits", "ensemble", "basins")
-LONE = {"bifurc._jit": "bifurc._jit", "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
+LONE = {"bifurc._jit": "bifurc._jit", "bifurc._apart": "bifurc._apart",
+        "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
 
 
 def source_hash() -> str:
