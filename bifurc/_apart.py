@@ -77,6 +77,17 @@ def set_apart(dispatcher, returns) -> None:
     dispatcher.compile, dispatcher.get_call_template, dispatcher.get_overload = compile_as, get_call_template, get_overload
 
 
+def refuse_python(dispatcher) -> None:
+    """Make calls from Python an error, of a dispatcher whose functions are compiled without what unpacks arguments."""
+    def add_overload(made):
+        dispatcher.overloads[tuple(made.signature.args)] = made  # unknown to the part of numba that calls without asking
+
+    def call(*arguments, **keywords):
+        raise TypeError(f"{dispatcher.py_func.__qualname__} has no door for Python: make it apart(..., python=True)")
+
+    dispatcher.add_overload, dispatcher._compile_for_args = add_overload, call
+
+
 class _Callee:
     """Stands for a function and its argument types where numba looks up how a call is written."""
 

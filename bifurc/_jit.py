@@ -8,7 +8,7 @@ import types  # noqa: E402
 
 import numba  # noqa: E402
 
-from ._apart import set_apart  # noqa: E402
+from ._apart import refuse_python, set_apart  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
@@ -82,11 +82,13 @@ def apart(returns, python=False):
     returns : numba type
         What it returns: no array.
     python : bool
-        Whether Python calls it, too.
+        Whether Python calls it, too; if not, such a call is a TypeError.
     """
     def decorate(function):
         made = _compiled(function, no_cpython_wrapper=not python)
         set_apart(made, returns)
+        if not python:
+            refuse_python(made)
         return made
 
     return decorate

@@ -54,6 +54,10 @@ try:
     kernels.width(a, 2)
 except RuntimeError as error:
     out.append(str(error))
+try:
+    kernels.extremes(a)
+except TypeError as error:
+    out.append(str(error))
 print(json.dumps(out))
 '''
 
@@ -74,11 +78,12 @@ def run(tmp_path):
 
 def test_a_function_apart_is_compiled_at_its_first_call_and_kept_on_disk(run):
     (first, said), (again, _) = run(), run()
-    width, compiled, wider, moved, then, shifted, missed, message = first
+    width, compiled, wider, moved, then, shifted, missed, message, refused = first
     assert (width, wider, moved) == (2.0, 0.0 + 1.0, [4.0, 3.0, 4.0])
     assert compiled == [1, 1, 0, 0]  # the rare branch has not been taken
     assert then[2] >= 1 and then[3] == 0
     assert shifted == [4.5, 3.5, 4.5]
     assert "wrong could not be compiled" in message and "nothing_of_that_name" in said
-    assert missed > 0 and again[-2] == 0
-    assert again[:-2] == first[:-2]
+    assert "extremes has no door for Python" in refused  # though it is compiled: no null pointer is called
+    assert missed > 0 and again[-3] == 0
+    assert again[:-3] == first[:-3]

@@ -107,7 +107,7 @@ def guard_rate(row, f, dw):
     return total
 
 
-@apart(NOTHING)
+@apart(NOTHING, python=True)
 def reset(T, m, g, closes, x, xp, P):
     """Write the state behind a node into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
