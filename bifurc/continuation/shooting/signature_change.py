@@ -218,13 +218,14 @@ def exchanged(problem, x, other, trains=False):
     """Return the kind of the change between two sequences that differ in the order of two neighbours only, or None.
 
     Of several neighbours whose exchange would make the one of the other, it is those nearest to each other in time at ``x``
-    (n + 1,).  With ``trains`` the impacts that lead to the end of an infinite sequence count as well: which of the events before
-    them are told to belong to it differs on the two sides.
+    (n + 1,).  With ``trains`` the impacts that lead to the end of an infinite sequence count as well, as many on both sides: which
+    of the events before them are told to belong to it differs, and how many are listed.
     """
-    one, two = named_events(problem, trains), named_events(other, trains)
+    masks = as_long(problem, other) if trains else [listed(problem), listed(other)]
+    one, two = (named_events(end, mask) for end, mask in zip((problem, other), masks, strict=True))
     if sorted(one) != sorted(two):
         return None
-    spans, found = intervals(problem, x)[listed(problem, trains)], []
+    spans, found = intervals(problem, x)[masks[0]], []
     for k in range(len(two)):
         turned = two[k:] + two[:k]
         apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
@@ -242,20 +243,37 @@ def intervals(problem, x):
     return np.diff(times, prepend=times[-1] - s.span)
 
 
-def listed(problem, trains=False):
+def listed(problem):
     """Return which nodes (nodes,) are events that `named_events` names."""
     nodes = problem.sequence.nodes
-    return (nodes[:, GUARD] >= 0) & (trains | (nodes[:, CLOSES] != 2))
+    return (nodes[:, GUARD] >= 0) & (nodes[:, CLOSES] != 2)
 
 
-def named_events(problem, trains=False) -> list[tuple[int, str]]:
+def as_long(problem, other) -> list[np.ndarray]:
+    """Return which nodes (nodes,) of both sequences are events, without the last impacts of a complete chattering that one of them
+    lists beyond the number of the other."""
+    masks = [end.sequence.nodes[:, GUARD] >= 0 for end in (problem, other)]
+    impacts = [int(np.count_nonzero(end.scene.tables.kick[tuple(end.sequence.nodes[mask, :AFTER].T)]))
+               for end, mask in zip((problem, other), masks, strict=True)]
+    longer = int(impacts[1] > impacts[0])
+    nodes = (problem, other)[longer].sequence.nodes
+    ends = np.flatnonzero(nodes[:, CLOSES] == 1)
+    for k in range(1, abs(impacts[1] - impacts[0]) + 1 if len(ends) == 1 else 0):
+        at = (int(ends[0]) - k) % len(nodes)
+        if nodes[at, CLOSES] != 2 or not np.array_equal(nodes[at, :AFTER], nodes[ends[0], :AFTER]):
+            break
+        masks[longer][at] = False
+    return masks
+
+
+def named_events(problem, mask=None) -> list[tuple[int, str]]:
     """Return element and kind of the events of a problem's sequence, in order.
 
-    Of a complete chattering those that lead to its end are left out, with what happens between them, unless ``trains`` asks
-    for them: how many of them are listed is a matter of accuracy.
+    Of a complete chattering those that lead to its end are left out, with what happens between them: how many of them
+    are listed is a matter of accuracy.  Or those that ``mask`` (nodes,) says.
     """
     scene, nodes = problem.scene, problem.sequence.nodes
-    events = [(int(m), int(g)) for m, g in nodes[listed(problem, trains)][:, :AFTER]]
+    events = [(int(m), int(g)) for m, g in nodes[listed(problem) if mask is None else mask][:, :AFTER]]
     return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
 
 
