@@ -22,8 +22,8 @@ from ...orbits.least import half_of, mark_trains
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
+from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import counted
-from ..steps.rows import BOUNDARY_BAND
 from .directions import directions
 from .vanishing import dropped
 
