@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ...compose.scene import numbered, scene_of
+from ...compose.scene import given, numbered, scene_of
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
@@ -594,6 +594,15 @@ class OrbitProblem(Problem):
             value = min(max(value, self.path.low), self.path.high)
         system = self.system.with_parameters(**{self.parameter: value})
         return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
+
+    def motion(self, x) -> PeriodicOrbit:
+        """Return the orbit at ``x`` (n + 1,) with the numbers that the branch itself has there, exact to rounding: to be looked at
+        once, and not handed out."""
+        orbit = self.solution(x)
+        if not self.sequence.clock:
+            self.tables_at(x[-1])
+            given(orbit.system, copy.deepcopy(self.equations.numbers_at(x[-1])))
+        return orbit
 
     def to_record(self) -> dict:
         """Return a JSON-able description."""
