@@ -1,4 +1,4 @@
-"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step.
+"""Periodic orbits as a continuation problem: one event signature, one parameter, many steps in one compiled call.
 
 One file, because it is one class: residual, monitors, measures and hooks of a branch share its sequence, its numbers and its
 kernels.

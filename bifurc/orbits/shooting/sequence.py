@@ -1,4 +1,4 @@
-"""Periodic orbits as event sequences: residual, Jacobian and one compiled corrector call a continuation step.
+"""Periodic orbits as event sequences: residual, Jacobian and a corrector and runs of steps, compiled.
 
 The unknowns are, for each node, its time ``tau`` in forcing periods and the state ``y`` just before its event; a node
 without event is a section at a fixed time.  With the jump ``y+ = R(x)``, the arc ``phi`` of the mode that follows and
