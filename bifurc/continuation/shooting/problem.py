@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ...compose.modal import give_modal
 from ...compose.scene import given, numbered, scene_of
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
@@ -16,7 +17,7 @@ from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
-from ...orbits.shooting.path import ParameterPath, of_all_modes, parameter_path
+from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
@@ -191,9 +192,9 @@ class OrbitProblem(Problem):
 
     def follow(self, before, row, signs, sizes, ds, most, limits, origin):
         """See `Problem.follow`; one compiled call."""
-        tests = np.array([before.tests, row.tests, signs, sizes, self._touch])
-        if not (row.det_sign and before.det_sign and all(signs) and np.isfinite(tests).all()):
+        if not (row.det_sign and before.det_sign and all(signs)):
             return [], None
+        tests = np.array([before.tests, row.tests, signs, sizes, self._touch])
         run = np.array([ds, limits.ds_min, limits.ds_max, limits.low, limits.high, origin, self.corner, row.bend, row.s - before.s,
                         before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
         status, U, predicted, tangent, info, rows = self.equations.follow(before.tangent, row.x, row.tangent, self._reads, run,
@@ -601,7 +602,10 @@ class OrbitProblem(Problem):
         orbit = self.solution(x)
         if not self.sequence.clock:
             self.tables_at(x[-1])
-            given(orbit.system, copy.deepcopy(self.equations.numbers_at(x[-1])))
+            tables = copy.deepcopy(self.equations.numbers_at(x[-1]))
+            give_modal(tables)
+            given(orbit.system, tables)
+            orbit.equations = self.equations.on(fixed_path(tables))
         return orbit
 
     def to_record(self) -> dict:

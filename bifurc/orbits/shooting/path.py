@@ -53,6 +53,11 @@ def constant_path(scene: Scene, system: System) -> ParameterPath:
         give_modal(scene.tables)  # once for the scene: its simulations need them too
     tables = scene.refill(system)
     give_modal(tables)
+    return fixed_path(tables)
+
+
+def fixed_path(tables: Tables) -> ParameterPath:
+    """Return the path on which these tables never change."""
     return ParameterPath(tables, None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
 
 
