@@ -146,6 +146,7 @@ class OrbitProblem(Problem):
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale)
         self._reads, monitors = watched(self.scene, sequence)
+        self._beside = self._reads[1:].tolist()
         self._hits = sequence.events > 0
         if self._refusal:
             monitors.append(Monitor(SpecialPointKind.STICK_ONSET, REFUSED, boundary=True))
@@ -175,20 +176,21 @@ class OrbitProblem(Problem):
 
     def _corrected(self, x, tangent, status, U, new, info) -> Corrected:
         """Return what the kernel made of the guess ``x`` (n + 1,), ``tangent`` (n + 1,): point, tangent and what it found."""
-        iterations, residual = int(info[sequence.ITERATIONS]), float(info[sequence.RESIDUAL])
+        told = info.tolist()
+        iterations, residual = int(told[sequence.ITERATIONS]), told[sequence.RESIDUAL]
         if status != 1:
             return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
                              NO_MONITORS)
         moved = (U - x) / self.scale
-        sign, log = float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG])
-        values = self._values(U, info)
+        sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
+        values = self._values(U, told)
         odd = self._merges if self._halves is not None else self._shrinks if self._born else None
         if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
             apart = -values[odd]
             sign *= math.copysign(1.0, apart)
             log -= math.log(max(abs(apart), 1e-300) / (1.0 + abs(apart)))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
-                         float(info[sequence.CONTRACTION]), sign, log, values)
+                         told[sequence.CONTRACTION], sign, log, values)
 
     def follow(self, before, row, signs, sizes, ds, most, limits, origin):
         """See `Problem.follow`; one compiled call."""
@@ -208,9 +210,9 @@ class OrbitProblem(Problem):
             sizes[:] = tests[sequence.SIZE].tolist()
         return made, None if status > 1 else self._corrected(predicted, tangent, status, U, tangent, info)
 
-    def _values(self, x, info) -> np.ndarray:
+    def _values(self, x, info: list) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found."""
-        values = [self._flip(x, float(info[sequence.FLIP])), *(float(monitored(info, place)) for place in self._reads[1:])]
+        values = [self._flip(x, info[sequence.FLIP]), *[monitored(info, place) for place in self._beside]]
         if self._refusal:
             values.append(max(self._refusal.worst(x), NO_PEAK))
         if self._chatters:
@@ -340,7 +342,7 @@ class OrbitProblem(Problem):
         e, (s, U), info = self.equations, self.sequence.written_out(u), np.zeros(sequence.INFO)
         e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, U, e.weights, info)
         info[sequence.FLIP] = math.nan
-        values = self._values(np.append(u, p), info)
+        values = self._values(np.append(u, p), info.tolist())
         values[0] = math.nan
         return values
 
