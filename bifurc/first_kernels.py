@@ -3,7 +3,7 @@ import numpy as np
 
 from .compose.scene import scene_of
 from .continuation.shooting.problem import orbit_problem
-from .ensemble.marcher import Marcher, Targets
+from .ensemble.integrator import Integrator, Targets
 from .flow.simulate import simulate
 from .orbits.shooting.signature import Signature
 from .orbits.solving import solve
@@ -16,7 +16,7 @@ def motions() -> None:
     simulate(system, (0.0, 2.0), periods=3).sections  # noqa: B018 (the property compiles)
     none = np.empty(0, np.int64)
     targets = Targets(np.ones(2), np.zeros((1, 2)), np.zeros(1), np.zeros(1, np.int64), 1.0, none.astype(np.uint64), none)
-    Marcher(scene_of(system), 100).label(np.zeros((2, 2)), targets, 2)
+    Integrator(scene_of(system), 100).label(np.zeros((2, 2)), targets, 2)
 
 
 def orbits() -> None:

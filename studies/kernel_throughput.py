@@ -1,7 +1,7 @@
 """Throughput of the kernels of basin maps: starts x forcing periods a CPU-second on one core, and their accuracy.
 
 x'' + .04 x' + x = cos(2.6 t), x <= 0, restitution .8 (a motion of period one and one of period three coexist), starts
-at the cell centres of a grid over (-2.5, 0) x (-3, 3), sticking and infinite sequences of impacts included. Accuracy:
+at the cell centres of a grid over (-2.5, 0) x (-3, 3), sticking and complete chatterings included. Accuracy:
 states after one and ten periods of random cells against 34-digit arithmetic. Smooth field: x'' + .15 x' - x + x^3 =
 .3 cos t by 100 classical Runge-Kutta steps a period, and by the method of order 8 that basin maps take, each with its
 error. Scenes of several modes (elastic stops, dry friction) run in batches through all modes, and once more by the scalar
@@ -207,7 +207,7 @@ def mode_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
         scene = scene_of(system)
         kind = packing.kind_of(scene)
         module, numbers = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
-        modes = PeriodMap(system)._marcher.begin(X)[1]
+        modes = PeriodMap(system)._integrator.begin(X)[1]
         for what, home in (("batch", several_modes.ANY), ("march", several_modes.NONE)):
             given = module, numbers._replace(home=home), modes
             calls[f"{name}, {what}"] = lambda Y, n, given=given: side_by_side(*given[:2], Y, n, given[2])

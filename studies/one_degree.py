@@ -134,7 +134,7 @@ def starts(p, holds, q, v, w1, w2, a):
 
 @njit
 def closing(p, q, w1, w2, v, u):
-    """Whether the rest of an infinite sequence closes at an impact that arrives with ``v``; ``u`` is the held velocity.
+    """Whether the rest of a complete chattering closes at an impact that arrives with ``v``; ``u`` is the held velocity.
 
     The rule of `bifurc.flow.scan.closing`.
     """

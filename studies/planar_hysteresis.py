@@ -88,7 +88,7 @@ def planar_hysteresis(system: System, x: str = "x", y: str = "y", tolerance: flo
                              f"there are {', '.join(found) or 'none'}")
     if found[x].element != found[y].element:
         raise ValueError(f"planar_hysteresis: {found[x].element!r} and {found[y].element!r} must be the same contact")
-    march = _March(system, found[x], found[y])
+    march = _Integration(system, found[x], found[y])
     works: list[float] = []
     settled = False
     while len(works) < max_periods and not settled:
@@ -97,7 +97,7 @@ def planar_hysteresis(system: System, x: str = "x", y: str = "y", tolerance: flo
     return PlanarLoop(tuple(works), settled, tuple(march.phases), *march.samples())
 
 
-class _March:
+class _Integration:
     def __init__(self, system, x, y):
         sites = [item.site(system.n) for item in (x, y)]
         contact = x.element

@@ -3,7 +3,7 @@
     x'' + 2 zeta x' + x = amplitude cos(omega t),   x <= gap,   x'+ = -restitution x'-     (0 < zeta < 1)
 
 Free flight is the textbook solution; the first hit is isolated by bisection with a bound on the fourth derivative, so
-that no hit is lost; the bounces of an infinite sequence are followed one by one until their speed is `SLOW`, below
+that no hit is lost; the bounces of a complete chattering are followed one by one until their speed is `SLOW`, below
 which sticking forgets them.
 """
 from dataclasses import dataclass

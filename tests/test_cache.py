@@ -24,7 +24,7 @@ def hashes(folder, *modules):
 ])
 def test_an_edit_changes_the_keys_of_those_that_see_it(tmp_path, edited, changed):
     shutil.copytree(_cache._PACKAGE, tmp_path / "bifurc", ignore=shutil.ignore_patterns("__pycache__"))
-    modules = ("bifurc.flow.simulate", "bifurc.orbits.find", "bifurc.ensemble.marcher")
+    modules = ("bifurc.flow.simulate", "bifurc.orbits.find", "bifurc.ensemble.integrator")
     before = hashes(tmp_path, *modules)
     with open(tmp_path / "bifurc" / edited, "a") as file:
         file.write("# edited\n")

@@ -160,12 +160,12 @@ class Packer:
         return [(self.slices[e].start + i, self.frame.row(memory.value, local))
                 for i, memory in enumerate(self.mode(e, key).memory) if isinstance(memory, Algebraic)]
 
-    def relaxed(self) -> list[tuple[int, np.ndarray]]:
-        """Return place and row (nx,) of every memory state that has a relaxed value other than zero."""
+    def virgin(self) -> list[tuple[int, np.ndarray]]:
+        """Return place and row (nx,) of every memory state whose virgin value is other than zero."""
         found = []
         for e, element in enumerate(self.system.elements):
             local = {"u": self.sites[e].U, "s": self.sites[e].S}
-            for i, value in enumerate(element.relaxed):
+            for i, value in enumerate(element.virgin):
                 found.append((self.slices[e].start + i, self.frame.row(value, local)))
         return found
 

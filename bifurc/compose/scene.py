@@ -261,8 +261,8 @@ class Scene:
         return self.slices[element]
 
     def relax(self, x: np.ndarray) -> None:
-        """Write the relaxed memory of all elements into the joined state ``x`` (nx,)."""
-        for place, row in self._packer.relaxed():
+        """Write the virgin memory of all elements into the joined state ``x`` (nx,)."""
+        for place, row in self._packer.virgin():
             x[place] = row @ x
 
     def show(self, mode: int, states: np.ndarray, tau: np.ndarray) -> None:
@@ -369,7 +369,7 @@ class Scene:
         kept = self.tables if self._packed and laws == self.laws else None
         if laws != self.laws:
             known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
-            if known:  # whoever marches with kernels in hand goes on with the new tables
+            if known:  # whoever integrates with kernels in hand goes on with the new tables
                 bind(self)
         tables = self._allocate()
         self._layout = layout(tables)

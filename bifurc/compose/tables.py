@@ -58,7 +58,7 @@ class Tables(array.array):
     D: np.ndarray  # (modes, guards, ns) direction with guard changing by 1: positions of a surface, velocities of a stop, else 0
     H: np.ndarray  # (modes, holds, nx) speeds of held rows, zero while held
     S: np.ndarray  # (modes, holds, nx) positions of held rows that are frozen on a surface; zero row: no surface
-    ratio: np.ndarray  # (modes, guards) ratio of the infinite sequence (restitution); 0: none
+    ratio: np.ndarray  # (modes, guards) ratio of the complete chattering (restitution); 0: none
     law: np.ndarray  # (values,) parameters of the laws that are not affine, one law after the other, each for all its modes
     LU: np.ndarray  # (rows, nx) coordinates u = LU x of all rows of all laws; no rows in an affine scene
     LS: np.ndarray  # (rows, nx) their speeds
@@ -70,7 +70,7 @@ class Tables(array.array):
     n_holds: np.ndarray  # (modes,)
     then: np.ndarray  # (modes, guards, candidates) modes in the order they are tried; -1 none, -2 not built yet
     kick: np.ndarray  # (modes, guards) 1 where R holds a kick, given only when the guard arrives with g' > 0
-    ends_in: np.ndarray  # (modes, guards) mode in which a complete infinite sequence ends; -1 none, -2 not built yet
+    ends_in: np.ndarray  # (modes, guards) mode in which a complete chattering ends; -1 none, -2 not built yet
     silent: np.ndarray  # (modes, guards) 1 where both sides have the same force
     element: np.ndarray  # (modes, guards) index of the element that owns the guard
     kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`

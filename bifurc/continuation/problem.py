@@ -225,6 +225,10 @@ class Problem:
 
     # ---- what happens at special points --------------------------------------------------------------------------
 
+    def silent(self, monitor, x) -> bool:
+        """Return whether a boundary at ``x`` (n + 1,) is one of the equations only and no special point."""
+        return monitor.silent
+
     def switch(self, point, monitor):
         """Return ``(problem, x, tangent)`` with which the branch goes on behind a boundary, or None to stop.
 

@@ -14,7 +14,7 @@ from ..ensemble.grid import Grid
 from ..ensemble.initial_conditions import states_at
 from ..ensemble.outcomes import CellState
 from ..flow import settle
-from ..flow.delayed.march import feedbacks_of, integrate, without_feedback
+from ..flow.delayed.integration import feedbacks_of, integrate, without_feedback
 from ..flow.delayed.verb import past_of
 from ..flow.status import Status
 from ..jobs.executors import check_executor, user_parts

@@ -50,7 +50,7 @@ class Driven(Element):
 
     start = property(lambda self: self.element.start)
     memory = property(lambda self: self.element.memory)
-    relaxed = property(lambda self: self.element.relaxed)
+    virgin = property(lambda self: self.element.virgin)
     harmonics = property(lambda self: self.element.harmonics)
 
     @property

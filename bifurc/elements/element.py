@@ -5,6 +5,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ..renamed import deprecated
 from .checks import number
 from .local import Affine, Core
 from .mode import Mode
@@ -28,7 +29,7 @@ class Element:
 
     * ``start``: keys that may hold at a start, tried in this order (default: one mode, `ALWAYS`),
     * ``harmonics``: harmonics of the excitation that occur in its expressions (those of the site are found),
-    * ``memory``: names of its memory states; ``relaxed``: their values, affine in u and s, where a start gives none
+    * ``memory``: names of its memory states; ``virgin``: their values, affine in u and s, where a start gives none
       (default: zeros),
     * ``stored_energy(u)``: its energy at given coordinates, if it keeps energy (default: not known),
     * ``surface`` or ``ring``: the `Surface` or `Ring` that pictures show (default: none),
@@ -58,9 +59,16 @@ class Element:
     start: ClassVar[tuple[Hashable, ...]] = (ALWAYS,)
     harmonics: ClassVar[tuple[int, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
-    relaxed: ClassVar[tuple[Affine, ...]] = ()
+    virgin: ClassVar[tuple[Affine, ...]] = ()
     isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
     delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
+
+    def __init_subclass__(cls, **keywords):
+        """Take the values of undeformed memory under their old name, too."""
+        super().__init_subclass__(**keywords)
+        if "relaxed" in vars(cls):
+            deprecated(f"{cls.__name__}.relaxed", "virgin")
+            cls.virgin = vars(cls)["relaxed"]
 
     def __post_init__(self):
         """Store fields declared as floats as finite floats; call it first when you check more."""

@@ -10,7 +10,7 @@ class EventKind(StrEnum):
     CONTACT = "contact"  # a deformable contact begins
     STICK = "stick"  # sliding stops
     SLIP = "slip"  # sticking ends
-    CHATTER = "chatter"  # an infinite sequence of impacts has completed
+    CHATTER = "chatter"  # chattering has completed
     GRAZE = "graze"  # a surface was touched with zero speed
     SEPARATION = "separation"  # a deformable contact ends
 

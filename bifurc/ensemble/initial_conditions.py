@@ -32,10 +32,10 @@ def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], point
         x[given[name]] = values
     if ns > 2 * n:
         x[ns:] = scene.forcing(np.zeros(1)).T
-        relaxed = x.copy()
-        scene.relax(relaxed)
+        virgin = x.copy()
+        scene.relax(virgin)
         loose = [place for place in range(2 * n, ns) if place not in given.values()]
-        x[loose] = relaxed[loose]
+        x[loose] = virgin[loose]
     return np.ascontiguousarray(x[:ns].T)
 
 

@@ -36,7 +36,7 @@ _SENTENCES = {
     CellState.INCONSISTENT: "No combination of modes may follow an event of this motion.",
 }
 REACHED, UNSETTLED, OUTSIDE, DIVERGED, CROWDED, STUCK = range(6)  # the codes, as kernels know them
-ASK = 6  # the kernel leaves the cell to the general march
+ASK = 6  # the kernel leaves the cell to the general integration
 NO_START, INFINITY = -2, -3  # coded labels of a start beyond a rigid stop, and of a motion that leaves all bounds
 
 

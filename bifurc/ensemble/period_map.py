@@ -9,7 +9,7 @@ import numpy as np
 from ..compose.scene import Scene, scene_of
 from ..enumerations import DescribedEnum
 from ..system import System
-from .marcher import Images, Marcher
+from .integrator import Images, Integrator
 from .outcomes import REACHED
 
 MAPPED = REACHED  # outcome of a start that was carried through all its periods; the other codes are those of `CellState`
@@ -23,7 +23,7 @@ class Kernel(DescribedEnum):
                       "affine modes without memory.")
     SMOOTH = ("smooth", "Hundreds of starts side by side by Runge-Kutta steps, as many as the measured error asks "
                         "for: one degree of freedom, smooth laws.")
-    SCALAR = "scalar", "One start after the other on the certified event march: any scene of affine modes."
+    SCALAR = "scalar", "One start after the other on the certified event integration: any scene of affine modes."
     SIMULATION = "simulation", "One start after the other by simulation: scenes with laws that are not affine."
 
 
@@ -76,9 +76,9 @@ class PeriodMap:
         self.max_events = int(max_events)
         if steps is not None and (isinstance(steps, bool) or steps != int(steps) or steps < 1):
             raise ValueError(f"steps = {steps!r} is not allowed; it must be a whole number of at least 1")
-        self._marcher = Marcher(scene, self.max_events, None if steps is None else int(steps))
-        self.error, self.steps = self._marcher.error, self._marcher.steps
-        if self._marcher.lean:
+        self._integrator = Integrator(scene, self.max_events, None if steps is None else int(steps))
+        self.error, self.steps = self._integrator.error, self._integrator.steps
+        if self._integrator.lean:
             self.kernel = Kernel.BATCH if scene.closed_form else Kernel.SMOOTH
         else:
             self.kernel = Kernel.SCALAR if scene.closed_form else Kernel.SIMULATION
@@ -101,4 +101,4 @@ class PeriodMap:
             raise ValueError("X contains states that are not finite")
         if isinstance(periods, bool) or periods != int(periods) or periods < 1:
             raise ValueError(f"periods = {periods!r} is not allowed; it must be a whole number of at least 1")
-        return self._marcher.carry(X, int(periods))
+        return self._integrator.carry(X, int(periods))

@@ -1,4 +1,4 @@
-"""Many starts of any scene: on the general march `bifurc.flow.scan.run`."""
+"""Many starts of any scene: on the general integration `bifurc.flow.scan.run`."""
 import numpy as np
 
 from .._jit import njit
@@ -35,7 +35,7 @@ ROWS = 64  # of the record from which impacts are counted
 
 @njit
 def begin_at(m, y, ints, floats, x):
-    """Write the start ``y`` (ns,) at phase 0 in mode ``m`` into the march."""
+    """Write the start ``y`` (ns,) at phase 0 in mode ``m`` into the workspace."""
     ns, nx = y.size, x.size
     for c in range(ns):
         x[c] = y[c]
@@ -62,7 +62,7 @@ def decided(T, candidates, ints, x, scale, signs, a):
 
 @njit
 def started(T, candidates, m, y, ints, floats, x, scale, signs, a):
-    """Write the start ``y`` (ns,) into the march; return whether its mode is known."""
+    """Write the start ``y`` (ns,) into the workspace; return whether its mode is known."""
     if m < 0 and m != UNCLEAR:
         return False
     begin_at(max(m, 0), y, ints, floats, x)
@@ -70,13 +70,13 @@ def started(T, candidates, m, y, ints, floats, x, scale, signs, a):
 
 
 @njit
-def march(T, ints, floats, x, whole, tau, limit, rows, record, tally):
-    """March ``x`` (nx,) to the time ``tau`` after section number ``whole``; return the status of `run`.
+def integrate(T, ints, floats, x, whole, tau, limit, rows, record, tally):
+    """Integrate ``x`` (nx,) to the time ``tau`` after section number ``whole``; return the status of `run`.
 
     ``tally`` (2,) receives the number of impacts and contacts, added to [0], and the least speed of arrival, in [1].
     """
     kick, kind = T.kick, T.kind
-    ints[COUNT] = 0  # a march that ends on a section leaves the events of its last period there
+    ints[COUNT] = 0  # an integration that ends on a section leaves the events of its last period there
     code = FULL
     while code == FULL:
         code = run(T, ints, floats, x, whole, tau, limit, rows, record)
@@ -127,7 +127,7 @@ def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, own
         visits = 0
         guest = -1
         for k in range(1, most + 1):
-            code = march(T, ints, floats, x, k, 0.0, limit, rows, record, tally)
+            code = integrate(T, ints, floats, x, k, 0.0, limit, rows, record, tally)
             periods[i] = k
             if code != DONE:
                 states[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
@@ -168,7 +168,7 @@ def carry(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds)
         tally[0], tally[1] = 0.0, np.inf
         outcomes[i] = REACHED
         for k in range(1, periods + 1):
-            code = march(T, ints, floats, x, k, 0.0, limit, rows, record, tally)
+            code = integrate(T, ints, floats, x, k, 0.0, limit, rows, record, tally)
             if code != DONE:
                 outcomes[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
                 break

@@ -15,7 +15,7 @@ def engine_of(scene) -> SimpleNamespace:
     if not scene.closed_form and scene.tables.A[:, 2 * scene.n:].any():
         moving = [label for label, element, place in zip(scene.system.labels, scene.system.elements, scene.slices, strict=True)
                   if element.memory and scene.tables.A[:, place].any()]
-        raise ValueError(f"{', '.join(moving)}: memory with a rate is not marched together with a force law that is not affine "
+        raise ValueError(f"{', '.join(moving)}: memory with a rate is not integrated together with a force law that is not affine "
                          f"({', '.join(law.name for law in scene.laws)}); make it a coordinate of the system, or the law "
                          "piecewise linear")
     scan = kernels(scene, "bifurc.flow.scan")

@@ -1,10 +1,10 @@
 """Hysteresis of elements whose coordinate is prescribed (`bifurc.elements.Driven`): every event, closed forms between.
 
-Within a mode force, guards and memory of an affine element are sums of harmonics of theta = omega t.  The march finds
+Within a mode force, guards and memory of an affine element are sums of harmonics of theta = omega t.  The integration finds
 every zero of every guard (`bifurc.flow.periodic`), decides what follows by the rule of all events - the first candidate
 whose guards are all inside, by value or by the first derivative that is not zero - and ends when a period repeats.
 
-One file, because events, candidates and sums of harmonics of one march stand on the same coefficients.
+One file, because events, candidates and sums of harmonics of one integration stand on the same coefficients.
 """
 from collections.abc import Hashable
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ EVENTS = 200  # a period and slider, at most
 
 
 class LoopStatus(DescribedEnum):
-    """How the march to a periodic loop ended."""
+    """How the integration to a periodic loop ended."""
 
     PERIODIC = "periodic", "The loop repeats itself."
     NOT_SETTLED = "not_settled", "The memory still changes from period to period; raise max_periods."
@@ -73,7 +73,7 @@ class Loop(Notebook):
         Of the last period, in the order of time.
     pieces : tuple of Piece
     periods : int
-        Periods marched, the last one included.
+        Periods integrated, the last one included.
     status : LoopStatus
     message : str
     """
@@ -234,14 +234,14 @@ def hysteresis(system: System, element: str | None = None, max_periods: int = 10
     if system.omega is None:
         raise ValueError(f"{system!r} has no frequency; a driven element needs one")
     chosen = labels if element is None else [element]
-    return Hysteresis(system, tuple(_March(system, system.labels.index(name)).run(max_periods) for name in chosen))
+    return Hysteresis(system, tuple(_Integration(system, system.labels.index(name)).run(max_periods) for name in chosen))
 
 
 class _Inconsistent(ArithmeticError):
     """No mode may follow."""
 
 
-class _March:
+class _Integration:
     """One driven element on its way to a periodic loop."""
 
     def __init__(self, system: System, index: int):
@@ -323,10 +323,10 @@ class _March:
         return found(lambda expression: self.sums(self.frame.row(expression, self.local), z)[0] @ w)
 
     def start(self):
-        """Return the mode and memory of a relaxed start at angle 0."""
+        """Return the mode and memory of a virgin start at angle 0."""
         w = states(self.harmonics, 0.0)
         z = np.zeros(self.nz)
-        for i, value in enumerate(self.element.relaxed):
+        for i, value in enumerate(self.element.virgin):
             z[i] = self.frame.row(value, {"u": self.U, "s": self.S})[self.frame.ns:] @ w
         for key in self.element.start:
             if not self.leaving(key, z, 0.0):
@@ -334,7 +334,7 @@ class _March:
         raise _Inconsistent(f"{self.label} at a virgin start: tried {', '.join(map(repr, self.element.start))}.")
 
     def run(self, max_periods: int) -> Loop:
-        """March until a period repeats."""
+        """Integrate until a period repeats."""
         status, extra, pieces, events, period = LoopStatus.NOT_SETTLED, "", [], [], 0
         motion = self.sums(self.U[0], np.zeros(self.nz))[0]
         scale = np.abs(motion).sum()
@@ -357,7 +357,7 @@ class _March:
                     self.harmonics, motion)
 
     def period(self, key, z):
-        """March through one period; return mode, memory, pieces, events, and whether the end was reached."""
+        """Integrate through one period; return mode, memory, pieces, events, and whether the end was reached."""
         theta, pieces, events = 0.0, [], []
         for _ in range(EVENTS * (1 + self.nz)):
             force, rows, algebraic, guards = self.mode(key)

@@ -21,7 +21,7 @@ JOINS = 16  # other elements that may join in one event
 def jump(T, m, g, closes, x, xp, P):
     """Write the state after an event into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
-    With ``closes`` the rest of an infinite sequence ends here: the state that a plastic impact leaves.  With Q the projection
+    With ``closes`` the rest of a complete chattering ends here: the state that a plastic impact leaves.  With Q the projection
     along the kick, R = I - (1 + r) Q in the velocities, without rebound I - Q.
     """
     R, ratio = T.R, T.ratio
@@ -47,7 +47,7 @@ def jumped(T, m, g, x, arrive, xp):
     """Write the state after guard ``g`` of mode ``m`` into ``xp`` (nx,): `jump` without derivative; return the guard's new rate.
 
     ``arrive`` is the rate with which the guard was reached.  After a kick by restitution the new rate is known: speeds of
-    infinite sequences keep their relative accuracy, a plastic impact leaves none.  NaN: it is not known.
+    complete chatterings keep their relative accuracy, a plastic impact leaves none.  NaN: it is not known.
     """
     B, GT, R = T.B, T.GT, T.R
     ns, nx = R.shape[2], x.size

@@ -1,9 +1,9 @@
-"""Motion through events: the compiled march that finds every event with a bound and applies it.
+"""Motion through events: the compiled integration that finds every event with a bound and applies it.
 
 Steps of the mode's length run freely from any time.  A step is passed when a bound proves that no guard reaches zero
 (`coast`); otherwise the guards become polynomials and their first zero is isolated (`polynomial.first_zero`).  After an
 event the candidates of the fired guard are tried in order by `bifurc.flow.rule`; what they leave open goes back to
-`bifurc.flow.settle`.  An infinite sequence of impacts ends in the closed form of specs "chatter":
+`bifurc.flow.settle`.  A complete chattering ends in the closed form of specs "chatter":
 with the arriving speed v, the acceleration a toward the stop and its rate f' along the held motion,
 
     t_acc = t + 2 T (1 - (2/3) T (kappa / 2 + f'/a)),      T = r v / (a (1 - r)),
@@ -11,7 +11,7 @@ with the arriving speed v, the acceleration a toward the stop and its rate f' al
 kappa the loss of a per unit of speed.  Dry friction of the same speed turns round in every impact and at the top of every flight:
 `slowed`.
 
-One file, because the march and what it calls at an event are compiled together, once for an engine.
+One file, because the integration and what it calls at an event are compiled together, once for an engine.
 """
 import numpy as np
 
@@ -30,7 +30,7 @@ SLOPES = 3
 BEFORE, GUARD, AFTER, KIND, PERIODS = range(5)  # columns of the integer record; GUARD -1: a section was passed
 TIME, SPEED, SPAN, STATE = range(4)  # columns of the record; from STATE the state before, then the state after
 PASSED, EVENT, CHATTER, GRAZE = range(4)  # what a recorded row is
-CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed
+CLOSE = 2e-5  # rates times the remaining duration of a complete chattering below which it is closed
 UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 INSTANTS = 24  # events at one instant, or kicks after flights that cannot be told from rest, before the joint rule decides
@@ -40,7 +40,7 @@ PENETRATION = 1e-9  # of the sum of the terms: a guard violated by more is not p
 
 @njit
 def workspace(T):
-    """Return the integer and float state of a march, see the places above."""
+    """Return the integer and float state of an integration, see the places above."""
     guards = T.G.shape[1]
     return np.zeros(ORDERS + guards, np.int64), np.full(SLOPES + guards, np.nan)
 
@@ -88,7 +88,7 @@ def put(rows, holds, ns, m, x):
 
 @njit
 def closing(T, m, g, x, v, out):
-    """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
+    """Duration of the rest of a complete chattering whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
     Returns 0 where it does not (yet) close.  ``out`` (nx,) receives the state with the speed taken away.
     """
@@ -179,7 +179,7 @@ def same_speed(T, m, g, k):
 
 @njit
 def slowed(r, v, push, away, loss, rate):
-    """Duration of an infinite sequence whose flights begin under the acceleration ``away`` and end under ``push``, to first and to
+    """Duration of a complete chattering whose flights begin under the acceleration ``away`` and end under ``push``, to first and to
     second order in ``v``; ``rate`` is the rate of both, ``loss`` what they lose per unit of speed.
 
     A flight that begins with speed u lasts u / away + u / sqrt(away push) and comes back with u sqrt(push / away): the ratio of the
@@ -205,9 +205,9 @@ def slowed(r, v, push, away, loss, rate):
 
 @njit
 def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
-    """March ``x`` (nx,) in place to the time ``whole_end`` periods + ``tau_end``; return a status.
+    """Integrate ``x`` (nx,) in place to the time ``whole_end`` periods + ``tau_end``; return a status.
 
-    ``ints`` and ``floats`` (see `workspace`) hold mode, time, orders and slopes of the guards, so that a march goes on
+    ``ints`` and ``floats`` (see `workspace`) hold mode, time, orders and slopes of the guards, so that an integration goes on
     where it stopped.  ``limit`` is the largest number of events a period (autonomous: in all).  ``rows`` (N, 5) and
     ``record`` (N, 3 + 2 ns) receive events and passed sections; N = 0 records nothing.
     """
@@ -302,7 +302,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
                     slope += GT[m, g, c, 1] * x[c]
                 for c in range(ns):
                     x[c] += B[m, g, c] * (arrive - slope)
-                # contacts that take turns end an infinite sequence together: from one kick to the next none of them has risen
+                # contacts that take turns end a complete chattering together: from one kick to the next none of them has risen
                 unseen = arrive * floats[FLIGHT] <= 4.0 * UNSEEN * EPS * size
                 ints[LOW] = ints[LOW] + 1 if unseen else 0
                 floats[FLIGHT] = 0.0
@@ -314,7 +314,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
                 first = -1 if span > 0.0 else 0
             after = np.nan
             chosen = -1
-            for i in range(first, then.shape[2]):  # an infinite sequence that closes comes first
+            for i in range(first, then.shape[2]):  # a complete chattering that closes comes first
                 if i < 0:
                     c = ends_in[m, g]
                     for k in range(nx):

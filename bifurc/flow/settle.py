@@ -1,7 +1,7 @@
 """Which modes hold at a start or after an event: all elements decide together (the slow, general rule).
 
 A combination may start iff every row it holds is at rest and every guard of every element is inside (`bifurc.flow.rule`).
-The compiled march (`bifurc.flow.scan`) decides the usual cases by the same test, element by element; what it leaves open
+The compiled integration (`bifurc.flow.scan`) decides the usual cases by the same test, element by element; what it leaves open
 comes here.
 """
 import itertools
@@ -104,7 +104,7 @@ def start(scene, x):
     """Return the mode in which a motion starts from ``x`` (nx,) and the state put on its surfaces.
 
     A state on a surface that arrives there with a speed is the event itself: the mode before it is returned, and the
-    march fires at once.
+    integration fires at once.
 
     Raises
     ------

@@ -99,10 +99,10 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
         else:
             whole = int(np.floor(length / period))
             end = _carry(begin[0] + whole, begin[1] + (length - whole * period), period)
-    return march(scene, y0, begin, end, max_events)
+    return integrate(scene, y0, begin, end, max_events)
 
 
-def march(scene, y0, begin, end, max_events=2000) -> Trajectory:
+def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     """Return the motion from ``y0`` (ns,) at ``begin`` to ``end``, both (whole periods, local time)."""
     period = scene.period or 0.0
     engine = engine_of(scene)
@@ -208,7 +208,7 @@ def _orders(scene, mode, x, ints, floats) -> None:
 
 
 def _resize(engine, T, ints, floats):
-    """Return the state of a march for tables that have grown."""
+    """Return the state of an integration for tables that have grown."""
     more_ints, more_floats = engine.workspace(T)
     more_ints[:ORDERS], more_floats[:SLOPES] = ints[:ORDERS], floats[:SLOPES]
     return more_ints, more_floats

@@ -69,7 +69,7 @@ def past(motion, t0: float, delay: float):
 
 @dataclass(frozen=True)
 class Recorded:
-    """What the march wrote: segments between events and passed sections, exact times as whole periods plus a rest."""
+    """What the integration wrote: segments between events and passed sections, exact times as whole periods plus a rest."""
 
     rows: np.ndarray  # (N, 5) mode before, guard, mode after, what it is, whole periods
     times: np.ndarray  # (N,) local time in the period

@@ -10,7 +10,7 @@ from .laws import Sampled, law_forces
 from .layout import Layout
 from .parts import Contact, Numbers, Parts, split, views
 from .residual import followed, linearised, motion
-from .status import MarchStatus
+from .status import ContactStatus
 from .tables import Grid, Room
 
 GRID = 8  # points a shortest wave on which exact events are looked for
@@ -37,7 +37,7 @@ class Balance:
     system : System
     layout : Layout
     samples : int
-        Samples a period, at which contacts are marched and laws taken; 0: contacts are followed event by event.
+        Samples a period, at which contacts are integrated and laws taken; 0: contacts are followed event by event.
     law_samples : int, optional
         Samples for laws where contacts are exact; default: `LAW_SAMPLES` a shortest wave.
     parts : Parts, optional
@@ -119,7 +119,7 @@ class Balance:
         return out[0], out[1], out[2], out[3]
 
     def linearised(self, x, flat=None, dflat=None, slopes: bool = True,
-                   listed=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
+                   listed=None) -> tuple[ContactStatus, np.ndarray, np.ndarray]:
         """Return status, residual (size,) and derivatives (size, size + 1) at ``x``; the last column is by the parameter.
 
         The arrays are overwritten by the next call.
@@ -142,23 +142,23 @@ class Balance:
         room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
         if parts.laws:
             if not np.isfinite(x).all():
-                return MarchStatus.NOT_FINITE, room.f, room.wide
+                return ContactStatus.NOT_FINITE, room.f, room.wide
             c, v, _, _ = self.rows(x, flat, dflat)
             law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v,
                        room.spectra[0], room.spectra[1], room.F, room.J)
         listed = self._free if listed is None else listed
         code = linearised(parts.structure, parts.shape.R, flat, dflat, x, self.grid, slopes, listed, room)
-        return tuple(MarchStatus)[code], room.f, room.wide
+        return tuple(ContactStatus)[code], room.f, room.wide
 
     def residual(self, x) -> np.ndarray:
         """Return the residual (size,), force; NaN where the contacts cannot be followed."""
         status, f, _ = self.linearised(x, slopes=False)
-        return f.copy() if status is MarchStatus.FOLLOWED else np.full(self.size, np.nan)
+        return f.copy() if status is ContactStatus.FOLLOWED else np.full(self.size, np.nan)
 
     def jacobian(self, x) -> np.ndarray:
         """Return the derivative of the residual (size, size)."""
         status, _, wide = self.linearised(x)
-        return wide[:, :-1].copy() if status is MarchStatus.FOLLOWED else np.full((self.size, self.size), np.nan)
+        return wide[:, :-1].copy() if status is ContactStatus.FOLLOWED else np.full((self.size, self.size), np.nan)
 
     def stiffness(self, k: int) -> np.ndarray:
         """Return the dynamic stiffness of the linear core at harmonic ``k``, (n, n) complex, acting on phasors a - ib."""
@@ -181,12 +181,12 @@ class Balance:
 
     # contacts along a motion
 
-    def follow(self, x, flat=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
+    def follow(self, x, flat=None) -> tuple[ContactStatus, np.ndarray, np.ndarray]:
         """Follow the contacts along ``x`` into `walk`; return status and coefficients (nr, mi) of coordinates and speeds."""
         c, v, _, _ = self.rows(x, flat)
         room, flat = self.walk, self.parts.flat if flat is None else flat
         code = followed(self.parts.structure, flat, self.grid, c, v, self._free, room)
-        return tuple(MarchStatus)[code], c, v
+        return tuple(ContactStatus)[code], c, v
 
     def guard(self, contact: int, mode: int, guard: int, x, memory) -> np.ndarray:
         """Return a guard along ``x`` as a polynomial in internal slots (mi,), with frozen memory."""
@@ -204,10 +204,10 @@ class Balance:
         Raises
         ------
         ValueError
-            Where the contacts cannot be followed; the message is the sentence of the `MarchStatus`.
+            Where the contacts cannot be followed; the message is the sentence of the `ContactStatus`.
         """
         status, _, _ = self.follow(x)
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             raise ValueError(status.sentence)
         room, out = self.walk, []
         for k in range(len(self.parts.contacts)):

@@ -16,7 +16,7 @@ from .tables import Grid, Room, Series, expressions, numbers_at, structure
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
 SMALL = 1e-10  # a correction this small is followed by one of the order of its square
-CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, MARCH, OTHER_ORDER = 1, 0, -1, -2, -3, -4
+CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, CONTACTS, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
 
 
@@ -75,7 +75,7 @@ def correct(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent,
         status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
-            return MARCH
+            return CONTACTS
         biggest, small, size_log = 0.0, True, 0.0
         for i in range(size):
             floor, f, top = 0.0, abs(room.f[i]), 1e-300

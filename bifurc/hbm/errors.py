@@ -9,7 +9,7 @@ import numpy as np
 from .balance import Balance
 from .condensation.condensed import Condensed
 from .layout import Layout
-from .status import MarchStatus
+from .status import ContactStatus
 
 LARGE = 700  # unknowns up to which the step is solved with all couplings
 SAFETY = 1.1  # an elastic slider was 7 % farther than the step says, with five harmonics
@@ -64,7 +64,7 @@ def _step(wide: Balance, moved, layout: Layout) -> np.ndarray | None:
     """Return Newton's step (size,) in the larger set, in new harmonics alone if it is large; None where there is none."""
     more = wide.layout
     status, f, J = wide.linearised(moved, slopes=more.size <= LARGE)
-    if status is not MarchStatus.FOLLOWED:
+    if status is not ContactStatus.FOLLOWED:
         return None
     f = f.copy()
     if more.size <= LARGE:

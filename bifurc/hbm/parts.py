@@ -44,7 +44,7 @@ class Shape(NamedTuple):
     modes: np.ndarray  # (nc,) number of modes
     guards: np.ndarray  # (nc, M) number of guards
     then: np.ndarray  # (nc, M, G, T) successors in order, the mode itself last; -1: none
-    slaved: np.ndarray  # (nc, M, Z) 1: memory follows local values
+    algebraic: np.ndarray  # (nc, M, Z) 1: memory follows local values
     memory: np.ndarray  # (nc,) number of memories
     start: np.ndarray  # (nc, M) modes of a start in order; -1: none
     kinds: np.ndarray  # (nc, M, G) code of the event
@@ -73,7 +73,7 @@ class Numbers(NamedTuple):
     ZU: np.ndarray  # (nc, M, Z, Q) algebraic memory, the same
     ZS: np.ndarray
     ZH: np.ndarray  # (nc, M, Z, nx)
-    XU: np.ndarray  # (nc, Z, Q) memory of a relaxed start, from the means of coordinates and speeds
+    XU: np.ndarray  # (nc, Z, Q) memory of a virgin start, from the means of coordinates and speeds
     XS: np.ndarray  # (nc, Z, Q)
     law: np.ndarray  # (number of values,) of all laws
 
@@ -301,7 +301,7 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
     dims = np.array([system.n, layout.slots, len(R), len(waves), len(columns), nc, most, Q, G, Z, T, laws, values], np.int64)
     rows = np.full((nc, Q), -1)
     guards, then = np.zeros((nc, most), np.int64), np.full((nc, most, G, T), -1)
-    slaved, start = np.zeros((nc, most, Z), np.int64), np.full((nc, most), -1)
+    algebraic, start = np.zeros((nc, most, Z), np.int64), np.full((nc, most), -1)
     kinds, silent = np.zeros((nc, most, G), np.int64), np.zeros((nc, most, G), np.int64)
     memory, trial = np.zeros(nc, np.int64), np.full((nc, most, G), -1)
     for c, (contact, own) in enumerate(zip(contacts, modes, strict=True)):
@@ -312,16 +312,16 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
         start[c, :len(element.start)] = [index[key] for key in element.start]
         for m, mode in enumerate(own):
             guards[c, m] = len(mode.guards)
-            slaved[c, m, :len(mode.memory)] = [isinstance(item, Algebraic) for item in mode.memory]
+            algebraic[c, m, :len(mode.memory)] = [isinstance(item, Algebraic) for item in mode.memory]
             for g, guard in enumerate(mode.guards):
                 after = [index[key] for key in guard.then if index[key] != m]
                 then[c, m, g, :len(after) + 1] = [*after, m]
                 kinds[c, m, g] = guard.kind.code
                 silent[c, m, g] = guard.silent
-                if slaved[c, m].any():
+                if algebraic[c, m].any():
                     trial[c, m, g] = next((i for i in after if not any(isinstance(z, Algebraic) for z in own[i].memory)), -1)
     count = np.array([len(own) for own in modes], np.int64)
-    return Shape(dims, waves, place, columns, np.ascontiguousarray(R, float), rows, count, guards, then, slaved, memory, start,
+    return Shape(dims, waves, place, columns, np.ascontiguousarray(R, float), rows, count, guards, then, algebraic, memory, start,
                  kinds, silent, trial)
 
 
@@ -409,7 +409,7 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
         T.law[law.values] = own.values
     for c, contact in enumerate(parts.contacts):
         element = system.elements[contact.element]
-        for i, value in enumerate(element.relaxed):
+        for i, value in enumerate(element.virgin):
             loose = _read(value, Q, Z, columns, contact.name)
             T.XU[c, i], T.XS[c, i] = loose.U, loose.S
         for m, key in enumerate(contact.keys):

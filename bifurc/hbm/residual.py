@@ -31,7 +31,7 @@ from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
 TOGETHER = 1e-6  # relative difference of near misses that are taken at once
-ATTEMPTS = 6  # marches of a contact until it has the events that are asked for
+ATTEMPTS = 6  # passes along a contact until it has the events that are asked for
 ALL = 2.0  # above the height of any event
 
 
@@ -118,13 +118,13 @@ def threshold(contact, samples, segments, wanted):
             heights[n - 1], heights[n] = heights[n], heights[n - 1]
             n -= 1
     drop = (events - wanted + 1) // 2
-    top = 2.0 * heights[drop - 1] + ROUNDING  # not much more: on the way from a relaxed start all of them are smaller
+    top = 2.0 * heights[drop - 1] + ROUNDING  # not much more: on the way from a virgin start all of them are smaller
     return min(top, 0.5 * (heights[drop - 1] + heights[drop])) if drop < events else top
 
 
 @both
 def followed(S, flat, grid: Grid, c, v, listed, room: Room):
-    """Follow all contacts along rows with coefficients ``c``, ``v``, into ``room``; return the code of a `MarchStatus`.
+    """Follow all contacts along rows with coefficients ``c``, ``v``, into ``room``; return the code of a `ContactStatus`.
 
     ``listed`` (nc,): events of each contact, -1: as they come, see `order_of`.  Where a contact has more, the least of them are
     ignored; where it has fewer, the guards that come nearest to firing count as touches: so the equations of an order of
@@ -275,7 +275,7 @@ def motion(S, R, flat, dflat, x, c, v, cp, vp):
 def order_of(room: Room) -> np.ndarray:
     """Return the order of events of the contacts that were followed (nc,): the number of events of each.
 
-    Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with relaxed memory 0.
+    Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with virgin memory 0.
     """
     events, wrote = room.counts[:, 0] - 1, room.sources[:, WRITER].astype(np.int64)
     return np.where((events == 0) & (wrote >= 0), -2 - wrote, events)
@@ -301,7 +301,7 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     Returns
     -------
     int
-        Code of a `MarchStatus`.
+        Code of a `ContactStatus`.
     """
     waves, place, excited, contacts = structure(S)
     X, loose = expressions(S, flat)

@@ -1,8 +1,9 @@
 """States of a balance: enumerations whose members are also sentences."""
 from ..enumerations import DescribedEnum
+from ..renamed import deprecated
 
 
-class MarchStatus(DescribedEnum):
+class ContactStatus(DescribedEnum):
     """How the modes of the contacts along a given periodic motion were found; the position is the code of the kernels."""
 
     FOLLOWED = "followed", "Modes and memory of every contact repeat after the period."
@@ -23,10 +24,18 @@ class BalanceStatus(DescribedEnum):
                                       "trace a branch from easier parameters, or try solver='broyden'.")
     SINGULAR = ("singular", "The Jacobian is singular on the way (undamped resonance, or a free coordinate); add "
                             "damping, or start elsewhere.")
-    MARCH_FAILED = ("march_failed", "The contacts could not be followed along the motion that the iteration reached; "
+    CONTACTS_FAILED = ("contacts_failed", "The contacts could not be followed along the motion that the iteration reached; "
                                     "give a closer guess.")
     FALSE_CONVERGENCE = ("false_convergence", "The iteration stopped because its increment was small, but the "
                                               "residual is not: this is no solution. Use a solver that stops on the "
                                               "residual ('newton' or 'broyden').")
     AT_REST = ("at_rest", "The load stays below the friction limit: the mass rests, anywhere in the interval that "
                           "how['interval'] gives.")
+
+    @classmethod
+    def _missing_(cls, value):
+        """Take the old value of `CONTACTS_FAILED`."""
+        if value != "march_failed":
+            return None
+        deprecated("'march_failed'", "'contacts_failed'")
+        return cls.CONTACTS_FAILED

@@ -13,13 +13,13 @@ from .._jit import both, njit
 DOFS, SLOTS, ROWS_ALL, INTERNAL, EXCITED, CONTACTS, MODES, PAIRED, MOST_GUARDS, MEMORIES, COLUMNS, HEAD = range(12)
 
 # one contact: (modes + 1, guards + 1, columns); row 0 of a mode, further rows of its guards
-GUARDS, WRITES, FORGETS, SLAVED = 0, 1, 2, 3  # number; memory is written when left: any, all; from here on: which
+GUARDS, WRITES, FORGETS, ALGEBRAIC = 0, 1, 2, 3  # number; memory is written when left: any, all; from here on: which
 KIND, SILENT, TRIAL, THEN = 0, 1, 2, 3  # code; no force changes; mode tried first, -1: none; from here on: successors, -1: none
 # and of its last "mode": row 0 of the contact, row 1 the modes of a start in order, -1: none
 COUNT, MEMORY, WIDTH, PAIRS, ROWS = 0, 1, 2, 3, 4  # modes, memories, rows; rows of an expression (padded); from here on: rows
 
 # an expression (columns,): constant and harmonics, then pairs of coordinate and speed of every row, then memory
-# the expressions of a mode: forces, guards, slaved memory
+# the expressions of a mode: forces, guards, algebraic memory
 
 
 class Series(NamedTuple):
@@ -58,7 +58,7 @@ class Room(NamedTuple):
 def packed(shape) -> np.ndarray:
     """Return the structure of a balance as one vector of integers, from a `parts.Shape`."""
     n, m, nr, mi, nx, nc, M, Q, G, Z, T = (int(v) for v in shape.dims[:11])
-    columns = max(THEN + T, SLAVED + Z, ROWS + Q, M)
+    columns = max(THEN + T, ALGEBRAIC + Z, ROWS + Q, M)
     own = np.full((nc, M + 1, G + 1, columns), -1)
     for k in range(nc):
         last = own[k, M]
@@ -66,9 +66,9 @@ def packed(shape) -> np.ndarray:
         last[0, ROWS:ROWS + Q] = shape.rows[k]
         last[1, :M] = shape.start[k]
         for m_ in range(int(shape.modes[k])):
-            slaved = shape.slaved[k, m_, :shape.memory[k]]
-            own[k, m_, 0, [GUARDS, WRITES, FORGETS]] = shape.guards[k, m_], slaved.any(), slaved.size > 0 and slaved.all()
-            own[k, m_, 0, SLAVED:SLAVED + Z] = shape.slaved[k, m_]
+            algebraic = shape.algebraic[k, m_, :shape.memory[k]]
+            own[k, m_, 0, [GUARDS, WRITES, FORGETS]] = shape.guards[k, m_], algebraic.any(), algebraic.size > 0 and algebraic.all()
+            own[k, m_, 0, ALGEBRAIC:ALGEBRAIC + Z] = shape.algebraic[k, m_]
             own[k, m_, 1:, [KIND, SILENT, TRIAL]] = shape.kinds[k, m_], shape.silent[k, m_], shape.trial[k, m_]
             own[k, m_, 1:, THEN:THEN + T] = shape.then[k, m_]
     head = (n, m, nr, mi, nx, nc, M, Q, G, Z, columns)
@@ -90,7 +90,7 @@ def structure(S):
 
 @njit
 def expressions(S, flat):
-    """Return the expressions of all modes (nc, M, Q + G + Z, columns) and of relaxed starts (nc, Z, 2 Q), of a flat vector."""
+    """Return the expressions of all modes (nc, M, Q + G + Z, columns) and of virgin starts (nc, Z, 2 Q), of a flat vector."""
     n, nr, nx, nc, M, Q, Z = S[DOFS], S[ROWS_ALL], S[EXCITED], S[CONTACTS], S[MODES], S[PAIRED], S[MEMORIES]
     i = 1 + 3 * n * n + S[SLOTS] * n + nr * nx + nr
     count, wide = Q + S[MOST_GUARDS] + Z, nx + 2 * Q + Z

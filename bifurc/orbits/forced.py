@@ -20,6 +20,7 @@ MOST_PERIODS = 16  # longest period looked for when none is given
 MAP_STEPS = 20
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
+CLEAR = 0.1  # of the interval before an event, within which it returns after a period
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
 CENTRED = 1e-12  # of the motion's size: a slider so near the middle stays
 CENTRINGS = 12
@@ -224,17 +225,22 @@ def window(listed, periods: int) -> slice | None:
     """Return the part of the listed events that comes nearest to a closed period: its first event returns after it; or
     None.
 
-    A motion that still settles may have one event more or less in a window of one period than the orbit.
+    A motion that still settles may have one event more or less in a window of one period than the orbit.  It opens behind a long
+    interval: in a train of impacts that comes a little later every period, an impact is nearest to another of the train.
     """
-    best, found = np.inf, None
+    best, found = (0.0, np.inf), None
     for i, first in enumerate(listed):
         for j in range(i + 1, len(listed)):
             late = listed[j][0] - first[0] - periods
             if late > 0.5 * periods:
                 break
+            if late <= -0.5 * periods or listed[j][1] != first[1] or listed[j - 1][1][AFTER] != first[1][BEFORE]:
+                continue
+            before = min(first[0] - listed[i - 1][0] if i else 0.0, listed[j][0] - listed[j - 1][0])
+            clear = -before if abs(late) < CLEAR * before else 0.0
             away = abs(late) - 1e-3 * first[0] / periods  # among equals the later one
-            if late > -0.5 * periods and listed[j][1] == first[1] and listed[j - 1][1][AFTER] == first[1][BEFORE] and away < best:
-                best, found = away, slice(i, j)
+            if (clear, away) < best:
+                best, found = (clear, away), slice(i, j)
     return found
 
 

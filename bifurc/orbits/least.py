@@ -14,7 +14,7 @@ SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
 
 
 def mark_trains(nodes, speeds):
-    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of an infinite sequence: none of them can graze.
+    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of a complete chattering: none of them can graze.
 
     Between two of them another element may have an event, as friction does where the speed turns: it is marked too.
     """

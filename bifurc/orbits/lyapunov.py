@@ -15,7 +15,7 @@ from ..elements.checks import number, whole
 from ..flow.initial import checked_state
 from ..flow.scan import CHATTER, EVENT
 from ..flow.settle import Rule
-from ..flow.simulate import march
+from ..flow.simulate import integrate
 from ..flow.trajectory import Trajectory
 from ..notebook import Notebook
 from ..system import System, require_system
@@ -132,7 +132,7 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
     now, turned = 0, max(0, transient - TURNED)
     while now < turned:
         step = min(CHUNK, turned - now)
-        y = _checked(march(scene, y, *_span(forced, now, step, unit), max_events * (1 if forced else step))).final
+        y = _checked(integrate(scene, y, *_span(forced, now, step, unit), max_events * (1 if forced else step))).final
         now += step
     ns = scene.ns
     Q, alive = np.eye(ns), np.array([ns], np.int64)
@@ -142,7 +142,7 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
     while now < end:
         step = min(CHUNK, (begin if now < begin else end) - now) if forced else 1
         span = _span(forced, now, step, unit)
-        motion = _checked(march(scene, y, *span, max_events))
+        motion = _checked(integrate(scene, y, *span, max_events))
         R = motion.recorded
         grow = kernels(scene, "bifurc.flow.tangent").grow
         turning = now < begin  # the directions turn to where they belong before they are measured

@@ -29,8 +29,8 @@ INSTANT = 1e-12  # periods: kicks this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
-NOTHING = 1e-13  # scaled speed of an impact after which the rest of an infinite sequence is rounding, however it ends
-LATE = 8.0  # excess up to which a closed infinite sequence counts: the error of the closed form is of second order in it
+NOTHING = 1e-13  # scaled speed of an impact after which the rest of a complete chattering is rounding, however it ends
+LATE = 8.0  # excess up to which a closed complete chattering counts: the error of the closed form is of second order in it
 
 
 class PeriodicOrbit(Orbit):
@@ -172,7 +172,7 @@ class PeriodicOrbit(Orbit):
             engine.guard_gradient(T, node[BEFORE], node[GUARD], x, row)
             speed = float(engine.guard_rate(row, f, dw))
             kind, ratio, end = scene.event_kind(node[BEFORE], node[GUARD]), None, None
-            if node[CLOSES] == 1:  # the rest of an infinite sequence, as one entry
+            if node[CLOSES] == 1:  # the rest of a complete chattering, as one entry
                 _, left = closure_of(scene)(T, node[BEFORE], node[GUARD], x, speed, np.empty(x.size))
                 kind, end = EventKind.CHATTER, float(tau * period + left)
                 ratio = float(T.ratio[node[BEFORE], node[GUARD]])
@@ -226,14 +226,14 @@ class PeriodicOrbit(Orbit):
     @property
     def admissible(self) -> bool:
         """Whether every segment was found free of unlisted events, every listed event arrives, what a mode holds is at rest on
-        its surface where the mode begins, and infinite sequences are closed below their threshold."""
+        its surface where the mode begins, and complete chatterings are closed below their threshold."""
         listed, peak, leaving, broken = self._audit
         return (listed >= -TOUCH and max(peak, leaving) <= TOUCH and broken <= HELD and self._ordered
                 and self.closing_excess <= LATE)
 
     @functools.cached_property
     def closing_excess(self) -> float:
-        """Largest excess of the infinite sequences of impacts that are closed, see `flow.scan.closure`: at most 1 where the
+        """Largest excess of the complete chatterings that are closed, see `flow.scan.closure`: at most 1 where the
         simulation closes them; 0 without any, or where all that is left is rounding."""
         s, T, worst = self.sequence, self.equations.path.tables, 0.0
         kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
@@ -467,7 +467,7 @@ class PeriodicOrbit(Orbit):
 
 
 def closure_of(scene: Scene):
-    """Return the kernel that gives excess and duration of the rest of an infinite sequence, see `flow.scan.closure`."""
+    """Return the kernel that gives excess and duration of the rest of a complete chattering, see `flow.scan.closure`."""
     return kernels(scene, "bifurc.flow.scan").closure
 
 

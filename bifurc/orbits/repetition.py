@@ -97,7 +97,7 @@ def _missed(orbit, at, spans, states, k: int) -> tuple[float, str]:
 
 
 def closed(motion, moments, period: float) -> np.ndarray:
-    """Return at which moments (k,) a motion is in the rest of an infinite sequence of impacts, which it does not resolve: there it
+    """Return at which moments (k,) a motion is in the rest of a complete chattering, which it does not resolve: there it
     has lost speeds that an orbit with more of them listed still shows, and what counts is its end."""
     R = motion.recorded
     rows = R.rows[:, KIND] == CHATTER

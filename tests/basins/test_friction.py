@@ -5,7 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
 from bifurc.elements import Coulomb, HarmonicForce, Iwan, Jenkins, RigidStop
-from bifurc.ensemble.marcher import Marcher
+from bifurc.ensemble.integrator import Integrator
 
 DRY = bf.systems.dry_friction_oscillator()
 JENKINS = bf.systems.jenkins_oscillator()
@@ -72,8 +72,8 @@ def test_memory_is_a_coordinate_of_a_cell_map():
 @pytest.mark.parametrize("friction", [Coulomb(0.1), Coulomb(0.1, belt_speed=0.2, friction_negative=0.15, static_ratio=1.2)])
 def test_rebounds_turn_friction_round_in_a_batch(friction, rng, monkeypatch):
     """A stop on the row that slides: every rebound turns the friction; the simulation has only those that come to rest there."""
-    left, carry = [], Marcher._carry
-    monkeypatch.setattr(Marcher, "_carry", lambda self, i, *rest: (left.append(i), carry(self, i, *rest)))
+    left, carry = [], Integrator._carry
+    monkeypatch.setattr(Integrator, "_carry", lambda self, i, *rest: (left.append(i), carry(self, i, *rest)))
     system = bf.System(1.0, 0.1, 1.0, (HarmonicForce(1.0), friction, RigidStop(gap=0.2, restitution=0.7)), omega=2.0)
     period_map = PeriodMap(system)
     X = np.column_stack((rng.uniform(-2.0, 0.19, 200), rng.uniform(-1.5, 1.5, 200)))
@@ -98,7 +98,7 @@ def test_rebounds_turn_friction_round_in_a_batch(friction, rng, monkeypatch):
 
 def test_starts_that_slide_with_a_load_on_the_limit_of_stick(rng, monkeypatch):
     """Their mode is the sign of their speed, whatever the guards of stick say: none is left to the simulation."""
-    monkeypatch.setattr(Marcher, "_carry", lambda *_: pytest.fail("left to the simulation"))
+    monkeypatch.setattr(Integrator, "_carry", lambda *_: pytest.fail("left to the simulation"))
     v = np.concatenate((rng.uniform(0.1, 2.0, 20), rng.uniform(-2.0, -0.1, 20)))
     X = np.column_stack((rng.choice([-1.0, 1.0], 40) - 0.2 * v, v))  # x + 2 zeta v is the limit, 1
     images = PeriodMap(DRY).apply(X)
@@ -109,8 +109,8 @@ def test_starts_that_slide_with_a_load_on_the_limit_of_stick(rng, monkeypatch):
 
 def test_labels_of_starts_with_a_load_on_the_limit_of_stick(monkeypatch):
     """On a grid through the limit; at rest there the guards have to say what follows, and the simulation is asked."""
-    slow, follow = [], Marcher._follow
-    monkeypatch.setattr(Marcher, "_follow", lambda self, i, X, *rest: (slow.append(X[i].copy()), follow(self, i, X, *rest)))
+    slow, follow = [], Integrator._follow
+    monkeypatch.setattr(Integrator, "_follow", lambda self, i, X, *rest: (slow.append(X[i].copy()), follow(self, i, X, *rest)))
     basins = bf.basins_of_attraction(DRY, bf.Grid(q0=(-1.3, 1.3, 13), v0=(-3.5, 3.5, 7)), workers=1)
     starts = basins.grid.starts(1, 2)
     limit = np.abs(np.abs(starts @ [1.0, 0.2]) - 1.0) < 1e-13

@@ -5,7 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc.basins.attractors.attractors import targets_of
 from bifurc.compose.scene import scene_of
-from bifurc.ensemble.marcher import Marcher
+from bifurc.ensemble.integrator import Integrator
 
 from .second import SectionMap
 
@@ -16,7 +16,7 @@ B = {"zeta": 0.05, "omega": 4.25, "amplitude": 1.0, "gap": 0.1, "restitution": 0
 def marched(system, starts, periods):
     """States after some periods by the label kernel, with nothing to be near to."""
     ends = starts.copy()
-    cells = Marcher(scene_of(system), 2000).label(ends, targets_of([], [], np.ones(starts.shape[1])), periods)
+    cells = Integrator(scene_of(system), 2000).label(ends, targets_of([], [], np.ones(starts.shape[1])), periods)
     return ends, cells
 
 
@@ -32,7 +32,7 @@ def test_one_period_of_the_kernel_against_extended_precision():
     q, v, hits = second_of(A, np.longdouble)(*starts.T)
     error = np.maximum(abs(ends[:, 0] - q), abs(ends[:, 1] - v)).astype(float)
     assert error.max() <= 1e-13 and np.median(error) <= 2e-15
-    inside = hits < 20  # of an infinite sequence only the listed impacts are counted
+    inside = hits < 20  # of a complete chattering only the listed impacts are counted
     np.testing.assert_array_equal(cells.impacts[inside], hits[inside])
 
 
@@ -137,9 +137,9 @@ def test_starts_beyond_the_stop_are_no_starts():
 def test_a_start_on_the_stop():
     """At rest on the stop under a pull, arriving with a speed, leaving: all three begin."""
     system = bf.systems.impact_oscillator(omega=1.4)
-    marcher = Marcher(scene_of(system), 2000)
+    integrator = Integrator(scene_of(system), 2000)
     starts = np.array([[1.0, 0.0], [1.0, 0.5], [1.0, -0.5], [1.0, -0.35]])
     targets = targets_of([], [], np.ones(2))
-    cells = marcher.label(starts, targets, 3)
+    cells = integrator.label(starts, targets, 3)
     assert (cells.states == 1).all()
     np.testing.assert_allclose(starts[1], starts[3], rtol=0, atol=1e-13)  # restitution 0.7

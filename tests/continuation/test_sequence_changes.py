@@ -6,7 +6,7 @@ import bifurc as bf
 from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.shooting import successor
 from bifurc.continuation.shooting.problem import orbit_problem
-from bifurc.elements import Coulomb, HarmonicForce, RigidStop, Stribeck
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop, Stribeck
 from bifurc.orbits.repetition import repetition
 
 
@@ -234,6 +234,40 @@ def test_a_pair_that_leaves_the_circle_and_comes_back_in_one_step_is_seen():
         assert np.sort(np.abs(moduli - 1.0))[:2] == pytest.approx([0.0, 0.0], abs=1e-5)
 
 
+def three_masses(amplitude, first, second, stiffness, friction, omega):
+    """Return three masses with two elastic clearances between them and friction on the last."""
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    return bf.System(np.eye(3), 0.05 * K, K, [
+        HarmonicForce(amplitude), ElasticStop(first, stiffness, row=(1.0, -1.0, 0.0)),
+        ElasticStop(second, stiffness, row=(0.0, 1.0, -1.0)), Coulomb(friction, dof=2)], omega=omega)
+
+
+@pytest.mark.parametrize("start", [1.045, 1.05, 1.0533])
+def test_a_pair_that_reaches_the_circle_where_another_leaves_it_is_seen(start):
+    """Both passages lie in one step, whose ends have as many multipliers outside: two complex pairs have changed sides."""
+    guess = (-0.2823747333905713, -0.5815870233176214, -1.1305838984475276, -0.004354818737983665, 0.5181868515321713,
+             -0.25159591558716565)
+    near = bf.find_orbit(three_masses(1.24, 0.592, 0.391, 6.11, 0.0389, 1.0588778970390507), guess=guess, periods=1)
+    orbit = bf.find_orbit(near.system.with_parameters(omega=start), guess=near)
+    branch = bf.trace(orbit, "omega", bounds=(0.819, 1.521), ds=0.12, direction=1, max_steps=5)
+    tori = branch.special_points.of("neimark_sacker")[:2]
+    assert [point.parameter for point in tori] == pytest.approx([1.05845943676, 1.06060547896], abs=1e-9)
+    for point in tori:
+        mu = point.solution.multipliers
+        assert np.abs(np.abs(mu[mu.imag > 0.0]) - 1.0).min() < 1e-9
+
+
+@pytest.mark.parametrize("step", [0.001, 0.004, 0.01])
+def test_two_pairs_that_reach_the_circle_beside_a_fold_are_seen(step):
+    """Between a fold and a graze four multipliers come in, two by two; the fold changes their number by one the other way."""
+    guess = (-0.5359519012210141, -0.9072863696884995, -0.34517061032588003, 1.2175570443892139, 0.5083946869019232,
+             0.418879803624831)
+    orbit = bf.find_orbit(three_masses(0.32, 0.607, 0.369, 41.9, 0.0268, 0.8131418368371817), guess=guess, periods=1)
+    branch = bf.trace(orbit, "omega", bounds=(0.5537, 1.0283), ds=step, direction=-1, max_steps=4)
+    tori = branch.special_points.of("neimark_sacker")
+    assert sorted(point.parameter for point in tori) == pytest.approx([0.81314458528, 0.81314695071], abs=1e-9)
+
+
 def test_flights_that_a_simulation_closes_are_no_miss():
     """An orbit may list an impact more of a complete chattering than the simulation that repeats it: in the middle of that last
     flight, 1e-6 of a period long, their speeds differ by as much, and behind the sequence they do not."""
@@ -260,7 +294,7 @@ def test_what_simulation_reads_beyond_has_the_phase_of_the_branch(later):
 
 
 def test_a_branch_of_two_forcing_periods_goes_on_beyond_a_chattering():
-    """Where one listed impact more or less closes the infinite sequence is no end of the motion."""
+    """Where one listed impact more or less closes the complete chattering is no end of the motion."""
     system = bf.System(1.0, 0.0301, 1.0, [HarmonicForce(0.613), RigidStop(0.111, 0.0762)], omega=2.58)
     orbit = bf.find_orbit(system)
     assert orbit.periods == 2

@@ -8,7 +8,7 @@ import pytest
 import bifurc as bf
 from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.tracing import beside
-from bifurc.elements import Coulomb, HarmonicForce, RigidStop
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.repetition import repetition
 from bifurc.orbits.shooting.equations import Equations
 from bifurc.orbits.shooting.path import constant_path
@@ -158,3 +158,29 @@ def test_the_side_of_a_boundary_is_looked_up_where_it_is_told(monkeypatch):
     monkeypatch.setattr("bifurc.continuation.tracing.tests_of", lambda c: (1.0, -c.s * (1.0 - c.s / 1e-6)))
     length, change = beside(row, 1)
     assert length == 1e-7 and change < 0.0
+
+
+def test_an_asymmetric_motion_ends_on_the_symmetric_one_where_both_graze():
+    """Between two equal stops: motions that are not their own mirror image become so at a graze, on both sides of a pitchfork."""
+    stops = RigidStop(0.319, 0.711), RigidStop(0.319, 0.711, side=-1)
+    system = bf.System(1.0, 0.183, 1.0, [HarmonicForce(1.05), *stops], omega=0.655)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.4585, 0.8515))
+    assert branch.stop_reason == (StopReason.MERGED, StopReason.MERGED)
+    low, high = branch.ends[0].p, branch.ends[1].p
+    assert low == pytest.approx(high, abs=1e-11)
+    for point in (branch.special_points[0], branch.special_points[-1]):
+        y0, y1 = point.solution._states(np.array([0.0, 0.5]))
+        assert np.abs(y0 + y1).max() < 1e-9
+
+
+def test_halves_that_differ_in_another_way_than_at_the_start_have_not_merged():
+    """Along a branch of four periods the difference of its halves turns by more than a right angle; it ends where it vanishes, on
+    the flip of the motion of two periods."""
+    system = bf.System(1.0, 0.0451, 1.0, [HarmonicForce(0.826), ElasticStop(0.449, 51.3)], omega=0.449)
+    branch = bf.trace(bf.find_orbit(system), "elastic_stop.gap", bounds=(0.2694, 0.6286))
+    assert branch.stop_reason == (StopReason.MERGED, StopReason.MERGED)
+    for end, solution in zip(branch.ends, (branch.special_points[0].solution, branch.special_points[-1].solution), strict=True):
+        y = solution._states(np.array([0.1, 2.1]))
+        assert np.abs(y[0] - y[1]).max() < 1e-9
+        parent = bf.find_orbit(system.with_parameters(**{"elastic_stop.gap": end.p}), guess=solution.state, periods=2)
+        assert np.abs(parent.multipliers + 1.0).min() < 1e-6

@@ -1,4 +1,4 @@
-"""Infinite sequences of impacts of a mass that rubs: friction turns round in every impact and at the top of every flight."""
+"""Complete chattering of a mass that rubs: friction turns round in every impact and at the top of every flight."""
 import mpmath as mp
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from bifurc.flow.scan import slowed
 
 
 def flights(r, v, push, away, loss, rate):
-    """Return the duration of an infinite sequence, flight by flight to 40 digits: w' = a + rate t - loss w, speed w to the stop."""
+    """Return the duration of a complete chattering, by flights, 40 digits: w' = a + rate t - loss w, speed w to the stop."""
     with mp.workdps(40):
         r, v, push, away, loss, rate = (mp.mpf(value) for value in (r, v, push, away, loss, rate))
 

@@ -118,7 +118,7 @@ def test_planar_contact_is_the_limit_of_radial_return(case):
     system = bf.systems.macro_slip_contact(case=case)
     contact = system.elements[0].element
     exact = planar_hysteresis(system).work
-    x, y = (bf.flow.hysteresis._March(system, i) for i in (0, 1))
+    x, y = (bf.flow.hysteresis._Integration(system, i) for i in (0, 1))
     works = []
     for steps in (4000, 8000):
         t = np.linspace(0.0, 12.0 * np.pi, 6 * steps + 1)

@@ -7,7 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, RigidStop
-from bifurc.flow.settle import Rule
+from bifurc.flow.settle import Rule, decide
 
 M = np.array([[1.0, 0.25], [0.25, 1.44]])
 C = np.array([[0.11, -0.019], [-0.019, 0.11]])
@@ -183,3 +183,15 @@ def test_rest_on_a_stop_forgets_place_and_speed_of_its_mass_alone():
     found = bf.lyapunov_exponents(pair, periods=40, transient=60)
     np.testing.assert_allclose(found.values[:2], -0.1, rtol=0, atol=0.02)
     assert np.isneginf(found.values[2:]).all()
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e-12])
+def test_a_guard_passed_by_another_event_puts_nothing_right_in_any_unit(unit):
+    """What an impact carried beyond the zero of a speed keeps that speed."""
+    scene = scene_of(bf.System(1.0, 0.05, 1.0, (HarmonicForce(unit), Coulomb(0.2 * unit)), omega=1.3))
+    mode = scene.index(("always", "slip+"))
+    guard, = scene.guards_of(mode, 1)
+    speed = 0.1 * unit * np.sign(scene.tables.G[mode, guard, 1])
+    after, y = decide(scene, mode, guard, np.append([1.3 * unit, speed], scene.forcing(np.array([0.2]))[0]), 0.0)
+    assert after == scene.index(("always", "slip-"))
+    assert y[1] == pytest.approx(speed, rel=1e-12, abs=0.0)

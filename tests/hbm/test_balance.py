@@ -26,7 +26,7 @@ from bifurc.elements import (
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.parts import split
-from bifurc.hbm.status import MarchStatus
+from bifurc.hbm.status import ContactStatus
 from bifurc.solve.newton import newton
 from tests.reference import classical_aft
 
@@ -189,7 +189,7 @@ def test_derivatives_against_differences(name, samples, rng):
     h = 1e-6
     above, below = (balance.parts.flat_of(build(p + d)) for d in (h, -h))
     status, _, wide = balance.linearised(x, dflat=(above - below) / (2.0 * h))
-    assert status is MarchStatus.FOLLOWED
+    assert status is ContactStatus.FOLLOWED
     wide = wide.copy()
 
     def difference(f):
@@ -264,4 +264,4 @@ def test_a_stuck_slider_relaxes_about_the_mean():
 def test_nothing_that_is_not_finite_leaves_unnoticed():
     balance = Balance(j1(1.1), Layout(listed(3), 1))
     status, _, _ = balance.linearised(np.full(7, np.nan))
-    assert status is MarchStatus.NOT_FINITE and status.sentence
+    assert status is ContactStatus.NOT_FINITE and status.sentence

@@ -10,7 +10,7 @@ from bifurc.hbm.balance import Balance
 from bifurc.hbm.condensation.condensed import Condensed
 from bifurc.hbm.condensation.receptance import FACTORS, MODES, POLES
 from bifurc.hbm.layout import Layout, listed
-from bifurc.hbm.status import BalanceStatus, MarchStatus
+from bifurc.hbm.status import BalanceStatus, ContactStatus
 from bifurc.orbits.balance.harmonic_orbit import relative_residual
 
 
@@ -213,7 +213,7 @@ def test_derivatives_are_those_of_differences(damping, sweep, contacts, rng):
     assert condensed.size == condensed.layout.size + 2
     u = rough(condensed.layout, rng, more=2)
     status, _, wide = condensed.linearised(u, at(condensed, 0.35))
-    assert status is MarchStatus.FOLLOWED
+    assert status is ContactStatus.FOLLOWED
     near = differences(condensed, u, 0.35)
     for own, other in ((wide[:, :-1], near[:, :-1]), (wide[:, -1], near[:, -1])):
         np.testing.assert_allclose(own, other, atol=1e-7 * np.abs(other).max())
@@ -291,4 +291,4 @@ def test_repr_and_bad_motion():
     condensed = Condensed(Balance(chain(CONTACTS["slider"][0]), Layout(listed(3), 10)))
     assert repr(condensed) == "Condensed(10 degrees of freedom to 1, 7 unknowns, receptance by modes)"
     status, f, _ = condensed.linearised(np.full(7, np.nan))
-    assert status is MarchStatus.NOT_FINITE and np.isnan(f).all()
+    assert status is ContactStatus.NOT_FINITE and np.isnan(f).all()

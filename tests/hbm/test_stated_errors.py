@@ -3,7 +3,11 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import Coulomb, HarmonicForce
+from bifurc.elements import Coulomb, Force, HarmonicForce
+from bifurc.hbm.balance import Balance
+from bifurc.hbm.errors import SAFETY, truncation
+from bifurc.hbm.layout import Layout
+from bifurc.solve.newton import newton
 
 PHASES = np.linspace(0.0, 1.0, 400, endpoint=False)
 # frequency, damping, friction and speed of the belt
@@ -65,3 +69,21 @@ def test_an_error_that_hides_in_a_held_contact_is_stated():
     found = bf.find_orbit(system, method=bf.HarmonicBalance(harmonics=7))
     assert "held contacts" in found.how
     assert ratios(system, 7).min() >= 1.0
+
+
+def kernel(u0, u1, s0, s1, a):
+    """Return forces on two coordinates: none, and 1 + 2 (a cos + a^2 cos 2 + ...) of the angle whose cosine is the first."""
+    return 0.0, (1.0 - a * a) / (1.0 - 2.0 * a * u0 + a * a)
+
+
+@pytest.mark.parametrize("a", [0.4, 0.7])
+def test_what_lies_beyond_the_doubled_set_is_stated_too(a):
+    """A coordinate without inertia follows a force whose harmonics fall like powers and peak at once: 2 (a^5 + a^6 + ...) is
+    missed by four."""
+    top = 4
+    system = bf.System(np.diag([1.0, 1e-12]), np.zeros((2, 2)), np.eye(2),
+                       [HarmonicForce(0.64), Force(kernel, site=((1.0, 0.0), (0.0, 1.0)), a=a)], omega=0.6)
+    balance = Balance(system, Layout(tuple(range(top + 1)), 2), 128)
+    found = newton(balance.residual, balance.jacobian, balance.linear_response())
+    missed = 2.0 * a**(top + 1) / (1.0 - a)
+    np.testing.assert_allclose(truncation(balance, found.x), [0.0, SAFETY * missed], rtol=1e-6, atol=1e-12)

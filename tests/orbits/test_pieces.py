@@ -46,7 +46,7 @@ def test_multipliers_without_the_trivial_one_depend_on_no_weights(rng):
 
 
 def test_a_train_is_of_falling_speeds():
-    """Impacts that lead to the end of an infinite sequence become slower; a slower one before a faster one is no part of it."""
+    """Impacts that lead to the end of a complete chattering become slower; a slower one before a faster one is no part of it."""
     nodes = np.array([[0, 0, 0, 0, 0]] * 4 + [[0, 0, 1, 0, 1], [1, 0, 0, 0, 0]])
     mark_trains(nodes, np.array([0.1, 0.8, 0.4, 0.2, 0.1, 0.0]))
     assert nodes[:, 4].tolist() == [0, 2, 2, 2, 1, 0]

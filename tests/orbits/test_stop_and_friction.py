@@ -56,3 +56,19 @@ def test_rows_that_are_held_must_be_at_rest_where_they_are():
     other = solve(plastic.with_parameters(restitution=0.1), orbit.sequence, orbit.unknowns, orbit.weights, {})
     assert isinstance(other, PeriodicOrbit) and other.residual < 1e-11
     assert not other.success and other.status == "inadmissible" and "not at rest" in other.message
+
+
+def test_no_impact_of_a_train_that_still_settles_is_lost():
+    """The train comes a little later in every period: its orbit lists as many impacts as simulation from its own state does."""
+    K = np.array([[1.823, -0.823], [-0.823, 1.823]])
+    C = np.array([[0.1094, -0.0494], [-0.0494, 0.1094]])
+    elements = HarmonicForce(1.5), RigidStop(0.202, 0.598), Coulomb(0.653, dof=1)
+    system = bf.System(np.diag([1.0, 0.576]), C, K, elements, omega=0.532)
+    orbit = bf.find_orbit(system)
+    assert orbit.success
+    motion = bf.simulate(system, orbit._states(np.array([0.5]))[0], periods=2, t0=0.5 * orbit.forcing_period)
+    later = [event for event in motion.events if 0.5 <= event.time / orbit.forcing_period - 0.5 < 1.5]
+    impacts = [sum(event.kind == "impact" for event in events) for events in (orbit.events, later)]
+    assert impacts[0] == impacts[1] > 20
+    branch = bf.trace(orbit, "rigid_stop.gap", bounds=(0.2, 0.204))
+    assert len(branch) > 3

@@ -3,7 +3,7 @@
     x'' + 2 zeta x' + x = force cos(omega t),   x <= gap,   v+ = -r v-
 
 Every bounce is located from the surface with the exact flow at raised precision down to impact speeds of 1e-25; what is
-left of the infinite sequence is closed to second order in q = r v/(a (1 - r)) with a the pressing acceleration,
+left of the complete chattering is closed to second order in q = r v/(a (1 - r)) with a the pressing acceleration,
 
     t_end = t + 2 q - (4/3) q**2 (zeta + a'/a) + O(q**3).
 
@@ -96,7 +96,7 @@ def sticking_orbit(zeta, omega, force, gap, restitution, turns=40):
 
 
 def remaining(motion, gap, r, t, v):
-    """Second-order closure: time from an impact with speed v before it to the end of its infinite sequence."""
+    """Second-order closure: time from an impact with speed v before it to the end of its complete chattering."""
     press, change = motion.load(t)
     press -= motion.stiffness * gap
     q = r * v / (press * (1 - r))

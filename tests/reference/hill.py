@@ -18,7 +18,7 @@ from bifurc.hbm.contacts.common import GUARD, MODE, WROTE
 from bifurc.hbm.floquet.monodromy import JUMP
 from bifurc.hbm.floquet.stability import StabilityStatus, exact_twin, multipliers_of, ordered
 from bifurc.hbm.laws import compiled
-from bifurc.hbm.status import MarchStatus
+from bifurc.hbm.status import ContactStatus
 
 ITERATIONS = 30
 TAIL = 24  # times the kept harmonics: how far the rest of the series is taken into account to first order
@@ -61,7 +61,7 @@ class Hill:
         parts = balance.parts
         shape, room, T = parts.shape, balance.room, parts.numbers
         status, c, v = balance.follow(x)
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             raise ValueError(status.sentence)
         self.K, self.n, self.nu = int(harmonics), int(shape.dims[0]), float(T.omega[0])
         self.order = np.arange(-self.K, self.K + 1)
@@ -111,7 +111,7 @@ class Hill:
             Gs += np.multiply.outer(spectrum, R.T @ T.FS[k, m, :Q, :Q] @ R)
             for z in range(Z):
                 force = R.T @ T.FZ[k, m, :Q, z]
-                if some and force.any() and not shape.slaved[k, m, z]:
+                if some and force.any() and not shape.algebraic[k, m, z]:
                     writer, phase = written[-1]
                     self.delayed.append((start, stop, phase, force, T.ZU[k, writer, z, :Q] @ R, T.ZS[k, writer, z, :Q] @ R))
             if room.paths[k, i, WROTE] >= 0:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...compose.scene import scene_of
-from ...ensemble.marcher import Marcher, Targets
+from ...ensemble.integrator import Integrator, Targets
 from ...ensemble.outcomes import REACHED
 from ...ensemble.proximity import STAY, boxes
 from ...ensemble.section import Section
@@ -193,7 +193,7 @@ def distance(points: np.ndarray, y: np.ndarray) -> float:
 def sampled(system: System, y: np.ndarray, scale: np.ndarray, section: Section | None = None) -> SampledAttractor | None:
     """Return the attractor without a period on which ``y`` lies, or None when it is neither surely chaotic nor on a curve."""
     scene = scene_of(system)
-    carrier = None if section else Marcher(scene, MOST_EVENTS)
+    carrier = None if section else Integrator(scene, MOST_EVENTS)
     lean = carrier if carrier is not None and carrier.lean else None
     try:
         if section is not None:
@@ -289,7 +289,7 @@ def followed(system: System, y: np.ndarray, count: int) -> np.ndarray | None:
     return np.concatenate(pieces)
 
 
-def settled(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> np.ndarray | None:
+def settled(carrier: Integrator, y: np.ndarray, scale: np.ndarray) -> np.ndarray | None:
     """Return section points (SAMPLE + PROBE, 2): a few long motions side by side from near ``y``, or None when one fails."""
     X = y + CLOUD_SIZE * scale * np.random.default_rng(0).normal(size=(CLOUD, y.size))
     points = np.empty((CLOUD, -(-(SAMPLE + PROBE) // CLOUD), y.size))
@@ -301,7 +301,7 @@ def settled(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> np.ndarray | 
     return points.reshape(-1, y.size)[:SAMPLE + PROBE]
 
 
-def largest_exponent(carrier: Marcher, y: np.ndarray, scale: np.ndarray) -> tuple[float, float]:
+def largest_exponent(carrier: Integrator, y: np.ndarray, scale: np.ndarray) -> tuple[float, float]:
     """Return the largest exponent per time and its standard error, from how fast neighbours separate (Benettin et al. 1980).
 
     Many motions from near ``y`` are followed side by side, each with a neighbour whose distance is reset every period.

@@ -2,9 +2,9 @@
 import numpy as np
 
 from ...compose.scene import scene_of
-from ...ensemble.marcher import Marcher
+from ...ensemble.integrator import Integrator
 from ...ensemble.section import Section
-from ...ensemble.section_marcher import SectionMarcher
+from ...ensemble.section_integrator import SectionIntegrator
 from ...flow.simulate import simulate
 from ...orbits.autonomous import distance_to, from_motion, returns, slowest
 from ...orbits.equilibria.equilibrium import Equilibrium, find_equilibrium
@@ -19,10 +19,10 @@ EVENTS = 100_000  # of one simulation
 MEMBERS = 10_000  # of a continuum that kernels compare with
 
 
-def marcher_of(system: System, limit: int, section: Section | None):
+def integrator_of(system: System, limit: int, section: Section | None):
     """Return what labels starts: at whole forcing periods, or where motions pass the section."""
     scene = scene_of(system)
-    return Marcher(scene, limit) if section is None else SectionMarcher(scene, limit, section, slowest(scene))
+    return Integrator(scene, limit) if section is None else SectionIntegrator(scene, limit, section, slowest(scene))
 
 
 def required(system: System, section, what: str) -> Section | None:

@@ -1,9 +1,9 @@
 """Attractors of a basin map: looked for where motions end, numbered, and given the radius in which they are recognised."""
 import numpy as np
 
-from ...ensemble.marcher import Marcher, Targets
+from ...ensemble.integrator import Integrator, Targets
 from ...ensemble.outcomes import REACHED, UNSETTLED
-from ...ensemble.section_marcher import SectionMarcher
+from ...ensemble.section_integrator import SectionIntegrator
 from ...orbits.equilibria.equilibrium import Equilibrium
 from ...system import System
 from .attractors import SampledAttractor, distance, examine, same, section_points, targets_of
@@ -23,7 +23,7 @@ class Discovery:
     Parameters
     ----------
     system : System
-    marcher : Marcher or SectionMarcher
+    integrator : Integrator or SectionIntegrator
     scale : ndarray
         Sizes (ns,) of the states.
     options : dict
@@ -40,9 +40,9 @@ class Discovery:
         States from which those not given were found: the same states give the same attractors.
     """
 
-    def __init__(self, system: System, marcher: Marcher | SectionMarcher, scale: np.ndarray, options: dict, known: list):
-        self.system, self.marcher, self.scale, self.options = system, marcher, scale, options
-        self.most, self.section = options["max_periods"], marcher.section
+    def __init__(self, system: System, integrator: Integrator | SectionIntegrator, scale: np.ndarray, options: dict, known: list):
+        self.system, self.integrator, self.scale, self.options = system, integrator, scale, options
+        self.most, self.section = options["max_periods"], integrator.section
         self.attractors: list = []
         self.radii: list[float] = []
         self.seeds: list[np.ndarray] = []
@@ -64,7 +64,7 @@ class Discovery:
         left, failures = starts, 0
         while len(left) and failures < FAILURES:
             ends = left.copy()
-            found = self.marcher.label(ends, self.targets(), min(self.most, TRANSIENT))
+            found = self.integrator.label(ends, self.targets(), min(self.most, TRANSIENT))
             away = np.flatnonzero(found.states == UNSETTLED)
             left, ends = left[away], ends[away]
             while len(left) and failures < FAILURES:
@@ -97,7 +97,7 @@ class Discovery:
         while self.radii[own] > LEAST:
             radii = [*self.radii[:own], COMES_BACK * self.radii[own]]
             shell = (points + self.radii[own] * away) * self.scale
-            found = self.marcher.label(shell, targets_of(self.attractors, radii, self.scale, self.section), self.most)
+            found = self.integrator.label(shell, targets_of(self.attractors, radii, self.scale, self.section), self.most)
             gone = (found.states == REACHED) & (found.labels != own)
             unsettled = np.flatnonzero(found.states == UNSETTLED)
             for i in unsettled:  # slow is allowed, farther is not

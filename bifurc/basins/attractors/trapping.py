@@ -23,7 +23,7 @@ def trapping(carrier, points: np.ndarray, scale: np.ndarray, width: float) -> tu
 
     Parameters
     ----------
-    carrier : Marcher
+    carrier : Integrator
         Of a scene with two states.
     points : ndarray
         Section points (k, 2) of a motion that has settled.

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...ensemble.initial_conditions import states_at
-from ...ensemble.marcher import Marcher, Targets
+from ...ensemble.integrator import Integrator, Targets
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...enumerations import DescribedEnum
 from ...flow.simulate import simulate
@@ -49,14 +49,14 @@ class Search:
         self.map = PeriodMap(self.system, max_events=basins.options["max_events"])
         self.scale = basins.scale
         self.targets: Targets = targets_of(basins.attractors, basins.radii, basins.scale)
-        self.marcher = Marcher(self.map.scene, basins.options["max_events"])
+        self.integrator = Integrator(self.map.scene, basins.options["max_events"])
         self.points: list[np.ndarray] = []
         self.third: dict[int, int] = {}
         self.gap, self.jumps = 0.0, 0
 
     def label(self, X: np.ndarray) -> np.ndarray:
         """Return the labels of starts (N, ns)."""
-        return self.marcher.label(X.copy(), self.targets, self.basins.options["max_periods"]).labels
+        return self.integrator.label(X.copy(), self.targets, self.basins.options["max_periods"]).labels
 
     def closest_cells(self) -> np.ndarray | None:
         """Return the centres (2, ns) of neighbouring cells of the two labels, or of the closest ones."""
@@ -135,6 +135,6 @@ class Search:
         return None
 
 
-def reaches(search_targets: Targets, marcher: Marcher, X: np.ndarray, most: int) -> Sequence[int]:
+def reaches(search_targets: Targets, integrator: Integrator, X: np.ndarray, most: int) -> Sequence[int]:
     """Return the labels that starts (N, ns) lead to, sorted."""
-    return sorted(set(marcher.label(X.copy(), search_targets, most).labels.tolist()))
+    return sorted(set(integrator.label(X.copy(), search_targets, most).labels.tolist()))

@@ -20,7 +20,7 @@ from ...elements import (
     RigidStop,
 )
 from ...elements.stops import Wall
-from ...ensemble.marcher import Images
+from ...ensemble.integrator import Images
 from ...ensemble.outcomes import CellState
 from ...ensemble.period_map import MAPPED, Kernel, PeriodMap
 from ...system import System

@@ -128,7 +128,7 @@ def unstable_set(edge: "EdgeState", *, periods: int = 60, gap: float = 0.01, mos
     growth = abs(multiplier) ** (turns // k)
     sides = both_sides(search.map.apply, scale, x, direction, growth)
     complete = all([side.carry(periods, gap, most) for side in sides])
-    labels = tuple(tuple(reaches(search.targets, search.marcher, side.start(np.linspace(0.0, 1.0, 64)),
+    labels = tuple(tuple(reaches(search.targets, search.integrator, side.start(np.linspace(0.0, 1.0, 64)),
                                  edge.basins.options["max_periods"])) for side in sides)
     return UnstableSet(*joined(sides), labels, multiplier, sum(side.corners for side in sides), sum(side.merging for side in sides),
                        sum(side.breaks for side in sides), complete)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...compose.scene import scene_of
 from ...ensemble.grid import Grid
-from ...ensemble.marcher import Marcher
+from ...ensemble.integrator import Integrator
 from ...ensemble.outcomes import INFINITY, coded
 from ...jobs.executors import user_parts
 from ...jobs.store import ChunkStore
@@ -89,9 +89,9 @@ class SystemJudge:
 
     def __init__(self, system, grid: Grid, scale: np.ndarray, options: dict, run: dict, known=()):
         scene = scene_of(system)
-        self.marcher = Marcher(scene, options["max_events"])
-        self.found = Discovery(system, self.marcher, scale, options, list(known))
-        self.labeller, self.store = Labeller(self.marcher, user_parts(system)), ChunkStore(None, {})
+        self.integrator = Integrator(scene, options["max_events"])
+        self.found = Discovery(system, self.integrator, scale, options, list(known))
+        self.labeller, self.store = Labeller(self.integrator, user_parts(system)), ChunkStore(None, {})
         self.scale, self.run, self.most = scale, run, options["max_periods"]
         self.places = list(grid.places(scene.n, scene.ns))
 

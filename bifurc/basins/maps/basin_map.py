@@ -18,7 +18,7 @@ from ...notebook import Notebook
 from ...renamed import deprecated
 from ...system import System
 from ..attractors.attractors import partners, section_points, targets_of
-from ..attractors.clockless import marcher_of
+from ..attractors.clockless import integrator_of
 from ..attractors.records import packed, unpacked
 from .entropy import BasinEntropy, basin_entropy
 from .label_noise import LabelNoise
@@ -144,9 +144,9 @@ class BasinMap(LabelledStarts, Notebook):
         Its answers are labels; -1: unresolved, -2: no start, -3: infinity.
         """
         scene = scene_of(self.system)
-        marcher = marcher_of(self.system, self.options["max_events"], self.section)
+        integrator = integrator_of(self.system, self.options["max_events"], self.section)
         targets = targets_of(self.attractors, self.radii, self.scale, self.section)
-        own = Labeller(marcher, user_parts(self.system))
+        own = Labeller(integrator, user_parts(self.system))
         run = {"workers": workers_of("labeller", workers) or os.cpu_count() or 1, "executor": executor}
 
         def label(points: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from ...compose.scene import Scene, scene_of
 from ...elements.checks import following
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
-from ...ensemble.marcher import Cells
+from ...ensemble.integrator import Cells
 from ...ensemble.outcomes import DIVERGED, REACHED, UNSETTLED, coded
 from ...ensemble.section import Section
 from ...jobs.executors import check_executor, user_parts, workers_of
@@ -22,7 +22,7 @@ from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
 from ...system import System, require_system
 from ..attractors.attractors import SampledAttractor, section_points
-from ..attractors.clockless import marcher_of, required
+from ..attractors.clockless import integrator_of, required
 from ..attractors.discovery import Discovery
 from . import label_noise
 from .basin_map import BasinMap
@@ -148,9 +148,9 @@ class _Work:
         self.starts = states_at(scene, grid.names, grid.at, grid.points(np.arange(grid.size)))
         self.scale = scale_of(scene, self.starts)
         self.most = options["max_periods"]
-        self.marcher = marcher_of(system, options["max_events"], section)
-        self.labeller = Labeller(self.marcher, user_parts(system))
-        self.found = Discovery(system, self.marcher, self.scale, options, known)
+        self.integrator = integrator_of(system, options["max_events"], section)
+        self.labeller = Labeller(self.integrator, user_parts(system))
+        self.found = Discovery(system, self.integrator, self.scale, options, known)
 
     def map(self) -> BasinMap:
         """Discover, label, look at what is unsettled, label again."""
@@ -208,7 +208,7 @@ class _Work:
             return label_noise.LabelNoise(np.empty(0), np.empty(0), 0, 1.0, 0.0, 0.0)
         rng = np.random.default_rng([self.options["seed"], 1])
         mean = cells.periods[counted].mean()
-        budget = max(label_noise.SHARE * mean * self.grid.size, 4e5 if self.marcher.lean else 4e4 / self.scene.n)
+        budget = max(label_noise.SHARE * mean * self.grid.size, 4e5 if self.integrator.lean else 4e4 / self.scene.n)
         samples = int(np.clip(budget / (6.0 * max(mean, 1.0)), *label_noise.SAMPLES))
         chosen = np.sort(rng.choice(counted, min(samples, counted.size), replace=False))
         targets = self.found.targets()
@@ -220,7 +220,7 @@ class _Work:
             found = label_starts(self.labeller, starts, targets, self.most, self.store, self.run)
             return coded(found.labels, found.states)
 
-        error = label_noise.ROUNDING if self.scene.closed_form else max(self.marcher.error, label_noise.INTEGRATED)
+        error = label_noise.ROUNDING if self.scene.closed_form else max(self.integrator.error, label_noise.INTEGRATED)
         return label_noise.measure(relabel, self.starts[chosen], labels[chosen], steps, rng, error)
 
 

@@ -4,18 +4,18 @@ from typing import Any
 
 import numpy as np
 
-from ...ensemble.marcher import Cells, Marcher, Targets
+from ...ensemble.integrator import Cells, Integrator, Targets
 from ...ensemble.section import Section
-from ...ensemble.section_marcher import SectionMarcher
+from ...ensemble.section_integrator import SectionIntegrator
 from ...jobs.executors import Kept, run_chunks
 from ...jobs.progress import Progress
 from ...jobs.store import ChunkStore, fingerprint
 from ...system import System
-from ..attractors.clockless import marcher_of
+from ..attractors.clockless import integrator_of
 
 LEAN, CLOSED, LAW = 8192, 2048, 256  # starts a chunk: about half a second of work, by the kind of the scene
 FEWEST = 256  # a part that is not filed may be smaller, to keep all threads busy
-_marchers = Kept()
+_integrators = Kept()
 
 
 class Labeller:
@@ -23,18 +23,19 @@ class Labeller:
 
     Parameters
     ----------
-    marcher : Marcher or SectionMarcher
+    integrator : Integrator or SectionIntegrator
     elements : tuple
         User classes, laws and builder of the system.
     """
 
-    def __init__(self, marcher: Marcher | SectionMarcher, elements: tuple):
-        self.common: dict[str, Any] = {"system": marcher.scene.system.to_record(), "limit": marcher.limit, "elements": elements}
-        if marcher.section is not None:
-            self.common["section"] = marcher.section.to_record()
+    def __init__(self, integrator: Integrator | SectionIntegrator, elements: tuple):
+        self.common: dict[str, Any] = {"system": integrator.scene.system.to_record(), "limit": integrator.limit,
+                                       "elements": elements}
+        if integrator.section is not None:
+            self.common["section"] = integrator.section.to_record()
         self.common["key"] = fingerprint(self.common)
-        self.size = LEAN if marcher.lean else CLOSED if marcher.scene.closed_form else LAW
-        _marchers.put(self.common["key"], marcher)
+        self.size = LEAN if integrator.lean else CLOSED if integrator.scene.closed_form else LAW
+        _integrators.put(self.common["key"], integrator)
 
     def parts(self, waiting: np.ndarray, filed: bool, workers: int) -> list[np.ndarray]:
         """Return the places of starts in parts: of a fixed size where they are filed, else enough for all workers."""
@@ -72,11 +73,11 @@ def label_starts(labeller: Labeller, starts: np.ndarray, targets, most: int, sto
 
 def label_part(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     """Label the starts of a payload: the work of a chunk."""
-    marcher = _marchers.get(payload["key"])
-    if marcher is None:
+    integrator = _integrators.get(payload["key"])
+    if integrator is None:
         system = System.from_record(payload["system"], payload["elements"])
         section = payload.get("section")
-        marcher = marcher_of(system, payload["limit"], None if section is None else Section(**section))
-        _marchers.put(payload["key"], marcher)
-    cells = marcher.label(payload["starts"].copy(), Targets(**payload["targets"]), payload["most"])
+        integrator = integrator_of(system, payload["limit"], None if section is None else Section(**section))
+        _integrators.put(payload["key"], integrator)
+    cells = integrator.label(payload["starts"].copy(), Targets(**payload["targets"]), payload["most"])
     return {}, cells._asdict()

@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from ... import io
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
-from ...ensemble.marcher import Cells, Marcher
+from ...ensemble.integrator import Cells, Integrator
 from ...ensemble.outcomes import REACHED, UNSETTLED, coded
 from ...enumerations import DescribedEnum
 from ...jobs.progress import Progress
@@ -202,7 +202,7 @@ class _Refining:
     def __init__(self, coarse: BasinMap, grid: Grid, step: int, job: Job, store: ChunkStore, bar: Progress):
         self.coarse, self.grid, self.step = coarse, grid, step
         self.scene, self.run, self.store, self.bar = job.scene, job.run, store, bar
-        self.labeller = Labeller(Marcher(self.scene, coarse.options["max_events"]), job.elements)
+        self.labeller = Labeller(Integrator(self.scene, coarse.options["max_events"]), job.elements)
         self.targets = targets_of(coarse.attractors, coarse.radii, coarse.scale)
         self.cells = Cells.blank(grid.size, -1, UNSETTLED)
         self.cells.periods[:], self.cells.impacts[:] = -1, -1

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...compose.scene import scene_of
-from ...ensemble.marcher import Marcher
+from ...ensemble.integrator import Integrator
 from ...ensemble.outcomes import OUTSIDE, REACHED, UNSETTLED
 from ...ensemble.region import Region
 from ...system import System
@@ -53,13 +53,13 @@ def point(system: System, region: Region, samples: int, options: Mapping, known:
     """Return the attractors of one system, those known first, and what became of the starts."""
     scene = scene_of(system)
     starts, scale = region.starts(scene, samples, options["seed"]), region.sizes(scene)
-    marcher = Marcher(scene, options["max_events"])
-    found = Discovery(system, marcher, scale, dict(options), list(known))
+    integrator = Integrator(scene, options["max_events"])
+    found = Discovery(system, integrator, scale, dict(options), list(known))
     found.search(starts[:FIRST])
     labels, states = np.full(samples, -1), np.full(samples, UNSETTLED)
     waiting = np.arange(samples)
     for _ in range(ROUNDS):
-        cells = marcher.label(starts[waiting].copy(), found.targets(), options["max_periods"])
+        cells = integrator.label(starts[waiting].copy(), found.targets(), options["max_periods"])
         labels[waiting], states[waiting] = cells.labels, cells.states
         waiting = np.flatnonzero(states == UNSETTLED)
         before = len(found.attractors)

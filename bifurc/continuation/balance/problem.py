@@ -18,7 +18,7 @@ from ...hbm.corrector import INFO, watched
 from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
 from ...hbm.residual import kept, order_of
-from ...hbm.status import MarchStatus
+from ...hbm.status import ContactStatus
 from ...hbm.tables import Series, numbers_at
 from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
@@ -152,7 +152,7 @@ class BalanceProblem(Problem):
     def _linearised(self, x):
         """See `Problem._linearised`; residual and derivatives in one go, for balances with laws."""
         status, f, wide = self.balance.linearised(x[:-1], *self.numbers(x[-1]), listed=self.listed)
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             f = np.full(self.size, np.nan)
         self._size_log = float(np.log(np.abs(wide * self.scale).max(axis=1) + 1e-300).sum())
         return f.copy(), wide, 2.220446049250313e-16 * (np.abs(wide) @ np.abs(x))
@@ -160,12 +160,12 @@ class BalanceProblem(Problem):
     def residual(self, u, p):
         """Return the residual (n,), force."""
         status, f, _ = self.balance.linearised(u, *self.numbers(p), slopes=False, listed=self.listed)
-        return f.copy() if status is MarchStatus.FOLLOWED else np.full(self.size, np.nan)
+        return f.copy() if status is ContactStatus.FOLLOWED else np.full(self.size, np.nan)
 
     def jacobian(self, u, p):
         """Return F_u (n, n) and F_p (n,), exact."""
         status, _, wide = self.balance.linearised(u, *self.numbers(p), listed=self.listed)
-        wide = wide.copy() if status is MarchStatus.FOLLOWED else np.full_like(wide, np.nan)
+        wide = wide.copy() if status is ContactStatus.FOLLOWED else np.full_like(wide, np.nan)
         return wide[:, :-1], wide[:, -1]
 
     # order of events
@@ -181,7 +181,7 @@ class BalanceProblem(Problem):
         flat, dflat = self.numbers(x[-1])
         u = np.ascontiguousarray(x[:self.layout.size])
         status, _, _ = self.balance.linearised(u, flat, dflat, slopes=False, listed=listed)
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             raise ValueError(status.sentence)
         parts = self.balance.parts
         watched(parts.structure, parts.shape.R, flat, dflat, u, self.balance.grid, self.balance.room, self._events)

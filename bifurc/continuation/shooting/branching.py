@@ -13,6 +13,7 @@ from .signature_change import admissible_side
 from .successor import inside
 from .vanishing import dropped
 
+TURNED = 0.5  # cosine of two differences of halves of which one has turned into the other
 OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
 
 
@@ -27,15 +28,28 @@ def halves(signature: Signature, x0, scale):
         return None
     if not np.array_equal(nodes[:count], nodes[count:]):
         return None
-    half = (len(x0) - 1) // 2
-    shift = np.zeros(half)
-    shift[::half // count] = 0.5 * signature.span
-    difference = (x0[:half] - x0[half:-1] + shift) / scale[:half]
+    difference = half_difference(signature, x0, scale)
     norm = np.sqrt(difference @ difference)
     if norm == 0.0:
         return None
+    half = len(difference)
     row = difference / (norm * scale[:half])
-    return np.concatenate([row, -row, [0.0]]), float(row @ shift)
+    return np.concatenate([row, -row, [0.0]]), float(row[::half // count].sum()) * 0.5 * signature.span
+
+
+def half_difference(signature: Signature, x, scale):
+    """Return the scaled difference of the two halves (n / 2,) of a doubled orbit at ``x`` (n + 1,)."""
+    half = (len(x) - 1) // 2
+    apart = x[:half] - x[half:-1]
+    apart[::2 * half // len(signature.nodes)] += 0.5 * signature.span
+    return apart / scale[:half]
+
+
+def turned(problem, a, b) -> bool:
+    """Whether the difference of the two halves of a doubled orbit has turned between the solutions ``a`` and ``b`` (n + 1,), rather
+    than shrunk to nothing and grown again to the other side."""
+    one, two = (half_difference(problem.sequence, x, problem.scale) for x in (a, b))
+    return float(one @ two) > TURNED * float(np.linalg.norm(one) * np.linalg.norm(two)) > 0.0
 
 
 def branches(problem, point, n_max: int):

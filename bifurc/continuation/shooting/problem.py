@@ -11,6 +11,7 @@ import numpy as np
 
 from ...compose.modal import give_modal
 from ...compose.scene import given, numbered, scene_of
+from ...elements import EventKind
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
@@ -43,6 +44,7 @@ KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for 
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
+SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
@@ -187,8 +189,9 @@ class OrbitProblem(Problem):
         odd = self._merges if self._halves is not None else self._shrinks if self._born else None
         if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
             apart = -values[odd]
-            sign *= math.copysign(1.0, apart)
-            log -= math.log(max(abs(apart), 1e-300) / (1.0 + abs(apart)))
+            size = abs(apart) if self._halves is None else self._apart(U)
+            sign *= -1.0 if apart < -ROUNDING * size else 1.0
+            log -= math.log(max(size, 1e-300) / (1.0 + size))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
                          told[sequence.CONTRACTION], sign, log, values)
 
@@ -268,6 +271,10 @@ class OrbitProblem(Problem):
                 product *= factor / (1.0 + abs(factor))
         return float(np.real(product))
 
+    def _apart(self, x) -> float:
+        """How much the two halves of a doubled orbit differ at ``x`` (n + 1,), scaled."""
+        return float(np.linalg.norm(branching.half_difference(self.sequence, x, self.scale)))
+
     def _closure(self, x) -> float:
         """How much too early the impacts of a complete chattering end in closed form, or how many are listed too many: at most 0,
         logarithm of a ratio."""
@@ -313,6 +320,11 @@ class OrbitProblem(Problem):
         """See `Problem.change`: what changes between the two sequences has one name from both sides."""
         return signature_change.changed(self, x, bare(successor)) or kind
 
+    def silent(self, monitor, x) -> bool:
+        """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is
+        measured along another direction from there on."""
+        return monitor.silent or monitor.name == MERGES and self._apart(x) > SEPARATE
+
     def confirm(self, kind, x) -> bool:
         """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""
         if kind is SpecialPointKind.NEIMARK_SACKER:
@@ -332,7 +344,7 @@ class OrbitProblem(Problem):
         """
         if kind is SpecialPointKind.HOPF:
             return autonomous.shrunk(self, a, b)
-        if kind is not SpecialPointKind.PERIOD_DOUBLING or self._halves is None:
+        if kind is not SpecialPointKind.PERIOD_DOUBLING or self._halves is None or branching.turned(self, a.x, b.x):
             return None
         f0, f1 = (float(np.dot(self._halves[0], row.x)) + self._halves[1] for row in (a, b))
         return branching.merging(self, a, b, f0 / (f0 - f1)) if f0 * f1 <= 0.0 else None
@@ -409,6 +421,11 @@ class OrbitProblem(Problem):
     def switch(self, point, monitor):
         """Return the equations that go on behind a grazing, see `orbit_switching`."""
         ends = {MERGES: StopReason.MERGED, COMPLETES: StopReason.CHATTERING}
+        if self.silent(monitor, point.x) and monitor.name == MERGES:
+            return self.with_sequence(self.sequence, point.x), point.x, point.tangent
+        if monitor.name == COMPLETES and not self.sequence.clock and not self._released(point.x):
+            answer = signature_change.through_grazing(self, point, monitor)  # another event meets the end of the impacts
+            return answer if isinstance(answer, tuple) else StopReason.CHATTERING
         if monitor.name in ends:
             return ends[monitor.name]
         if monitor.name == autonomous.SHRINKS:
@@ -419,13 +436,13 @@ class OrbitProblem(Problem):
         answer = signature_change.through_grazing(self, point, monitor)
         if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
             return StopReason.CHATTERING
-        if isinstance(answer, tuple) and signature_change.repeats(*answer) and not signature_change.repeats(
-                self, point.x, -point.tangent):
+        if isinstance(answer, tuple) and any(kind(*answer) and not kind(self, point.x, -point.tangent)
+                                             for kind in (signature_change.repeats, signature_change.mirrors)):
             return StopReason.MERGED
         return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
 
     def named_end(self, x, reason, message):
-        """See `Problem.named_end`: where the listed impacts fall like those of an infinite sequence, changes of their number
+        """See `Problem.named_end`: where the listed impacts fall like those of a complete chattering, changes of their number
         accumulate here; where a contact hardly slips any more, it sticks beyond."""
         if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
             if self._train(x):
@@ -450,6 +467,19 @@ class OrbitProblem(Problem):
         shares = [float(spans[[word != "stick" for word in words]].sum()) / s.span for words in zip(*keys, strict=True)
                   if "stick" in words and any(word != "stick" for word in words)]
         return min(shares, default=1.0)
+
+    def _released(self, x) -> bool:
+        """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""
+        s, U = self.sequence.written_out(x[:-1])
+        times = U[::1 + self.scene.ns]
+        ends = np.flatnonzero(s.nodes[:, CLOSES] == 1)
+        rests = np.diff(np.append(times, times[0] + s.span))[ends]
+        i = int(ends[np.argmin(rests)])
+        own, (mode, guard) = s.nodes[i, :AFTER].tolist(), s.nodes[(i + 1) % len(s.nodes), :AFTER].tolist()
+        if s.closure < 0 and i + 1 == len(s.nodes):
+            return True
+        return (guard < 0 or self.scene.event_kind(mode, guard) is EventKind.RELEASE
+                and self.scene.guard(mode, guard).element == self.scene.guard(*own).element)
 
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may

@@ -12,6 +12,7 @@ import numpy as np
 from ...compose.writer import kernels
 from ...elements import EventKind
 from ...elements.friction.dry import STICK
+from ...orbits.repetition import middles
 from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
@@ -61,7 +62,7 @@ def through_grazing(problem, point, monitor):
 
 
 def accumulates(signature, other) -> bool:
-    """Whether one of two sequences, the second that of the problem ``other``, completes an infinite sequence of impacts where the
+    """Whether one of two sequences, the second that of the problem ``other``, completes chattering where the
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
     one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
     fewer, more = (one, two) if one.completed < two.completed else (two, one)
@@ -85,6 +86,24 @@ def repeats(problem, x, tangent) -> bool:
                 if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= ALIKE * moved:
                     return True
         return False
+    return False
+
+
+def mirrors(problem, x, tangent) -> bool:
+    """Whether the orbits of ``problem`` ahead of ``x`` (n + 1,) along ``tangent`` are their own images in half a period."""
+    s = problem.sequence
+    if s.closure < 0:
+        return True
+    if s.clock or problem.system.symmetry != -1 or round(s.span) % 2 == 0:
+        return False
+    for step in AHEAD:
+        c = problem.correct(x + step * problem.scale * tangent, tangent)
+        if not c.converged:
+            continue
+        orbit = problem.solution(c.x)
+        at = middles(orbit)[0]
+        apart = np.abs((orbit._states(at) + orbit._states(at + 0.5 * s.span)) / orbit.weights).max()
+        return bool(apart <= ALIKE * np.abs((c.x - x) / problem.scale)[:-1].max())
     return False
 
 
@@ -213,7 +232,7 @@ def listed(problem):
 def named_events(problem) -> list[tuple[int, str]]:
     """Return element and kind of the events of a problem's sequence, in order.
 
-    Of an infinite sequence of impacts those that lead to its end are left out, with what happens between them: how many of them
+    Of a complete chattering those that lead to its end are left out, with what happens between them: how many of them
     are listed is a matter of accuracy.
     """
     scene, nodes = problem.scene, problem.sequence.nodes

@@ -237,7 +237,7 @@ def retraces(problem, point, new, c) -> bool:
 def more_impacts(one, other) -> bool:
     """Whether one of two sequences has more impacts a period than the other, so that their motions cannot be the same.
 
-    The listed impacts of an infinite sequence may be any number of its first ones.
+    The listed impacts of a complete chattering may be any number of its first ones.
     """
     sequences = one.sequence, other.sequence
     if any(s.span == 0.0 or complete_chatters(s) > 0 for s in sequences):
@@ -274,7 +274,7 @@ def boundaries(problem) -> list[int]:
 
 
 def complete_chatters(signature) -> float:
-    """Return the number of complete chatterings (infinite sequences of impacts) a forcing period."""
+    """Return the number of complete chatterings (Zeno: infinitely many impacts) a forcing period."""
     return round(np.count_nonzero(signature.nodes[:, CLOSES] == 1) / (signature.span or 1.0), 9)
 
 
@@ -366,7 +366,7 @@ def _begun(problem, point, signature, x, search, through):
         search.say(f"in {name!r} a contact slips in one direction only, which is no periodic motion")
         return None
     if rebounds(new):
-        search.say(f"in {name!r} an impact with rebound ends in rest, as only an infinite sequence does")
+        search.say(f"in {name!r} an impact with rebound ends in rest, as only a complete chattering does")
         return None
     x = onto(new, x)
     if x is None:

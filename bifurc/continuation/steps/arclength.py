@@ -240,7 +240,7 @@ class Half:
         inner = hidden.dip(self, row, new)
         if inner is not None:
             return self.accept(row if inner.s > row.s else self.take_back(), inner)
-        found, cause = detect.crossed(self, row, new, cut is not None)
+        found, cause = detect.crossed(self, row, new, cut)
         if cause is not None:
             return cause
         for special in found:  # a fold behind a bound: the bound comes first
@@ -252,7 +252,7 @@ class Half:
                     continue
                 inner, cause = self.onto_bound(row, beyond)
                 return (cause or (StopReason.DS_MIN, 0.5, "")) if inner is None else self.accept(row, inner)
-        silent = cut is None or row.part.monitors[cut.test - 1].silent
+        silent = cut is None or cut.silent
         self.take(row, new, found if silent else [*found, cut.special])
         if cut is not None:
             self.cross(new, cut)
@@ -371,7 +371,7 @@ class Half:
         special = cut.special
         special.error += abs(first.p - row.p)
         special.x = np.append(row.x[:-1], first.p)
-        if not row.part.monitors[cut.test - 1].silent:
+        if not cut.silent:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
         return True

@@ -20,15 +20,18 @@ from .branchpoint import locate_crossing
 from .hidden import jumped
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
-from .tori import REAL, pair_on_circle
+from .tori import REAL, inner_change, pair_on_circle
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
+WIDE = 1e-7  # arclength to which the place of a boundary is known, when that is little
 BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
 NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
+SPANS = 16  # parts of a step in which a pair is looked for, at most
+BESIDE = 0.05  # of the way from one special point to the next, at which multipliers are counted
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -75,6 +78,11 @@ class Cut:
     corrected: Any
     test: int
     special: Found
+
+    @property
+    def silent(self) -> bool:
+        """Whether it is a boundary of the equations only."""
+        return self.row.part.problem.silent(self.row.part.monitors[self.test - 1], self.corrected.x)
 
 
 def clear_slope(v):
@@ -161,9 +169,10 @@ def behind(half, row):
     half.found.append(Found(end.kind, end.name, end.x, tangent, row.s + length, row.s, row.s + 2.0 * length, end.error, part))
 
 
-def crossed(half, row, new, at_boundary):
-    """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it."""
-    part = row.part
+def crossed(half, row, new, cut):
+    """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it; ``cut`` is that of a step that ends on a
+    boundary, or None."""
+    part, at_boundary = row.part, cut is not None
     if jumped(half, row, new):
         return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
     found = []
@@ -183,7 +192,7 @@ def crossed(half, row, new, at_boundary):
             crossing.reverses = v0 * v1 < 0.0 and abs(crossing.tangent[-1]) < 1e-5
     for j in part.events:
         a = beginning(half, row, new, j)
-        b = ending(half, row, new, j) if at_boundary else new
+        b = ending(half, row, cut, j) if at_boundary else new
         if b is None:
             half.slope = float(half.signs[0])
             continue
@@ -218,34 +227,57 @@ def crossed(half, row, new, at_boundary):
                    for other in half.found):
             found.append(special)
     if SpecialPointKind.NEIMARK_SACKER in part.kinds:
-        found += torus(half, row, new, at_boundary, found)
+        found += torus(half, row, new, cut, found)
     found.sort(key=lambda special: special.s)
     return found, None
 
 
-def torus(half, row, new, at_boundary, found):
+def torus(half, row, new, cut, found):
     """Return the Neimark-Sacker points of a step in a list that multipliers tell and no test showed.
 
     A pair that leaves the circle and comes back in one step is seen where it is looked for: between the ends and what has been
-    found, the changes of real multipliers, beside which it often does, or one of the two.
+    found, the changes of real multipliers, beside which it often does, or one of the two.  There the number of multipliers outside
+    changes by pairs alone; over a real one that goes the other way a pair would look like a single one.
     """
     part, kind = row.part, SpecialPointKind.NEIMARK_SACKER
     j = part.kinds.index(kind)
-    a, b = beginning(half, row, new, j), ending(half, row, new, j) if at_boundary else new
+    a, b = beginning(half, row, new, j), new if cut is None else ending(half, row, cut, j)
     if b is None:
         return []
     known = [special for special in found if special.kind is kind]
     curve = Curve(a, b)
     places = [0.0, *sorted(t for s in found if s.kind in (*REAL, kind) and 0.0 < (t := (s.s - a.s) / curve.length) < 1.0), 1.0]
-    between = [0.5 * (low + high) for low, high in pairwise(places)] if len(places) > 2 else []
-    rows = [a, *(Row(c, part, a.s + t * curve.length, new.angle * t, tests_of(c), new.ds)
-                 for t in between if (c := curve.at(t)) is not None), b]
-    tori = []
-    for low, high in pairwise(rows):
+
+    def at(c, t):
+        return Row(c, part, a.s + t * curve.length, new.angle * t, tests_of(c), new.ds)
+
+    def beside(t, other):
+        """Return a row next to a special point at ``t``, on the side of ``other``; the end of the step itself."""
+        if t in (0.0, 1.0):
+            return a if t == 0.0 else b
+        aside = t + BESIDE * (other - t)
+        c = curve.at(aside)
+        return None if c is None else at(c, aside)
+
+    tori, spans = [], [(beside(low, high), beside(high, low)) for low, high in pairwise(places)]
+    for _ in range(SPANS):
+        if not spans:
+            break
+        low, high = spans.pop(0)
+        if low is None or high is None or not high.s > low.s:
+            continue
         made = pair_on_circle(part, low, high, found)
-        special = None if made is None else located(part, low, high, j, *made)
-        if special is not None and all(np.abs((other.x - special.x) / part.scale).max() > SHORT for other in known):
+        if made is None:
+            inner = inner_change(part, low, high)
+            if inner is not None:
+                middle = at(inner[0], (low.s + inner[1] * (high.s - low.s) - a.s) / curve.length)
+                spans += [(low, middle), (middle, high)]
+            continue
+        special = located(part, low, high, j, *made)
+        if special is not None and all(np.abs((other.x - special.x) / part.scale).max() > SHORT for other in (*known, *tori)):
             tori.append(special)
+            t, start, stop = ((s - a.s) / curve.length for s in (special.s, low.s, high.s))
+            spans += [(low, beside(t, start)), (beside(t, stop), high)]  # several pairs
     return tori
 
 
@@ -269,18 +301,21 @@ def beginning(half, row, new, j):
     return inner
 
 
-def ending(half, row, new, j):
+def ending(half, row, cut, j):
     """Return the last row of a part, or where a test may be zero or not known there, a row just before it: on a boundary an event
     has no duration, and what is divided by that is rounding.
 
     Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
-    zero; None if it has no clear sign before either, in a step of that length.
+    zero; None if it has no clear sign before either, in a step of that length.  Where a boundary's test is zero with some
+    power of the way its place is known to little, and what lies so near to it is the boundary itself.
     """
-    value = abs(new.tests[j])
-    here = j == 0 and value * (new.s - row.s) <= AT_BOUNDARY * abs(new.tests[0] - row.tests[0])
+    new, special = cut.row, cut.special
+    value, length, reach = abs(new.tests[j]), new.s - row.s, max(AT_BOUNDARY, 0.5 * (special.high - special.low))
+    here = j == 0 and value * length <= reach * abs(new.tests[0] - row.tests[0])
     if not here and j == 0 and value > BOUNDARY_BAND:
         return new
-    inner = clear_inside(half, row, new, j, tuple(1.0 - t for t in near(row, new, j)))
+    places = tuple(1.0 - t for t in near(row, new, j) if reach < WIDE or t * length > reach)
+    inner = clear_inside(half, row, new, j, places)
     return inner if inner is not None else None if here else new
 
 

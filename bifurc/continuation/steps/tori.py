@@ -7,12 +7,14 @@ one of them at most is a torus.  The number of multipliers outside the circle de
 not explain is a pair.
 """
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from ..kinds import SpecialPointKind
 from .roots import enclose, polish
 from .rows import Curve
 
 HALVINGS = 40
+PLACES = 16  # parts of a step between two passages of the circle
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
 
@@ -47,6 +49,40 @@ def pair_on_circle(part, a, b, found):
             return None
         low, high = (low, t) if decided else (t, high)
     return None
+
+
+def inner_change(part, a, b):
+    """Return a corrected point between the rows ``a`` and ``b``, and its position in (0, 1), where more or fewer multipliers are
+    outside the circle than at both; None where none is found.
+
+    Two complex pairs may change sides one after the other, or a pair passes and comes back.  Which pair has become which is told by
+    their distance; one that stays on its side is looked at if it is nearer to the circle than it moves in the step.
+    """
+    pairs = [complex_pairs(part.problem, row.x) for row in (a, b)]
+    if pairs[0] is None or pairs[1] is None or len(pairs[0]) != len(pairs[1]) or len(pairs[0]) == 0:
+        return None
+    one, two = linear_sum_assignment(np.abs(pairs[0][:, None] - pairs[1][None]))
+    first, last = (np.abs(mu[k])**2 - 1.0 for mu, k in zip(pairs, (one, two), strict=True))
+    turned = first * last < 0.0
+    if turned.any():
+        passed = first[turned] / (first[turned] - last[turned])
+        places = [0.5 * float(passed.min() + passed.max()), *(k / PLACES for k in range(1, PLACES))]
+    elif np.any(np.minimum(np.abs(first), np.abs(last)) < np.abs(last - first)):
+        places = [0.5, 0.25, 0.75]
+    else:
+        return None
+    curve, count = Curve(a, b), outside(part.problem, a.x)
+    for t in places:
+        c = curve.at(t)
+        if c is not None and outside(part.problem, c.x) not in (None, count):
+            return c, t
+    return None
+
+
+def complex_pairs(problem, x):
+    """Return the complex multipliers at ``x`` (n + 1,) with positive imaginary parts; None where they are not known."""
+    mu = problem.floquet_multipliers(x)
+    return None if mu is None or not np.isfinite(mu).all() else mu[mu.imag > COMPLEX]
 
 
 def outside(problem, x):

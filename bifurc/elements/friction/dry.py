@@ -428,7 +428,7 @@ class Jenkins(LoadedContact):
     limit: float = 1.0
 
     memory = ("slider",)
-    relaxed = (u(0),)  # a slider without load has followed its spring
+    virgin = (u(0),)  # a slider without load has followed its spring
 
     def __post_init__(self):
         super().__post_init__()

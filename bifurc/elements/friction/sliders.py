@@ -44,7 +44,7 @@ class Sliders(AtRow):
         return tuple(f"slider[{i}]" for i in range(self.count))
 
     @property
-    def relaxed(self):
+    def virgin(self):
         """Without load every slider has followed its spring."""
         return (u(0),) * self.count
 

@@ -5,7 +5,7 @@ SIZE = 512  # starts that are carried side by side
 NS = 2  # of a start
 GUARDS = 1  # largest number of guards of a mode
 FORCINGS = 3  # forcing states: 1, and cos and sin of every harmonic
-FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = 0, 0, 0, 0  # of scratch that the batch step takes behind that of the march
+FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = 0, 0, 0, 0  # of scratch that the batch step takes behind the scalar one
 
 
 @njit

@@ -1,8 +1,8 @@
-"""One degree of freedom and few guards: a certified march over a forcing period, for starts that the batch step defers.
+"""One degree of freedom and few guards: certified integration over a forcing period, for starts that the batch step defers.
 
 This module is a template, written again around the literal numbers of a kind of scene: see `bifurc.ensemble.batch.packing`.
 
-The march is that of `bifurc.flow.scan.run` without a record: on the substeps of the batch while a bound proves that no
+The integration is that of `bifurc.flow.scan.run` without a record: on the substeps of the batch while a bound proves that no
 guard is met, otherwise through the events of a substep one by one.
 """
 import numpy as np
@@ -25,7 +25,7 @@ SLOPE = VALUE + GUARDS * NX
 BOUND = SLOPE + GUARDS * NX
 RESET = BOUND + GUARDS * NX  # coordinate and velocity
 PUSH = RESET + 2 * GUARDS * NX
-PUSH_RATE = PUSH + GUARDS * NX  # along the motion held after an infinite sequence
+PUSH_RATE = PUSH + GUARDS * NX  # along the motion held after a complete chattering
 HOLD = PUSH_RATE + GUARDS * NX
 PLACE = HOLD + NX
 STATES = PLACE + NX
@@ -105,7 +105,7 @@ def may_start(P, I, c, q, v, w, a, due, skipped):
 
 @njit
 def closing(P, m, g, q, w, v, u):
-    """Whether the rest of an infinite sequence closes at an impact that arrives with ``v``; ``u`` is the held velocity.
+    """Whether the rest of a complete chattering closes at an impact that arrives with ``v``; ``u`` is the held velocity.
 
     The rule of `bifurc.flow.scan.closing`.
     """
@@ -225,7 +225,7 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
 
 @njit
 def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tally, limit):
-    """March ``y`` (2,) in place over the forcing period that starts at phase 0; return status and mode.
+    """Integrate ``y`` (2,) in place over the forcing period that starts at phase 0; return status and mode.
 
     ``phases`` (FORCINGS (substeps + 1),) are the forcing states on the grid, one after the other, ``forced`` for every mode
     and substep what they add to the state after it, and to values and slopes of the guards at its start.  ``tally`` (3,) receives

@@ -8,7 +8,7 @@ from ..._jit import njit
 from ...flow.affine.engine import forcing
 from ...flow.scan import COUNT, MODE, ORDERS, SLOPES, STATE, TAU
 from ..scalar import ROWS as RECORDED
-from ..scalar import begin_at, march
+from ..scalar import begin_at, integrate
 from .blank import FORCINGS, GUARDS, NS
 
 EVENTS, HITS, LEAST = range(3)  # tally: events, impacts and contacts, least speed of arrival
@@ -24,7 +24,7 @@ def until(T, begin, whole, end, m, y, x, floats, record, ints, rows, tally, limi
     floats[TAU] = begin
     forcing(T, begin, x)
     tally[HITS], tally[LEAST] = 0.0, np.inf
-    status = march(T, ints, floats, x, whole, end, limit, rows, record, tally[HITS:])
+    status = integrate(T, ints, floats, x, whole, end, limit, rows, record, tally[HITS:])
     tally[EVENTS] = ints[COUNT]
     for c in range(NS):
         y[c] = x[c]

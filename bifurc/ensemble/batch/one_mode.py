@@ -12,7 +12,7 @@ without the impact plus dv (B, B')(h - s): no new expansion is needed.
 Nothing is taken on trust.  The cubic differs from the guard by at most h^4/384 times the bound on its fourth derivative
 (Birkhoff and Priver 1967); a start stays in the batch only while that bound proves that it met no guard, or one and
 only once, with a converged root, and left it for the rest of the substep.  All others (grazes, repeated impacts, rest)
-are marked in the row ASIDE, and the caller takes the whole period again by the certified march.
+are marked in the row ASIDE, and the caller takes the whole period again by the certified integration.
 """
 from ...flow.affine.polynomial import SLOPE_ERROR
 

@@ -1,4 +1,4 @@
-"""Lanes of a scene: which scenes have them, their numbers, and the module written for their kind."""
+"""Batch steps of a scene: which scenes have one, its numbers, and the module written for its kind."""
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from . import tables as plan
 from .writing import CERTIFIED, DEFERRED, SIZE, written
 
 MOST_MASSES = 3
-MOST_GUARDS = 3  # of a mode of one mass, which has a certified march of its own
+MOST_GUARDS = 3  # of a mode of one mass, which has a certified integration of its own
 MOST_GUARDS_OF_SEVERAL, MOST_MODES_OF_SEVERAL = 8, 64
 MOST_HARMONICS = 8
 MOST_SUBSTEPS = 4096

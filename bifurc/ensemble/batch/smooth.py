@@ -1,6 +1,6 @@
-"""Lanes of one degree of freedom under smooth laws: Runge-Kutta steps of fixed length, the law's own text inside.
+"""Batch of one degree of freedom under smooth laws: Runge-Kutta steps of fixed length, the law's own text inside.
 
-Lanes are independent, so that the steps of many of them are in flight at once and the chain of a method's stages costs
+Its starts are independent, so that the steps of many of them are in flight at once and the chain of a method's stages costs
 nothing.  The number of steps is measured, not assumed: see `measured`.
 """
 from typing import NamedTuple

@@ -137,7 +137,7 @@ def _kept(T: Tables, m: int, g: int, row: np.ndarray, surface: np.ndarray) -> bo
 def followers(T: Tables, m: int, g: int) -> list[int]:
     """Return the modes that may follow an event, in the order they are tried; -2: one is not built yet.
 
-    A rebound also turns the friction on its row round, whose guard the general march finds outside and lets fire at once:
+    A rebound also turns the friction on its row round, whose guard the general integration finds outside and lets fire at once:
     the modes of the other direction follow the stop's own.
     """
     found = [int(c) for c in T.then[m, g] if c != -1]

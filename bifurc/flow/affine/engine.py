@@ -50,7 +50,7 @@ def remainder(T, m, x, s, y1):
 
 
 @njit
-def march(T, m, x, k):
+def integrate(T, m, x, k):
     """Advance ``x = (y, w)`` by ``k`` whole steps in place."""
     A, E, harmonics, turn = T.A, T.E, T.harmonics, T.turn
     ns, nx = A.shape[1], A.shape[2]
@@ -79,7 +79,7 @@ def carry(T, m, x, s, out):
     for c in range(nx):
         out[c] = x[c]
     if s == step[m]:
-        march(T, m, out, int(s / step[m]))
+        integrate(T, m, out, int(s / step[m]))
         return
     remainder(T, m, x, s, out)
     for q in range(harmonics.size):
@@ -99,7 +99,7 @@ def advance(T, m, x, s, y1):
         remainder(T, m, x, s, y1)
         return
     moved = x.copy()
-    march(T, m, moved, k)
+    integrate(T, m, moved, k)
     remainder(T, m, moved, max(s - k * step[m], 0.0), y1)
 
 
@@ -114,7 +114,7 @@ def arc(T, m, x, s, y1, Phi):
     k = int(s / step[m])
     moved = x.copy()
     if k > 0:
-        march(T, m, moved, k)
+        integrate(T, m, moved, k)
         s = max(s - k * step[m], 0.0)
     remainder(T, m, moved, s, y1)
     for i in range(ns):

@@ -5,7 +5,7 @@ from ...compose.scene import scene_of
 from ...motion import Motion
 from ...system import System
 from ..initial import checked_length, checked_state
-from .march import feedbacks_of, integrate, without_feedback
+from .integration import feedbacks_of, integrate, without_feedback
 from .motion import DelayedMotion
 
 

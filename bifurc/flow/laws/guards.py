@@ -48,7 +48,7 @@ ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divid
           "closing", "closure", "segment_peak", "land", "terms_size", "arrival",
           "curved_jump", "curved_kick", "curved_rest", "curved_project", "curved_hold", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
-CLOSE = 2e-5  # rates times the remaining duration of an infinite sequence below which it is closed, as in `scan`
+CLOSE = 2e-5  # rates times the remaining duration of a complete chattering below which it is closed, as in `scan`
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
 FITTED = 1e4  # rounding of a coefficient that comes from the polynomial, against one of the field
 LAWFUL = 0.35  # of the Taylor tables' step: where guards are laws, their values are interpolated, not their accelerations
@@ -682,7 +682,7 @@ def curved_closure(T, m, g, x, v, out):
 
 @njit
 def closing(T, m, g, x, v, out):
-    """Duration of the rest of an infinite sequence whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
+    """Duration of the rest of a complete chattering whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
     As for affine modes, with the loss of acceleration by speed and its rate along the held motion as differences: they
     only weigh the second order.  Returns 0 where the sequence does not (yet) close; ``out`` is ``x`` without the speed.

@@ -45,7 +45,7 @@ def watch_slopes(law, acts, m, h, nodes, local, slope):
 
 @njit
 def kicks(law, acts, m, nodes, owner, closes, local):
-    """Write the impulses ``local[2]`` that an element gives at an event; ``closes``: at the end of an infinite sequence."""
+    """Write the impulses ``local[2]`` that an element gives at an event; ``closes``: at the end of a complete chattering."""
 
 
 @njit

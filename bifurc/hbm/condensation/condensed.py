@@ -16,7 +16,7 @@ from scipy.linalg import qr
 from ..balance import Balance
 from ..layout import Layout
 from ..parts import Numbers, Parts, length, views
-from ..status import MarchStatus
+from ..status import ContactStatus
 from .receptance import LinearPart, Receptance, packed, phasors
 
 DEPENDENT = 1e-12  # relative size below which a row is a combination of others
@@ -128,7 +128,7 @@ class Condensed:
     # equations
 
     def linearised(self, x, point: Point | None = None, slopes: bool = True,
-                   listed=None) -> tuple[MarchStatus, np.ndarray, np.ndarray]:
+                   listed=None) -> tuple[ContactStatus, np.ndarray, np.ndarray]:
         """Return status, residual (size,), in the units of x, and derivatives (size, size + 1), the last column by the parameter.
 
         Where the contacts cannot be followed, or a harmonic has no solution (see `Receptance`), the arrays are NaN.
@@ -148,7 +148,7 @@ class Condensed:
         found, size, own, m = point.linear, self.size, self.layout.size, self.layout.n
         u = np.ascontiguousarray(x[:own], float)
         status, f, wide = self.forces.linearised(u, point.flat, point.dflat, slopes, listed)
-        if status is not MarchStatus.FOLLOWED or not found.regular:
+        if status is not ContactStatus.FOLLOWED or not found.regular:
             return status, np.full(size, np.nan), np.full((size, size + 1), np.nan)
         shape = (self.layout.slots, m)
         force, shifted = phasors(self.layout, f.reshape(shape)), found.shift.any()
@@ -201,7 +201,7 @@ class Condensed:
         point = self.here if point is None else point
         u = np.ascontiguousarray(x[:self.layout.size], float)
         status, f, _ = self.forces.linearised(u, point.flat, point.dflat, False)
-        if status is not MarchStatus.FOLLOWED or not point.linear.regular:
+        if status is not ContactStatus.FOLLOWED or not point.linear.regular:
             return np.full(self.whole.size, np.nan)
         return packed(self.whole, self._motion(u, f, point)).ravel()
 
@@ -236,7 +236,7 @@ class Condensed:
         """Return the forces (slots, n) of contacts and laws along a packed motion of all coordinates; NaN where they fail."""
         u = self.restricted(x)[:self.layout.size]
         status, f, _ = self.forces.linearised(u, slopes=False)
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             return np.full((self.layout.slots, self.whole.n), np.nan)
         return -f.reshape(self.layout.slots, self.layout.n) @ self.rows
 
@@ -246,7 +246,7 @@ class Condensed:
         q = phasors(self.whole, self.whole.matrix(np.asarray(x, float)))
         u = self.restricted(x)[:self.layout.size]
         status, f, wide = self.forces.linearised(u)
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             return np.inf
         load, force = self.load * phasors(self.whole, T.E), phasors(self.layout, f.reshape(self.layout.slots, -1)) @ self.rows
         worst, size = 0.0, max(float(np.abs(load).max(initial=0.0)), 1e-300)
@@ -264,7 +264,7 @@ class Condensed:
         """
         u = self.restricted(x)
         status, f, wide = self.forces.linearised(u[:self.layout.size])
-        if status is not MarchStatus.FOLLOWED:
+        if status is not ContactStatus.FOLLOWED:
             return np.full(self.whole.size, np.nan)
         f, wide, new = f.copy(), wide[:, :-1].copy(), u
         if coupled:

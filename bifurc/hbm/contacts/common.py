@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._jit import leaf
-from ..tables import COUNT, FORGETS, GUARDS, MEMORY, PAIRS, ROWS, SLAVED, THEN, TRIAL, WIDTH, WRITES
+from ..tables import ALGEBRAIC, COUNT, FORGETS, GUARDS, MEMORY, PAIRS, ROWS, THEN, TRIAL, WIDTH, WRITES
 from ..waves import jet, powers, size
 
-FOLLOWED, INCONSISTENT, TOO_MANY, NOT_SETTLED, NOT_FINITE = range(5)  # codes, see `MarchStatus`
+FOLLOWED, INCONSISTENT, TOO_MANY, NOT_SETTLED, NOT_FINITE = range(5)  # codes, see `ContactStatus`
 PERIODS = 8  # most periods until memory has to repeat
 ROUNDING = 1e-12  # of the size of a guard or its derivative (times the top harmonic): zero
 REPEATS = 1e-11  # relative difference of memory after a period
@@ -21,7 +21,7 @@ REPEATS = 1e-11  # relative difference of memory after a period
 # columns of a path: segments of one mode, in order, from 0 to 2 pi
 MODE, GUARD, AFTER, WROTE = 0, 1, 2, 3  # mode, guard that ended it (-1: end of the period), successor, mode that wrote memory
 FIELDS = 4
-# columns of a source: mode that wrote the memory at phase 0 (-1: a relaxed start) and phase of it; with touches: how near, as
+# columns of a source: mode that wrote the memory at phase 0 (-1: a virgin start) and phase of it; with touches: how near, as
 # part of its size, the guard came that is next to touch (-inf: none), the number of events that were only counted, and how
 # near a touch has to come (0: none is looked for)
 WRITER, WRITTEN, NEXT, PASSED, TOUCHED = 0, 1, 2, 3, 4
@@ -36,7 +36,7 @@ class Contact(NamedTuple):
     excited: np.ndarray  # (nx,) slots of the excitation
     A: np.ndarray  # structure
     X: np.ndarray  # expressions
-    loose: np.ndarray  # (Z, 2 Q) memory of a relaxed start, from the means of coordinates and speeds
+    loose: np.ndarray  # (Z, 2 Q) memory of a virgin start, from the means of coordinates and speeds
     c: np.ndarray  # (nr, mi) coefficients of coordinates
     v: np.ndarray  # (nr, mi) and of speeds
 
@@ -103,7 +103,7 @@ def slaves(contact, m, p, z, a):
         return
     first = own[PAIRS] + A.shape[1] - 1
     for i in range(own[MEMORY]):
-        if A[m, 0, SLAVED + i] > 0:
+        if A[m, 0, ALGEBRAIC + i] > 0:
             expression(contact, X[m, first + i], z[:0], a)
             z[i] = jet(waves, a, p)[0]
 
@@ -137,8 +137,8 @@ def admissible(contact, m, z, p, slack, a):
 
 
 @leaf
-def relaxed(contact, z):
-    """Write the memory of a relaxed start, from the means of coordinates and speeds."""
+def virgin(contact, z):
+    """Write the memory of a virgin start, from the means of coordinates and speeds."""
     _, _, A, _, loose, c, v = contact
     own = A[A.shape[0] - 1, 0]
     for i in range(own[MEMORY]):
@@ -163,7 +163,7 @@ def writer(A, m, g):
 def writes_all(A, b):
     """Return whether mode ``b`` writes all memory of the contact."""
     for i in range(A[A.shape[0] - 1, 0, MEMORY]):
-        if A[b, 0, SLAVED + i] <= 0:
+        if A[b, 0, ALGEBRAIC + i] <= 0:
             return False
     return True
 
@@ -181,16 +181,16 @@ def holding(contact, still, slack, z, p, a):
 
 @leaf
 def begin(contact, slack, z, p, a):
-    """Return (mode, mode that wrote the memory) at phase 0: of a start with relaxed memory (-1), or as a mode writes it.
+    """Return (mode, mode that wrote the memory) at phase 0: of a start with virgin memory (-1), or as a mode writes it.
 
-    Mode -1: none may hold; ``slack`` as in `admissible`; ``p`` and ``a`` are overwritten.  Where a mode that keeps relaxed memory
+    Mode -1: none may hold; ``slack`` as in `admissible`; ``p`` and ``a`` are overwritten.  Where a mode that keeps virgin memory
     is beyond a guard at phase 0, memory is as the mode writes it that this guard leads to: the limit that was passed on the way
     there, whatever the direction in which the motion goes now (of one slider; in a set others may have passed theirs).
     """
     powers(0.0, p.shape[0], p)
     waves, A = contact.waves, contact.A
     own = A[A.shape[0] - 1, 0]
-    relaxed(contact, z)
+    virgin(contact, z)
     m = holding(contact, True, slack, z, p, a)
     if m >= 0:
         return m, -1
@@ -202,7 +202,7 @@ def begin(contact, slack, z, p, a):
             b = writer(A, still, g)
             if b < 0 or not writes_all(A, b):
                 continue
-            relaxed(contact, z)
+            virgin(contact, z)
             guard_of(contact, still, g, z, a)
             if jet(waves, a, p)[0] > ROUNDING * size(a):
                 slaves(contact, b, p, z, a)
@@ -210,7 +210,7 @@ def begin(contact, slack, z, p, a):
                 if m >= 0:
                     return m, b
     for b in range(-1, own[COUNT]):
-        relaxed(contact, z)
+        virgin(contact, z)
         if b >= 0:
             slaves(contact, b, p, z, a)
         m = holding(contact, False, slack, z, p, a)
@@ -284,7 +284,7 @@ def repeats(A, m, z, z0, c):
     """Return whether the memory that mode ``m`` keeps came back."""
     bound = size(c[A[A.shape[0] - 1, 0, ROWS]])
     for i in range(z.size):
-        if A[m, 0, SLAVED + i] <= 0 and not abs(z[i] - z0[i]) <= REPEATS * (abs(z[i]) + abs(z0[i]) + bound):
+        if A[m, 0, ALGEBRAIC + i] <= 0 and not abs(z[i] - z0[i]) <= REPEATS * (abs(z[i]) + abs(z0[i]) + bound):
             return False
     return True
 

@@ -201,7 +201,7 @@ def exact(contact, tabulated, skip, touch, segments, space):
     Returns
     -------
     int
-        Code of a `MarchStatus`.
+        Code of a `ContactStatus`.
     """
     waves, _, A, X, _, c, _ = contact
     U, V, dU, dV, excite, dexcite = tabulated

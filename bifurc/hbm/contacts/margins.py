@@ -10,7 +10,7 @@ from ..._jit import leaf
 from ..residual import arose
 from ..tables import GUARDS, KIND, MEMORY, SILENT
 from ..waves import size, value
-from .common import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, relaxed, resting, writer
+from .common import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, resting, virgin, writer
 from .event_driven import TURNED, summit
 
 KINDS = 8  # of events, see `elements.EventKind`
@@ -24,7 +24,7 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
 
     ``out`` starts as (0, FAR, -FAR) in each row; ``segments`` as `event_driven.exact` leaves them.
     Beyond where the listed order of events holds, overshoots are negative and misses positive.  The slip that brought a
-    contact to where it always sticks counts with its overshoot from a relaxed start.  ``a`` (mi,), ``slopes`` (grid + 1,) and
+    contact to where it always sticks counts with its overshoot from a virgin start.  ``a`` (mi,), ``slopes`` (grid + 1,) and
     ``relaxation`` (Z,) are overwritten.
     """
     waves, A = contact.waves, contact.A
@@ -33,9 +33,9 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
     count, Z = counts[0], A[A.shape[0] - 1, 0, MEMORY]
     nodes = cosines.shape[1] - 1
     h = 2.0 * np.pi / nodes
-    if count == 1 and source[WRITER] >= 0.0:  # at rest where it slipped last: it would not have, from a relaxed start
+    if count == 1 and source[WRITER] >= 0.0:  # at rest where it slipped last: it would not have, from a virgin start
         m, z = path[0, MODE], relaxation[:Z]
-        relaxed(contact, z)
+        virgin(contact, z)
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] == 0 and writer(A, m, g) == int(source[WRITER]):
                 guard_of(contact, m, g, z, a)

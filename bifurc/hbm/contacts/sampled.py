@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..._jit import leaf
-from ..tables import GUARDS, MEMORY, PAIRS, SILENT, SLAVED, THEN, TRIAL, WRITES
+from ..tables import ALGEBRAIC, GUARDS, MEMORY, PAIRS, SILENT, THEN, TRIAL, WRITES
 from .common import (
     FOLLOWED,
     INCONSISTENT,
@@ -69,7 +69,7 @@ def next_of(values, X, A, nx, m, z, j):
 
 
 @leaf
-def quiet(values, slaved, X, A, nx, m, z, start):
+def quiet(values, algebraic, X, A, nx, m, z, start):
     """Return the first sample from ``start`` on at which mode ``m`` may be left, or the number of samples.
 
     What `next_of` decides, without calls: a mode that writes memory stays while every mode that is tried instead is broken.
@@ -95,13 +95,13 @@ def quiet(values, slaved, X, A, nx, m, z, start):
                 for h in range(A[b, 0, GUARDS]):
                     total = values[b, h, j]
                     for i in range(z.size):
-                        total += X[b, Q + h, first + i] * (slaved[m, i, before] if A[m, 0, SLAVED + i] > 0 else z[i])
+                        total += X[b, Q + h, first + i] * (algebraic[m, i, before] if A[m, 0, ALGEBRAIC + i] > 0 else z[i])
                     if total > 0.0:
                         stays = True
                         break
             total = values[m, g, j]
             for i in range(z.size):
-                total += X[m, Q + g, first + i] * (slaved[m, i, before] if A[m, 0, SLAVED + i] > 0 else z[i])
+                total += X[m, Q + g, first + i] * (algebraic[m, i, before] if A[m, 0, ALGEBRAIC + i] > 0 else z[i])
             if not stays or total > 0.0:
                 return j
     return N
@@ -122,7 +122,7 @@ def sampled(contact, tabulated, skip, touch, segments, space):
     N, most, own, nx = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0], excited.size
     Z, turn, modes, Q, G = own[MEMORY], 2.0 * np.pi, A.shape[0] - 1, own[PAIRS], A.shape[1] - 1
     a, z, z0 = scratch[0, :waves.size], scratch[6, :Z], scratch[7, :Z]
-    values, slaved = tables[0], tables[1]
+    values, algebraic = tables[0], tables[1]
     z[:] = 0.0
     m, wrote = begin(contact, skip, z, p, a)
     if m < 0:
@@ -131,8 +131,8 @@ def sampled(contact, tabulated, skip, touch, segments, space):
         for g in range(A[n, 0, GUARDS]):
             filled(X[n, Q + g], own, U, V, excite, 1.0, values[n, g])
         for i in range(Z):
-            if A[n, 0, SLAVED + i] > 0:
-                filled(X[n, Q + G + i], own, U, V, excite, 1.0, slaved[n, i])
+            if A[n, 0, ALGEBRAIC + i] > 0:
+                filled(X[n, Q + G + i], own, U, V, excite, 1.0, algebraic[n, i])
     at, ignored = 0.0, False
     for period in range(PERIODS):
         m0, events = m, 0
@@ -143,14 +143,14 @@ def sampled(contact, tabulated, skip, touch, segments, space):
         while True:
             j += 1
             if touch == 0.0 and j < N:
-                new = quiet(values, slaved, X, A, nx, m, z, j)
+                new = quiet(values, algebraic, X, A, nx, m, z, j)
                 ignored = ignored and new == j
                 j = new
             if j >= N:
                 break
             for i in range(Z):
-                if A[m, 0, SLAVED + i] > 0:
-                    z[i] = slaved[m, i, j - 1 if j else N - 1]
+                if A[m, 0, ALGEBRAIC + i] > 0:
+                    z[i] = algebraic[m, i, j - 1 if j else N - 1]
             which, after = next_of(values, X, A, nx, m, z, j)
             if which < 0:
                 ignored = False

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._jit import leaf, njit
-from ..tables import FORGETS, MEMORY, PAIRS, ROWS, SILENT, SLAVED, WIDTH, moved, structure
+from ..tables import ALGEBRAIC, FORGETS, MEMORY, PAIRS, ROWS, SILENT, WIDTH, moved, structure
 from ..waves import jet, powers, size, spectrum, turned
 from .common import AFTER, GUARD, MODE, WROTE, expression
 
@@ -25,7 +25,7 @@ class Slopes(NamedTuple):
     """Derivatives of a contact along a motion by the parameter."""
 
     dX: np.ndarray  # of the expressions
-    dloose: np.ndarray  # of the memory of a relaxed start
+    dloose: np.ndarray  # of the memory of a virgin start
     rate: float  # frequency of the slowest harmonic
     cp: np.ndarray  # (nr, mi) of the coefficients of coordinates, at fixed unknowns
     vp: np.ndarray  # (nr, mi) and of speeds
@@ -151,7 +151,7 @@ def written(contact, slopes, m, g, theta, z, moves, scratch):
     none = z[:0]
     known = False
     for i in range(own[MEMORY]):
-        if A[m, 0, SLAVED + i] <= 0:
+        if A[m, 0, ALGEBRAIC + i] <= 0:
             continue
         local_slopes(contact, slopes, X[m, first + i], dX[m, first + i], none, scratch, new)
         if moves and g >= 0:

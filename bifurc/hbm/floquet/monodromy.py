@@ -14,7 +14,7 @@ from ..._jit import both, leaf, njit
 from ...solve.dense import lu, lu_solve
 from ..contacts.common import AFTER, FOLLOWED, GUARD, MODE, WROTE, Contact, expression, guard_of
 from ..residual import followed, motion
-from ..tables import DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, SLAVED, WIDTH, core, expressions, numbers_at, structure
+from ..tables import ALGEBRAIC, DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, WIDTH, core, expressions, numbers_at, structure
 from ..waves import jet, powers, size
 
 TAYLOR = 13  # terms of the exponential of a matrix of norm at most a half: 6e-16
@@ -133,7 +133,7 @@ def states(S, paths, counts, kept):
             kept[start] = 0
             for i in range(counts[k, 0]):
                 wrote = paths[k, i, WROTE]
-                if wrote >= 0 and contacts[k, wrote, 0, SLAVED + z] > 0:
+                if wrote >= 0 and contacts[k, wrote, 0, ALGEBRAIC + z] > 0:
                     kept[start] = 1
             start += 1
 
@@ -320,7 +320,7 @@ def event(contact, R, rate, path, phase, before, after, offset, mass, pivot, P):
         dt *= -1.0 / speed
     wrote = path[WROTE] >= 0
     for i in range(Z):
-        if wrote and A[m, 0, SLAVED + i] > 0:
+        if wrote and A[m, 0, ALGEBRAIC + i] > 0:
             gradient(X[m, slave + i], own, nx, 0 * Z, R, offset, P, row)
             expression(contact, X[m, slave + i], before[:0], a)
             moving = rate * jet(waves, a, p)[1]

@@ -9,7 +9,7 @@ from ...enumerations import DescribedEnum
 from ..balance import Balance
 from ..laws import compiled
 from ..parts import views
-from ..status import MarchStatus
+from ..status import ContactStatus
 from ..tables import Series
 from .monodromy import NODES, along, cuts_of, states, with_laws
 
@@ -122,7 +122,7 @@ def _with_laws(balance: Balance, flat, x, out, kept) -> int:
     """Write the monodromy matrix of a scene with laws; returns as the codes of `monodromy.along`."""
     parts, room = balance.parts, balance.walk
     status, c, v = balance.follow(x, flat)
-    if status is not MarchStatus.FOLLOWED:
+    if status is not ContactStatus.FOLLOWED:
         return -1
     states(parts.structure, room.paths, room.counts, kept)
     cuts = cuts_of(room.ends, room.counts, max(LEAST_LAW_STEPS, LAW_STEPS * int(parts.shape.waves[-1])))

@@ -178,7 +178,7 @@ def _solve(equations: Balance | Condensed, method: HarmonicBalance, start):
     result = newton(equations.residual, equations.jacobian, start, scale)
     if result.success or relative_residual(equations, _whole(equations, result.x)) <= TOLERANCE:
         return result.x, result.iterations, None
-    failed = {NewtonStatus.SINGULAR: BalanceStatus.SINGULAR, NewtonStatus.NOT_FINITE: BalanceStatus.MARCH_FAILED}
+    failed = {NewtonStatus.SINGULAR: BalanceStatus.SINGULAR, NewtonStatus.NOT_FINITE: BalanceStatus.CONTACTS_FAILED}
     return result.x, result.iterations, failed.get(result.status, BalanceStatus.NOT_CONVERGED)
 
 

@@ -11,7 +11,7 @@ from ...hbm.errors import truncation
 from ...hbm.floquet import stability
 from ...hbm.layout import Layout
 from ...hbm.parts import event_kind
-from ...hbm.status import BalanceStatus, MarchStatus
+from ...hbm.status import BalanceStatus, ContactStatus
 from ...hbm.waves import value
 from ...system import System
 from ..base import Orbit
@@ -252,7 +252,7 @@ class HarmonicOrbit(Orbit):
                     for i in range(int(shape.memory[k])):
                         out = memory[:, first[contact.element] + i]
                         m = segment.mode
-                        if shape.slaved[k, m, i]:
+                        if shape.algebraic[k, m, i]:
                             out[here] = (U[here] @ T.ZU[k, m, i, :Q] + S[here] @ T.ZS[k, m, i, :Q] + E[here] @ T.ZH[k, m, i])
                         else:
                             out[here] = segment.memory[i]
@@ -320,7 +320,7 @@ def relative_residual(balance: Balance | Condensed, x) -> float:
     if isinstance(balance, Condensed):
         return balance.relative_residual(x)
     status, f, wide = balance.linearised(x)
-    if status is not MarchStatus.FOLLOWED:
+    if status is not ContactStatus.FOLLOWED:
         return math.inf
     load = float(np.abs(balance.numbers.E).max(initial=0.0))
     size = max(float((np.abs(wide[:, :-1]) @ np.abs(x)).max()), load, 1e-300)

@@ -20,7 +20,7 @@ FLOOR = 1e-14  # of the largest coefficient
 LARGEST = 1500  # unknowns of the larger balance
 AFTER_SPLITTING = 0.01  # the same after the splitting, which is tried where nothing else converged
 _STATUS = {SetValuedStatus.CONVERGED: None, SetValuedStatus.HELD: None, SetValuedStatus.RESTS: BalanceStatus.AT_REST,
-           SetValuedStatus.SINGULAR: BalanceStatus.SINGULAR, SetValuedStatus.NOT_FINITE: BalanceStatus.MARCH_FAILED,
+           SetValuedStatus.SINGULAR: BalanceStatus.SINGULAR, SetValuedStatus.NOT_FINITE: BalanceStatus.CONTACTS_FAILED,
            SetValuedStatus.STUCK: BalanceStatus.NOT_CONVERGED}
 
 

@@ -361,7 +361,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
     leading rate of a guard that vanishes at a start), BROKEN (largest value or speed of a row that a mode holds, where it
-    begins), all scaled, and RESTS (shortest rest behind an infinite sequence, periods)."""
+    begins), all scaled, and RESTS (shortest rest behind a complete chattering, periods)."""
     flat, kick, n_guards = T.flat, T.kick, T.n_guards
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]

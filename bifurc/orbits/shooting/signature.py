@@ -22,7 +22,7 @@ class Signature:
     ----------
     nodes : ndarray (m, 5 or more) of int
         Mode before, guard (-1: section at a fixed time), mode after, order of the trivial root of its closing row, 1 where
-        an infinite sequence is closed, and what `divided` adds.
+        a complete chattering is closed, and what `divided` adds.
     fixed : ndarray (m,)
         Times of sections, periods; of an autonomous orbit without events the normal (1 over the units of the states) and
         the value of its section, (ns + 1,).

@@ -133,7 +133,7 @@ def test_on_the_orbit_of_a_curved_contact_no_event_is_lost():
 @pytest.mark.parametrize("start", [-1e-14, 0.0, 1e-16, -1e-3])
 def test_a_guard_that_crosses_before_the_first_point_of_a_piece(start):
     from bifurc.flow.delayed.history import collocation
-    from bifurc.flow.delayed.march import first_root
+    from bifurc.flow.delayed.integration import first_root
 
     value = collocation()[0] + max(start, -1e-4) + 1e-11  # what is interpolated is positive at once
     root = first_root(value, start, 1e-15)

@@ -1,4 +1,4 @@
-"""From starts to labels: the compiled march, and the simulation with its joint decisions for what that leaves open."""
+"""From starts to labels: the compiled integration, and the simulation with its joint decisions for what that leaves open."""
 import itertools
 import threading
 from contextlib import nullcontext
@@ -12,7 +12,7 @@ from ..compose.tables import Tables
 from ..elements import EventKind
 from ..flow import settle
 from ..flow.scan import CHATTER, PASSED
-from ..flow.simulate import march
+from ..flow.simulate import integrate
 from ..flow.status import Status
 from ..flow.trajectory import Trajectory
 from .batch import packing, smooth
@@ -22,7 +22,7 @@ from .proximity import STAY, boxed, nearest
 from .scalar import carry, label
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
-BLOCK = 32  # forcing periods that the general march does at a time
+BLOCK = 32  # forcing periods that the general integration does at a time
 FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
 
 
@@ -46,7 +46,7 @@ class Cells(NamedTuple):
     periods: np.ndarray  # int64, forcing periods until it was near the attractor
     impacts: np.ndarray  # int64, impacts and elastic contacts until then
     states: np.ndarray  # int64, code of `CellState`
-    speeds: np.ndarray  # float, least speed of arrival at a stop until then; 0: an infinite sequence; inf: no impact
+    speeds: np.ndarray  # float, least speed of arrival at a stop until then; 0: a complete chattering; inf: no impact
 
     @classmethod
     def blank(cls, size: int, label: int = -1, state: int = ASK) -> "Cells":
@@ -60,11 +60,11 @@ class Images(NamedTuple):
 
     ends: np.ndarray  # (N, ns) states after the periods; where the outcome is not MAPPED, the last section point
     outcomes: np.ndarray  # (N,) int64, MAPPED (0) or the code of the `CellState` that ended the motion
-    impacts: np.ndarray  # (N,) int64, impacts and elastic contacts on the way; an infinite sequence counts once
-    speeds: np.ndarray  # (N,) least speed of arrival at a stop; 0: an infinite sequence; inf: no impact
+    impacts: np.ndarray  # (N,) int64, impacts and elastic contacts on the way; a complete chattering counts once
+    speeds: np.ndarray  # (N,) least speed of arrival at a stop; 0: a complete chattering; inf: no impact
 
 
-class Marcher:
+class Integrator:
     """Labels starts of one scene.  Safe to be called from several threads.
 
     Parameters
@@ -175,7 +175,7 @@ class Marcher:
         y, images.impacts[i], images.speeds[i], images.ends[i] = start, 0, np.inf, start
         for first in range(0, periods, BLOCK):
             last = min(first + BLOCK, periods)
-            motion, code = marched(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            motion, code = integrated(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
             if motion is None:
                 images.outcomes[i] = code
                 return
@@ -203,7 +203,7 @@ class Marcher:
         cells.speeds[i] = np.inf
         for first in range(0, most, BLOCK):
             last = min(first + BLOCK, most)
-            motion, code = marched(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
+            motion, code = integrated(self.scene, y, (first, 0.0), (last, 0.0), self.limit)
             if motion is None:
                 cells.states[i] = code
                 return
@@ -229,10 +229,10 @@ class Marcher:
                 return
 
 
-def marched(scene: Scene, y: np.ndarray, begin, end, limit: int) -> tuple[Trajectory | None, int]:
+def integrated(scene: Scene, y: np.ndarray, begin, end, limit: int) -> tuple[Trajectory | None, int]:
     """Return the motion from ``y`` (ns,), or None and the code of its state where no motion begins there or goes on."""
     try:
-        return march(scene, y, begin, end, limit), REACHED
+        return integrate(scene, y, begin, end, limit), REACHED
     except settle.Penetration:
         return None, OUTSIDE
     except settle.Inconsistent:

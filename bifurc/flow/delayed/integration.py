@@ -5,7 +5,7 @@ a weaker one at t + 2 tau, and so on (Baker, Paul, Wille 1995).  Near a periodic
 delayed impact is as short as the distance from the orbit; it carries the impulse of the feedback and is never dropped.
 Collocation is in the integrated form, whose rows do not grow as a piece shrinks.
 
-One file, because it is one march: pieces, breaking points and events share its past.
+One file, because it is one integration: pieces, breaking points and events share its past.
 """
 import heapq
 import math
@@ -45,7 +45,7 @@ def integrate(system: System, y0: np.ndarray, start: float, stop: float, history
     watch : callable, optional
         ``watch(state) -> bool`` at the whole periods of a forced system; true ends the motion there.
     """
-    return _March(system, start, history, breaks).run(np.array(y0, float), stop, max_events, watch)
+    return _Integration(system, start, history, breaks).run(np.array(y0, float), stop, max_events, watch)
 
 
 def without_feedback(system: System) -> System:
@@ -63,7 +63,7 @@ def feedbacks_of(system: System) -> list[DelayedFeedback]:
     return found
 
 
-class _March:
+class _Integration:
     """State of an integration."""
 
     def __init__(self, system: System, start: float, history, breaks):
@@ -105,7 +105,7 @@ class _March:
         self.engine = kernels(self.scene)
 
     def run(self, y: np.ndarray, stop: float, max_events: int, watch=None) -> DelayedMotion:
-        """March to ``stop``, or until ``watch(state)`` (ns,) at a whole period is true."""
+        """Integrate to ``stop``, or until ``watch(state)`` (ns,) at a whole period is true."""
         scene, t, period = self.scene, self.start, self.scene.period
         events: list[Event] = []
         status, message, count, since = Status.COMPLETED, Status.COMPLETED.sentence, 0, -1

@@ -3,7 +3,7 @@ import numpy as np
 
 from ..compose.scene import Scene
 from ..elements import EventKind
-from .marcher import FAILED, Cells, Targets, marched
+from .integrator import FAILED, Cells, Targets, integrated
 from .outcomes import REACHED, UNSETTLED
 from .proximity import boxed, nearest
 from .section import Section
@@ -11,7 +11,7 @@ from .section import Section
 BLOCK = 8  # natural periods that a motion is simulated at a time
 
 
-class SectionMarcher:
+class SectionIntegrator:
     """Labels starts of a scene without excitation.
 
     A motion that passes the section no more is compared at times of its own, so that a state of rest beside the section is
@@ -45,7 +45,7 @@ class SectionMarcher:
         """Follow one start."""
         y, visits, guest = X[i].copy(), 0, -1
         for _ in range(0, most, BLOCK):
-            motion, code = marched(self.scene, y, (0, 0.0), (0, BLOCK * self.unit), BLOCK * self.limit)
+            motion, code = integrated(self.scene, y, (0, 0.0), (0, BLOCK * self.unit), BLOCK * self.limit)
             if motion is None:
                 cells.states[i] = code
                 return
