@@ -200,7 +200,7 @@ class OrbitProblem(Problem):
         if not (row.det_sign and before.det_sign and all(signs)):
             return [], None
         tests = np.array([before.tests, row.tests, signs, sizes, self._touch])
-        run = np.array([ds, limits.ds_min, limits.ds_max, limits.low, limits.high, origin, self.corner, row.bend, row.s - before.s,
+        run = np.array([ds, limits.ds_max, limits.low, limits.high, origin, self.corner, row.bend, row.s - before.s,
                         before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
         status, U, predicted, tangent, info, rows = self.equations.follow(before.tangent, row.x, row.tangent, self._reads, run,
                                                                           tests, most)

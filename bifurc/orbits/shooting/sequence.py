@@ -77,9 +77,9 @@ NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
-# places in the `run` array of `follow`: length of the step and its limits, bounds of the parameter and the place at which a closed
+# places in the `run` array of `follow`: length of the step and its limit, bounds of the parameter and the place at which a closed
 # branch ends, bend of the last step, its length, and the determinants at the last two rows; steps made
-(LENGTH, LEAST, MOST, LOW, HIGH, ORIGIN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(15)
+(LENGTH, MOST, LOW, HIGH, ORIGIN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(14)
 # rows of its `tests`: last two values, last clear sign, largest size, largest value at which a boundary counts as zero (-1: none)
 EARLIER, LATEST, CLEARLY, SIZE, TOUCHED, TESTS = range(6)
 # numbers behind point, tangent and tests in its `rows`: length, angle and misfit of the step, length of the next, iterations,
