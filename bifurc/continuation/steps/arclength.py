@@ -132,7 +132,10 @@ class Half:
                 or options.record is not None or options.stop is not None or options.progress is not None):
             return None
         origin = math.nan if self.origin is None else self.origin.p
-        made, c = part.problem.follow(rows[-2], row, self.signs, self.sizes, self.ds, most, options, origin)
+        try:
+            made, c = part.problem.follow(rows[-2], row, self.signs, self.sizes, self.ds, most, options, origin)
+        except ERRORS:  # the problem's own code; the single step says what
+            return None
         if made:
             self.rows += made
             self.steps += len(made)
