@@ -6,7 +6,7 @@ sideways distance fits the arc that its turn describes: an angle law alone jumps
 """
 import math
 
-from .._jit import njit
+from .._jit import inlined
 
 TARGET_ANGLE = 0.2  # radians a step
 MAX_ANGLE = 0.35  # radians; a step that turns more is rejected
@@ -28,14 +28,14 @@ CREDIBLE, TURNS, LEADS_AWAY = 0, 1, 2
 CLEAR, JUMPS, UNCLEAR = 0, 1, 2
 
 
-@njit
+@inlined
 def arc_length(chord, angle):
     """Length of the circular arc over ``chord`` that turns by ``angle``."""
     half = 0.5 * angle
     return chord * (half / math.sin(half) if half > 1e-4 else 1.0 + half * half / 6.0)
 
 
-@njit
+@inlined
 def judged(cosine, along, sideways, singular):
     """Return (verdict, angle, misfit): whether a step that turns by an angle with ``cosine`` follows the arc of that turn.
 
@@ -56,7 +56,7 @@ def judged(cosine, along, sideways, singular):
     return LEADS_AWAY if abs(misfit) > MISFIT else CREDIBLE, angle, misfit
 
 
-@njit
+@inlined
 def next_length(ds, bend, before, iterations, most):
     """Length of the next step, up to ``most``, from the curvature of this one and the last, and from what this one cost."""
     if bend > before > 0.0:  # it grows: expect it to grow on
@@ -70,13 +70,13 @@ def next_length(ds, bend, before, iterations, most):
     return min(ds * factor, most)
 
 
-@njit
+@inlined
 def crosses(value, sign, band):
     """Whether a test that had a clear sign is beyond zero now."""
     return sign != 0 and abs(value) > band and (value > 0.0) != (sign > 0)
 
 
-@njit
+@inlined
 def two_folds(a, b, mean):
     """Return the place in (0, 1) at which the parameter may turn twice in a step, -1 where it does not.
 
@@ -93,7 +93,7 @@ def two_folds(a, b, mean):
     return -1.0
 
 
-@njit
+@inlined
 def two_zeros(f0, a, b, back, length):
     """Return the place at which a test may have two zeros: in (0, 1) of this step, in (-1, 0] of the one before, 2 where not.
 
@@ -115,7 +115,7 @@ def two_zeros(f0, a, b, back, length):
     return 2.0
 
 
-@njit
+@inlined
 def doubtful(misfit, corner, a, b, back, length, same_sign):
     """Return whether the ends of a step may lie on different branches that cross or nearly touch at a small angle.
 

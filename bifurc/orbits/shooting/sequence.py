@@ -25,7 +25,7 @@ One file, because residual, Jacobian and corrector are compiled as one call and 
 """
 import numpy as np
 
-from ..._jit import both, njit
+from ..._jit import both, inlined, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
     advance,
@@ -488,7 +488,7 @@ def at_rounding(F, J, U, tolerance):
     return True
 
 
-@njit
+@inlined
 def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
             info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
@@ -604,7 +604,7 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     return 1
 
 
-@njit
+@inlined
 def monitored(info, place):
     """Return the value of the test that stands at a place of ``info``, negative where the sequence is valid."""
     if place == LISTED:
