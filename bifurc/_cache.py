@@ -10,12 +10,15 @@ import hashlib
 import importlib.util
 import os
 import pathlib
+import re
 import tempfile
 
+_IMPORT = re.compile(rb"^[ \t]*((?:from[ \t]+[\w.]+[ \t]+)?import[ \t]+(?:\([^)]*\)|[\w., \t*]+))", re.MULTILINE)
 _PACKAGE = pathlib.Path(__file__).resolve().parent
 # folders with compiled functions and constants they freeze
 KERNELS = ("solve", "compose", "flow", "hbm", "orbits", "ensemble", "basins")
-LONE = {"bifurc._jit": "bifurc._jit", "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
+LONE = {"bifurc._jit": "bifurc._jit", "bifurc._apart": "bifurc._apart",
+        "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
 
 
 def source_hash() -> str:
@@ -62,11 +65,15 @@ def _path(name: str) -> pathlib.Path | None:
     return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()), None)
 
 
+@functools.cache
 def _imported(name: str, path: pathlib.Path) -> list[str]:
-    """Return the full names that a module imports from: modules, and names in packages that may be modules."""
+    """Return the full names that a module imports from: modules, and names in packages that may be modules.
+
+    Statements are found by their form, a tenth of the time that parsing takes; imports in texts that are compiled later count.
+    """
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found = []
-    for node in ast.walk(ast.parse(path.read_bytes())):
+    for node in (node for match in _IMPORT.finditer(path.read_bytes()) for node in ast.parse(match[1]).body):
         if isinstance(node, ast.ImportFrom):
             source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             inner = [f"{source}.{alias.name}" for alias in node.names]

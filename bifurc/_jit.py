@@ -3,10 +3,15 @@ from ._cache import cache_folder, kernel_folder
 
 cache_folder()  # before numba is imported anywhere
 
+import gc  # noqa: E402
 import types  # noqa: E402
 
 import numba  # noqa: E402
 
+from ._apart import refuse_python, set_apart  # noqa: E402
+
+NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
+PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
 OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
@@ -27,7 +32,19 @@ def _compiled(function, **options):
         return template([numba.types.unliteral(arg) for arg in args],
                         {name: numba.types.unliteral(arg) for name, arg in keywords.items()})
 
-    made.get_call_template = get_call_template
+    compile_it = made.compile
+
+    def compile_uncollected(signature):
+        """Compile with the garbage collector off: it would go through all that the compiler makes, a tenth of the time."""
+        on = gc.isenabled()
+        gc.disable()
+        try:
+            return compile_it(signature)
+        finally:
+            if on:
+                gc.enable()
+
+    made.get_call_template, made.compile = get_call_template, compile_uncollected
     return made
 
 
@@ -57,6 +74,29 @@ def leaf(function):
     balance).  Callers hold what they pass.  A leaf must not call functions that return arrays.
     """
     return _with_twin(function, _nrt=False)
+
+
+def apart(returns, python=False):
+    """Compile a function by itself, when it is called for the first time; see `bifurc._apart`.
+
+    For functions that are large, that several others call, or that rare events call: a call costs what any call costs that is
+    not inlined.
+
+    Parameters
+    ----------
+    returns : numba type
+        What it returns: no array.
+    python : bool
+        Whether Python calls it, too; if not, such a call is a TypeError.
+    """
+    def decorate(function):
+        made = _compiled(function, no_cpython_wrapper=not python)
+        set_apart(made, returns)
+        if not python:
+            refuse_python(made)
+        return made
+
+    return decorate
 
 
 def _with_twin(function, **options):

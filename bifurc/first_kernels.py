@@ -16,7 +16,9 @@ def motions() -> None:
     simulate(system, (0.0, 2.0), periods=3).sections  # noqa: B018 (the property compiles)
     none = np.empty(0, np.int64)
     targets = Targets(np.ones(2), np.zeros((1, 2)), np.zeros(1), np.zeros(1, np.int64), 1.0, none.astype(np.uint64), none)
-    Integrator(scene_of(system), 100).label(np.zeros((2, 2)), targets, 2)
+    integrator = Integrator(scene_of(system), 100)
+    integrator.label(np.zeros((2, 2)), targets, 2)
+    integrator.carry(np.zeros((2, 2)), 1)
 
 
 def orbits() -> None:

@@ -1,4 +1,5 @@
 """Kernels are keyed by all sources they can see, and by no others."""
+import ast
 import os
 import shutil
 import subprocess
@@ -31,6 +32,19 @@ def test_an_edit_changes_the_keys_of_those_that_see_it(tmp_path, edited, changed
     after = hashes(tmp_path, *modules)
     assert tuple(a != b for a, b in zip(after[:3], before[:3], strict=True)) == changed
     assert (after[3] != before[3]) == any(changed)
+
+
+def test_imports_are_found_as_the_parser_finds_them():
+    for path in _cache._PACKAGE.rglob("*.py"):
+        parts = path.relative_to(_cache._PACKAGE.parent).with_suffix("").parts
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        package = parts[:-1]
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                source = ".".join([*package[:len(package) - node.level + 1], node.module]) if node.level else node.module
+                modules = {full for alias in node.names if _cache._path(full := f"{source}.{alias.name}") is not None}
+                found = set(_cache._imported(name, path))
+                assert modules <= found and (source in found or len(modules) == len(node.names)), (name, node.lineno)
 
 
 def test_kernels_lie_in_the_folder_of_their_sources(tmp_path):

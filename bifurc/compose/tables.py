@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import both, njit
+from .._jit import NOTHING, apart, both, njit
 from .pointer import WORD, Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
@@ -219,7 +219,7 @@ def rebuild(T):
                 F[i, c] = max(F[i, c], abs(E[m, i, c]))
 
 
-@njit
+@apart(NOTHING)
 def rebuild_mode(T, m):
     """Fill step, YT, GT, E, turn, G4 of mode ``m`` from the flat numbers."""
     A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat

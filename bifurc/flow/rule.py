@@ -8,7 +8,7 @@ the mode's own flow negative.  What is zero is measured by the rounding of the t
 
 import numpy as np
 
-from .._jit import both, njit
+from .._jit import FLAG, NOTHING, WHOLE, apart, both, njit
 from ..compose.tables import ORDER
 from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
 from .affine.polynomial import EPS
@@ -17,7 +17,7 @@ NOISE = 64.0 * EPS  # of the sum of the terms: values below it are zero
 JOINS = 16  # other elements that may join in one event
 
 
-@both
+@apart(NOTHING, python=True)
 def jump(T, m, g, closes, x, xp, P):
     """Write the state after an event into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
@@ -176,7 +176,7 @@ def foreign(T, m, c, k):
     return -1
 
 
-@njit
+@apart(FLAG)
 def taken_along(T, m, g, c, k, kicked, order, x, scale, a):
     """Whether guard ``k`` of mode ``c``, of another element and outside, is so by the event of guard ``g`` of mode ``m`` at ``x``.
 
@@ -198,7 +198,7 @@ def taken_along(T, m, g, c, k, kicked, order, x, scale, a):
     return before < 0 or inside(T, m, before, x, scale, a)[0] <= 0
 
 
-@njit
+@apart(WHOLE)
 def join(T, m, g, c, kicked, x, xp, scale, signs, orders, a):
     """Mode after an event of guard ``g`` of mode ``m`` when the other elements that it takes along (`taken_along`) join in.
 

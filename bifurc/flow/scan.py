@@ -15,7 +15,7 @@ One file, because the integration and what it calls at an event are compiled tog
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import NOTHING, PAIR, apart, njit
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
 from .affine.event_free import coast
@@ -52,7 +52,7 @@ def project(H, S, holds, ns, m, x):
     put(H, holds, ns, m, x)
 
 
-@njit
+@apart(NOTHING)
 def put(rows, holds, ns, m, x):
     """Move the state in ``x`` (nx,) by the least that makes ``rows[m, :holds] @ x`` vanish."""
     if holds == 1:
@@ -96,7 +96,7 @@ def closing(T, m, g, x, v, out):
     return duration if excess <= 1.0 else 0.0
 
 
-@njit
+@apart(PAIR, python=True)
 def closure(T, m, g, x, v, out):
     """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
     A, B, GT, harmonics = T.A, T.B, T.GT, T.harmonics

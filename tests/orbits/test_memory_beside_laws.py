@@ -171,7 +171,7 @@ class Lagging(el.Element):
 def test_memory_with_a_rate_is_refused_beside_a_law():
     elements = [Lagging(), el.HarmonicForce(0.1)]
     assert bf.simulate(bf.System(1.0, 0.2, 2.0, elements, omega=1.0), (0.1, 0.0, 0.0), periods=1).success
-    with pytest.raises(ValueError, match="lagging: memory with a rate is not marched together with .*cubic_spring"):
+    with pytest.raises(ValueError, match="lagging: memory with a rate is not integrated together with .*cubic_spring"):
         bf.simulate(bf.System(1.0, 0.2, 2.0, [*elements, el.CubicSpring(0.1)], omega=1.0), (0.1, 0.0, 0.0), periods=1)
 
 

@@ -6,8 +6,9 @@ The image of a start is that of the batch step or that of `period`; which one is
 depend on neighbours, order, chunks or workers.
 """
 import numpy as np
+from numba.types import Tuple
 
-from ..._jit import njit
+from ..._jit import FLAG, WHOLE, apart, njit
 from ...flow.scan import DONE, LIMIT, LOST
 from ..outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
 from ..proximity import boxed
@@ -46,7 +47,7 @@ def unload(W, l, X, i):
         X[i, c] = W[c * SIZE + l]
 
 
-@njit
+@apart(WHOLE)
 def around(W, index, active, P, numbers, grid, I, home, strangers, modes, limit):
     """Take the batch over a period by its step; return how many are deferred: also other modes, too many events, the lost.
 
@@ -75,7 +76,7 @@ def around(W, index, active, P, numbers, grid, I, home, strangers, modes, limit)
     return count
 
 
-@njit
+@apart(Tuple((FLAG, WHOLE)))
 def mend(P, I, harmonics, phases, forced, home, modes, W, active, y, a, out, stack, force, due, tally, limit):
     """Take the period of all starts that are deferred again; the row FOUND gets -2 - status where it fails.
 

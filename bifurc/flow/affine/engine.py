@@ -6,7 +6,7 @@ written module with functions of the same names and signatures.
 """
 import numpy as np
 
-from ..._jit import njit
+from ..._jit import NOTHING, PAIR, apart, njit
 from ...compose.tables import ORDER
 
 
@@ -71,7 +71,7 @@ def integrate(T, m, x, k):
             x[c + 1] = sin * a + cos * b
 
 
-@njit
+@apart(NOTHING, python=True)
 def carry(T, m, x, s, out):
     """Write the joined state (state and forcing) after ``0 <= s <= step`` into ``out`` (nx,)."""
     A, flat, harmonics, step = T.A, T.flat, T.harmonics, T.step
@@ -90,7 +90,7 @@ def carry(T, m, x, s, out):
         out[c + 1] = sin * x[c] + cos * x[c + 1]
 
 
-@njit
+@apart(NOTHING, python=True)
 def advance(T, m, x, s, y1):
     """Write the state at time ``s >= 0`` after ``x`` (nx,) into ``y1`` (ns,); ``x`` is kept."""
     step = T.step
@@ -103,7 +103,7 @@ def advance(T, m, x, s, y1):
     remainder(T, m, moved, max(s - k * step[m], 0.0), y1)
 
 
-@njit
+@apart(NOTHING, python=True)
 def arc(T, m, x, s, y1, Phi):
     """Like `advance`, with the derivative ``Phi`` (ns, ns) of the state in the state at the start.
 
@@ -190,7 +190,7 @@ def guard_gradient(T, m, g, x, row):
         row[c] = G[m, g, c]
 
 
-@njit
+@apart(PAIR)
 def guard_divided(T, m, g, x, s, order, row):
     """Return guard ``g`` at ``s`` after ``x`` over ``s**order``, and its derivative in ``s``; that in ``x`` is ``row``.
 

@@ -6,10 +6,10 @@ out: ``b1 < 0, b2 + 16/3 e < 0, b3 < 0`` suffices, since the difference is at mo
 """
 import numpy as np
 
-from ..._jit import njit
+from ..._jit import NUMBER, apart
 
 
-@njit
+@apart(NUMBER)
 def coast(T, m, x, count, orders, slopes):
     """Advance ``x`` (nx,) in place by up to ``count`` steps; return the time that was proved free of events.
 

@@ -1,7 +1,7 @@
 """Largest maximum of a guard along a segment of an affine mode: how near a motion comes to an event it does not have."""
 import numpy as np
 
-from ..._jit import both, njit
+from ..._jit import PAIR, apart, njit
 from ...compose.tables import ORDER
 from .engine import carry, guard_series
 from .polynomial import EPS, highest
@@ -25,7 +25,7 @@ def zeros(T, m, g, x, low):
     return low + 1 if abs(rate) <= NOISE * terms else low
 
 
-@both
+@apart(PAIR, python=True)
 def segment_peak(T, m, g, x, s, closing, low):
     """Largest interior maximum (value, time) of guard ``g`` on a segment of duration ``s`` from ``x`` (nx,), at the start of
     which it has a zero of order ``low``.

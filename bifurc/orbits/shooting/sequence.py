@@ -25,7 +25,7 @@ One file, because residual, Jacobian and corrector are compiled as one call and 
 """
 import numpy as np
 
-from ..._jit import both, inlined, njit
+from ..._jit import FLAG, NOTHING, apart, both, inlined, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
     advance,
@@ -96,7 +96,7 @@ def set_parameter(T, index, series, low, high, value):
         rebuild(T)
 
 
-@njit
+@apart(NOTHING)
 def set_modes(T, index, series, low, high, value, nodes):
     """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt."""
     if index.size == 0:
@@ -135,7 +135,7 @@ def guard_rate(row, f, dw):
     return total
 
 
-@njit
+@apart(NOTHING, python=True)
 def reset(T, m, g, closes, x, xp, P):
     """Write the state behind a node into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
@@ -190,7 +190,7 @@ def scale_of(row, weights):
     return total
 
 
-@both
+@apart(NOTHING, python=True)
 def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
@@ -357,7 +357,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                         J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
 
 
-@both
+@apart(NOTHING, python=True)
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
     leading rate of a guard that vanishes at a start), BROKEN (largest value or speed of a row that a mode holds, where it
@@ -457,7 +457,7 @@ def row_value(row, x, weights):
     return abs(value) / scale
 
 
-@njit
+@apart(FLAG)
 def starts_beyond(T, nodes, i, q, xp, listed, a):
     """Whether the value of guard ``q`` at the start ``xp`` of the interval behind node ``i`` is a condition: that a row may be
     held from there, or that an impact does not carry it beyond.  Where the guard also ends the interval it is one only if it

@@ -1,0 +1,89 @@
+"""Functions compiled apart from their callers: when they are called, once, and again from the disk in another process."""
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+KERNELS = '''
+import numpy as np
+from bifurc._jit import NOTHING, NUMBER, PAIR, apart, both
+
+
+@apart(PAIR)
+def extremes(a):
+    low, high = np.inf, -np.inf
+    for value in a:
+        low, high = min(low, value), max(high, value)
+    return low, high
+
+
+@apart(NOTHING, python=True)
+def shift(a, by):
+    for i in range(a.size):
+        a[i] += by
+
+
+@apart(NUMBER)
+def wrong(a):
+    return a.nothing_of_that_name
+
+
+@both
+def width(a, rare):
+    if rare > 1:
+        return wrong(a)
+    if rare > 0:
+        shift(a[1:], 1)
+        shift(a[:, np.newaxis][:, 0], 1)
+    low, high = extremes(a)
+    return high - low
+'''
+RUN = '''
+import json, sys
+import numpy as np
+import kernels
+a = np.array([3.0, 1.0, 2.0])
+compiled = lambda: [len(f.overloads) for f in (kernels.width, kernels.extremes, kernels.shift, kernels.wrong)]
+out = [kernels.width(a, 0), compiled()]
+out += [kernels.width(a, 1), a.tolist(), compiled()]
+kernels.shift(a, 0.5)
+out += [a.tolist(), sum(sum(f.stats.cache_misses.values()) for f in (kernels.width, kernels.extremes, kernels.shift))]
+try:
+    kernels.width(a, 2)
+except RuntimeError as error:
+    out.append(str(error))
+try:
+    kernels.extremes(a)
+except TypeError as error:
+    out.append(str(error))
+print(json.dumps(out))
+'''
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Return a function that runs the kernels in a process of their own and returns what it prints."""
+    (tmp_path / "kernels.py").write_text(KERNELS)
+
+    def result():
+        path = os.pathsep.join([str(tmp_path), *sys.path])
+        done = subprocess.run([sys.executable, "-c", RUN], capture_output=True, text=True, check=True, cwd=tmp_path,
+                              env={**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(tmp_path / "cache")})
+        return json.loads(done.stdout), done.stderr
+
+    return result
+
+
+def test_a_function_apart_is_compiled_at_its_first_call_and_kept_on_disk(run):
+    (first, said), (again, _) = run(), run()
+    width, compiled, wider, moved, then, shifted, missed, message, refused = first
+    assert (width, wider, moved) == (2.0, 0.0 + 1.0, [4.0, 3.0, 4.0])
+    assert compiled == [1, 1, 0, 0]  # the rare branch has not been taken
+    assert then[2] >= 1 and then[3] == 0
+    assert shifted == [4.5, 3.5, 4.5]
+    assert "wrong could not be compiled" in message and "nothing_of_that_name" in said
+    assert "extremes has no door for Python" in refused  # though it is compiled: no null pointer is called
+    assert missed > 0 and again[-3] == 0
+    assert again[:-3] == first[:-3]
