@@ -54,6 +54,26 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
 
 
+@pytest.mark.parametrize(("kind", "number"), [
+    ("two_masses", 7054), ("two_masses", 8129), ("stop_and_friction", 7009), ("stop_and_friction", 7049),
+    ("stop_and_friction", 10013), pytest.param("two_masses", 9048, marks=pytest.mark.slow),
+    pytest.param("two_masses", 10015, marks=pytest.mark.slow)])
+def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
+    """One exchange follows the other up to the end of the chattering: the branch neither turns back nor ends among them, and where
+    it ends because the chattering does not complete any more it does so from both sides."""
+    row = branch_audit.audited(kind, number)
+    assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
+
+
+@pytest.mark.parametrize("number", [6003, 8121])
+def test_a_bound_that_is_met_at_no_angle_is_reached(number):
+    """Restitution falls to nothing like the square of what else changes."""
+    system, name, bounds = branch_audit.scene("stop_and_friction", number)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert name == "rigid_stop.restitution" and branch.stop_reason[0] == "bound"
+    assert branch.column(name)[0] == 0.0 and branch.orbits[0].success
+
+
 @pytest.mark.parametrize(("kind", "number"), [("two_stops", 2001), ("two_stops", 4030), ("belt", 2002), ("two_masses", 3014),
                                               ("two_masses", 4029)])
 def test_scenes_whose_audit_once_was_not_ok(kind, number):

@@ -5,6 +5,7 @@ side on which it is admissible is found by a step to either side, never assumed:
 non-impacting side.
 """
 import collections
+import math
 import operator
 
 import numpy as np
@@ -17,13 +18,14 @@ from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
+from .completion import ratio
 from .directions import directions
 from .successor import complete_chatters, cycle, jumps, kicks, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
 ALIKE = 1e-2  # their difference, as part of the way there, that is none
-TRAIN = 4  # impacts a forcing period that may be those of a sequence just completed
+TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
 Counts = collections.namedtuple("Counts", "completed kicks")
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
@@ -66,7 +68,20 @@ def accumulates(signature, other) -> bool:
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
     one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
     fewer, more = (one, two) if one.completed < two.completed else (two, one)
-    return fewer.completed < more.completed and fewer.kicks >= max(TRAIN, 0.5 * more.kicks)
+    if fewer.completed == more.completed:
+        return False
+    least = resolved(other, signature if more is one else other.sequence) / max(1.0, signature.span * (
+        2.0 if signature.closure < 0 else 1.0))
+    return fewer.kicks >= max(least, 0.5 * more.kicks)
+
+
+def resolved(problem, signature) -> float:
+    """Return how many impacts a period, `TRAIN` at most, may be those of an infinite sequence that ``signature`` completes: as many
+    as bring the times left to the release of a just completed one down to `LEFT`."""
+    T = problem.equations.numbers_at(float(problem.x0[-1]))
+    ends = signature.nodes[signature.nodes[:, CLOSES] == 1][:, :AFTER]
+    ratios = [float(T.ratio[mode, guard]) for mode, guard in ends]
+    return min([TRAIN, *(math.log(LEFT) / math.log(ratio(r)) for r in ratios if 0.0 < r < 1.0)])
 
 
 def repeats(problem, x, tangent) -> bool:
@@ -140,6 +155,9 @@ def admissible_side(problem, x):
 def changed(problem, x, other):
     """Return the kind of the change from the sequence of ``problem``, which ends at ``x`` (n + 1,), to that of ``other``; None
     where the events do not tell."""
+    kind = exchanged(problem, x, other, True)
+    if kind is not None:
+        return kind
     one, two = (collections.Counter(named_events(end)) for end in (problem, other))
     apart = [event for event in {**one, **two} if one[event] != two[event]]
     if not apart:
@@ -196,16 +214,17 @@ def shortest(problem, x):
     return min(ending)[1] if ending else None
 
 
-def exchanged(problem, x, other):
+def exchanged(problem, x, other, trains=False):
     """Return the kind of the change between two sequences that differ in the order of two neighbours only, or None.
 
     Of several neighbours whose exchange would make the one of the other, it is those nearest to each other in time at ``x``
-    (n + 1,).
+    (n + 1,).  With ``trains`` the impacts that lead to the end of an infinite sequence count as well: which of the events before
+    them are told to belong to it differs on the two sides.
     """
-    one, two = named_events(problem), named_events(other)
+    one, two = named_events(problem, trains), named_events(other, trains)
     if sorted(one) != sorted(two):
         return None
-    spans, found = intervals(problem, x)[listed(problem)], []
+    spans, found = intervals(problem, x)[listed(problem, trains)], []
     for k in range(len(two)):
         turned = two[k:] + two[:k]
         apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
@@ -223,20 +242,20 @@ def intervals(problem, x):
     return np.diff(times, prepend=times[-1] - s.span)
 
 
-def listed(problem):
+def listed(problem, trains=False):
     """Return which nodes (nodes,) are events that `named_events` names."""
     nodes = problem.sequence.nodes
-    return (nodes[:, GUARD] >= 0) & (nodes[:, CLOSES] != 2)
+    return (nodes[:, GUARD] >= 0) & (trains | (nodes[:, CLOSES] != 2))
 
 
-def named_events(problem) -> list[tuple[int, str]]:
+def named_events(problem, trains=False) -> list[tuple[int, str]]:
     """Return element and kind of the events of a problem's sequence, in order.
 
-    Of a complete chattering those that lead to its end are left out, with what happens between them: how many of them
-    are listed is a matter of accuracy.
+    Of a complete chattering those that lead to its end are left out, with what happens between them, unless ``trains`` asks
+    for them: how many of them are listed is a matter of accuracy.
     """
     scene, nodes = problem.scene, problem.sequence.nodes
-    events = [(int(m), int(g)) for m, g in nodes[listed(problem)][:, :AFTER]]
+    events = [(int(m), int(g)) for m, g in nodes[listed(problem, trains)][:, :AFTER]]
     return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
 
 

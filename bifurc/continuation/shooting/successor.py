@@ -19,6 +19,7 @@ from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
+from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
@@ -34,6 +35,8 @@ VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may 
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
+STILL, LOOSER = 1e-14, 10.0  # speed of a held row that is none; by how much a second step is longer that tells of a larger one
+ROUNDING = 1e-12  # value of a monitor that tells nothing
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -43,6 +46,7 @@ HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
+CLOSE = 1e-9  # scaled length from an end that lies on the beginning but for rounding
 NEXT = 1e-9  # scaled difference of the parameter beyond which something else may lie between an end and a beginning
 
 
@@ -173,8 +177,21 @@ def verified(problem, point, new, x, tangent) -> bool:
         if c.converged and inside(new, c):
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
-                return determined(new, c.x) and not retraces(problem, point, new, c)
+                return determined(new, c.x) and not retraces(problem, point, new, c) and not loosens(new, x, tangent, step, c)
     return False
+
+
+def loosens(problem, x, tangent, step, c) -> bool:
+    """Whether a row that is held by tolerance alone at ``c``, a ``step`` along ``tangent`` from ``x`` (n + 1,), moves the more the
+    farther the step: a slip of no duration yet that an impact cuts short is not stick behind it."""
+    held = next((k for k, monitor in enumerate(problem.monitors) if monitor.name == HELD_ROWS), None)
+    if held is None:
+        return False
+    moves = c.monitors[held] + 0.5 * HELD
+    if moves <= STILL:
+        return False
+    further = problem.correct(x + LOOSER * step * problem.scale * tangent, tangent)
+    return further.converged and further.monitors[held] + 0.5 * HELD > 0.5 * LOOSER * moves
 
 
 def determined(problem, x) -> bool:
@@ -380,6 +397,8 @@ def _begun(problem, point, signature, x, search, through):
         search.say(f"the orbit {name!r} does not begin here")
     else:
         found = _from(problem, point, signature, begin, through)
+        if found is not None and leads_back(point, *found):
+            found = _nearer(problem, point, new, signature, found)
         if found is not None:
             return found
         search.say(f"the orbit {name!r} is no motion on either side")
@@ -409,14 +428,33 @@ def _from(problem, point, signature, x, through, beside=False):
             if here is None:
                 good = [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
             else:
-                good.sort(key=lambda item: nearest(new, item[1]))
+                good.sort(key=lambda item: (min(nearest(new, item[1]), -ROUNDING), leads_back(point, new, x, item[0])))
         elif len(lines) > 1:  # rounding may have put the beginning a little inside: away from it, not back through it
             good.sort(key=lambda item: nearest(new, item[1]))
         for way, c in good[:1] if beside else good:
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
-                return new, x, way
+                return None if loosens(new, x, way, step, c) else (new, x, way)
     return None
+
+
+def leads_back(point, new, x, tangent) -> bool:
+    """Whether a sequence, followed along ``tangent`` from ``x`` (n + 1,), comes to the parameter of the old end ``point``: then
+    it is valid in a short interval, of which ``x`` is the other end."""
+    away = float(point.x[-1] - x[-1])
+    return abs(away) > NEXT * new.parameter_scale and away * tangent[-1] > 0.0
+
+
+def _nearer(problem, point, new, signature, found):
+    """Return what `_from` makes of the sequence of ``new`` from that end of its validity which is at the parameter of the old end;
+    ``found`` where it has none there."""
+    x = found[1].copy()
+    x[-1] = point.x[-1]
+    c = new.correct(x, np.eye(1, x.size, x.size - 1)[0], True)
+    begin = _first_valid(new, c.x, CLOSE) if c.converged else None
+    if begin is None or abs(begin[-1] - point.x[-1]) > NEXT * new.parameter_scale:
+        return found
+    return _from(problem, point, signature, begin, False) or found
 
 
 def nearest(problem, c) -> float:
@@ -461,8 +499,9 @@ def at_beginning(problem, x, p: float, through=False):
     return c.x if c.converged and inside(problem, c) else None
 
 
-def _first_valid(problem, x):
-    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None."""
+def _first_valid(problem, x, step=None):
+    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None; the scaled length
+    ``step`` is the first that is tried."""
     keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
     tangent = problem.null_tangent(x)
     made: dict[float, np.ndarray] = {}
@@ -477,7 +516,7 @@ def _first_valid(problem, x):
     s0, f0 = 0.0, value(0.0)
     if f0 is None:
         return None
-    s1 = 1e-6 if abs(f0) < 1e-3 else 1e-4
+    s1 = step or (1e-6 if abs(f0) < 1e-3 else 1e-4)
     f1 = value(s1)
     step = s1
     for _ in range(SECANTS):

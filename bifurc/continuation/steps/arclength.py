@@ -20,6 +20,7 @@ from . import detect, hidden
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
+AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 BLOCK = 32  # steps that a problem makes in one call at most
@@ -121,7 +122,7 @@ class Half:
             self.rejected += 1
             self.ds *= cause[1]
             if self.ds < options.ds_min:
-                return None if self.turned(row) or self.leap(row) else self.stop(cause[0], cause[2])
+                return None if self.turned(row) or self.leap(row) or self.reach(row) else self.stop(cause[0], cause[2])
 
     def follow(self):
         """Take the steps that the problem makes in one call; return the correction of the first one that needs a look, or None."""
@@ -377,6 +378,28 @@ class Half:
         if not cut.silent:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
+        return True
+
+    def reach(self, row):
+        """Whether the branch ends on a bound that steps only creep up to, because it meets it at no angle: it does where the point
+        on the bound is next to the last row."""
+        part, options = row.part, self.options
+        x, slope = row.x.copy(), row.tests[0]
+        x[-1] = options.high if slope > 0.0 else options.low
+        if abs(slope) <= SLOPE or abs(x[-1] - row.p) > AT_BOUND * part.scale[-1]:
+            return False
+        try:
+            c = part.problem.correct(x, row.tangent, True)
+        except ERRORS:  # the problem's own code
+            return False
+        away = float(np.linalg.norm((c.x - row.x) / part.scale))
+        new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
+        if new is None or any(new.tests[j] > part.touch for j in part.boundary):
+            return False
+        self.rows.append(new)
+        self.steps += 1
+        self.stop(StopReason.BOUND)
+        self.ask_user(new)
         return True
 
     @staticmethod
