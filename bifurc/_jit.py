@@ -62,6 +62,11 @@ def njit(function):
     return _with_twin(function)
 
 
+def inlined(function):
+    """Write a function with one compiled caller into it: as a function of its own it would be compiled and optimised twice."""
+    return _compiled(function, inline="always")
+
+
 def leaf(function):
     """Compile a function that allocates no arrays and returns none, like `njit`: without counting references to arrays.
 

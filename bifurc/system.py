@@ -5,6 +5,7 @@ One file, because it is one class and the decorator that makes builders of it.
 import functools
 import importlib
 import inspect
+import math
 import re
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -65,9 +66,9 @@ class System:
         for name, value in (("damping", C), ("stiffness", K)):
             if value.shape != M.shape:
                 raise ValueError(f"System: {name} has shape {value.shape}; it must be that of mass, {M.shape}")
-        if not np.abs(M - M.T).max() <= SYMMETRIC * np.abs(M).max():
+        if n > 1 and not np.abs(M - M.T).max() <= SYMMETRIC * np.abs(M).max():
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be symmetric")
-        if not np.array_equal(M, M.T):  # a product such as Q D Q^T is symmetric to rounding only
+        if n > 1 and not np.array_equal(M, M.T):  # a product such as Q D Q^T is symmetric to rounding only
             M = _matrix("mass", 0.5 * (M + M.T))
         if not (M[0, 0] > 0.0 if n == 1 else np.linalg.eigvalsh(M)[0] > n * 1e-15 * np.abs(M).max()):
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be positive definite")
@@ -447,7 +448,7 @@ def _matrix(name: str, value) -> np.ndarray:
         matrix = matrix.reshape(1, 1)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.size == 0:
         raise ValueError(f"System: {name} has shape {matrix.shape}; it must be a number or a square matrix")
-    if not np.isfinite(matrix).all():
+    if not (math.isfinite(matrix.item()) if matrix.size == 1 else np.isfinite(matrix).all()):
         raise ValueError(f"System: {name} = {value!r} is not allowed; it must be finite")
     matrix.flags.writeable = False
     return matrix

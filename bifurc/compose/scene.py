@@ -9,6 +9,7 @@ with H the held rows of all elements and D their pushes; guards and resets becom
 One file, because it is one class: modes are looked up, combined, numbered and mirrored in one table that grows.
 """
 import copy
+import functools
 import itertools
 from collections.abc import Hashable, Iterable, Iterator
 from typing import NamedTuple
@@ -62,6 +63,14 @@ def scene_of(system: System) -> "Scene":
     return system._scene
 
 
+def given(system: System, tables: Tables) -> System:
+    """Return a system made from another by a change of numbers that takes these tables, of all modes, for its own."""
+    kin = system._kin
+    if isinstance(kin, Scene) and kin.same_structure(system):
+        system.__dict__.update(_scene=kin.at(system, tables), _kin=None)
+    return system
+
+
 def numbered(system: System) -> dict:
     """Return the record of a system, with the modes met where their numbers depend on the order in which they were met."""
     scene = scene_of(system)
@@ -97,6 +106,8 @@ class Scene:
         Laws that are not affine; the tables hold their places, rows, pushes and values, and in A the affine rest.
     bound : ndarray (2,)
         Addresses of what is compiled for these laws, zeros before; part of all tables with these laws.
+    sampled : dict
+        How the numbers depend on parameters, kept by those who sample them for all systems made from each other.
     """
 
     tables: Tables
@@ -118,11 +129,10 @@ class Scene:
         self.keys: list[tuple[Hashable, ...]] = []
         self._index: dict[tuple, int] = {}
         self._buildable: dict[tuple, bool] = {}
-        self._guards: list[tuple[GuardOf, ...]] = []
         self._holds: list[tuple[int, ...]] = []
         self._leads: list[Leads] = []
-        self._packer = Packer(system, self.frame, self.slices)
         self._algebraic: dict[int, list] = {}
+        self.sampled: dict[tuple, tuple] = {}
         self._reach: list[tuple[int, Hashable]] | None = None
         self.laws: tuple[SceneLaw, ...] = ()
         self.bound = np.zeros(2, np.int64)
@@ -139,19 +149,31 @@ class Scene:
                 self._add(keys)
         self._pack()
 
-    def at(self, system: System) -> "Scene":
-        """Return the scene of another system of the same structure, with the modes met here under the same numbers."""
+    def at(self, system: System, tables: Tables | None = None) -> "Scene":
+        """Return the scene of another system of the same structure, with the modes met here under the same numbers.
+
+        ``tables`` are its own where its numbers are known; they must be of all modes.
+        """
         other = copy.copy(self)
         other.system, other.frame = system, self.frame.at(system.omega)
         other.omega, other.period = system.omega, system.period
-        other._packer = Packer(system, other.frame, self.slices)
+        for made in ("_packer", "_guards"):
+            other.__dict__.pop(made, None)
         other.keys, other._index, other._holds, other._leads = (
             self.keys.copy(), self._index.copy(), self._holds.copy(), self._leads.copy())
         other._buildable = dict.fromkeys(self.keys, True)
-        other._guards = [other._guards_of(keys) for keys in self.keys]
         other._algebraic = {}
-        other.tables = self._rebuilt(other._filled(other._packer))
+        other.tables = self._rebuilt(other._filled(other._packer)) if tables is None else tables
         return other
+
+    @functools.cached_property
+    def _packer(self) -> Packer:
+        return Packer(self.system, self.frame, self.slices)
+
+    @functools.cached_property
+    def _guards(self) -> list[tuple[GuardOf, ...]]:
+        """Guards of each mode."""
+        return [self._guards_of(keys) for keys in self.keys]
 
     def __repr__(self):
         return f"Scene(n={self.n}, modes={len(self.keys)}, harmonics={self.harmonics}, closed_form={self.closed_form})"
@@ -413,8 +435,8 @@ class Scene:
     def _add(self, keys: tuple) -> int:
         """List a mode, without numbers; return its index."""
         self._index[keys] = len(self.keys)
-        self.keys.append(keys)
         self._guards.append(self._guards_of(keys))
+        self.keys.append(keys)
         # reactions on curves are laws
         self._holds.append(tuple(e for e, key in enumerate(keys) if not self._packer.sites[e].curved
                                  for _ in self._packer.mode(e, key).hold))

@@ -177,6 +177,7 @@ class Problem:
     same_tangent = 0.99  # cosine to the tangent that `switch` gives up to which the one found at a boundary is taken for the same
     exact_tangent = False  # whether the corrector's derivative in the parameter is exact to rounding, not a rough difference
     smooth_boundaries = False  # whether the equations are smooth across boundaries, at which only the order of events changes
+    follows = False  # whether `follow` makes steps
     wraps = False  # whether `wrapped_jacobian` gives the multipliers as singularities of the equations
 
     # What the solutions are motions of: None for algebraic equations.
@@ -437,6 +438,32 @@ class Problem:
             values = np.asarray(self.monitor_values(x[:-1], float(x[-1]), new), float)
         distance = math.sqrt(float(moved @ moved))
         return Corrected(x, new, True, status, count, size_f, distance, contraction, sign, log, values)
+
+    def follow(self, before, row, signs, sizes, ds, most, limits, origin):
+        """Make up to ``most`` steps in which nothing lies that needs a look; for problems that do it faster than step by step.
+
+        Parameters
+        ----------
+        before, row : Row
+            The last two rows of the branch, both of this problem.
+        signs, sizes : list
+            Last clear sign and largest size of every test (dp/ds and the monitors); the sizes are kept up.
+        ds : float
+            Length of the next step.
+        most : int
+        limits : StepOptions
+            Lengths of steps and bounds of the parameter.
+        origin : float
+            Parameter of the point at which a closed branch ends, NaN where there is none.
+
+        Returns
+        -------
+        made : list of Row
+            Behind the last row, in order (`steps.rows.followed`); see `solve.steplaw` for the rules. No sign changes in them.
+        corrected : Corrected or None
+            Correction of the step that comes next, which needs a look; None where it was not tried.
+        """
+        return [], None
 
     def wide_jacobian(self, x):
         """Return [F_u F_p] (n, n + 1) at ``x`` (n + 1,)."""

@@ -18,6 +18,8 @@ class Watching:
     monitors : iterable of Monitor
     """
 
+    follows = False  # what is watched is looked up in every step
+
     def __init__(self, problem, monitors):
         self.inner = problem
         self.monitors = (*problem.monitors, *monitors)

@@ -34,8 +34,8 @@ def nontrivial(equations, whole, U, M, kept, gradient=None) -> np.ndarray:
     gradient : ndarray (ns,), optional
         Of an energy that the motion keeps, just before the first node: its multiplier 1 is left out as well.
     """
-    rest = np.setdiff1d(np.arange(len(M)), kept)
-    M = M[np.ix_(rest, rest)]
+    rest = [c for c in range(len(M)) if c not in kept]
+    M = M[np.ix_(rest, rest)] if kept else M
     if not np.isfinite(M).all():
         return np.full(len(M) - (whole.clock > 0.0) - (gradient is not None), complex(np.inf))
     if whole.clock:

@@ -22,14 +22,13 @@ from .shooting.equations import TOLERANCE, Equations
 from .shooting.path import constant_path
 from .shooting.refused import Earlier, Refusal, meet_modes
 from .shooting.resting import resting_intervals
-from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
+from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD, HELD
 from .shooting.signature import Signature, repeated
 
 INSTANT = 1e-12  # periods: kicks this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
-HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NOTHING = 1e-13  # scaled speed of an impact after which the rest of a complete chattering is rounding, however it ends
 LATE = 8.0  # excess up to which a closed complete chattering counts: the error of the closed form is of second order in it
 

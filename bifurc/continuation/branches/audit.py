@@ -3,8 +3,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import Resimulated, resimulated
-from ..steps.rows import BOUNDARY_BAND
 
 EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
 

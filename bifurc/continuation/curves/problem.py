@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ...solve.steplaw import MONITOR_BAND
 from .. import conditions
 from ..balance.problem import BESIDE
 from ..branches.stability_changes import confirmed, tests
@@ -20,7 +21,6 @@ from ..problem import EPS, Monitor, Problem
 from ..shooting.completion import condition
 from ..shooting.signature_change import LEAVING, UNLISTED
 from ..steps.detect import AT_BOUNDARY
-from ..steps.rows import MONITOR_BAND
 from .codimension_two import watched
 from .leaving import curves_from
 from .unfolding import BREAKS, Crossed, Unfolded

@@ -1,4 +1,4 @@
-"""Periodic orbits as a continuation problem: one event signature, one parameter, one compiled call a step.
+"""Periodic orbits as a continuation problem: one event signature, one parameter, many steps in one compiled call.
 
 One file, because it is one class: residual, monitors, measures and hooks of a branch share its sequence, its numbers and its
 kernels.
@@ -9,23 +9,25 @@ import math
 
 import numpy as np
 
-from ...compose.scene import numbered, scene_of
+from ...compose.modal import give_modal
+from ...compose.scene import given, numbered, scene_of
 from ...elements import EventKind
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
-from ...orbits.orbit import HELD, INSTANT, TOUCH, PeriodicOrbit, closure_of
+from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
-from ...orbits.shooting.path import ParameterPath, of_all_modes, parameter_path
+from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
-from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, STARTS
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
+from ..steps.rows import followed
 from ..watching import bare
 from . import autonomous, branching, signature_change
 from .completion import completion_near
@@ -39,8 +41,8 @@ STUCK = 1e-3  # share of a period for which a contact slips that soon does not s
 SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
 SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
-NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
+monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
 SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged
 ROUNDING = 1e-10  # of the natural size of a parameter
@@ -91,6 +93,20 @@ def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
     return dataclasses.replace(signature, nodes=divided(scene, signature.nodes, T, signature.closure))
 
 
+def watched(scene, signature: Signature) -> tuple[np.ndarray, list[Monitor]]:
+    """Return the places in the kernel's `info` of the tests that it makes of a sequence, and their monitors."""
+    nodes = signature.nodes
+    found = {sequence.FLIP: Monitor(SpecialPointKind.PERIOD_DOUBLING if signature.closure > 0 else SpecialPointKind.BRANCH_POINT)}
+    if signature.events:
+        found[sequence.LISTED] = Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True)
+    found[sequence.PEAK] = Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True)
+    if np.any(nodes[:, STARTS:] < 0):
+        found[sequence.LEAVING] = Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True)
+    if np.any((nodes[:, GUARD] >= 0) & (scene.tables.n_holds[nodes[:, AFTER]] > 0)):
+        found[sequence.BROKEN] = Monitor(SpecialPointKind.USER, HELD_ROWS, boundary=True, silent=True)
+    return np.array([*found]), [*found.values()]
+
+
 class OrbitProblem(Problem):
     """Event-sequence equations along one parameter.
 
@@ -131,21 +147,11 @@ class OrbitProblem(Problem):
         self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale)
-        flip = SpecialPointKind.PERIOD_DOUBLING if sequence.closure > 0 else SpecialPointKind.BRANCH_POINT
-        monitors = [Monitor(flip)]
+        self._reads, monitors = watched(self.scene, sequence)
+        self._beside = self._reads[1:].tolist()
         self._hits = sequence.events > 0
-        if self._hits:
-            monitors.append(Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True))
-        monitors.append(Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True))
-        self._leaves = bool(np.any(self.sequence.nodes[:, STARTS:] < 0))
-        if self._leaves:
-            monitors.append(Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True))
         if self._refusal:
             monitors.append(Monitor(SpecialPointKind.STICK_ONSET, REFUSED, boundary=True))
-        self._holds = bool(np.any((self.sequence.nodes[:, GUARD] >= 0)
-                                  & (self.scene.tables.n_holds[self.sequence.nodes[:, AFTER]] > 0)))
-        if self._holds:
-            monitors.append(Monitor(SpecialPointKind.USER, HELD_ROWS, boundary=True, silent=True))
         self._chatters = bool(np.any(self.sequence.nodes[:, CLOSES] == 1))
         if self._chatters:
             monitors.append(Monitor(SpecialPointKind.CHATTER_COMPLETION, COMPLETES, boundary=True))
@@ -161,19 +167,25 @@ class OrbitProblem(Problem):
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
         self.monitors = tuple(monitors)
+        self.follows = len(monitors) == len(self._reads)  # what the kernel does not know is looked up in every step
+        self._touch = np.array([-1.0, *(self.touch if monitor.boundary else -1.0 for monitor in monitors)])
 
     # equations
 
     def correct(self, x, tangent, fixed=False) -> Corrected:
         """See `Problem.correct`; one compiled call."""
-        status, U, new, info = self.equations.correct(x, tangent, not fixed)
-        iterations, residual = int(info[sequence.ITERATIONS]), float(info[sequence.RESIDUAL])
+        return self._corrected(x, tangent, *self.equations.correct(x, tangent, not fixed))
+
+    def _corrected(self, x, tangent, status, U, new, info) -> Corrected:
+        """Return what the kernel made of the guess ``x`` (n + 1,), ``tangent`` (n + 1,): point, tangent and what it found."""
+        told = info.tolist()
+        iterations, residual = int(told[sequence.ITERATIONS]), told[sequence.RESIDUAL]
         if status != 1:
             return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
                              NO_MONITORS)
         moved = (U - x) / self.scale
-        sign, log = float(info[sequence.DET_SIGN]), float(info[sequence.DET_LOG])
-        values = self._values(U, info)
+        sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
+        values = self._values(U, told)
         odd = self._merges if self._halves is not None else self._shrinks if self._born else None
         if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
             apart = -values[odd]
@@ -181,22 +193,31 @@ class OrbitProblem(Problem):
             sign *= -1.0 if apart < -ROUNDING * size else 1.0
             log -= math.log(max(size, 1e-300) / (1.0 + size))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
-                         float(info[sequence.CONTRACTION]), sign, log, values)
+                         told[sequence.CONTRACTION], sign, log, values)
 
-    def _values(self, x, info) -> np.ndarray:
+    def follow(self, before, row, signs, sizes, ds, most, limits, origin):
+        """See `Problem.follow`; one compiled call."""
+        if not (row.det_sign and before.det_sign and all(signs)):
+            return [], None
+        tests = np.array([before.tests, row.tests, signs, sizes, self._touch])
+        run = np.array([ds, limits.ds_max, limits.low, limits.high, origin, self.corner, row.bend, row.s - before.s,
+                        before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
+        status, U, predicted, tangent, info, rows = self.equations.follow(before.tangent, row.x, row.tangent, self._reads, run,
+                                                                          tests, most)
+        width, made, fixed = U.size, [], tuple(signs)
+        for line, numbers in zip(rows, rows[:, 2 * U.size:].tolist(), strict=True):
+            row = followed(row, line[:width], line[width:2 * width], numbers[:-sequence.TOLD], numbers[-sequence.TOLD:], fixed)
+            made.append(row)
+        if made:
+            self._clear = row.x, row.tests[1]
+            sizes[:] = tests[sequence.SIZE].tolist()
+        return made, None if status > 1 else self._corrected(predicted, tangent, status, U, tangent, info)
+
+    def _values(self, x, info: list) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found."""
-        values = [self._flip(x, float(info[sequence.FLIP]))]
-        if self._hits:
-            least = info[sequence.LISTED]
-            values.append(-least if least < np.inf else NO_PEAK)
-        peak = info[sequence.PEAK]
-        values.append(peak if peak > NO_PEAK else NO_PEAK)
-        if self._leaves:
-            values.append(info[sequence.LEAVING])
+        values = [self._flip(x, info[sequence.FLIP]), *[monitored(info, place) for place in self._beside]]
         if self._refusal:
             values.append(max(self._refusal.worst(x), NO_PEAK))
-        if self._holds:
-            values.append(info[sequence.BROKEN] - 0.5 * HELD)
         if self._chatters:
             values.append(-info[sequence.RESTS])
             values.append(self._closure(x))
@@ -333,7 +354,7 @@ class OrbitProblem(Problem):
         e, (s, U), info = self.equations, self.sequence.written_out(u), np.zeros(sequence.INFO)
         e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, U, e.weights, info)
         info[sequence.FLIP] = math.nan
-        values = self._values(np.append(u, p), info)
+        values = self._values(np.append(u, p), info.tolist())
         values[0] = math.nan
         return values
 
@@ -606,6 +627,18 @@ class OrbitProblem(Problem):
             value = min(max(value, self.path.low), self.path.high)
         system = self.system.with_parameters(**{self.parameter: value})
         return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
+
+    def motion(self, x) -> PeriodicOrbit:
+        """Return the orbit at ``x`` (n + 1,) with the numbers that the branch itself has there, exact to rounding: to be looked at
+        once, and not handed out."""
+        orbit = self.solution(x)
+        if not self.sequence.clock:
+            self.tables_at(x[-1])
+            tables = copy.deepcopy(self.equations.numbers_at(x[-1]))
+            give_modal(tables)
+            given(orbit.system, tables)
+            orbit.equations = self.equations.on(fixed_path(tables))
+        return orbit
 
     def to_record(self) -> dict:
         """Return a JSON-able description."""

@@ -23,8 +23,8 @@ from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
+from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import counted
-from ..steps.rows import BOUNDARY_BAND
 from .directions import directions
 from .vanishing import dropped
 
@@ -164,7 +164,7 @@ def index(problem, x, tangent, toward, half=False) -> float:
 
 def jumps(problem, point) -> bool:
     """Whether motions beyond the end differ from it by an amount that does not fall with the distance from it."""
-    missed = [[repetition(problem.solution(x)).miss for x in _beyond(problem, point, step)] for step in JUMPS]
+    missed = [[repetition(problem.motion(x)).miss for x in _beyond(problem, point, step)] for step in JUMPS]
     return any(np.isfinite(least) and least > max(JUMP, 0.3 * most) and np.isfinite(most)
                for most, least in zip(missed[0], missed[-1], strict=False))
 
@@ -175,7 +175,7 @@ def verified(problem, point, new, x, tangent) -> bool:
     for step in () if rebounds(new) else INSIDE:
         c = new.correct(x + step * new.scale * tangent, tangent)
         if c.converged and inside(new, c):
-            orbit = new.solution(c.x)
+            orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
                 return determined(new, c.x) and not retraces(problem, point, new, c) and not loosens(new, x, tangent, step, c)
     return False
@@ -247,8 +247,8 @@ def retraces(problem, point, new, c) -> bool:
     old = problem.correct(x, point.tangent, True)
     if not old.converged:
         return False
-    here, there = problem.solution(old.x), new.solution(c.x)
-    return distance(here, there) <= ALIKE * max(distance(here, problem.solution(point.x)), SAME)
+    here, there = problem.motion(old.x), new.motion(c.x)
+    return distance(here, there) <= ALIKE * max(distance(here, problem.motion(point.x)), SAME)
 
 
 def more_impacts(one, other) -> bool:
@@ -316,7 +316,7 @@ def _cycle(scene, signature):
 
 def _read(problem, x, search):
     """Yield signatures and unknowns of the motions that simulation makes of the solution ``x`` (n + 1,) of the old equations."""
-    orbit = problem.solution(x)
+    orbit = problem.motion(x)
     at, spans = middles(orbit)
     states = orbit._states(at)
     seen = []
@@ -412,7 +412,7 @@ def _from(problem, point, signature, x, through, beside=False):
     new = problem.with_sequence(signature, x)
     if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
         return None
-    if not distance(problem.solution(point.x), new.solution(x)) <= SAME:
+    if not distance(problem.motion(point.x), new.motion(x)) <= SAME:
         return None
     lines = directions(new, x)
     here = new.correct(x, lines[0]) if beside else None
@@ -432,7 +432,7 @@ def _from(problem, point, signature, x, through, beside=False):
         elif len(lines) > 1:  # rounding may have put the beginning a little inside: away from it, not back through it
             good.sort(key=lambda item: nearest(new, item[1]))
         for way, c in good[:1] if beside else good:
-            orbit = new.solution(c.x)
+            orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
                 return None if loosens(new, x, way, step, c) else (new, x, way)
     return None

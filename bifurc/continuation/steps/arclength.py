@@ -1,9 +1,9 @@
 """Pseudo-arclength continuation of one half of a branch: predict, correct, judge the step, look at what it crossed.
 
-Keller (1977) for the bordered corrector; step law by turning angle and predicted distance (as COCO: Dankowicz &
-Schilder 2013) with the iteration count as ceiling.  A step is accepted only if it turns little, if its sideways
-distance fits the arc that its turn describes, and if the oriented bordered determinant keeps its sign or a branch point
-is found in it: an angle law alone jumps between branches that nearly touch.
+Keller (1977) for the bordered corrector; step law of `solve.steplaw` with the iteration count as ceiling.  A step is accepted
+only if it turns little, if its sideways distance fits the arc that its turn describes, and if the oriented bordered determinant
+keeps its sign or a branch point is found in it.  Steps in which nothing of interest lies may be made by the problem itself, many
+in one call (`Problem.follow`), by the same rules.
 
 One file, because predicting, correcting, judging and cutting a step are one loop over one state.
 """
@@ -13,20 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...solve import steplaw
+from ...solve.steplaw import MANY, MAX_ANGLE, NEARLY_SINGULAR, TURNS, WANDERS
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
-from .rows import Curve, Part, Point, Row, arc_length, tests_of
+from .rows import Curve, Part, Point, Row, tests_of
 
-TARGET_ANGLE = 0.2  # radians a step
-MAX_ANGLE = 0.35  # radians; a step that turns more is rejected
-MISFIT = 0.1  # sideways distance not explained by the turn, as part of the step
-FEW, MANY = 4, 6  # Newton iterations up to which steps may grow; above MANY a step is rejected: Newton has wandered
-GROWTH = 2.0  # of the curvature from step to step, at most, that the step length foresees
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
-NEARLY_SINGULAR = 16.0  # fall of log det in one step that means the same
+BLOCK = 32  # steps that a problem makes in one call at most
+arc_length, judged, next_length = (rule.py_func for rule in (steplaw.arc_length, steplaw.judged, steplaw.next_length))
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +97,8 @@ class Half:
     def step(self):
         """Make one accepted step, with everything that lies in it, or stop."""
         options = self.options
+        self.ds = min(self.ds, options.ds_max)
+        c = self.follow()
         row = self.rows[-1]
         if self.steps >= options.max_steps:
             return self.stop(StopReason.MAX_STEPS)
@@ -106,9 +106,9 @@ class Half:
             return self.stop(StopReason.BOUND)
         nudges = 0
         cause = None
-        self.ds = min(self.ds, options.ds_max)
         while True:
-            new, cause = self.attempt(row, self.ds)
+            new, cause = self.attempt(row, self.ds, c)
+            c = None
             if new is None and cause is None:  # landed on a branch point
                 nudges += 1
                 if nudges <= 4:
@@ -124,8 +124,30 @@ class Half:
             if self.ds < options.ds_min:
                 return None if self.turned(row) or self.leap(row) or self.reach(row) else self.stop(cause[0], cause[2])
 
-    def attempt(self, row, ds):
-        """Return ``(new row, None)``, ``(None, (reason, factor, message))`` or ``(None, None)`` for a nudge."""
+    def follow(self):
+        """Take the steps that the problem makes in one call; return the correction of the first one that needs a look, or None."""
+        options, rows = self.options, self.rows
+        row = rows[-1]
+        part, most = row.part, min(BLOCK, options.max_steps - self.steps)
+        if (most < 1 or not part.follows or len(rows) < 2 or rows[-2].part is not part or row.singular or self.pending is not None
+                or options.record is not None or options.stop is not None or options.progress is not None):
+            return None
+        origin = math.nan if self.origin is None else self.origin.p
+        try:
+            made, c = part.problem.follow(rows[-2], row, self.signs, self.sizes, self.ds, most, options, origin)
+        except ERRORS:  # the problem's own code; the single step says what
+            return None
+        if made:
+            self.rows += made
+            self.steps += len(made)
+            self.ds = made[-1].ds
+        return c
+
+    def attempt(self, row, ds, c=None):
+        """Return ``(new row, None)``, ``(None, (reason, factor, message))`` or ``(None, None)`` for a nudge.
+
+        ``c`` is the correction of this step, where it was made before.
+        """
         options = self.options
         part = row.part
         x = row.x + ds * row.direction
@@ -137,7 +159,10 @@ class Half:
             x = row.x + ds * row.direction
             x[-1] = bound
         try:
-            c = part.problem.correct(x, row.tangent, fixed) if fixed else part.problem.correct(x, row.tangent)
+            if fixed:
+                c = part.problem.correct(x, row.tangent, fixed)
+            elif c is None:
+                c = part.problem.correct(x, row.tangent)
         except ERRORS as error:  # the problem's own code may raise anything
             return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
         new, cause = self.judge(row, c, ds, fixed)
@@ -152,7 +177,7 @@ class Half:
         if not c.converged:
             reason = StopReason.NOT_FINITE if c.status == CorrectorStatus.NOT_FINITE else StopReason.DS_MIN
             return None, (reason, 0.4, f"the corrector ended with {c.status!s}")
-        if c.iterations > MANY and ds > 1e3 * self.options.ds_min:
+        if c.iterations > MANY and ds > WANDERS * self.options.ds_min:
             return None, (StopReason.DS_MIN, 0.5, "Newton wanders in every step")
         if fixed:
             moved = (c.x - row.x) / row.part.scale
@@ -165,38 +190,17 @@ class Half:
         singular = c.status == CorrectorStatus.SINGULAR
         if (singular or c.det_log < row.det_log - NEARLY_SINGULAR) and not row.singular and not fixed:
             return None, None
-        cosine = float(np.dot(row.tangent, c.tangent))
-        if cosine >= 1.0:
-            angle = 0.0
-        elif cosine > 0.9:
-            angle = math.acos(cosine)
-        else:
-            return None, (StopReason.DS_MIN, 0.5, "the branch turns too much in every step")
-        if singular:
-            angle = 2.0 * math.atan2(sideways, along)
-        if angle > MAX_ANGLE:
-            factor = max(0.3, 0.7 * MAX_ANGLE / angle)
+        verdict, angle, misfit = judged(float(np.dot(row.tangent, c.tangent)), along, sideways, singular)
+        if verdict == TURNS:
+            factor = max(0.3, 0.7 * MAX_ANGLE / angle) if angle < math.pi else 0.5
             return None, (StopReason.DS_MIN, factor, "the branch turns too much in every step")
-        misfit = sideways / along - math.tan(0.5 * angle)
-        if abs(misfit) > MISFIT:
+        if verdict:
             return None, (StopReason.DS_MIN, 0.5, "the corrector leads away from the prediction in every step")
         length = arc_length(math.hypot(along, sideways), angle)
         new = Row(c, row.part, row.s + length, angle, tests_of(c), ds)
         new.bend, new.misfit = angle / length, misfit
-        new.ds = self.next_length(ds, new.bend, row.bend, c.iterations)
+        new.ds = next_length(ds, new.bend, row.bend, c.iterations, self.options.ds_max)
         return new, None
-
-    def next_length(self, ds, bend, before, iterations):
-        """Length of the next step from the curvature of this one and the last, and from what this one cost."""
-        if bend > before > 0.0:  # it grows: expect it to grow on
-            bend *= min(bend / before, GROWTH)
-        turn = bend * ds
-        factor = min(max(TARGET_ANGLE / turn, 0.5), 2.0) if turn > 0.5 * TARGET_ANGLE else 2.0
-        if iterations == MANY:
-            factor = min(factor, 0.5)
-        elif iterations > FEW:
-            factor = min(factor, 1.2)
-        return min(ds * factor, self.options.ds_max)
 
     def onto_bound(self, row, beyond):
         """Replace a row beyond a bound by the first point on it; returns as `attempt`."""

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
 from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
 from .branchpoint import locate_crossing
 from .hidden import jumped
 from .roots import PROBE, Root, bracketed, enclose, polish
-from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Part, Point, Row, tests_of
+from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, pair_on_circle
 
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
@@ -177,7 +178,7 @@ def crossed(half, row, new, cut):
     found = []
     crossing = None
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
-            new.det_log < row.det_log - 16.0 and not row.singular):
+            new.det_log < row.det_log - NEARLY_SINGULAR and not row.singular):
         crossing, cause = branch_point(row, new)
         if cause is not None:
             return None, cause

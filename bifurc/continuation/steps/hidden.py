@@ -1,17 +1,14 @@
 """What the ends of a step do not show: two zeros of one test in it, and a jump to another branch."""
 import math
 
+from ...solve import steplaw
+from ...solve.steplaw import JUMPS, MONITOR_BAND, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
-from .rows import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND, Curve, Row, tests_of
+from .rows import Curve, Row, tests_of
 
-DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at
-SHALLOW = 0.9  # the same for tests that are interpolated through three rows, which is much less certain
-DOUBT = 0.01  # misfit of a step that is looked at
-DECAY = 0.5  # part to which the determinant falls in a step that is looked at
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
-LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
-REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
+doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
 
 def dip(half, row, new):
@@ -25,15 +22,11 @@ def dip(half, row, new):
     if length <= 0.0:  # the row lies on the boundary that ends the step
         return None
     a, b = row.tests[0], new.tests[0]
-    if a * b > 0.0 and min(abs(a), abs(b)) > BOUNDARY_BAND:
-        sign = 1.0 if a > 0.0 else -1.0
-        a, b = abs(a), abs(b)
-        mean = sign * (new.p - row.p) / (part.scale[-1] * length)
-        c2, c1 = 3.0 * (a + b) - 6.0 * mean, 6.0 * mean - 4.0 * a - 2.0 * b
-        if c2 > 0.0 and 0.0 < -c1 < 2.0 * c2 and a - 0.25 * c1 * c1 / c2 < DIP * min(a, b) + LOOSE * max(a, b):
-            inner = between(half, row, new, 0, -0.5 * c1 / c2, sign)
-            if inner is not None:
-                return inner
+    t = two_folds(a, b, (new.p - row.p) / (part.scale[-1] * length))
+    if t > 0.0:
+        inner = between(half, row, new, 0, t, 1.0 if a > 0.0 else -1.0)
+        if inner is not None:
+            return inner
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not part:
         return None
@@ -47,23 +40,13 @@ def dip(half, row, new):
             top = before.det_log
             f0, a, b = (r.det_sign * math.exp(min(r.det_log - top, 50.0)) if r.det_sign else 0.0
                         for r in (before, row, new))
-        if not (a * b > 0.0 and f0 * a > 0.0 and (abs(a) < abs(f0) or abs(a) < abs(b))):
+        t = two_zeros(f0, a, b, back, length)
+        if t == 2.0:
             continue
         sign = 1.0 if a > 0.0 else -1.0
-        first, second = sign * (a - f0) / back, sign * (b - a) / length
-        bend = (second - first) / (back + length)
-        if bend <= 0.0:
-            continue
-        slope = first + bend * back  # at `row`
-        least = abs(a) - 0.25 * slope * slope / bend
-        if slope < 0.0 < slope + 2.0 * bend * length and least < SHALLOW * min(abs(a), abs(b)):
-            inner = between(half, row, new, j, -0.5 * slope / (bend * length), sign)
-            if inner is not None:
-                return inner
-        elif slope - 2.0 * bend * back < 0.0 <= slope and least < SHALLOW * min(abs(a), abs(f0)):
-            inner = between(half, before, row, j, 1.0 - 0.5 * slope / (bend * back), sign)
-            if inner is not None:  # between the last two rows: seen only now
-                return inner
+        inner = between(half, row, new, j, t, sign) if t > 0.0 else between(half, before, row, j, 1.0 + t, sign)
+        if inner is not None:  # between the last two rows: seen only now
+            return inner
     return None
 
 
@@ -81,11 +64,9 @@ def jumped(half, row, new):
     length, back = new.s - row.s, row.s - before.s
     a = math.exp(min(row.det_log - before.det_log, 50.0))
     b = math.exp(min(new.det_log - before.det_log, 50.0))
-    heading = a - (1.0 - a) * length / back
-    if abs(new.misfit) < DOUBT + 0.5 * row.part.corner and heading > DECAY * a and b > DECAY * a:
-        return False
-    if heading < 0.0 < row.det_sign * new.det_sign and b > REFLECTION * -heading:
-        return True  # it was heading for zero and came back
+    told = doubtful(new.misfit, row.part.corner, a, b, back, length, row.det_sign * new.det_sign > 0.0)
+    if told != UNCLEAR:
+        return told == JUMPS
     curve = Curve(row, new)
     c = curve.at(0.5)
     if c is None:

@@ -4,11 +4,8 @@ import math
 import numpy as np
 
 from ..kinds import ERRORS, CorrectorStatus, SpecialPointKind
-from ..problem import Corrected
+from ..problem import NO_MONITORS, Corrected
 
-SLOPE_BAND = 1e-11  # |dp/ds| of rounding: a vertical branch has no folds
-BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze has dp/ds = 0 and is no fold
-MONITOR_BAND = 1e-12  # of the largest value seen
 
 class Part:
     """A problem on the way, with what the tracer reads of it in every step.
@@ -16,7 +13,7 @@ class Part:
     ``boundary`` and ``events`` are positions in ``Row.tests``: 0 is dp/ds, 1 + k monitor k.  ``born`` is the boundary
     monitor that is zero at the first row of the part, -1 if none.  ``corner`` is the angle in radians by which the branch may
     turn in a point, of problems that are only piecewise smooth; ``touch`` the largest value of a boundary's monitor at which the
-    problem takes its solutions for valid.
+    problem takes its solutions for valid; ``follows`` tells whether the problem makes steps itself.
     """
 
     def __init__(self, problem, index, born=-1):
@@ -26,6 +23,7 @@ class Part:
         self.scale = problem.scale
         self.corner = float(problem.corner)
         self.touch = float(problem.touch)
+        self.follows = bool(problem.follows)
         self.monitors = tuple(problem.monitors)
         self.kinds = [SpecialPointKind.FOLD] + [SpecialPointKind(monitor.kind) for monitor in self.monitors]
         self.boundary = [1 + k for k, monitor in enumerate(self.monitors) if monitor.boundary]
@@ -62,6 +60,26 @@ class Row:
         self.recorded = None
         self.signs = ()  # last clear signs of the tests, once the row is accepted
         self.ds = ds
+
+
+def followed(before, x, tangent, values, told, signs):
+    """Return the row behind ``before`` of a step that a problem made itself, see `Problem.follow`.
+
+    Parameters
+    ----------
+    x, tangent : ndarray (n + 1,)
+    values : list of float
+        Tests: dp/ds and the monitors.
+    told : tuple
+        Length, angle and misfit of the step, length of the next, Newton iterations, residual, sign and logarithm of the
+        determinant.
+    signs : tuple of int
+    """
+    length, angle, misfit, after, iterations, residual, sign, log = told
+    c = Corrected(x, tangent, True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0, sign, log, NO_MONITORS)
+    row = Row(c, before.part, before.s + length, angle, values, after)
+    row.bend, row.misfit, row.signs = angle / length, misfit, signs
+    return row
 
 
 def reversed_row(row):
@@ -115,12 +133,6 @@ class Point:
 def tests_of(c):
     """Return the values watched along the branch: dp/ds and the monitors."""
     return [float(c.tangent[-1]), *c.monitors.tolist()]
-
-
-def arc_length(chord, angle):
-    """Length of the circular arc over ``chord`` that turns by ``angle``."""
-    half = 0.5 * angle
-    return chord * (half / math.sin(half) if half > 1e-4 else 1.0 + half * half / 6.0)
 
 
 class Curve:

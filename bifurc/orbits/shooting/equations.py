@@ -14,6 +14,7 @@ from .signature import Signature, divided
 
 TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
 MAX_ITERATIONS = 14
+ONCE = (np.empty(0, np.int64), np.empty(0), np.empty((0, 0)), np.empty((0, 0)))  # what `sequence.follow` needs for one correction
 GROWTH = 4.0  # a branch is expected to reach a few times the amplitude at its start: unit of arclength in the states
 
 
@@ -76,8 +77,27 @@ class Equations:
             Search the plane through ``x`` orthogonal to ``tangent``; False: keep the parameter.
         """
         U, tangent, info = x.copy(), tangent.copy(), np.zeros(sequence.INFO)
-        status = self.kernel.correct(*self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE, MAX_ITERATIONS)
+        status = self.kernel.follow(*self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE, MAX_ITERATIONS, *ONCE)
         return status, U, tangent, info
+
+    def follow(self, before, x, tangent, reads, run, tests, most: int):
+        """Make up to ``most`` steps along the branch, see `sequence.follow`: status, x, predicted, tangent, info, rows.
+
+        Parameters
+        ----------
+        x, tangent : ndarray (n + 1,)
+            Where the walk begins, and the tangent there; ``before`` (n + 1,) is that of the row before.
+        reads : ndarray (k - 1,) of int
+            Places in ``info`` of the tests behind dp/ds.
+        run : ndarray (RUN,)
+        tests : ndarray (TESTS, k)
+        most : int
+        """
+        U, predicted, tangent, info = x.copy(), before.copy(), tangent.copy(), np.zeros(sequence.INFO)
+        rows = np.empty((most, 2 * x.size + tests.shape[1] + sequence.TOLD))
+        status = self.kernel.follow(*self._data, U, predicted, tangent, 1.0, info, TOLERANCE, MAX_ITERATIONS, reads, run, tests,
+                                    rows)
+        return status, U, predicted, tangent, info, rows[:int(run[sequence.MADE])]
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""

@@ -18,6 +18,7 @@ DEGREES = (4, 8, 16, 32, 64)
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
+KEPT = 16  # series kept for systems that differ in the value of their parameter only: the branches of one diagram
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
 
 
@@ -52,6 +53,11 @@ def constant_path(scene: Scene, system: System) -> ParameterPath:
         give_modal(scene.tables)  # once for the scene: its simulations need them too
     tables = scene.refill(system)
     give_modal(tables)
+    return fixed_path(tables)
+
+
+def fixed_path(tables: Tables) -> ParameterPath:
+    """Return the path on which these tables never change."""
     return ParameterPath(tables, None, np.empty(0, np.int64), np.empty((0, 1)), 0.0, 1.0)
 
 
@@ -65,8 +71,18 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     ValueError
         When the builder refuses a bound, or the numbers do not depend on the parameter smoothly enough to be followed.
     """
-    index, series, a, b = series_over(system, name, bounds, scene.flat_of, pad)
-    return ParameterPath(scene.refill(system), name, index, series, a, b)
+    low, high = min(bounds), max(bounds)
+    modes = None if scene.complete else tuple(scene.keys)  # their order is chance where they are met one by one
+    key = system.with_parameters(**{name: low}), name, low, high, pad, modes  # whatever the value of the parameter now
+    try:
+        found = scene.sampled.get(key)
+    except TypeError:  # an element of the user's that has no hash
+        return ParameterPath(scene.refill(system), name, *series_over(system, name, bounds, scene.flat_of, pad))
+    if found is None:
+        if len(scene.sampled) >= KEPT:
+            scene.sampled.pop(next(iter(scene.sampled)))
+        found = scene.sampled[key] = series_over(system, name, bounds, scene.flat_of, pad)
+    return ParameterPath(scene.refill(system), name, *found)
 
 
 def of_all_modes(scene: Scene, path: ParameterPath) -> ParameterPath:

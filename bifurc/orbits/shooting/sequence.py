@@ -1,4 +1,4 @@
-"""Periodic orbits as event sequences: residual, Jacobian and one compiled corrector call a continuation step.
+"""Periodic orbits as event sequences: residual, Jacobian and a corrector and runs of steps, compiled.
 
 The unknowns are, for each node, its time ``tau`` in forcing periods and the state ``y`` just before its event; a node
 without event is a section at a fixed time.  With the jump ``y+ = R(x)``, the arc ``phi`` of the mode that follows and
@@ -18,12 +18,14 @@ Where nothing depends on time the period is unknown and the phase is free: ``spa
 place of its time holds that of the closing node, the period.  A section then asks for ``normal . y = value`` instead of a
 time.  So there is one equation for each unknown, and the trivial multiplier +1 is no zero of ``det J``.
 
+Steps of a branch in which nothing lies are made one after the other in one call, by the rules of `solve.steplaw`.
+
 One file, because residual, Jacobian and corrector are compiled as one call and share the columns of `nodes` and the places of
 `info`.
 """
 import numpy as np
 
-from ..._jit import FLAG, NOTHING, apart, both, njit
+from ..._jit import FLAG, NOTHING, apart, both, inlined, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
     advance,
@@ -40,6 +42,21 @@ from ...flow.affine.engine import (
 from ...flow.affine.peak import segment_peak
 from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
+from ...solve.steplaw import (
+    CLEAR,
+    CREDIBLE,
+    MANY,
+    MONITOR_BAND,
+    NEARLY_SINGULAR,
+    SLOPE_BAND,
+    arc_length,
+    crosses,
+    doubtful,
+    judged,
+    next_length,
+    two_folds,
+    two_zeros,
+)
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
 # sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every
@@ -55,9 +72,20 @@ STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is
 CALM = 1e-6  # a step so small (scaled) at a residual that is rounding twice over: a duration near its birth is known no better
 LAST = 1e-9  # a step so small (scaled) is the last one, and changes the derivative in the parameter by less than its error
 NEAR = 1e-4  # a step so small is followed by next to none
+HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
+NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
+# places in the `run` array of `follow`: length of the step and its limit, bounds of the parameter and the place at which a closed
+# branch ends, bend of the last step, its length, and the determinants at the last two rows; steps made
+(LENGTH, MOST, LOW, HIGH, ORIGIN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(14)
+# rows of its `tests`: last two values, last clear sign, largest size, largest value at which a boundary counts as zero (-1: none)
+EARLIER, LATEST, CLEARLY, SIZE, TOUCHED, TESTS = range(6)
+# numbers behind point, tangent and tests in its `rows`: length, angle and misfit of the step, length of the next, iterations,
+# residual, sign and logarithm of the determinant
+TOLD = 8
+BEYOND, LAST_ROW = 2, 3  # `follow`: the next step leaves the bounds; all rows are filled
 
 
 @both
@@ -460,7 +488,7 @@ def at_rounding(F, J, U, tolerance):
     return True
 
 
-@both
+@inlined
 def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
             info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
@@ -574,3 +602,114 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
         ratio = np.exp(min(log - info[DET_LOG] - np.log(abs(short)), 700.0)) if sign != 0.0 else 0.0
         info[FLIP] = sign * np.sign(short) * ratio / (1.0 + ratio)
     return 1
+
+
+@inlined
+def monitored(info, place):
+    """Return the value of the test that stands at a place of ``info``, negative where the sequence is valid."""
+    if place == LISTED:
+        return -info[LISTED] if info[LISTED] < np.inf else NO_PEAK
+    if place == PEAK:
+        return max(info[PEAK], NO_PEAK)
+    if place == BROKEN:
+        return info[BROKEN] - 0.5 * HELD
+    return info[place]
+
+
+@both
+def follow(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
+           info, tolerance, max_iterations, reads, run, tests, rows):
+    """`correct` once where ``rows`` has no rows; otherwise step by step along the branch until a step needs a look.
+
+    ``rows`` (most, 2 (n + 1) + k + TOLD) takes the steps made, ``run[MADE]`` their number.  The walk begins at ``U`` with the
+    tangent there, and ``predicted`` holds that of the row before; at the end ``U``, ``predicted``, ``tangent`` and ``info`` belong
+    to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds, ``tests`` (TESTS, k)
+    what is known of them.
+    """
+    n, most = U.size - 1, rows.shape[0]
+    last, old = U.copy(), tangent.copy()
+    bend = turned(predicted, tangent, run[BACK]) if most > 0 else tangent
+    made = 0
+    while True:
+        if most > 0:
+            run[MADE] = made
+            if made == most:
+                return LAST_ROW
+            run[LENGTH] = min(run[LENGTH], run[MOST])
+            for j in range(n + 1):
+                predicted[j] = last[j] + run[LENGTH] * (scales[j] * old[j])
+                U[j], tangent[j] = predicted[j] + 0.5 * run[LENGTH]**2 * (scales[j] * bend[j]), old[j]
+            if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
+                return BEYOND
+        status = correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
+                         info, tolerance, max_iterations)
+        if most == 0 or status != 1 or not plain(last, old, U, predicted, tangent, scales, info, reads, run, tests, rows[made]):
+            return status
+        bend = turned(old, tangent, run[BACK])
+        for j in range(n + 1):
+            last[j], old[j] = U[j], tangent[j]
+        made += 1
+
+
+@njit
+def turned(before, tangent, length):
+    """Return the rate (n + 1,) with which a tangent turns, orthogonal to it: Newton begins on the parabola through two rows."""
+    bend = (tangent - before) / length
+    along = 0.0
+    for j in range(bend.size):
+        along += bend[j] * tangent[j]
+    for j in range(bend.size):
+        bend[j] -= along * tangent[j]
+    return bend
+
+
+@njit
+def plain(last, old, U, predicted, tangent, scales, info, reads, run, tests, row):
+    """Whether nothing lies in the step from ``last`` to ``U`` that needs a look; writes the step into ``row`` and goes on to it."""
+    n, count, ds, sign, log = U.size - 1, tests.shape[1], run[LENGTH], info[DET_SIGN], info[DET_LOG]
+    iterations = int(info[ITERATIONS])
+    if iterations > MANY or not run[LOW] < U[n] < run[HIGH] or sign != run[SIGN] or log < run[LOG] - NEARLY_SINGULAR:
+        return False
+    cosine, distance = 0.0, 0.0
+    for j in range(n + 1):
+        cosine += old[j] * tangent[j]
+        distance += ((U[j] - predicted[j]) / scales[j])**2
+    distance = np.sqrt(distance)
+    verdict, angle, misfit = judged(cosine, ds, distance, False)
+    length = arc_length(np.hypot(ds, distance), angle)
+    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
+        return False
+    values = row[2 * (n + 1):2 * (n + 1) + count]
+    for j in range(count):
+        value = tangent[n] if j == 0 else monitored(info, reads[j - 1])
+        band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(tests[SIZE, j], abs(value))
+        values[j] = value
+        touch = tests[TOUCHED, j]
+        if not np.isfinite(value) or (value > min(band, touch) if touch >= 0.0 else crosses(value, tests[CLEARLY, j], band)):
+            return False
+        if j > 0 and two_zeros(tests[EARLIER, j], tests[LATEST, j], value, run[BACK], length) != 2.0:
+            return False
+    if two_folds(tests[LATEST, 0], values[0], (U[n] - last[n]) / (scales[n] * length)) > 0.0:
+        return False
+    a, b = np.exp(min(run[LOG] - run[LOG_BEFORE], 50.0)), np.exp(min(log - run[LOG_BEFORE], 50.0))
+    falls = run[LOG] < run[LOG_BEFORE] or run[LOG] < log
+    if falls and two_zeros(run[SIGN_BEFORE], run[SIGN] * a, sign * b, run[BACK], length) != 2.0:
+        return False
+    if doubtful(misfit, run[CORNER], a, b, run[BACK], length, True) != CLEAR:
+        return False
+    for j in range(count):
+        value, size = values[j], abs(values[j])
+        tests[EARLIER, j], tests[LATEST, j] = tests[LATEST, j], value
+        tests[SIZE, j] = max(tests[SIZE, j], size)
+        if size > (SLOPE_BAND if j == 0 else MONITOR_BAND * tests[SIZE, j]):
+            tests[CLEARLY, j] = 1.0 if value > 0.0 else -1.0
+    bend = angle / length
+    run[LENGTH] = next_length(ds, bend, run[BEND], iterations, run[MOST])
+    run[BEND], run[BACK] = bend, length
+    run[LOG_BEFORE], run[SIGN_BEFORE], run[LOG], run[SIGN] = run[LOG], run[SIGN], log, sign
+    for j in range(n + 1):
+        row[j], row[n + 1 + j] = U[j], tangent[j]
+    told = row[2 * (n + 1) + count:]
+    told[0], told[1], told[2], told[3], told[4] = length, angle, misfit, run[LENGTH], iterations
+    told[5], told[6], told[7] = info[RESIDUAL], sign, log
+    return True
