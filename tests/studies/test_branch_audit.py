@@ -55,7 +55,7 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
 
 
 @pytest.mark.parametrize(("kind", "number"), [
-    ("two_masses", 7054), ("two_masses", 11022), ("two_masses", 8129), ("stop_and_friction", 7009), ("stop_and_friction", 7049),
+    ("two_masses", 7054), ("two_masses", 11022), ("two_masses", 8129), ("stop_and_friction", 7049),
     ("stop_and_friction", 10013), pytest.param("two_masses", 9048, marks=pytest.mark.slow),
     pytest.param("two_masses", 10015, marks=pytest.mark.slow)])
 def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
