@@ -44,7 +44,8 @@ def test_points_without_a_partner_are_seen():
 @pytest.mark.parametrize(("kind", "number"), [("two_stops", 100), ("two_stops", 122), ("two_stops", 124), ("belt", 112),
                                               ("two_masses", 1000), ("two_masses", 6018), ("two_masses", 7018),
                                               ("two_masses", 9002), ("one_stop", 8048), ("two_masses", 5034),
-                                              ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042)])
+                                              ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042),
+                                              ("two_stops", 11038)])
 def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     """Special points accumulate towards the end of chattering; up to a stated distance both directions list the same.
 

@@ -20,7 +20,7 @@ from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import ratio
 from .directions import directions
-from .successor import complete_chatters, cycle, jumps, kicks, successor, verified
+from .successor import allowed, complete_chatters, cycle, jumps, kicks, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -113,9 +113,9 @@ def mirrors(problem, x, tangent) -> bool:
         return False
     for step in AHEAD:
         c = problem.correct(x + step * problem.scale * tangent, tangent)
-        if not c.converged:
+        if not (c.converged and allowed(problem, c.p)):
             continue
-        orbit = problem.solution(c.x)
+        orbit = problem.motion(c.x)
         at = middles(orbit)[0]
         apart = np.abs((orbit._states(at) + orbit._states(at + 0.5 * s.span)) / orbit.weights).max()
         return bool(apart <= ALIKE * np.abs((c.x - x) / problem.scale)[:-1].max())
