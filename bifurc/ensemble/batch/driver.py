@@ -6,7 +6,7 @@ The image of a start is that of the batch step or that of `period`; which one is
 depend on neighbours, order, chunks or workers.
 """
 import numpy as np
-from numba.types import Tuple
+from numba.core.types import Tuple
 
 from ..._jit import FLAG, WHOLE, apart, njit
 from ...flow.scan import DONE, LIMIT, LOST
