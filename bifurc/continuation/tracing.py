@@ -203,7 +203,9 @@ def start_row(problem, options):
                 c = Corrected(c.x, tangent, True, CorrectorStatus.SINGULAR, c.iterations, c.residual, c.distance, 0.0,
                               0.0, -math.inf, c.monitors)
                 return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), crossing
-        c = problem.correct(x, oriented(right[0]))
+        c = problem.correct(x, oriented(right[-1]))  # the tangent, where the rank is only nearly lost
+        if not c.converged:
+            c = problem.correct(x, oriented(right[0]))
         if not c.converged:  # nearly singular only, next to where events meet: along the parameter there is a solution
             c = problem.correct(x, np.append(np.zeros(n), 1.0), True)
         if not c.converged:
