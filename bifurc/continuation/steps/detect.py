@@ -369,7 +369,7 @@ def zero_between(part, a, b, j):
         return located(part, a, b, j, curve, root)
     guess = None
     if j == 0 and curve.length > 0.0:  # the parameter is known with its slope: root of the derivative of its cubic
-        mean = (b.p - a.p) / (part.scale[-1] * curve.length)
+        mean = (b.p - a.p) / (float(part.scale[-1]) * curve.length)
         c2, c1 = 3.0 * (fa + fb) - 6.0 * mean, 6.0 * mean - 4.0 * fa - 2.0 * fb
         root = c1 * c1 - 4.0 * c2 * fa
         if root > 0.0:

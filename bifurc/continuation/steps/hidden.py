@@ -22,7 +22,7 @@ def dip(half, row, new):
     if length <= 0.0:  # the row lies on the boundary that ends the step
         return None
     a, b = row.tests[0], new.tests[0]
-    t = two_folds(a, b, (new.p - row.p) / (part.scale[-1] * length))
+    t = two_folds(a, b, (new.p - row.p) / (float(part.scale[-1]) * length))
     if t > 0.0:
         inner = between(half, row, new, 0, t, 1.0 if a > 0.0 else -1.0)
         if inner is not None:
