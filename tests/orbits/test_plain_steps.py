@@ -1,0 +1,123 @@
+"""Which steps of a compiled run need a look: every reason alone stops it, and what is kept of a step is that of the step."""
+import math
+
+import numpy as np
+import pytest
+
+from bifurc.orbits.shooting import sequence as sq
+from bifurc.solve.steplaw import next_length
+
+FLIP, LISTED, PEAK = 0, 1, 2  # tests behind dp/ds
+
+
+def step():
+    """Return the arguments of `plain` for a step of length .1 straight along the parameter, and its row."""
+    ds, scales = 0.1, np.array([2.0, 3.0])
+    last, tangent = np.array([1.0, 1.0]), np.array([0.6, 0.8])
+    predicted = last + ds * scales * tangent
+    info = np.zeros(sq.INFO)
+    info[sq.ITERATIONS], info[sq.DET_SIGN], info[sq.DET_LOG], info[sq.RESIDUAL] = 3, 1.0, 0.3, 1e-15
+    info[sq.FLIP], info[sq.LISTED], info[sq.PEAK] = 0.5, 0.4, -0.3
+    run = np.zeros(sq.RUN)
+    run[sq.LENGTH], run[sq.MOST], run[sq.LOW], run[sq.HIGH], run[sq.ORIGIN] = ds, 1.0, 0.0, 9.0, math.nan
+    run[sq.BEND], run[sq.BACK], run[sq.LOG_BEFORE], run[sq.SIGN_BEFORE], run[sq.LOG], run[sq.SIGN] = 0.0, 0.08, 0.3, 1.0, 0.3, 1.0
+    tests = np.empty((sq.TESTS, 4))
+    tests[sq.EARLIER] = tests[sq.LATEST] = 0.8, 0.5, -0.4, -0.3
+    tests[sq.CLEARLY], tests[sq.SIZE], tests[sq.TOUCHED] = (1, 1, -1, -1), 1.0, (-1.0, -1.0, 1e-13, 1e-13)
+    reads = np.array([sq.FLIP, sq.LISTED, sq.PEAK])
+    row = np.zeros(2 * 2 + 4 + sq.TOLD)
+    return [last, tangent.copy(), predicted.copy(), predicted, tangent, scales, info, reads, run, tests, row]
+
+
+LAST, OLD, U, PREDICTED, TANGENT, SCALES, INFO, READS, RUN, TESTS, ROW = range(11)
+
+
+def test_a_plain_step_is_taken_and_kept():
+    a = step()
+    assert sq.plain(*a)
+    run, tests, row = a[RUN], a[TESTS], a[ROW]
+    assert row[:2] == pytest.approx(a[U]) and row[2:4] == pytest.approx(a[TANGENT])
+    assert row[4:8] == pytest.approx([0.8, 0.5, -0.4, -0.3])
+    length, angle, misfit, after, iterations, residual, sign, log = row[8:]
+    assert (length, misfit, iterations, residual, sign, log) == pytest.approx((0.1, 0.0, 3, 1e-15, 1.0, 0.3))
+    assert angle == pytest.approx(0.0, abs=1e-7) and after == next_length.py_func(0.1, angle / length, 0.0, 3, 1.0)
+    assert run[sq.LENGTH] == after and run[sq.BACK] == pytest.approx(0.1)
+    assert tests[sq.LATEST] == pytest.approx([0.8, 0.5, -0.4, -0.3])
+
+
+def test_the_next_step_sees_what_this_one_found():
+    a = step()
+    a[INFO][[sq.FLIP, sq.DET_LOG]] = 0.7, 0.2
+    assert sq.plain(*a)
+    run, tests = a[RUN], a[TESTS]
+    assert (tests[sq.EARLIER, 1 + FLIP], tests[sq.LATEST, 1 + FLIP]) == (0.5, 0.7)
+    assert tests[sq.SIZE, 1 + FLIP] == 1.0
+    assert (run[sq.LOG_BEFORE], run[sq.LOG], run[sq.SIGN_BEFORE], run[sq.SIGN]) == (0.3, 0.2, 1.0, 1.0)
+    a[INFO][sq.FLIP] = 1.5
+    a[LAST][:] = a[U]
+    a[PREDICTED][:] = a[U][:] = a[LAST] + run[sq.LENGTH] * a[SCALES] * a[TANGENT]
+    assert sq.plain(*a)
+    assert tests[sq.EARLIER, 1 + FLIP] == 0.7 and tests[sq.SIZE, 1 + FLIP] == 1.5
+
+
+def disturbed(what):
+    """Return a step with one thing wrong."""
+    a = step()
+    info, run, tests = a[INFO], a[RUN], a[TESTS]
+    if what == "iterations":
+        info[sq.ITERATIONS] = 7
+    elif what == "low":
+        run[sq.LOW] = a[U][1] + 1e-9
+    elif what == "high":
+        run[sq.HIGH] = a[U][1] - 1e-9
+    elif what == "on the bound":
+        run[sq.HIGH] = a[U][1]
+    elif what == "sign of the determinant":
+        info[sq.DET_SIGN] = -1.0
+    elif what == "nearly singular":
+        info[sq.DET_LOG] = 0.3 - 16.1
+    elif what == "turns":
+        a[TANGENT][:] = math.cos(math.atan2(0.8, 0.6) + 0.4), math.sin(math.atan2(0.8, 0.6) + 0.4)
+    elif what == "leads aside":
+        a[U][:] += 0.02 * a[SCALES] * np.array([-0.8, 0.6])
+    elif what == "start of a closed branch":
+        run[sq.ORIGIN] = 1.2
+    elif what == "not known":
+        info[sq.FLIP] = math.nan
+    elif what == "flip":
+        info[sq.FLIP] = -0.01
+    elif what == "graze":
+        info[sq.PEAK] = 1e-12
+    elif what == "slow impact":
+        info[sq.LISTED] = -1e-12
+    elif what == "two zeros of a test":
+        tests[sq.EARLIER, 1 + FLIP], tests[sq.LATEST, 1 + FLIP], info[sq.FLIP] = 0.4, 0.05, 0.1
+    elif what == "two folds":
+        a[LAST][1] = a[U][1] - 1e-3  # dp/ds .8 at both ends, next to no way between: it turned twice
+    elif what == "two changes of the determinant":
+        run[sq.LOG_BEFORE], run[sq.LOG], info[sq.DET_LOG] = 0.3, 0.3 - 0.5, 0.3 - 0.3
+    elif what == "the determinant heads for zero":
+        run[sq.LOG_BEFORE], run[sq.LOG], info[sq.DET_LOG] = 0.3, 0.3 - 0.2, 0.3 - 1.2
+    return a
+
+
+@pytest.mark.parametrize("what", [
+    "iterations", "low", "high", "on the bound", "sign of the determinant", "nearly singular", "turns", "leads aside",
+    "start of a closed branch", "not known", "flip", "graze", "slow impact", "two zeros of a test", "two folds",
+    "two changes of the determinant", "the determinant heads for zero"])
+def test_every_reason_stops_the_run(what):
+    a = disturbed(what)
+    before = a[RUN].copy(), a[TESTS].copy()
+    assert not sq.plain(*a)
+    assert np.array_equal(a[RUN], before[0], equal_nan=True) and np.array_equal(a[TESTS], before[1])
+
+
+def test_a_value_within_rounding_of_zero_does_not_stop_it():
+    a = step()
+    a[INFO][sq.PEAK] = 0.5e-13
+    assert sq.plain(*a)
+    a = step()
+    a[INFO][sq.FLIP] = -0.5e-12
+    a[TESTS][sq.EARLIER, 1 + FLIP] = a[TESTS][sq.LATEST, 1 + FLIP] = 1e-3
+    assert sq.plain(*a)
+    assert a[TESTS][sq.CLEARLY, 1 + FLIP] == 1  # the old sign stays
