@@ -3,6 +3,8 @@
 A kernel is compiled once a machine and version of the sources; on an empty cache that is most of the time of a first
 command.  The compiler holds a lock within a process, so that only processes run side by side.
 """
+import os
+import pathlib
 import subprocess
 import sys
 
@@ -22,8 +24,8 @@ def warm_up(say=print) -> bool:
         return False
     say("compiling kernels for this machine (once, about half a minute)")
     code = "from bifurc import first_kernels; first_kernels.{}()"
-    running = [subprocess.Popen([sys.executable, "-c", code.format(part)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-               for part in ("motions", "orbits")]
+    running = [subprocess.Popen([sys.executable, "-P", "-c", code.format(part)], env=same_package(), stdout=subprocess.DEVNULL,
+                                stderr=subprocess.DEVNULL) for part in ("motions", "orbits")]
     try:
         ended = [process.wait(LONGEST) == 0 for process in running]
     except subprocess.TimeoutExpired:
@@ -35,3 +37,13 @@ def warm_up(say=print) -> bool:
     if all(ended):
         marker.touch()
     return True
+
+
+def same_package() -> dict[str, str]:
+    """Return the environment in which another process, started with ``-P``, finds this very package.
+
+    In a clone of the sources the folder that a command is called in has a package of the same name: kernels that are compiled
+    for that one are of no use to the one that is installed.
+    """
+    here = str(pathlib.Path(__file__).parent.parent)
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
