@@ -201,7 +201,7 @@ class _Run:
                     i = waiting.pop()
                     try:
                         running[pool.submit(self.work, self.payloads[i])] = i
-                    except BrokenExecutor as error:
+                    except (BrokenExecutor, ValueError, OSError) as error:  # or its pipes are closed while it starts a process
                         return self._broken(error, running, [i])
                     except RuntimeError as error:
                         raise RuntimeError(f"the executor takes no more work ({error}); give one that is open") from error
