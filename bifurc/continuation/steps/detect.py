@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
 from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
@@ -22,6 +23,7 @@ from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, pair_on_circle
 
+crosses = steplaw.crosses.py_func
 AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
 WIDE = 1e-7  # arclength to which the place of a boundary is known, when that is little
 BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
@@ -202,7 +204,7 @@ def crossed(half, row, new, cut):
         if j == 0 and at_boundary:
             half.slope = value if clear_slope(value) else float(sign)  # just before the boundary
         band = MONITOR_BAND * max(half.sizes[j], abs(value)) if j else (BOUNDARY_BAND if at_boundary else SLOPE_BAND)
-        if sign == 0 or abs(value) <= band or (value > 0.0) == (sign > 0):
+        if not crosses(value, sign, band):
             continue
         if j == 0 and crossing is not None and crossing.reverses:
             continue

@@ -73,15 +73,16 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     """
     low, high = min(bounds), max(bounds)
     modes = None if scene.complete else tuple(scene.keys)  # their order is chance where they are met one by one
-    key = system.with_parameters(**{name: low}), name, low, high, pad, modes  # whatever the value of the parameter now
+    key: tuple = system.with_parameters(**{name: low}), name, low, high, pad, modes  # whatever the parameter is now
+    known = scene.sampled
     try:
-        found = scene.sampled.get(key)
-    except TypeError:  # an element of the user's that has no hash
-        return ParameterPath(scene.refill(system), name, *series_over(system, name, bounds, scene.flat_of, pad))
+        found = known.get(key)
+    except TypeError:  # an element of the user's that has no hash: nothing is kept
+        known, key, found = {}, (), None
     if found is None:
-        if len(scene.sampled) >= KEPT:
-            scene.sampled.pop(next(iter(scene.sampled)))
-        found = scene.sampled[key] = series_over(system, name, bounds, scene.flat_of, pad)
+        if len(known) >= KEPT:
+            known.pop(next(iter(known)))
+        found = known[key] = series_over(system, name, bounds, scene.flat_of, pad)
     return ParameterPath(scene.refill(system), name, *found)
 
 
