@@ -157,7 +157,7 @@ class Scene:
         other = copy.copy(self)
         other.system, other.frame = system, self.frame.at(system.omega)
         other.omega, other.period = system.omega, system.period
-        for made in ("_packer", "_guards"):
+        for made in ("_packer", "_guards", "_flat"):
             other.__dict__.pop(made, None)
         other.keys, other._index, other._holds, other._leads = (
             self.keys.copy(), self._index.copy(), self._holds.copy(), self._leads.copy())
@@ -341,11 +341,21 @@ class Scene:
         """
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
+        own = self._flat  # made first: it tells what reads the frequency
+        if self._packer.differs_in_omega_only(system):
+            flat = own.copy()
+            flat[0] = system.omega or 0.0
+            return flat
         return self._filled(Packer(system, self.frame.at(system.omega), self.slices))
 
     def refill(self, system: System) -> Tables:
         """Return new tables, rebuilt, with the numbers of another system of the same structure; its own: a copy."""
         return copy.deepcopy(self.tables) if system is self.system else self._rebuilt(self.flat_of(system))
+
+    @functools.cached_property
+    def _flat(self) -> np.ndarray:
+        """The numbers of the scene's own system, of all modes there are."""
+        return self._filled(self._packer)
 
     def _filled(self, packer: Packer) -> np.ndarray:
         flat = np.zeros(self.tables.flat.size)
@@ -376,6 +386,9 @@ class Scene:
         self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws, 0 if kept is None else self._packed)
         if kept is not None:
             keep(kept, tables, NUMBERS)
+        self.__dict__.pop("_flat", None)
+        if kept is None:
+            self._flat = tables.flat.copy()
         rebuild(tables)
         if kept is not None:
             keep(kept, tables, MODAL)

@@ -11,7 +11,7 @@ from .friction.dry import Coulomb, CubicFriction, Jenkins, LoadedContact, Regula
 from .friction.loaded_slip import LoadedMicroSlip
 from .friction.microslip import Iwan, MicroSlip, SliderSet
 from .kinds import EventKind
-from .local import Affine, Core, Frame
+from .local import Affine, Core, Frame, WatchedCore
 from .mode import Algebraic, Guard, Hold, Kick, Law, Mode, Rate, Restitution
 from .site import Circle, Ring, Rows, Surface
 from .springs import CubicSpring, Force, LinearSpring, PolynomialSpring
@@ -22,7 +22,8 @@ __all__ = ["ALWAYS", "Affine", "AroundPoint", "AtRow", "BaseMotion", "Circle", "
            "CubicFriction", "CubicSpring", "DelayedFeedback", "Driven", "ElasticStator", "ElasticStop", "Element", "EventKind",
            "Force", "Frame", "Guard", "HarmonicForce", "Hold", "Iwan", "Jenkins", "Kick", "Law", "LinearSpring", "LoadedContact",
            "LoadedMicroSlip", "MicroSlip", "Mode", "OilFilm", "PolynomialSpring", "Rate", "RegularizedFriction", "Restitution",
-           "RigidStator", "RigidStop", "Ring", "Rows", "Algebraic", "SliderSet", "Stribeck", "Surface", "Wall", "local"]
+           "RigidStator", "RigidStop", "Ring", "Rows", "Algebraic", "SliderSet", "Stribeck", "Surface", "Wall",
+           "WatchedCore", "local"]
 
 BUILT_IN.update({cls.__name__: cls for cls in (
     BaseMotion, ConstantForce, Coulomb, CubicFriction, CubicSpring, DelayedFeedback, Driven, ElasticStator, ElasticStop, Force,

@@ -20,6 +20,28 @@ class Core(NamedTuple):
     omega: float | None  # excitation frequency; None: autonomous
 
 
+class WatchedCore(Core):
+    """A core that notes whether anything but its matrices is read: numbers made without it hold at every frequency."""
+
+    read = False
+
+    def __new__(cls, core: Core):
+        return super().__new__(cls, *core)
+
+    def __getattribute__(self, name: str):
+        if name == "omega":
+            self.read = True
+        return super().__getattribute__(name)
+
+    def __getitem__(self, place):
+        self.read = True
+        return super().__getitem__(place)
+
+    def __iter__(self):
+        self.read = True
+        return super().__iter__()
+
+
 class Affine:
     """Affine expression in local values: ``2.0 * u(0) - gap + amplitude * cos(1)``.  Immutable.
 
@@ -140,41 +162,50 @@ class Frame:
         Degrees of freedom, memory, states 2 n + nz, and all columns.
     harmonics : tuple of int
         The k, ascending.
+    omega : float or None
     W : ndarray, shape (nw, nw)
         Matrix of the forcing states, w' = W w.
     eye : ndarray, shape (nx, nx)
+    read : bool
+        The frequency was read: rows made from this frame hold at no other.
     """
 
-    __slots__ = ("n", "nz", "ns", "nx", "harmonics", "omega", "W", "columns", "eye")
+    __slots__ = ("n", "nz", "ns", "nx", "harmonics", "_omega", "columns", "eye", "read")
 
     def __init__(self, n: int, nz: int, harmonics: tuple[int, ...], omega: float | None):
-        self.n, self.nz, self.harmonics, self.omega = n, nz, harmonics, omega
+        self.n, self.nz, self.harmonics, self._omega, self.read = n, nz, harmonics, omega, False
         self.ns = 2 * n + nz
         self.nx = self.ns + 1 + 2 * len(harmonics)
-        self.W = np.zeros((self.nx - self.ns, self.nx - self.ns))
         self.columns = {ONE: self.ns}
         self.eye = np.eye(self.nx)
         for i, k in enumerate(harmonics):
             c = 1 + 2 * i
-            turn = 0.0 if omega is None else k * omega
-            self.W[c, c + 1] = -turn
-            self.W[c + 1, c] = turn
             self.columns["cos", k] = self.ns + c
             self.columns["sin", k] = self.ns + c + 1
 
     def at(self, omega: float | None) -> "Frame":
         """Return the same columns at another frequency."""
-        if omega == self.omega or omega is None or self.omega is None:
+        if omega == self._omega or omega is None or self._omega is None:
             return self
         other = object.__new__(Frame)
         for name in Frame.__slots__:
             setattr(other, name, getattr(self, name))
-        other.omega = omega
-        other.W = np.zeros_like(self.W)
-        for i, k in enumerate(self.harmonics):
-            other.W[1 + 2 * i, 2 + 2 * i] = -k * omega
-            other.W[2 + 2 * i, 1 + 2 * i] = k * omega
+        other._omega, other.read = omega, False
         return other
+
+    @property
+    def omega(self) -> float | None:
+        self.read = True
+        return self._omega
+
+    @property
+    def W(self) -> np.ndarray:
+        omega = self.omega or 0.0
+        found = np.zeros((self.nx - self.ns, self.nx - self.ns))
+        for i, k in enumerate(self.harmonics):
+            found[1 + 2 * i, 2 + 2 * i] = -k * omega
+            found[2 + 2 * i, 1 + 2 * i] = k * omega
+        return found
 
     def row(self, expression, local: dict | None = None) -> np.ndarray:
         """Return an expression as a row, shape (nx,).

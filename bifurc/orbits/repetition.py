@@ -27,8 +27,8 @@ class Repetition:
         Largest scaled difference (dimensionless, natural sizes of the states) after a period and in the middle of the
         intervals between events; infinite where the simulation failed.
     allowed : float
-        What rounding may make of it: 1e-6 times the largest multiplier (at least 1), at most .02; infinite where the
-        multipliers are infinite or too large to tell.
+        What rounding may make of it: 1e-6, and where that is not enough 1e-6 times the largest multiplier, at most .02;
+        infinite where the multipliers are infinite or too large to tell.
     message : str
         How the simulation failed; empty if it did not.
     """
@@ -52,18 +52,24 @@ def repetition(orbit) -> Repetition:
     >>> repetition(bf.find_orbit(bf.systems.impact_oscillator())).repeated
     True
     """
-    with np.errstate(all="ignore"):
-        top = float(np.abs(orbit.multipliers).max(initial=1.0))
-    allowed = min(ALLOWED * max(top, 1.0), MOST) if top <= GROWTH else np.inf
-    best, message = np.inf, ""
+    best, allowed, message = np.inf, ALLOWED, ""
     at, spans = middles(orbit)
     states = orbit._states(at)
     for k in np.argsort(-spans, kind="stable")[:STARTS]:
         miss, message = _missed(orbit, at, spans, states, int(k))
         best = min(best, miss)
+        if best > allowed == ALLOWED:
+            allowed = _growing(orbit)
         if best <= allowed:
             return Repetition(best, allowed)
     return Repetition(best, allowed, message if best == np.inf else "")
+
+
+def _growing(orbit) -> float:
+    """Return the miss that rounding may grow to in a period of an orbit."""
+    with np.errstate(all="ignore"):
+        top = float(np.abs(orbit.multipliers).max(initial=1.0))
+    return min(ALLOWED * max(top, 1.0), MOST) if top <= GROWTH else np.inf
 
 
 def middles(orbit):

@@ -307,6 +307,35 @@ def test_numbers_of_other_parameters_are_those_of_a_scene_of_their_own(build):
                 assert np.array_equal(getattr(T, field), getattr(own.tables, field)), field
 
 
+@dataclass(frozen=True)
+class Unpacking(el.Element):
+    """A load that grows with the square of the frequency, read by unpacking the core or by a place in it."""
+
+    by_place: bool = False
+
+    def site(self, n):
+        return el.Rows.of(0, n)
+
+    def mode(self, key, core):
+        M, _, _, omega = core
+        return el.Mode(force=(M[0, 0] * (core[3] if self.by_place else omega)**2 * u(0),))
+
+
+@pytest.mark.parametrize("element", [
+    el.BaseMotion(0.4, harmonic=2, damper="ground"), el.Jenkins(5.0, 0.4, load_amplitude=0.5), Unpacking(), Unpacking(by_place=True),
+    el.Driven(el.ElasticStop(0.3, stiffness=4.0, damping=0.1), amplitude=1.0), el.HarmonicForce(0.7)], ids=repr)
+def test_numbers_that_follow_the_frequency_are_packed_at_every_one(element):
+    def made(omega):
+        return System(1.0, 0.1, 1.0, [el.HarmonicForce(0.2), el.RigidStop(1.0, 0.7), element], omega=omega)
+
+    scene = scene_of(made(0.6))
+    for omega in (0.6, 0.85, 2.5):
+        assert np.array_equal(scene.flat_of(made(omega)), scene_of(made(omega)).tables.flat)
+        assert np.array_equal(scene.flat_of(made(omega)), scene_of(made(0.6)).flat_of(made(omega)))  # the first call, and a later one
+    apart = made(0.85).with_parameters(**{"rigid_stop.gap": 0.9})
+    assert np.array_equal(scene.flat_of(apart), scene_of(apart).tables.flat)
+
+
 def test_another_structure_is_refused():
     scene = scene_of(systems.impact_oscillator())
     assert not scene.same_structure(systems.bouncing_ball())

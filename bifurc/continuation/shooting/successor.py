@@ -203,6 +203,10 @@ def determined(problem, x) -> bool:
     """
     if creeps(problem):
         return False
+    size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
+    kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
+    if len(nodes) == 1 or kick.all():
+        return True
     e = problem.equations
     J = e.jacobian(x)
     noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
@@ -210,12 +214,10 @@ def determined(problem, x) -> bool:
         doubt = np.abs(np.linalg.inv(J)) @ noise
     except np.linalg.LinAlgError:
         return False
-    size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
     times, doubt = x[:-1:size], doubt[::size]
     spans = times - np.append(times[-1] - problem.sequence.span, times[:-1])
-    kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
     clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
-    return len(nodes) == 1 or bool(clear.all())
+    return bool(clear.all())
 
 
 def creeps(problem) -> bool:

@@ -223,7 +223,7 @@ def crossed(half, row, new, cut):
             continue
         if j == 0:
             special.reverses = True
-        elif not part.problem.confirm(special.kind, special.x):
+        elif special.kind is not part.kinds[j] and not part.problem.confirm(special.kind, special.x):
             continue
         if not any(other.kind is special.kind and other.name == special.name and abs(other.s - special.s) < 1e-9
                    for other in half.found):

@@ -6,6 +6,9 @@ import numpy as np
 from ..kinds import ERRORS, CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected
 
+INSIDE = 1e-4  # t^2 (1 - t)^2 of a point from which the distance of a cubic from its branch can be told
+NEAR = 0.01  # of the length of a step: distance of a cubic from a branch that it describes
+
 
 class Part:
     """A problem on the way, with what the tracer reads of it in every step.
@@ -142,28 +145,42 @@ class Curve:
         self.problem = a.part.problem
         self.scale = a.part.scale
         self.length = b.s - a.s
-        self.xa = a.x
-        self.chord = b.x - a.x
-        self.da = self.length * a.direction
-        self.db = self.length * b.direction
+        self.cubic = np.array([a.x, b.x - a.x, self.length * a.direction, self.length * b.direction])
+        self.slopes = self.cubic[1:] / self.scale
+        self.missed = None
 
     def place(self, t):
         """Point of the Hermite curve (n + 1,), own units."""
-        return self.xa + (t * t * (3.0 - 2.0 * t)) * self.chord + (t * (1.0 - t)) * ((1.0 - t) * self.da - t * self.db)
+        u = 1.0 - t
+        return np.dot((1.0, t * t * (3.0 - 2.0 * t), t * u * u, -t * t * u), self.cubic)
 
     def tangent(self, t):
         """Unit tangent of the Hermite curve in scaled unknowns (n + 1,)."""
-        d = (6.0 * t * (1.0 - t)) * self.chord + (1.0 - t) * (1.0 - 3.0 * t) * self.da + t * (3.0 * t - 2.0) * self.db
-        d /= self.scale
+        u = 1.0 - t
+        d = np.dot((6.0 * t * u, u * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)), self.slopes)
         return d / math.sqrt(float(np.dot(d, d)))
 
     def at(self, t):
-        """Corrected point at ``t``; None where the corrector or the problem's own code fails."""
+        """Corrected point at ``t``; None where the corrector or the problem's own code fails.
+
+        Newton begins where the point before tells: a cubic misses the branch by t^2 (1 - t)^2 times what hardly changes.
+        """
+        x, tangent, bump = self.place(t), self.tangent(t), (t * (1.0 - t))**2
+        start = x
+        if self.missed is not None:
+            aside = bump * self.missed
+            start = x + self.scale * (aside - float(np.dot(aside, tangent)) * tangent)  # in the plane that is searched
         try:
-            c = self.problem.correct(self.place(t), self.tangent(t))
+            c = self.problem.correct(start, tangent)
         except ERRORS:  # the problem's own code may raise anything
             return None
-        return c if c.converged else None
+        if not c.converged:
+            return None
+        if bump > INSIDE:
+            missed = (c.x - x) / self.scale
+            near = math.sqrt(float(np.dot(missed, missed))) <= NEAR * self.length
+            self.missed = missed / bump if near else None
+        return c
 
     def test(self, j):
         """Return ``f(t) -> (value of test j, point)`` for the root finder."""
