@@ -342,7 +342,7 @@ class Scene:
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
         own = self._flat  # made first: it tells what reads the frequency
-        if self._packer.differs_in_omega_only(system):
+        if not self._packer.reads_omega and self.system.differs_in_omega_only(system):
             flat = own.copy()
             flat[0] = system.omega or 0.0
             return flat

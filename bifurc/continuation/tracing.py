@@ -295,7 +295,7 @@ def begin_on_boundary(half):
             continue
         monitor = part.monitors[j - 1]
         special = detect.Found(part.kinds[j], monitor.name, root.point.x, root.point.tangent, 0.0, min(root.low, 0.0),
-                               max(root.high, 0.0), detect.parameter_error(part, root.point, root, 1.0), part,
+                               max(root.high, 0.0), detect.parameter_error(part, root.point, root), part,
                                corrected=root.point)
         half.found.append(special)
         here = root.point

@@ -12,13 +12,13 @@ One file, because structure, numbers and views of one set of tables are laid out
 """
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..elements import Algebraic, Circle, Element, EventKind, Law, Mode, Rate
+from ..elements import Algebraic, Circle, Core, EventKind, Law, Mode, Rate, WatchedCore
 from ..elements.local import Affine, affine
 from ..system import System
 from .layout import Layout
@@ -124,6 +124,8 @@ class Parts:
     laws : tuple of ForceLaw
     held : tuple of Held
         Set-valued elements; a plain balance refuses them, see `orbits.balance.find`.
+    sampled : dict
+        How the numbers depend on parameters, kept by those who sample them for all parts made from each other.
     """
 
     system: System
@@ -133,6 +135,7 @@ class Parts:
     contacts: tuple[Contact, ...]
     laws: tuple[ForceLaw, ...]
     held: tuple[Held, ...]
+    sampled: dict = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def numbers(self) -> Numbers:
@@ -159,16 +162,21 @@ class Parts:
         """
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
-        flat, named = self._own
-        flat[:] = 0.0
-        _fill(system, self, named)
-        return flat.copy()
+        own, reads_omega = self._own
+        flat = own.copy()
+        if not reads_omega and self.system.differs_in_omega_only(system):
+            assert system.omega is not None
+            flat[0] = system.omega / self.layout.periods
+        else:
+            flat[:] = 0.0
+            _fill(system, self, views(flat, self.shape))
+        return flat
 
     @cached_property
-    def _own(self) -> tuple[np.ndarray, Numbers]:
-        """A vector that is overwritten, and its parts by name."""
+    def _own(self) -> tuple[np.ndarray, bool]:
+        """The numbers of the own system, and whether they follow the frequency, but the frequency itself."""
         flat = np.zeros_like(self.flat)
-        return flat, views(flat, self.shape)
+        return flat, _fill(self.system, self, views(flat, self.shape))
 
     def at(self, system: System) -> "Parts":
         """Return the parts of another system of the same structure."""
@@ -378,12 +386,13 @@ def _read(expression, Q: int, Z: int, columns: dict, what: str) -> _Row:
     return row
 
 
-def _fill(system: System, parts: Parts, T: Numbers) -> None:
-    """Write the numbers of a system."""
+def _fill(system: System, parts: Parts, T: Numbers) -> bool:
+    """Write the numbers of a system; return whether they follow the frequency, but the frequency itself."""
     layout, shape = parts.layout, parts.shape
     n, _, _, mi, nx, _, _, Q, _, Z = (int(v) for v in shape.dims[:10])
     M, C, K, omega = system.core
     assert omega is not None
+    core = WatchedCore(system.core)
     nu = omega / layout.periods
     T.omega[0], T.M[:], T.C[:], T.K[:] = nu, M, C, K
     columns: dict = {("one", 0): 0}
@@ -391,9 +400,9 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
         k = int(shape.waves[slot]) // layout.periods
         columns["cos" if i % 2 else "sin", k] = i
     rest = {number for each in (parts.contacts, parts.laws, parts.held) for number in (item.element for item in each)}
-    for number, element in enumerate(system.elements):
+    for number in range(len(system.elements)):
         if number not in rest:
-            _fold(system, number, element, layout, T)
+            _fold(system, number, core, layout, T)
     placed: tuple[Contact | ForceLaw | Held, ...] = (*parts.contacts, *parts.laws, *parts.held)
     for item in placed:
         site = system.elements[item.element].site(n)
@@ -404,7 +413,7 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
                 T.drift[row] = site.drift[i]
     for law in parts.laws:
         element = system.elements[law.element]
-        own = element.mode(element.start[0], system.core).law
+        own = element.mode(element.start[0], core).law
         assert own is not None
         T.law[law.values] = own.values
     for c, contact in enumerate(parts.contacts):
@@ -413,7 +422,8 @@ def _fill(system: System, parts: Parts, T: Numbers) -> None:
             loose = _read(value, Q, Z, columns, contact.name)
             T.XU[c, i], T.XS[c, i] = loose.U, loose.S
         for m, key in enumerate(contact.keys):
-            _fill_mode(T, c, m, element.mode(key, system.core), (Q, Z, columns, contact.name))
+            _fill_mode(T, c, m, element.mode(key, core), (Q, Z, columns, contact.name))
+    return core.read
 
 
 def _fill_mode(T: Numbers, c: int, m: int, mode: Mode, how) -> None:
@@ -444,10 +454,10 @@ def _fill_mode(T: Numbers, c: int, m: int, mode: Mode, how) -> None:
         put(guard.value, T.GU[c, m, g], T.GS[c, m, g], T.GZ[c, m, g], T.GH[c, m, g])
 
 
-def _fold(system: System, number: int, element: Element, layout: Layout, T: Numbers) -> None:
+def _fold(system: System, number: int, core: Core, layout: Layout, T: Numbers) -> None:
     """Add an element of one affine mode to the core and the excitation."""
-    site, omega = element.site(system.n), system.omega
-    mode = element.mode(element.start[0], system.core)
+    element = system.elements[number]
+    site, mode = element.site(system.n), element.mode(element.start[0], core)
     for i, entry in enumerate(mode.entries):
         constant = np.zeros(1)
         waves: dict[int, np.ndarray] = {}
@@ -460,7 +470,7 @@ def _fold(system: System, number: int, element: Element, layout: Layout, T: Numb
                     continue
                 pair = waves.setdefault(k, np.zeros(2))
                 if turned:  # cos -> -k omega sin, sin -> k omega cos
-                    pair[1 if name == "cos" else 0] += (-1.0 if name == "cos" else 1.0) * k * omega * weight * value
+                    pair[1 if name == "cos" else 0] += (-1.0 if name == "cos" else 1.0) * k * core.omega * weight * value
                 else:
                     pair[0 if name == "cos" else 1] += weight * value
 

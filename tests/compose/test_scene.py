@@ -322,16 +322,18 @@ class Unpacking(el.Element):
 
 
 @pytest.mark.parametrize("element", [
-    el.BaseMotion(0.4, harmonic=2, damper="ground"), el.Jenkins(5.0, 0.4, load_amplitude=0.5), Unpacking(), Unpacking(by_place=True),
-    el.Driven(el.ElasticStop(0.3, stiffness=4.0, damping=0.1), amplitude=1.0), el.HarmonicForce(0.7)], ids=repr)
+    el.BaseMotion(0.4, harmonic=2, damper="ground"), el.Jenkins(5.0, 0.4, load_amplitude=0.5), Unpacking(),
+    Unpacking(by_place=True), el.Driven(el.ElasticStop(0.3, stiffness=4.0, damping=0.1), amplitude=1.0), el.HarmonicForce(0.7)],
+    ids=repr)
 def test_numbers_that_follow_the_frequency_are_packed_at_every_one(element):
     def made(omega):
         return System(1.0, 0.1, 1.0, [el.HarmonicForce(0.2), el.RigidStop(1.0, 0.7), element], omega=omega)
 
     scene = scene_of(made(0.6))
     for omega in (0.6, 0.85, 2.5):
-        assert np.array_equal(scene.flat_of(made(omega)), scene_of(made(omega)).tables.flat)
-        assert np.array_equal(scene.flat_of(made(omega)), scene_of(made(0.6)).flat_of(made(omega)))  # the first call, and a later one
+        other = made(omega)
+        assert np.array_equal(scene.flat_of(other), scene_of(other).tables.flat)
+        assert np.array_equal(scene.flat_of(other), scene_of(made(0.6)).flat_of(other))  # a later call, and the first one
     apart = made(0.85).with_parameters(**{"rigid_stop.gap": 0.9})
     assert np.array_equal(scene.flat_of(apart), scene_of(apart).tables.flat)
 

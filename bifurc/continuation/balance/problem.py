@@ -23,7 +23,7 @@ from ...hbm.tables import Series, numbers_at
 from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
-from ...orbits.shooting.path import DEGREES, PAD, series_over
+from ...orbits.shooting.path import DEGREES, PAD, sampled_over
 from ...solve.bordered import factor, null_vectors
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
@@ -57,8 +57,9 @@ class BalancePath:
 
 def path_over(balance: Balance, name: str, bounds, pad: float | None = None) -> BalancePath:
     """Return the numbers of a balance along a parameter."""
-    flat_of, degrees = balance.parts.flat_of, (2, *DEGREES)  # forces and frequencies: two more samples are half of its time
-    index, series, low, high = series_over(balance.system, name, bounds, flat_of, PAD if pad is None else pad, degrees)
+    parts, degrees = balance.parts, (2, *DEGREES)  # forces and frequencies: two more samples are half of its time
+    index, series, low, high = sampled_over(parts.sampled, balance.system, name, bounds, parts.flat_of,
+                                            PAD if pad is None else pad, degrees)
     return BalancePath(balance.parts.flat.copy(), name, index, series, low, high)
 
 

@@ -396,16 +396,21 @@ def located(part, a, b, j, curve, root):
     monitor = part.monitors[j - 1] if j else None
     kind = part.kinds[j] if monitor is None else SpecialPointKind(part.problem.kind_at(monitor, c.x))
     return Found(kind, monitor.name if monitor else "", c.x, c.tangent, s, a.s + root.low * curve.length,
-                 a.s + root.high * curve.length, parameter_error(part, c, root, curve.length), part, corrected=c)
+                 a.s + root.high * curve.length, parameter_error(part, c, root, curve), part, corrected=c)
 
 
-def parameter_error(part, c, root, length):
-    """Bound on the error of the parameter at a root, own units."""
+def parameter_error(part, c, root, curve=None):
+    """Bound on the error of the parameter at a root on a curve, or on the tangent of a row, own units.
+
+    Probes as close as those of the root show a bend of the parameter that is nothing but noise where points are badly determined;
+    along a step it is not larger than that of its cubic.
+    """
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
-    along = p_scale * abs(float(c.tangent[-1])) * length * root.error
+    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * root.error
+    bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
     own = part.problem.uncertainty(c.x, c.tangent)
-    return along + 0.5 * root.p_curve * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+    return along + 0.5 * bend * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
 
 
 def guessed(part, a, b, j):
@@ -481,7 +486,7 @@ def at_end(half, row):
         if root is None:
             continue
         c = root.point
-        error = parameter_error(part, c, root, 1.0)
+        error = parameter_error(part, c, root)
         if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
             monitor = part.monitors[j - 1] if j else None
             found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s,

@@ -145,20 +145,26 @@ class Curve:
         self.problem = a.part.problem
         self.scale = a.part.scale
         self.length = b.s - a.s
-        self.cubic = np.array([a.x, b.x - a.x, self.length * a.direction, self.length * b.direction])
-        self.slopes = self.cubic[1:] / self.scale
+        self.xa = a.x
+        self.chord = b.x - a.x
+        self.da = self.length * a.direction
+        self.db = self.length * b.direction
         self.missed = None
 
     def place(self, t):
         """Point of the Hermite curve (n + 1,), own units."""
-        u = 1.0 - t
-        return np.dot((1.0, t * t * (3.0 - 2.0 * t), t * u * u, -t * t * u), self.cubic)
+        return self.xa + (t * t * (3.0 - 2.0 * t)) * self.chord + (t * (1.0 - t)) * ((1.0 - t) * self.da - t * self.db)
 
     def tangent(self, t):
         """Unit tangent of the Hermite curve in scaled unknowns (n + 1,)."""
-        u = 1.0 - t
-        d = np.dot((6.0 * t * u, u * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)), self.slopes)
+        d = (6.0 * t * (1.0 - t)) * self.chord + (1.0 - t) * (1.0 - 3.0 * t) * self.da + t * (3.0 * t - 2.0) * self.db
+        d /= self.scale
         return d / math.sqrt(float(np.dot(d, d)))
+
+    def parameter_bend(self):
+        """Largest second derivative of the parameter by ``t`` along the Hermite curve, own units."""
+        chord, da, db = float(self.chord[-1]), float(self.da[-1]), float(self.db[-1])
+        return max(abs(6.0 * chord - 4.0 * da - 2.0 * db), abs(6.0 * chord - 2.0 * da - 4.0 * db))
 
     def at(self, t):
         """Corrected point at ``t``; None where the corrector or the problem's own code fails.

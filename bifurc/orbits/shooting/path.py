@@ -71,19 +71,9 @@ def parameter_path(scene: Scene, system: System, name: str, bounds: tuple[float,
     ValueError
         When the builder refuses a bound, or the numbers do not depend on the parameter smoothly enough to be followed.
     """
-    low, high = min(bounds), max(bounds)
     modes = None if scene.complete else tuple(scene.keys)  # their order is chance where they are met one by one
-    key: tuple = system.with_parameters(**{name: low}), name, low, high, pad, modes  # whatever the parameter is now
-    known = scene.sampled
-    try:
-        found = known.get(key)
-    except TypeError:  # an element of the user's that has no hash: nothing is kept
-        known, key, found = {}, (), None
-    if found is None:
-        if len(known) >= KEPT:
-            known.pop(next(iter(known)))
-        found = known[key] = series_over(system, name, bounds, scene.flat_of, pad)
-    return ParameterPath(scene.refill(system), name, *found)
+    return ParameterPath(scene.refill(system), name, *sampled_over(scene.sampled, system, name, bounds, scene.flat_of, pad,
+                                                                   modes=modes))
 
 
 def of_all_modes(scene: Scene, path: ParameterPath) -> ParameterPath:
@@ -93,6 +83,21 @@ def of_all_modes(scene: Scene, path: ParameterPath) -> ParameterPath:
     if path.name is None:
         return constant_path(scene, scene.system)
     return parameter_path(scene, scene.system, path.name, (path.low, path.high), pad=0.0)
+
+
+def sampled_over(known: dict, system: System, name: str, bounds, flat_of, pad: float = PAD, degrees=DEGREES, modes=None):
+    """Return what `series_over` does; what is ``known`` of systems with the same other numbers, and ``modes``, is not sampled."""
+    low, high = min(bounds), max(bounds)
+    key = system.with_parameters(**{name: low}), name, low, high, pad, modes  # whatever the parameter is now
+    try:
+        found = known.get(key)
+    except TypeError:  # an element of the user's that has no hash: nothing is kept
+        return series_over(system, name, bounds, flat_of, pad, degrees)
+    if found is None:
+        if len(known) >= KEPT:
+            known.pop(next(iter(known)))
+        found = known[key] = series_over(system, name, bounds, flat_of, pad, degrees)
+    return found
 
 
 def series_over(system: System, name: str, bounds: tuple[float, float], flat_of, pad: float = PAD, degrees=DEGREES):
