@@ -188,8 +188,7 @@ class Zero(Condition):
     def value(self, family, x) -> float:
         """Return g at ``x`` = (u, a, b) (n + 2,)."""
         problem = family.at(float(x[-1]))
-        tangent, _, _ = null_vector(wide_at(family, x), family.scale[:-1])
-        return float(problem.monitor_values(x[:-2], float(x[-2]), tangent)[self.index])
+        return problem.monitor_value(self.index, x[:-1], lambda: null_vector(wide_at(family, x), family.scale[:-1])[0])
 
     def linearised(self, family, x, wide):
         """As `Fold.linearised`."""

@@ -67,6 +67,8 @@ class EquilibriumProblem(Problem):
         Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
     """
 
+    monitors_read_tangent = False
+
     def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None):
         self.system, self.path, self.mode = system, path, mode
         self.scene = scene_of(system)

@@ -63,6 +63,7 @@ class EnergyProblem(Problem):
     """
 
     parameter = "energy"
+    monitors_read_tangent = False
 
     def __init__(self, system: System, sequence: Signature, weights, x0):
         self.system, self.sequence = system, sequence

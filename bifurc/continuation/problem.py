@@ -177,6 +177,7 @@ class Problem:
     same_tangent = 0.99  # cosine to the tangent that `switch` gives up to which the one found at a boundary is taken for the same
     exact_tangent = False  # whether the corrector's derivative in the parameter is exact to rounding, not a rough difference
     smooth_boundaries = False  # whether the equations are smooth across boundaries, at which only the order of events changes
+    monitors_read_tangent = True  # whether `monitor_values` does
     follows = False  # whether `follow` makes steps
     wraps = False  # whether `wrapped_jacobian` gives the multipliers as singularities of the equations
 
@@ -222,6 +223,13 @@ class Problem:
     def monitor_values(self, u, p, tangent):
         """Return the values of ``monitors`` (k,) at a solution."""
         return NO_MONITORS
+
+    def monitor_value(self, index: int, x, tangent) -> float:
+        """Return the value of one of ``monitors`` at ``x`` (n + 1,), as curves do that keep it at zero.
+
+        ``tangent()`` gives the unit tangent (n + 1,) in scaled unknowns; it costs more than most monitors.
+        """
+        return float(self.monitor_values(x[:-1], float(x[-1]), tangent() if self.monitors_read_tangent else None)[index])
 
     # ---- what happens at special points --------------------------------------------------------------------------
 

@@ -91,6 +91,7 @@ class BalanceProblem(Problem):
     whole: Balance
 
     exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
+    monitors_read_tangent = False
     smooth_boundaries = True  # the equations are the same on both sides
     same_tangent = 1.0 - 1e-5  # one-sided tangents are known: on a corner itself the corrector may take the other one
 

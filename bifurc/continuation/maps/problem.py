@@ -28,6 +28,7 @@ class CycleProblem(Problem):
     """
 
     wraps = True
+    monitors_read_tangent = False
 
     def __init__(self, cycle: MapOrbit, parameter: str, bounds=None):
         if not cycle.success:

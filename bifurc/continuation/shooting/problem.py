@@ -126,6 +126,7 @@ class OrbitProblem(Problem):
 
     touch = TOUCH  # as the audit of an orbit
     wraps = True
+    monitors_read_tangent = False
     same_tangent = 1.0 - 1e-5  # two branches of the equations may meet where a sequence begins: there the corrector mixes them
 
     def __init__(self, system: System, path: ParameterPath, sequence: Signature, weights, x0, parameter_scale: float):
@@ -213,9 +214,9 @@ class OrbitProblem(Problem):
             sizes[:] = tests[sequence.SIZE].tolist()
         return made, None if status > 1 else self._corrected(predicted, tangent, status, U, tangent, info)
 
-    def _values(self, x, info: list) -> np.ndarray:
-        """Values of the monitors at a solution, from what the kernel found."""
-        values = [self._flip(x, info[sequence.FLIP]), *[monitored(info, place) for place in self._beside]]
+    def _values(self, x, info: list, flip: bool = True) -> np.ndarray:
+        """Values of the monitors at a solution, from what the kernel found; NaN for the flip where it is not asked for."""
+        values = [self._flip(x, info[sequence.FLIP]) if flip else math.nan, *[monitored(info, place) for place in self._beside]]
         if self._refusal:
             values.append(max(self._refusal.worst(x), NO_PEAK))
         if self._chatters:
@@ -351,12 +352,19 @@ class OrbitProblem(Problem):
 
     def monitor_values(self, u, p, tangent) -> np.ndarray:
         """Return the values of ``monitors`` at a solution; that of the flip is NaN, `wrapped_jacobian` decides it."""
+        return self._values(np.append(u, p), self._monitored(u, p), flip=False)
+
+    def monitor_value(self, index: int, x, tangent) -> float:
+        """See `Problem.monitor_value`."""
+        if 0 < index <= len(self._beside):
+            return monitored(self._monitored(x[:-1], x[-1]), self._beside[index - 1])
+        return super().monitor_value(index, x, tangent)
+
+    def _monitored(self, u, p) -> list:
+        """Return what the kernel finds at a solution beside its equations."""
         e, (s, U), info = self.equations, self.sequence.written_out(u), np.zeros(sequence.INFO)
         e.kernel.monitor(e.numbers_at(p), s.nodes, s.fixed, s.span, e.closure, U, e.weights, info)
-        info[sequence.FLIP] = math.nan
-        values = self._values(np.append(u, p), info.tolist())
-        values[0] = math.nan
-        return values
+        return info.tolist()
 
     def residual(self, u, p):
         """Return the scaled residual (n,)."""
