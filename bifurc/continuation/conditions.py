@@ -175,7 +175,7 @@ class Flip(Condition):
 
     def _matrix(self, family, x):
         n = x.size - 2
-        return family.at(float(x[-1])).wrapped_jacobian(x[:-1], -1.0)[0] * family.scale[:n]
+        return family.at(float(x[-1])).wrapped_jacobian(x[:-1], -1.0) * family.scale[:n]
 
 
 class Zero(Condition):

@@ -355,7 +355,7 @@ class Problem:
         return None if rows is None else rows[0]
 
     def wrapped_jacobian(self, x, mu):
-        """Return F_u (n, n) with the factor ``mu`` on the columns that close the orbit, and F_p (n,); where `wraps`.
+        """Return F_u (n, n) with the factor ``mu`` on the columns that close the orbit; where `wraps`.
 
         det F_u(mu) = 0 exactly where mu is a multiplier.
         """

@@ -58,7 +58,7 @@ def _joined(*functions):
 def pencil_at(problem, x, mu):
     """Return J(mu) and C (n, n) in scaled unknowns."""
     scale = problem.scale[:-1]
-    one, zero = (problem.wrapped_jacobian(x, value)[0] * scale for value in (1.0, 0.0))
+    one, zero = (problem.wrapped_jacobian(x, value) * scale for value in (1.0, 0.0))
     return one + (mu - 1.0) * (one - zero), one - zero
 
 
@@ -108,7 +108,7 @@ def cubic_coefficient(problem, x):
     def along(direction):
         values = [np.reshape(twice.residual(X[:-1] + STEP * k * scale * direction, p), scale.size) for k in nodes]
         return (invert @ values)[:4] / STEP**np.arange(4)[:, None]
-    J = twice.wrapped_jacobian(X, 1.0)[0] * scale
+    J = twice.wrapped_jacobian(X, 1.0) * scale
     _, psi, phi = smallest(J)
     first = along(phi)
     u, s, vt = np.linalg.svd(J)

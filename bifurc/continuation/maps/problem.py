@@ -85,18 +85,15 @@ class CycleProblem(Problem):
 
     def jacobian(self, u, p):
         """See `Problem.jacobian`; the derivative in the parameter by differences."""
-        x = np.append(u, p)
-        return self.wrapped_jacobian(x, 1.0)
-
-    def wrapped_jacobian(self, x, mu):
-        """Return F_u (n d, n d) with the factor ``mu`` on the columns of the closing point, and F_p (n d,)."""
-        u, p = x[:-1], float(x[-1])
-        J = cycle_equations(self._at(p), self.itinerary, u, mu)[1]
         step = 7e-4 * max(abs(p), float(self.scale[-1]) if np.isfinite(self.scale[-1]) else 1.0)
         total = np.zeros(len(u))
         for k, weight in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)):
             total += weight * self.residual(u, p + k * step)
-        return J, total / (12.0 * step)
+        return self.wrapped_jacobian(np.append(u, p), 1.0), total / (12.0 * step)
+
+    def wrapped_jacobian(self, x, mu):
+        """See `Problem.wrapped_jacobian`: of the closing point."""
+        return cycle_equations(self._at(float(x[-1])), self.itinerary, x[:-1], mu)[1]
 
     def pencil(self, x) -> np.ndarray:
         """Return the coefficients (d + 1,) of det F_u(mu) as a polynomial in mu, lowest first: its roots are the multipliers."""
@@ -165,7 +162,7 @@ class CycleProblem(Problem):
         if point.kind is not SpecialPointKind.PERIOD_DOUBLING:
             return None
         x = point.x
-        J = self.wrapped_jacobian(x, -1.0)[0] * self.scale[:-1]
+        J = self.wrapped_jacobian(x, -1.0) * self.scale[:-1]
         v = np.linalg.svd(J)[2][-1] * self.scale[:-1]
         other, start = self.repeated(x)
         direction = np.concatenate([v, -v, [0.0]])

@@ -71,7 +71,7 @@ def branches(problem, point, n_max: int):
 
 def critical(problem, x):
     """Return the null vector (n,), own units, of the Jacobian with multiplier -1."""
-    J, _ = problem.wrapped_jacobian(x, -1.0)
+    J = problem.wrapped_jacobian(x, -1.0)
     return np.linalg.svd(J * problem.scale[:-1])[2][-1] * problem.scale[:-1]
 
 

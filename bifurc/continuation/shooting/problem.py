@@ -372,7 +372,8 @@ class OrbitProblem(Problem):
 
     def jacobian(self, u, p):
         """Return the scaled F_u (n, n) and F_p (n,)."""
-        return self.wrapped_jacobian(np.append(u, p), 1.0)
+        x = np.append(u, p)
+        return self.wrapped_jacobian(x, 1.0), difference(self.equations.residual, x, x.size - 1, ASIDE * self.scale[-1])
 
     @property
     def derived_beside(self) -> bool:
@@ -381,8 +382,8 @@ class OrbitProblem(Problem):
         return not (self.sequence.nodes[:, DIVIDE] > 0).any()
 
     def wrapped_jacobian(self, x, mu):
-        """Return F_u with the factor ``mu`` on the columns of the closing node, and F_p."""
-        return self.equations.jacobian(x, mu), difference(self.equations.residual, x, x.size - 1, ASIDE * self.scale[-1])
+        """See `Problem.wrapped_jacobian`: of the closing node."""
+        return self.equations.jacobian(x, mu)
 
     def null_tangent(self, x) -> np.ndarray:
         """Return a unit null vector of [F_u F_p] in scaled unknowns (n + 1,)."""
