@@ -320,7 +320,7 @@ def _without_core(parts: Parts, layout: Layout, S) -> Parts:
     dims = parts.shape.dims.copy()
     dims[0] = layout.n
     shape = parts.shape._replace(dims=dims, R=np.ascontiguousarray(S, float))
-    own = replace(parts, layout=layout, shape=shape, flat=np.zeros(length(shape)))
+    own = replace(parts, layout=layout, shape=shape, flat=np.zeros(length(shape)), sampled={})
     own.flat[:] = _moved(parts.flat, parts, own)
     return own
 
