@@ -9,7 +9,9 @@ from bifurc import System, systems
 from bifurc.elements import (
     Algebraic,
     AtRow,
+    BaseMotion,
     CubicSpring,
+    Driven,
     ElasticStop,
     Element,
     EventKind,
@@ -265,3 +267,19 @@ def test_nothing_that_is_not_finite_leaves_unnoticed():
     balance = Balance(j1(1.1), Layout(listed(3), 1))
     status, _, _ = balance.linearised(np.full(7, np.nan))
     assert status is ContactStatus.NOT_FINITE and status.sentence
+
+
+@pytest.mark.parametrize("element", [
+    BaseMotion(0.4, harmonic=2, damper="ground"), Jenkins(5.0, 0.4, load_amplitude=0.5), HarmonicForce(0.7, harmonic=3),
+    Driven(Jenkins(5.0, 0.4), amplitude=1.0), ElasticStop(0.3, 4.0, damping=0.1)], ids=repr)
+def test_numbers_that_follow_the_frequency_are_written_at_every_one(element):
+    def made(omega):
+        return System(1.0, 0.1, 1.0, [HarmonicForce(0.2), element], omega=omega)
+
+    layout = Layout((0, 1, 2, 3, 4, 5), 1)
+    for first in (0.6, 0.85):
+        parts = split(made(first), layout)
+        for omega in (0.85, 2.5, 0.6):
+            assert np.array_equal(parts.flat_of(made(omega)), split(made(omega), layout).flat)
+    stiffer = System(1.0, 0.1, 1.3, [HarmonicForce(0.2), element], omega=0.85)
+    assert np.array_equal(parts.flat_of(stiffer), split(stiffer, layout).flat)
