@@ -3,7 +3,7 @@ import numpy as np
 
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
-from ..flow.scan import CHATTER, GRAZE, PASSED
+from ..flow.scan import CHATTER, GRAZE, KIND, PASSED, PERIODS
 from ..flow.simulate import simulate
 from ..flow.trajectory import Trajectory
 from ..system import System
@@ -197,13 +197,11 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     """Return signature, unknowns and weights of a simulated motion that nearly closes after ``periods``."""
     R, period = motion.recorded, scene.period
     assert period is not None  # `find_orbit` refuses autonomous systems
-    listed = []
-    for row, time, before, speed in zip(R.rows[1:], R.times[1:], R.before[1:], R.speeds[1:], strict=True):
-        m, g, after, what, whole = (int(v) for v in row)
-        if what in (PASSED, GRAZE):
-            continue
-        listed.append((whole - first + time / period, [m, g, after, 0, 1 if what == CHATTER else 0], before, speed))
-    listed = [item for item in listed if item[0] >= -1e-12]
+    late = R.rows[1:, PERIODS] - first + R.times[1:] / period
+    events = 1 + np.flatnonzero((late >= -1e-12) & (R.rows[1:, KIND] != PASSED) & (R.rows[1:, KIND] != GRAZE))
+    listed = [(at, [m, g, after, 0, 1 if what == CHATTER else 0], before, speed)
+              for at, (m, g, after, what, _), before, speed in zip(
+                  late[events - 1].tolist(), R.rows[events].tolist(), R.before[events], R.speeds[events], strict=True)]
     chosen = [item for item in listed if item[0] < listed[0][0] + periods - 1e-7]
     if chosen and chosen[-1][1][AFTER] != chosen[0][1][BEFORE]:  # a period that does not close yet
         closed = window(listed, periods)

@@ -38,6 +38,7 @@ def sweep_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     base = System.from_record(payload["system"], elements)
     region, options = Region.from_record(payload["region"]), payload["options"]
     known = None if payload.get("known") is None else unpacked_points(payload["known"], payload["arrays"], elements)
+    scene_of(base)  # those of the points are made from it
     points: list[dict] = []
     attractors: list[list] = []
     for p, changes in enumerate(payload["points"]):
