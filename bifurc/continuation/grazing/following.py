@@ -6,7 +6,7 @@ import numpy as np
 
 from ..conditions import ALONG, Condition, difference
 from .classify import powers
-from .touch import every_touch, maxima, rates, touch_at, unlisted
+from .touch import every_touch, guard_series, guard_size, maxima, of_law, rates, touch_at, unlisted
 
 POWERS = 6  # s_k that are watched
 FAR = 5.0  # scaled depth below which no other maximum is looked for
@@ -51,8 +51,9 @@ class Touching(Condition):
 
         def there(y):
             problem = family.at(float(y[-1]))
-            state = self.joined(problem, y[:-1], tau)
-            return float(state @ problem.equations.path.tables.G[self.mode, self.guard]) / self.size(problem)
+            e, state = problem.equations, self.joined(problem, y[:-1], tau)
+            return float(e.kernel.guard_value(e.path.tables, self.mode, self.guard, state)) / guard_size(
+                e, e.path.tables, self.mode, self.guard, state)
         gradient = np.array([difference(there, x, i, ALONG * family.scale[i]) for i in range(x.size)])
         return value, gradient
 
@@ -64,10 +65,9 @@ class Touching(Condition):
         """See `Condition.instants`: the touch is one of them."""
         return np.append(super().instants(problem, x), np.mod(self.top(problem, x)[1] / problem.sequence.span, 1.0))
 
-    def size(self, problem) -> float:
-        """Natural size of the guard."""
-        e = problem.equations
-        return float(e.kernel.scale_of(e.path.tables.G[self.mode, self.guard].copy(), e.weights))
+    def size(self, problem, x, tau) -> float:
+        """Natural size of the guard at ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
+        return guard_size(problem.equations, problem.equations.path.tables, self.mode, self.guard, self.joined(problem, x, tau))
 
     def joined(self, problem, x, tau) -> np.ndarray:
         """Return the state, joined with the forcing (nx,), at ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
@@ -85,13 +85,14 @@ class Touching(Condition):
     def series(self, problem, x, tau) -> np.ndarray:
         """Return the Taylor coefficients of the guard in time about ``tau`` (periods) on the orbit at ``x`` (n + 1,).
 
-        All that are kept where the motion is affine.  Beside a law the first three are exact (the guard and its rate are
-        kinematics, its acceleration is that of the equations of motion), two more are those of the interpolated acceleration.
+        All that are kept where the motion is affine, and those of the fitted motion of a guard that is a law itself.  Of an affine
+        guard beside a law the first three are exact (the guard and its rate are kinematics, its acceleration is that of the
+        equations of motion), two more are those of the interpolated acceleration.
         """
         T = problem.equations.numbers_at(x[-1])
         here = self.joined(problem, x, tau)
-        if not T.LU.shape[0]:
-            return here @ T.GT[self.mode, self.guard]
+        if not T.LU.shape[0] or of_law(T, self.mode, self.guard):
+            return guard_series(problem.equations, T, self.mode, self.guard, here)
         own, width = here @ T.GT[self.mode, self.guard, :, :2], BESIDE * 2.0 * np.pi / T.flat[0]
         a = np.array([rates(problem.equations, T, self.mode, self.guard, self.joined(problem, x, tau + k * BESIDE))[0]
                       for k in (-2, -1, 0, 1, 2)])
@@ -110,7 +111,7 @@ class Touching(Condition):
             tau += move / period
             if abs(move) < 1e-3 * reach:
                 break
-        return float(np.polynomial.polynomial.polyval(move, a)) / self.size(problem), tau
+        return float(np.polynomial.polynomial.polyval(move, a)) / self.size(problem, x, tau), tau
 
     def apex(self, problem, x, tau) -> float:
         """Return the acceleration of the guard at its top ``tau`` (periods).
@@ -124,7 +125,7 @@ class Touching(Condition):
             derivatives.append(np.polynomial.polynomial.polyder(derivatives[-1]))
         centre = stationary(derivatives[2], 1e-2 * float(T.step[self.mode]))
         h1 = float(np.polynomial.polynomial.polyval(centre, derivatives[1]))
-        if abs(h1) <= SYMMETRIC * self.size(problem) * T.flat[0]:
+        if abs(h1) <= SYMMETRIC * self.size(problem, x, tau) * T.flat[0]:
             return float(np.polynomial.polynomial.polyval(centre, derivatives[2]))
         return float(derivatives[2][0])
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...compose.tables import ORDER
 from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ...orbits.shooting.signature import repeated
 from ..shooting.appearing import NEAR, touches
@@ -116,12 +117,14 @@ def maxima(problem, x, known, nearby=NEARBY):
     at = np.searchsorted(x[:-1:1 + scene.ns], np.append(tau[:count], tau[:2]), side="right") - 1
     modes = s.nodes[at, AFTER]
     single = len(s.nodes) == 1 and s.closure > 0  # an orbit without events: its only section is no end
-    row, width = np.empty(joined.shape[1]), s.span / count
+    width = s.span / count
     for mode in np.unique(modes):
+        there = np.flatnonzero(modes == mode)
         for q in range(int(T.n_guards[mode])):
-            e.kernel.guard_gradient(T, mode, q, joined[0], row)
-            size = e.kernel.scale_of(row, e.weights)
-            value = np.where(modes == mode, joined @ row, -np.inf)
+            size = guard_size(e, T, mode, q, joined[there[0]])
+            value = np.full(count + 2, -np.inf)
+            value[there] = ([e.kernel.guard_value(T, mode, q, x) for x in joined[there]] if of_law(T, mode, q)
+                            else joined[there] @ T.G[mode, q])
             if not single:
                 value[count:] = -np.inf
             tops = np.flatnonzero((value[1:-1] >= value[:-2]) & (value[1:-1] > value[2:]) & (value[1:-1] > -nearby * size)) + 1
@@ -134,6 +137,27 @@ def maxima(problem, x, known, nearby=NEARBY):
                 z = np.empty(scene.ns)
                 e.motion.advance(T, mode, joined[k - 1].copy(), when, z)
                 yield tau[k - 1] + when / period, int(mode), q, float(top) / size, z
+
+
+def of_law(T, mode, guard) -> bool:
+    """Whether a guard is a law itself, such as the clearance of a disk in a bore: its row in the tables is zero."""
+    return bool(T.LG[mode, guard].any())
+
+
+def guard_size(e, T, mode, guard, joined) -> float:
+    """Return the natural size of a guard at a joined state (nx,)."""
+    row = np.empty(joined.size)
+    e.kernel.guard_gradient(T, mode, guard, joined, row)
+    return float(e.kernel.scale_of(row, e.weights))
+
+
+def guard_series(e, T, mode, guard, joined) -> np.ndarray:
+    """Return the Taylor coefficients (ORDER + 1,) of a guard along the motion from a joined state (nx,)."""
+    if not of_law(T, mode, guard):
+        return joined @ T.GT[mode, guard]
+    a = np.empty(ORDER + 1)
+    e.kernel.guard_series(T, mode, guard, joined, a)
+    return a
 
 
 def unlisted(problem, x):
@@ -181,6 +205,9 @@ def _forcing(T, ns, time):
 
 def rates(e, T, mode, guard, joined):
     """Second and third derivative of a guard in time at a joined state (nx,)."""
+    if of_law(T, mode, guard):
+        a = guard_series(e, T, mode, guard, joined)
+        return 2.0 * float(a[2]), 6.0 * float(a[3])
     ns = T.A.shape[1]
     row = T.GT[mode, guard, :, 1]  # of the first derivative: kinematics, whatever laws act
 
