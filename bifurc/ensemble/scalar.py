@@ -1,9 +1,9 @@
 """Many starts of any scene: on the general integration `bifurc.flow.scan.run`."""
 import numpy as np
 
-from .._jit import njit
+from .._jit import WHOLE, apart, njit
 from ..compose.tables import ORDER
-from ..elements import EventKind
+from ..elements.kinds import EventKind
 from ..flow.rule import admit, sizes
 from ..flow.scan import (
     BEFORE,
@@ -25,8 +25,7 @@ from ..flow.scan import (
     run,
     workspace,
 )
-from .initial_conditions import UNCLEAR
-from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
+from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNCLEAR, UNSETTLED
 from .proximity import boxed, nearest
 
 CONTACT = EventKind.CONTACT.code
@@ -69,7 +68,7 @@ def started(T, candidates, m, y, ints, floats, x, scale, signs, a):
     return m >= 0 or decided(T, candidates, ints, x, scale, signs, a)
 
 
-@njit
+@apart(WHOLE)
 def integrate(T, ints, floats, x, whole, tau, limit, rows, record, tally):
     """Integrate ``x`` (nx,) to the time ``tau`` after section number ``whole``; return the status of `run`.
 
@@ -150,7 +149,7 @@ def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, own
 
 
 @njit
-def carry(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds):
+def map_starts(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds):
     """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
 
     ``F`` and ``candidates`` as for `label`.  Starts whose mode cannot be told are left to the caller; where a motion ends
