@@ -16,7 +16,7 @@ import numpy as np
 from ...compose.tables import Tables
 from ...flow.affine.polynomial import SLOPE_ERROR
 from . import tables as plan
-from .several_modes import CANDIDATES, FAR, GUESSES, KICKS, NOISE, STOPS, UNKNOWN
+from .several_modes import CANDIDATES, FAR, FUSED, GUESSES, KICKS, NOISE, STOPS, UNKNOWN
 from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
 
 SAFETY = 3.0  # of the estimated fourth derivative
@@ -55,7 +55,7 @@ def step_numbers(T: Tables, kind: Kind, steps: int, h: float) -> tuple[np.ndarra
             own += [*row, *rise, fourth, *added]
             both = stage_loads(T, np.array([row[ns:], rise]), ends) * [1.0, h / 3.0]
             parts.append(np.hstack((both[:-1], both[1:])))
-        numbers.append(own)
+        numbers.append(own + Step(kind, kind.acts[0], given=True).coefficients(h))
         grid.append(np.hstack(parts))
     return np.array(numbers).ravel(), np.array(grid).ravel()
 
@@ -63,10 +63,11 @@ def step_numbers(T: Tables, kind: Kind, steps: int, h: float) -> tuple[np.ndarra
 def modes_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for ``size`` starts in a batch."""
     n, ns, w, cap, at = kind.n, 2 * kind.n, kind.forcings, size + 8, kind.places
-    stages = len(Step(kind, kind.acts[0]).method.c)
+    step = Step(kind, kind.acts[0])
+    stages = len(step.method.c)
     first = (4 * n + 13) * size
     numbers = {"N": n, "NW": w, "HARMONICS": (w - 1) // 2, "RATES": at["RATES"], "CAP": cap, "MOST_GUARDS": kind.guards,
-               "PER_MODE": at["SIZE"], "OF_GUARDS": at["GUARDS"], "OF_GUARD": 4 * n + 2 * w + 1,
+               "PER_MODE": at["SIZE"] + len(step.coefficients(1.0)), "OF_GUARDS": at["GUARDS"], "OF_GUARD": 4 * n + 2 * w + 1,
                "PER_STEP": stages * kind.loads + 4 * kind.guards, "WHOLE": 3 + CANDIDATES, "UNKNOWN": UNKNOWN, "KICKS": KICKS,
                "STOPS": STOPS, "GUESSES": GUESSES, "NOISE": NOISE, "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0,
                "FINAL": FINAL, "TURNS": TURNS, "REFINED": REFINED,
@@ -77,7 +78,7 @@ def modes_text(kind: Kind, size: int) -> str:
     numbers |= {"SIZE": size, "STATE": ns * cap}
     head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
     made = "\n\n\n".join(_many(kind, v) + "\n\n\n" + _one(kind, v) for v in range(len(kind.acts)))
-    return (f"{_HEAD}\n\n{kind.laws}\n\n{head}\nACTS = np.array({list(kind.modes)})\n"
+    return (f"{FUSED}\n\n{kind.laws}\n\n{head}\nACTS = np.array({list(kind.modes)})\n"
             f"WATCHED = np.array({[acts.watched for acts in kind.acts]})\n\n\n{_TURN}\n\n{made}\n\n\n{_choice(kind)}\n\n\n{_TEXT}")
 
 
@@ -102,7 +103,7 @@ def _ends(kind: Kind, step: Step, load: str) -> list[str]:
 
 def _many(kind: Kind, v: int) -> str:
     """Return the function that takes a list over a substep."""
-    step, n, ns, w = Step(kind, kind.acts[v]), kind.n, 2 * kind.n, kind.forcings
+    step, n, ns, w = Step(kind, kind.acts[v], given=True), kind.n, 2 * kind.n, kind.forcings
     last = step.nearest(1.0)
     head = [*step.head, *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads)),
             f"t += {len(step.method.c) * kind.loads}"]
@@ -164,13 +165,6 @@ def _function(signature: str, sentence: str, head: list[str], body: list[str], d
     return "\n".join([decorator, f"def {signature}:", f'    """{sentence}"""', *(f"    {line}" for line in [*head, *body])])
 
 
-_HEAD = '''from bifurc._jit import _with_twin
-
-
-def fused(function):
-    """Compile with products and sums fused: bounds are far above rounding."""
-    return _with_twin(function, fastmath={"contract"})
-'''
 _TURN = '''@fused
 def turn(a):
     """Cosine and sine of a small angle, by their series."""

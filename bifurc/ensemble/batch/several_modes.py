@@ -100,7 +100,7 @@ def modes_text(n: int, guards: int, size: int) -> str:
     numbers |= {name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
     numbers["SIZE"] = size
     head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
-    return f"{_FUSED}\n\n{head}\n\n\n{_filled(n)}"
+    return f"{FUSED}\n\n{head}\n\n\n{_filled(n)}"
 
 
 def _filled(n: int) -> str:
@@ -219,7 +219,7 @@ def _horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> 
     return [*lines, f"{value} = {value} * {at} + {name}_0"]
 
 
-_FUSED = '''from bifurc._jit import _with_twin
+FUSED = '''from bifurc._jit import _with_twin
 
 
 def fused(function):

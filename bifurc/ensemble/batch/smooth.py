@@ -63,7 +63,8 @@ def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
         return Numbers(T, plan.plan_of(T, kind.guards), T.harmonics, none, none, ANY, numbers, grid)
     found, loads = mode_numbers(T, kind, 0, h)
     grid = stage_loads(T, loads, stage_times(kind, steps)).reshape(steps, -1)
-    return Numbers(np.zeros((1, 1)), np.zeros((1, 1), np.int64), np.zeros(1, np.int64), phases, none, 0, np.array(found), grid)
+    return Numbers(np.zeros((1, 1)), np.zeros((1, 1), np.int64), np.zeros(1, np.int64), phases, none, 0,
+                   np.array(found + Step(kind, kind.acts[0], given=True).coefficients(h)), grid)
 
 
 def module_of(kind: Kind):
@@ -135,7 +136,7 @@ def steps_for(scene: Scene, kind: Kind, wish: float = WISH) -> tuple[int, float]
 
 def step_text(kind: Kind) -> str:
     """Return the source of the laws and of ``period_step`` for one mode without guards."""
-    step, ns = Step(kind, kind.acts[0]), 2 * kind.n
+    step, ns = Step(kind, kind.acts[0], given=True), 2 * kind.n
     loads = [f"        g{i}_{c} = grid[k, {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads)]
     lines = [f"{', '.join(f'y{c}' for c in range(ns))} = {', '.join(f'W[{c * SIZE} + l]' for c in range(ns))}", *step.body,
              *(f"W[{c * SIZE} + l] = z{c}" for c in range(ns))]

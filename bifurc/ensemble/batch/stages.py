@@ -99,10 +99,13 @@ class Step:
     kind : Kind
     acts : Acts
         The step ``h`` and the loads g0_0, ... of the stages have names already.
+    given : bool
+        Whether the method's coefficients times powers of the step are numbers behind those of the mode, see `coefficients`: the
+        compiler takes them faster from there than from products made in the same function.
     """
 
-    def __init__(self, kind: Kind, acts: Acts):
-        self.kind, self.acts, self.method = kind, acts, nystrom(kind.method)
+    def __init__(self, kind: Kind, acts: Acts, given: bool = False):
+        self.kind, self.acts, self.method, self.given = kind, acts, nystrom(kind.method), given
         self.head, self.body = ["hh = h * h"], []
         self._known: dict[tuple[str, float], str] = {}
         n, at, rows = kind.n, kind.places, range(sum(kind.rows))
@@ -127,6 +130,10 @@ class Step:
             self.body.append(f"z{c} = {self._summed(f'y{c} + h * y{n + c}', 'hh', method.last_position, c)}")
             self.body.append(f"z{n + c} = {self._summed(f'y{n + c}', 'h', method.last_velocity, c)}")
 
+    def coefficients(self, h: float) -> list[float]:
+        """Return the method's coefficients times powers of the step, in the order of their names."""
+        return [weight * h ** len(power) for power, weight in self._known]
+
     def nearest(self, time: float) -> int:
         """Return the last of the stages that are nearest to a part of the step."""
         away = np.abs(self.method.c - time)
@@ -138,7 +145,8 @@ class Step:
             return "h"
         if (power, weight) not in self._known:
             self._known[power, weight] = name = f"{power}_{len(self._known)}"
-            self.head.append(f"{name} = {power} * {weight!r}")
+            place = self.kind.places["SIZE"] + len(self._known) - 1
+            self.head.append(f"{name} = N[o + {place}]" if self.given else f"{name} = {power} * {weight!r}")
         return self._known[power, weight]
 
     def _summed(self, start: str, power: str, weights: np.ndarray, c: int) -> str:
