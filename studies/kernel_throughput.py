@@ -135,7 +135,7 @@ def side_by_side(module, numbers, X: np.ndarray, periods: int, modes: np.ndarray
     """Carry the starts ``X`` (N, ns) in place in a batch; return those left to the caller."""
     codes = np.full(len(X), 6)
     modes = np.zeros(len(X), np.int64) if modes is None else modes
-    module.carry(*numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
+    module.carry(numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
     return int(np.count_nonzero(codes))
 
 

@@ -162,9 +162,9 @@ class Integrator:
         T, modes = self.begin(X)
         cells.states[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
+            self._module.label(self._numbers, modes, X, self.limit, most, targets, cells)
         elif self._scalar is not None:
-            self._scalar.label(T, self._followers(T), self._candidates, modes, X, self.limit, most, *targets, *cells)
+            self._scalar.label(T, self._followers(T), self._candidates, modes, X, self.limit, most, targets, cells)
         for i in np.flatnonzero(cells.states == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 X[i] = starts[i]
@@ -179,7 +179,7 @@ class Integrator:
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
+            self._module.carry(self._numbers, modes, X, self.limit, periods, *images[1:])
         elif self._scalar is not None:
             self._scalar.map_starts(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
         for i in np.flatnonzero(images.outcomes == ASK).tolist():

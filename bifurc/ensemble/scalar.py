@@ -102,14 +102,15 @@ def recall(F, m, x, first):
 
 
 @njit
-def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, stay, labels, periods,
-          impacts, states, speeds):
+def label(T, F, candidates, modes, X, limit, most, targets, cells):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``inverse`` to ``stay`` see
-    `bifurc.ensemble.proximity`.  Writes label (-1: none), periods, impacts, state and least speed of arrival of each; starts
-    whose mode cannot be told are left to the caller.
+    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``targets`` and ``cells`` the records
+    `Targets` and `Cells` of `bifurc.ensemble.integrator`.  Writes what became of each start; those whose mode cannot be told are
+    left to the caller.
     """
+    inverse, points, squares, owner, width, keys, keepers, stay = targets
+    labels, periods, impacts, states, speeds = cells
     ns, nx = T.A.shape[1], T.A.shape[2]
     ints, floats = workspace(T)
     rows = np.zeros((ROWS, 5), np.int64)

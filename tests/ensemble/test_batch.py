@@ -65,7 +65,7 @@ def carried(system, X, periods, home=None):
     Y, codes, impacts, speeds = X.copy(), np.full(len(X), 6), np.zeros(len(X), np.int64), np.full(len(X), np.inf)
     modes = PeriodMap(system)._integrator.begin(X)[1]
     kept = modes >= 0
-    packing.module_of(kind).carry(*numbers, modes, Y, 2000, periods, codes, impacts, speeds)
+    packing.module_of(kind).carry(numbers, modes, Y, 2000, periods, codes, impacts, speeds)
     return Y[kept], codes[kept], impacts[kept], speeds[kept]
 
 

@@ -146,7 +146,7 @@ def test_labels_are_those_of_the_scalar_integrator(name, rng):
     Y = X.copy()
     T, modes = integrator.begin(Y)
     kernels(integrator.scene, "bifurc.ensemble.scalar").label(
-        T, integrator._followers(T), integrator._candidates, modes, Y, 2000, 300, *targets, *slowly)
+        T, integrator._followers(T), integrator._candidates, modes, Y, 2000, 300, targets, slowly)
     told = slowly.states != 6
     assert told.mean() > 0.9 and (slowly.labels[told] >= 0).mean() > 0.98
     np.testing.assert_array_equal(fast.labels[told], slowly.labels[told])

@@ -352,8 +352,9 @@ def cross(N, I, m, k, x, room, tally):
 
 
 @njit
-def meet(W, index, c, e, m, k, steps, P, numbers, I, x, room, tally, limit, spare):
+def meet(W, index, c, e, m, k, steps, P, numbers, I, room, limit, spare):
     """Take entry ``e`` of the list of mode ``m`` through the events of substep ``k``; return how many starts leave their lists."""
+    x, tally = spare[0], spare[6]
     l, a = index[AT_IDS + m * AT_CAP + e], AT_LISTS + m * AT_STATE + e
     for i in range(2 * AT_N):
         x[i] = W[a + i * AT_CAP]
@@ -362,10 +363,9 @@ def meet(W, index, c, e, m, k, steps, P, numbers, I, x, room, tally, limit, spar
     if target >= 0 and WATCHED[ACTS[target]]:
         target = -1
     if target < 0:
-        y, joined, floats, record, ints, rows, _ = spare
         for i in range(2 * AT_N):
             x[i] = W[a + i * AT_CAP]
-        status, target = substep(P, k, steps, numbers[0], m, x, joined, floats, record, ints, rows, tally, limit)
+        status, target = substep(P, k, steps, numbers[0], m, spare, limit)
         if status != DONE:
             target = -1
             W[AT_ASIDE + l] = 1.0
@@ -386,7 +386,7 @@ def meet(W, index, c, e, m, k, steps, P, numbers, I, x, room, tally, limit, spar
 def period_step(W, index, count, P, numbers, grid, I, modes, limit):
     """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
     many, spare = I.shape[0], scratch()
-    x, room, tally = np.empty(2 * AT_N), np.zeros((5, max(9 * AT_N, AT_NW))), np.zeros(3)
+    room = np.zeros((5, max(9 * AT_N, AT_NW)))
     steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
     top, new = W[AT_TOP:AT_LISTS], W[AT_NEW:AT_MY]
     for m in range(many):
@@ -407,7 +407,7 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             ahead(m, (n + 7) // 8 * 8, W[a:a + AT_STATE], new, top, numbers, m * AT_PER_MODE, grid, (m * steps + k) * AT_PER_STEP)
             for e in range(n):
                 if top[e] >= 0.0:
-                    c = meet(W, index, c, e, m, k, steps, P, numbers, I, x, room, tally, limit, spare)
+                    c = meet(W, index, c, e, m, k, steps, P, numbers, I, room, limit, spare)
             for i in range(2 * AT_N):
                 for e in range(n):
                     W[a + i * AT_CAP + e] = new[i * AT_CAP + e]

@@ -238,9 +238,9 @@ def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
     """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
     if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
         return c
-    y, x, floats, record, ints, rows, tally = spare
+    y, tally = spare[0], spare[6]
     STATE_BEFORE
-    status, target = substep(P, k, steps, numbers[0], m, y, x, floats, record, ints, rows, tally, limit)
+    status, target = substep(P, k, steps, numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
     if status != DONE:
         W[AT_ASIDE + l] = 1.0

@@ -59,7 +59,7 @@ def scratch():
 
 
 @njit
-def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tally, limit):
+def period(given, m, room, limit):
     """Give a start up: there is nothing behind the batch step."""
     return LOST, m
 '''
