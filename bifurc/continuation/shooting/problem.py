@@ -44,7 +44,7 @@ KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for 
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
-SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged
+SEPARATE, ONE = 1e-6, 1e-9  # scaled differences of the halves of a doubled orbit: has not merged, is its parent
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
@@ -183,6 +183,10 @@ class OrbitProblem(Problem):
         if status != 1:
             return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
                              NO_MONITORS)
+        if self._halves is not None and self._apart(U) <= ONE and self._apart(x) > SEPARATE:
+            # an orbit run through twice solves the same equations, and is met at the end of a doubled branch alone
+            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
+                             -math.inf, NO_MONITORS)
         moved = (U - x) / self.scale
         sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
         values = self._values(U, told)
