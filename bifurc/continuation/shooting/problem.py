@@ -34,12 +34,11 @@ from .completion import completion_near
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
+from .train_length import SLACK, SPARE, relengthened
 from .vanishing import listed_speeds
 
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
-SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
-SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 monitored = sequence.monitored.py_func
@@ -437,6 +436,9 @@ class OrbitProblem(Problem):
         if self.sequence.clock:
             ended = autonomous.ends(self, monitor.name, point.x)
             return StopReason.CYCLE_END if ended else autonomous.through_change(self, point, monitor)
+        found = relengthened(self, point) if monitor.name == CLOSURE else None
+        if found is not None:
+            return found
         answer = signature_change.through_grazing(self, point, monitor)
         if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
             return StopReason.CHATTERING
