@@ -203,17 +203,3 @@ def test_lists_lengthened_and_shortened_by_several_are_the_same_motion(released)
         states.append(new.solution(c.x).state)
     np.testing.assert_allclose(states[1:], [states[0]] * 2, rtol=0, atol=1e-10)
     assert shorter(at, x, len(at.sequence.nodes)) is None
-
-
-def test_chatterings_whose_flights_friction_turns_go_over_into_a_plastic_impact():
-    """Towards a restitution of zero the impacts that lead to rest are fewer and fewer; at zero the motion is that of the plastic
-    stop, whose one impact ends in rest."""
-    def system(restitution):
-        return bf.System(1.0, 0.192, 1.0, [bf.elements.HarmonicForce(1.0), bf.elements.RigidStop(0.135, restitution),
-                                           bf.elements.Coulomb(0.103)], omega=0.454)
-
-    branch = bf.trace(bf.find_orbit(system(0.225)), "restitution", bounds=(0.0, 0.25))
-    assert branch.stop_reason == ("bound", "bound") and branch.audit.ok
-    plastic = bf.find_orbit(system(0.0))
-    phases = np.linspace(0.0, 1.0, 50, endpoint=False)
-    np.testing.assert_allclose(branch.orbits[0]._states(phases), plastic._states(phases), rtol=0, atol=1e-9)

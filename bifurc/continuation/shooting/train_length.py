@@ -49,46 +49,33 @@ def listed(problem, x):
     places = range(len(problem.sequence.nodes))
     nodes, times, states = ([of(k) for k in places] for of in (
         lambda k: node_at(problem, k), lambda k: time_of(problem, x, k), lambda k: state_at(problem, x, k)))
-    return nodes, times, states, before(nodes, len(nodes) - 1)
-
-
-def before(nodes, k):
-    """Return the place of the impact of a train before that at the place ``k``, None without one."""
-    return next((i for i in reversed(range(k)) if nodes[i][CLOSES] == 2 and nodes[i][:AFTER] == nodes[k][:AFTER]), None)
+    own = nodes[-1][:AFTER]
+    earlier = next((k for k in reversed(places[:-1]) if nodes[k][CLOSES] == 2 and nodes[k][:AFTER] == own), None)
+    return nodes, times, states, earlier
 
 
 def longer(problem, x, count=1):
-    """Return (problem, guess) with ``count`` impacts more at the end of the train that the last node closes, and what happens
-    between two of them, as the turn of a friction, or None."""
+    """Return (problem, guess) with ``count`` impacts more at the end of the train that the last node closes, or None."""
     nodes, times, states, earlier = listed(problem, x)
-    if earlier is None or any(node[CLOSES] != 2 for node in nodes[earlier:-1]):
+    if earlier is None:
         return None
     p, closing = float(x[-1]), nodes[-1]
+    r = float(problem.equations.numbers_at(p).ratio[tuple(closing[:AFTER])])
     gradient, arriving, still = apart(problem, p, closing, states[-1])
-    fall = arriving / apart(problem, p, closing, states[earlier])[1]
-    if not 0.0 < fall < 1.0:
-        return None
-    leading, between = [*nodes[earlier][:DIVIDE], 0, 2], nodes[earlier + 1:-1]
-    flight = np.array(times[earlier + 1:]) - times[earlier]
-    nodes[-1] = leading
+    flight, leading = times[-1] - times[earlier], [*nodes[earlier][:DIVIDE], 0, 2]
     for k in range(1, count + 1):
-        nodes += [*between, leading]
-        times += (times[-1] + fall**k * flight).tolist()
-        states += [*[still] * len(between), still + fall**k * arriving * gradient]
-    nodes[-1] = closing
+        nodes[-1:] = [leading, closing]
+        times.append(times[-1] + r**k * flight)
+        states.append(still + r**k * arriving * gradient)
     return relisted(problem, x, nodes, times, states)
 
 
 def shorter(problem, x, count=1):
-    """Return (problem, guess) with the last ``count`` impacts left out of the train that the last node closes, with what happens
-    between them, or None."""
-    nodes, times, states, earlier = listed(problem, x)
-    closing, left = nodes[-1], len(nodes)
-    for _ in range(count):
-        if earlier is None or any(node[CLOSES] != 2 for node in nodes[earlier:left - 1]):
-            return None  # there are not so many
-        left = earlier + 1
-        earlier = before(nodes, earlier)
+    """Return (problem, guess) with the last ``count`` impacts left out of the train that the last node closes, or None."""
+    nodes, times, states, _ = listed(problem, x)
+    closing, left = nodes[-1], len(nodes) - count
+    if left < 1 or any(node[CLOSES] != 2 or node[:AFTER] != closing[:AFTER] for node in nodes[left - 1:-1]):
+        return None  # another contact changes between them, or there are not so many
     nodes = [*nodes[:left - 1], [*nodes[left - 1][:DIVIDE], 0, 1]]
     nodes[-1][AFTER] = closing[AFTER]
     return relisted(problem, x, nodes, times[:left], states[:left])
