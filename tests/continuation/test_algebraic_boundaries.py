@@ -237,25 +237,3 @@ def test_a_flip_just_before_a_boundary_on_which_it_is_not_known(before, ds_max):
     at = (-1.0 + math.sqrt(1.0 + 1.2 * (GRAZE - before))) / 0.6
     flip = branch.special_points.of("period_doubling")[0]
     assert flip.parameter == pytest.approx(at, abs=1e-12)
-
-
-@pytest.mark.parametrize("ds_max", [0.05, 0.1, 0.2])
-@pytest.mark.parametrize("start", [-1.0, 1.0])
-@pytest.mark.parametrize("middle", [0.17, 0.2, 0.22])
-def test_a_short_stretch_between_two_boundaries_is_not_passed_over(ds_max, start, middle):
-    """Two sets of equations, valid where (p - .1)(p - m)(p - m - .02) is negative and where it is positive: both stretches of the
-    second step, which ends on a boundary or begins on it, are seen at every step length and from both sides."""
-    def test(p):
-        return (p - 0.1) * (p - middle) * (p - middle - 0.02)
-
-    class One(Window):
-        def switch(self, point, monitor):
-            return self.other, point.x, point.tangent
-
-    one, other = One([test], boundaries=(0,)), One([lambda p: -test(p)], boundaries=(0,))
-    for window, beyond in ((one, other), (other, one)):
-        Problem.__init__(window, start, start, scale_u=1.0, scale_p=1.0)
-        window.other = beyond
-    branch = trace(one if start < 0.0 else other, bounds=(-1, 1), ds_max=ds_max)
-    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
-    assert [point.parameter for point in branch.special_points] == pytest.approx([0.1, middle, middle + 0.02], abs=1e-9)

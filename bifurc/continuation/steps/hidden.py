@@ -8,8 +8,6 @@ from .rows import Curve, Row, tests_of
 
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
-LONG, SHORT = 1e-2, 0.1  # arclength of a first or last step of a part that is looked into; part of it in which it is done again
-FAR_LEAST, FAR_MOST = 0.2, 0.7  # value in the middle of a step that leaves a zero, as part of that at its end
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
 
@@ -53,10 +51,8 @@ def dip(half, row, new):
         if inner is not None:
             return inner
     rows = half.rows
-    begins = len(rows) > 1 and rows[-2].part is not part
-    inner = first_of_short_steps(half, row, new, begins)
-    if inner is not None or begins or len(rows) < 2:
-        return inner
+    if len(rows) < 2 or rows[-2].part is not part:
+        return None
     before = rows[-2]
     back = row.s - before.s
     falls = row.det_log < before.det_log or row.det_log < new.det_log
@@ -75,49 +71,6 @@ def dip(half, row, new):
         if inner is not None:  # between the last two rows: seen only now
             return inner
     return None
-
-
-def first_of_short_steps(half, row, new, begins):
-    """Return a row inside a step that ends on a boundary of validity, or ``begins`` its part, to go on from with short steps, if a
-    boundary may be crossed twice in it; None if not.
-
-    The test of the boundary is zero at that end, and where the step begins a part there is no row before it: no parabola through
-    rows tells two zeros more.  Rows inside the step stand in, and the zero that is known is divided out.
-    """
-    part, length, ends = row.part, new.s - row.s, on_boundary(half, new)
-    if not part.boundary or length < LONG or new.singular or not (begins or ends):
-        return None
-    curve = Curve(row, new)
-
-    def at(t):
-        c = curve.at(t)
-        return None if c is None else Row(c, part, row.s + t * length, new.angle * t, tests_of(c), SHORT * length)
-
-    middle = at(0.5)
-    if middle is None:
-        return None
-    far = new if begins else row
-    if begins != ends:  # the usual case: it leaves zero at one end and is farther from it at the other
-        if all(FAR_LEAST * far.tests[j] >= middle.tests[j] >= FAR_MOST * far.tests[j] for j in part.boundary):
-            return None
-    one, three = at(SHORT) if begins else row, at(1.0 - SHORT) if ends else new
-    if one is None or three is None:
-        return None
-    places = [(r.s - row.s) / length for r in (one, middle, three)]
-    zeros = [(t if begins else 1.0) * (1.0 - t if ends else 1.0) for t in places]
-    for j in part.boundary:
-        values = [r.tests[j] for r in (one, middle, three)]
-        beyond = max(values) > MONITOR_BAND * max(abs(far.tests[j]), half.sizes[j])
-        left = [value / zero for value, zero in zip(values, zeros, strict=True)] if zeroed(half, row, new, j, begins) else values
-        if beyond or two_zeros(*left, middle.s - one.s, three.s - middle.s) != 2.0:
-            return one if begins else at(SHORT)
-    return None
-
-
-def zeroed(half, row, new, j, begins) -> bool:
-    """Whether test ``j`` is zero at that end of a step, its first if it ``begins`` a part, which lies on a boundary."""
-    end = row if begins else new
-    return abs(end.tests[j]) <= MONITOR_BAND * max(half.sizes[j], 1e-3)
 
 
 def jumped(half, row, new):
