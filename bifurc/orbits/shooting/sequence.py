@@ -591,16 +591,23 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     if span == 0.0:
         whole[0], span = 0.0, U[0]
     monitor(T, nodes, fixed, span, closure, whole, weights, info)
-    short = 1.0  # det J(mu) carries the duration of every contact as a factor: an elastic graze is no flip
+    short, least, orientation = 0.0, 1.0, sign  # det J(mu) carries the duration of every contact as a factor: a graze is no flip
+    contacts = 0
+    for i in range(nodes.shape[0]):
+        if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
+            contacts += 1
     for i in range(nodes.shape[0]):
         if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
             duration = whole[i * size] - (whole[(i - 1) * size] if i > 0 else whole[n - size] - span)
-            short *= (duration / (0.05 + abs(duration)))**nodes[i, DIVIDE]
-    if abs(short) < 1e-9:
+            factor = (duration / (0.05 / contacts + abs(duration)))**nodes[i, DIVIDE]
+            least = min(least, abs(factor))  # the product of many is small without any that is
+            orientation *= np.sign(factor)
+            short += np.log(max(abs(factor), 1e-300))
+    if least < 1e-9:
         info[FLIP] = np.nan
     else:
-        ratio = np.exp(min(log - info[DET_LOG] - np.log(abs(short)), 700.0)) if sign != 0.0 else 0.0
-        info[FLIP] = sign * np.sign(short) * ratio / (1.0 + ratio)
+        ratio = np.exp(min(log - info[DET_LOG] - short, 700.0)) if sign != 0.0 else 0.0
+        info[FLIP] = orientation * ratio / (1.0 + ratio)
     return 1
 
 
