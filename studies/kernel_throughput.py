@@ -23,6 +23,7 @@ import bifurc as bf
 from bifurc._jit import njit
 from bifurc.basins import PeriodMap
 from bifurc.compose.scene import scene_of
+from bifurc.compose.writer import kernels
 from bifurc.ensemble.batch import packing, several_modes, smooth
 from bifurc.ensemble.batch.runge_kutta import Method
 from bifurc.ensemble.initial_conditions import begin
@@ -58,6 +59,17 @@ def scenes_of_modes() -> dict[str, bf.System]:
             "two masses, stop": chain(2, e.RigidStop(0.6, 0.7, dof=1)),
             "two masses, stop and friction": chain(2, e.RigidStop(0.6, 0.7), e.Coulomb(0.15, dof=1)),
             "three masses, stop": chain(3, e.RigidStop(0.8, 0.7, dof=2))}
+
+
+def scenes_of_laws() -> dict[str, bf.System]:
+    """Return the scenes of laws beside stops and dry friction by name."""
+    force, e = bf.elements.HarmonicForce(1.0), bf.elements
+    belt = e.Stribeck(kinetic=0.5, static=1.0, speed=0.4, belt_speed=0.3)
+    return {"stop beside a cubic spring": bf.System(1.0, 0.1, 1.0, [force, e.CubicSpring(0.5), e.RigidStop(0.6, 0.7)], omega=1.2),
+            "Stribeck friction": bf.System(1.0, 0.05, 1.0, [e.HarmonicForce(0.3), belt], omega=2.0),
+            "two masses, cubic springs": chain(2, e.CubicSpring(0.5), e.CubicSpring(0.5, row=(-1.0, 1.0))),
+            "two masses, cubic coupling and stop": chain(2, e.CubicSpring(0.5, row=(-1.0, 1.0)), e.RigidStop(0.6, 0.7)),
+            "two masses, Stribeck friction": chain(2, e.Stribeck(kinetic=0.2, static=0.3, speed=0.4, dof=1))}
 
 
 def chain(n: int, *elements) -> bf.System:
@@ -123,7 +135,7 @@ def side_by_side(module, numbers, X: np.ndarray, periods: int, modes: np.ndarray
     """Carry the starts ``X`` (N, ns) in place in a batch; return those left to the caller."""
     codes = np.full(len(X), 6)
     modes = np.zeros(len(X), np.int64) if modes is None else modes
-    module.carry(*numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
+    module.carry(numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
     return int(np.count_nonzero(codes))
 
 
@@ -170,7 +182,7 @@ class Result:
 
     def share(self, kernel: str) -> float | None:
         """Return the rate of a kernel over that of vectorised C."""
-        if kernel.endswith((", batch", ", march")):  # the peer program has no such scene
+        if kernel.endswith((", batch", ", march", ", simulation")):  # the peer program has no such scene
             return None
         found = self.limits.get(SMOOTH if "Runge" in kernel or "order 8" in kernel else IMPACTS)
         return self.rate(kernel) / statistics.median(found) if found else None
@@ -190,7 +202,7 @@ def smooth_kernels(scene):
     """Return the calls of the smooth kernels, steps of the method of order 8 that the wished error takes, and its error."""
     T, calls = scene.tables, {}
     eight = smooth.kind_of(scene, Method.RK8)
-    steps, error = smooth.steps_for(T, eight)
+    steps, error = smooth.steps_for(scene, eight)
     for name, kind, count in (("Runge-Kutta, 100 steps", smooth.kind_of(scene, Method.RK4), 100),
                               (f"order 8, {steps} steps", eight, steps)):
         module, numbers = smooth.module_of(kind), smooth.numbers_of(T, kind, count)
@@ -215,6 +227,33 @@ def mode_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
     return calls, starts
 
 
+def law_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
+    """Return the calls of batches under laws, of the scalar integrator and of simulations, and the starts of each: those that
+    are slow get fewer; of the first ``scenes``."""
+    calls, starts = {}, {}
+    for name, system in list(scenes_of_laws().items())[:scenes]:
+        X = np.random.default_rng(3).uniform(-0.55, 0.55, (cells**2, 2 * system.n))
+        integrator = PeriodMap(system)._integrator
+        scalar = kernels(integrator.scene, "bifurc.ensemble.scalar")
+
+        def batch(Y, periods, integrator=integrator):
+            return int(np.count_nonzero(integrator.carry(Y, periods).outcomes))
+
+        def march(Y, periods, integrator=integrator, scalar=scalar):
+            T, modes = integrator.begin(Y)
+            codes, impacts = (np.full(len(Y), value) for value in (6, 0))
+            scalar.map_starts(T, integrator._followers(T), integrator._candidates, modes, Y, 2000, periods, codes, impacts,
+                              np.full(len(Y), np.inf))
+            return int(np.count_nonzero(codes))
+
+        def simulations(Y, periods, system=system):
+            return sum(not bf.simulate(system, y, periods=periods).success for y in Y)
+
+        for what, call, share in (("batch", batch, 1), ("march", march, 40), ("simulation", simulations, 400)):
+            calls[f"{name}, {what}"], starts[f"{name}, {what}"] = call, X[:max(len(X) // share, 4)]
+    return calls, starts
+
+
 def study(setting: Setting = Setting.FULL, limit=None) -> Result:
     """Return rates and errors; ``limit`` returns the rates of vectorised C by name."""
     cells = CELLS if setting is Setting.FULL else 40
@@ -228,8 +267,9 @@ def study(setting: Setting = Setting.FULL, limit=None) -> Result:
              "general march": lambda Y, n: general(T, modes, Y, n, 2000)}
     fields, _ = smooth_kernels(scene_of(bf.systems.duffing_oscillator(**DUFFING)))
     modal, theirs = mode_kernels(cells, None if setting is Setting.FULL else 2)  # each compiles a kernel of its own
-    starts = dict.fromkeys(calls, X) | dict.fromkeys(fields, D) | theirs
-    calls |= fields | modal
+    under, their_own = law_kernels(cells, None if setting is Setting.FULL else 1)
+    starts = dict.fromkeys(calls, X) | dict.fromkeys(fields, D) | theirs | their_own
+    calls |= fields | modal | under
     aside = {name: call(starts[name].copy(), PERIODS) for name, call in calls.items()}
     rates: dict[str, list[float]] = {name: [] for name in calls}
     limits: dict[str, list[float]] = {}
@@ -245,7 +285,7 @@ def study(setting: Setting = Setting.FULL, limit=None) -> Result:
     found = {f"batch, {n} period{'s' if n > 1 else ''}": errors(setting, n, X, calls["batch"]) for n in (1, 10)}
     right = D.copy()
     duffing = scene_of(bf.systems.duffing_oscillator(**DUFFING))
-    right = smooth.images(duffing.tables, smooth.kind_of(duffing), 400, right)
+    right = smooth.images(duffing, smooth.kind_of(duffing), 400, right)
     for name in fields:
         Y = D.copy()
         calls[name](Y, 1)

@@ -8,9 +8,7 @@ from ..compose.tables import Tables
 from ..flow.rule import NOISE
 from ..flow.scan import PENETRATION
 from .grid import place_of
-
-BEYOND = -1  # the start lies beyond a rigid stop
-UNCLEAR = -2  # on a surface, or with no clear mode: all elements decide together
+from .outcomes import BEYOND, UNCLEAR
 
 
 def states_at(scene: Scene, names: Sequence[str], at: Mapping[str, float], points: np.ndarray) -> np.ndarray:

@@ -9,17 +9,19 @@ from numba.core.errors import NumbaError
 
 from ..compose.scene import Scene
 from ..compose.tables import Tables
+from ..compose.writer import kernels
 from ..elements import EventKind
 from ..flow import settle
+from ..flow.engine import engine_of
 from ..flow.scan import CHATTER, PASSED
 from ..flow.simulate import integrate
 from ..flow.status import Status
 from ..flow.trajectory import Trajectory
+from . import scalar
 from .batch import packing, smooth
-from .initial_conditions import BEYOND, begin, unloaded
-from .outcomes import ASK, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
+from .initial_conditions import begin, unloaded
+from .outcomes import ASK, BEYOND, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
 from .proximity import STAY, boxed, nearest
-from .scalar import carry, label
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
 BLOCK = 32  # forcing periods that the general integration does at a time
@@ -81,6 +83,8 @@ class Integrator:
         Whether starts are taken in batches: a period costs less than a microsecond.
     chunk : int
         Starts that are best handed over at once.
+    compiled : bool
+        Whether starts are taken by compiled kernels, in batches or one after the other; else by simulation.
     section : None
         Motions are compared at phase 0.
     error : float
@@ -96,6 +100,8 @@ class Integrator:
         self._rows = np.empty((0, 0, 0))
         self._module, self._numbers = self._batch()
         self.lean = self._module is not None
+        self._scalar = None if self.lean else self._one_by_one()
+        self.compiled = self.lean or self._scalar is not None
         self.chunk = 8192 if self.lean else 512
 
     def _batch(self):
@@ -107,11 +113,23 @@ class Integrator:
         if law is not None:
             try:
                 if self.steps is None:
-                    self.steps, self.error = smooth.steps_for(self.scene.tables, law)
+                    self.steps, self.error = smooth.steps_for(self.scene, law)
                 return smooth.module_of(law), smooth.numbers_of(self.scene.tables, law, self.steps)
             except (ArithmeticError, NumbaError):
                 pass  # a law that needs tiny steps, or one that only the simulation can compile
         return None, None
+
+    def _one_by_one(self):
+        """Return the kernels of the scalar integrator for this scene, None where they cannot be compiled."""
+        if self.scene.closed_form:
+            return scalar
+        if not self.scene.complete:  # its laws may grow
+            return None
+        try:
+            engine_of(self.scene)
+            return kernels(self.scene, scalar.__name__)
+        except (ValueError, NumbaError):
+            return None  # the simulation says why
 
     def begin(self, X: np.ndarray):
         """Return the tables and the modes (N,) in which the starts ``X`` (N, ns) begin; negative: unclear or outside.
@@ -144,10 +162,9 @@ class Integrator:
         T, modes = self.begin(X)
         cells.states[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.label(*self._numbers, modes, X, self.limit, most, *targets, *cells)
-        elif self.scene.closed_form:
-            label(T, self._followers(T), self._candidates, modes, X, self.limit, most, *targets, *cells)
-        # Laws without a batch: a period is long beside Python's share of it, the simulation serves.
+            self._module.label(self._numbers, modes, X, self.limit, most, targets, cells)
+        elif self._scalar is not None:
+            self._scalar.label(T, self._followers(T), self._candidates, modes, X, self.limit, most, targets, cells)
         for i in np.flatnonzero(cells.states == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 X[i] = starts[i]
@@ -162,9 +179,9 @@ class Integrator:
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.carry(*self._numbers, modes, X, self.limit, periods, *images[1:])
-        elif self.scene.closed_form:
-            carry(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
+            self._module.carry(self._numbers, modes, X, self.limit, periods, *images[1:])
+        elif self._scalar is not None:
+            self._scalar.map_starts(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
         for i in np.flatnonzero(images.outcomes == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
                 self._carry(i, starts[i], images, periods)

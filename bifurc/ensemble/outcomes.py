@@ -43,3 +43,5 @@ NO_START, INFINITY = -2, -3  # coded labels of a start beyond a rigid stop, and 
 def coded(labels: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return labels with codes of their own for cells that are no starts and for infinity."""
     return np.where(states == OUTSIDE, NO_START, np.where(states == DIVERGED, INFINITY, labels))
+BEYOND = -1  # in place of the mode of a start: it lies beyond a rigid stop
+UNCLEAR = -2  # it lies on a surface, or no mode is clear: all elements decide together

@@ -21,10 +21,10 @@ class Kernel(DescribedEnum):
     BATCH = ("batch", "Hundreds of starts side by side, events on compacted lists with proof, everything else "
                       "(grazes, repeated impacts, rest) by the scalar integrator: one to three degrees of freedom, "
                       "affine modes without memory.")
-    SMOOTH = ("smooth", "Hundreds of starts side by side by Runge-Kutta steps, as many as the measured error asks "
-                        "for: one degree of freedom, smooth laws.")
-    SCALAR = "scalar", "One start after the other on the certified event integration: any scene of affine modes."
-    SIMULATION = "simulation", "One start after the other by simulation: scenes with laws that are not affine."
+    SMOOTH = ("smooth", "Hundreds of starts side by side by Runge-Kutta steps, as many as the measured error asks for, through "
+                        "stops and dry friction beside them: one or two degrees of freedom under smooth laws.")
+    SCALAR = "scalar", "One start after the other on the compiled event integration: any scene whose laws can be compiled."
+    SIMULATION = "simulation", "One start after the other by simulation: laws that only it can compile."
 
 
 class PeriodMap:
@@ -81,7 +81,7 @@ class PeriodMap:
         if self._integrator.lean:
             self.kernel = Kernel.BATCH if scene.closed_form else Kernel.SMOOTH
         else:
-            self.kernel = Kernel.SCALAR if scene.closed_form else Kernel.SIMULATION
+            self.kernel = Kernel.SCALAR if self._integrator.compiled else Kernel.SIMULATION
 
     def __repr__(self):
         return f"PeriodMap({self.system!r}, kernel {self.kernel})"

@@ -1,9 +1,9 @@
 """Many starts of any scene: on the general integration `bifurc.flow.scan.run`."""
 import numpy as np
 
-from .._jit import njit
+from .._jit import WHOLE, apart, njit
 from ..compose.tables import ORDER
-from ..elements import EventKind
+from ..elements.kinds import EventKind
 from ..flow.rule import admit, sizes
 from ..flow.scan import (
     BEFORE,
@@ -25,8 +25,7 @@ from ..flow.scan import (
     run,
     workspace,
 )
-from .initial_conditions import UNCLEAR
-from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
+from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNCLEAR, UNSETTLED
 from .proximity import boxed, nearest
 
 CONTACT = EventKind.CONTACT.code
@@ -69,7 +68,7 @@ def started(T, candidates, m, y, ints, floats, x, scale, signs, a):
     return m >= 0 or decided(T, candidates, ints, x, scale, signs, a)
 
 
-@njit
+@apart(WHOLE)
 def integrate(T, ints, floats, x, whole, tau, limit, rows, record, tally):
     """Integrate ``x`` (nx,) to the time ``tau`` after section number ``whole``; return the status of `run`.
 
@@ -103,14 +102,15 @@ def recall(F, m, x, first):
 
 
 @njit
-def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, owner, width, keys, keepers, stay, labels, periods,
-          impacts, states, speeds):
+def label(T, F, candidates, modes, X, limit, most, targets, cells):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``inverse`` to ``stay`` see
-    `bifurc.ensemble.proximity`.  Writes label (-1: none), periods, impacts, state and least speed of arrival of each; starts
-    whose mode cannot be told are left to the caller.
+    ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``targets`` and ``cells`` the records
+    `Targets` and `Cells` of `bifurc.ensemble.integrator`.  Writes what became of each start; those whose mode cannot be told are
+    left to the caller.
     """
+    inverse, points, squares, owner, width, keys, keepers, stay = targets
+    labels, periods, impacts, states, speeds = cells
     ns, nx = T.A.shape[1], T.A.shape[2]
     ints, floats = workspace(T)
     rows = np.zeros((ROWS, 5), np.int64)
@@ -150,7 +150,7 @@ def label(T, F, candidates, modes, X, limit, most, inverse, points, squares, own
 
 
 @njit
-def carry(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds):
+def map_starts(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds):
     """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
 
     ``F`` and ``candidates`` as for `label`.  Starts whose mode cannot be told are left to the caller; where a motion ends

@@ -305,3 +305,20 @@ def test_a_step_that_leads_aside_without_a_turn_is_rejected():
 
     assert judged(0.009)[0] is not None
     assert judged(0.011)[0] is None and judged(0.011)[1][0] == "ds_min"
+
+
+@pytest.mark.parametrize(("rate", "width"), [(-150.0, 0.03), (0.0, 0.03), (-150.0, -0.2), (0.0, -0.2), (150.0, -0.2)])
+def test_determinants_that_grow_fast_hide_no_branch_points_and_make_none(rate, width):
+    """On u = 0 the determinant is exp(rate p) ((p - .37)^2 - w |w|): a factor of e^30 a step is no fall to a singular point, and a
+    parabola through three such rows no pair of zeros; the pair of the second factor is found in spite of it."""
+    class Growing(Problem):
+        def residual(self, u, p):
+            return u * np.exp(rate * p) * ((p - 0.37)**2 - width * abs(width))
+
+    problem = Growing(0.0, -1.0, scale_u=1.0, scale_p=1.0)
+    branch = trace(problem, bounds=(-1.0, 1.0), ds_max=0.2)
+    assert branch.stop_reason[1] == StopReason.BOUND and branch.unresolved == ()
+    found = [point.parameter for point in branch.special_points]
+    assert found == pytest.approx([0.34, 0.40] if width > 0.0 else [], abs=1e-9)
+    if width < 0.0:
+        assert len(branch) <= 15  # as many steps as without the factor

@@ -4,7 +4,9 @@ import pytest
 from mpmath import mpf
 
 import bifurc as bf
-from bifurc.continuation.shooting.completion import growth, ratio
+from bifurc.continuation.shooting.completion import begun_at, growth, ratio
+from bifurc.continuation.shooting.train_length import longer, shorter
+from bifurc.orbits.shooting.sequence import CLOSES
 from tests.reference.completion import completes, cycle
 
 
@@ -167,3 +169,37 @@ def test_a_motion_without_a_clock_ends_in_its_completion():
     d, slope = mpf("1e-9"), (two - one) / step
     assert cycle(two + slope * (step - d), at - d, damping)[0]
     assert not cycle(two + slope * (step + d), at + d, damping)[0]
+
+
+@pytest.fixture(scope="module")
+def released():
+    """Return the branch of a mass pressed to a stop with restitution .9, which is let go beyond an amplitude of .453."""
+    system = bf.System(1.0, 0.0342, 1.0, [bf.elements.HarmonicForce(0.405), bf.elements.RigidStop(-0.453, 0.9)], omega=1.24)
+    return bf.trace(bf.find_orbit(system), "harmonic_force.amplitude", bounds=(0.4, 0.47), max_steps=400)
+
+
+def test_lists_of_many_impacts_grow_by_as_many_as_the_closing_allows(released):
+    """A hundred impacts more are listed in fewer than thirty changes; nothing but the release is a special point of the motion, and
+    determinants that grow by e^30 a step are no doubt."""
+    assert released.stop_reason == ("bound", "bound") and released.audit.ok, released.audit
+    assert [point.parameter for point in released.special_points] == pytest.approx([0.453], abs=1e-12)
+    numbers = [len(problem.sequence.nodes) for problem in released.problems]
+    assert max(numbers) > 100 and len(numbers) < 30
+    assert all(one <= other for one, other in zip(numbers[1:], numbers[2:], strict=False))
+
+
+def test_lists_lengthened_and_shortened_by_several_are_the_same_motion(released):
+    """The closing in closed form stands for what is no longer listed: states differ by its error, of third order in speeds."""
+    k = len(released) - 3
+    problem, x = released.problems[int(released._arrays["part"][k])], released.x(k)
+    i = int(np.flatnonzero(problem.sequence.nodes[:, CLOSES] == 1)[0])
+    at, x = begun_at(problem, x, i + 1)
+    states = [at.solution(x).state]
+    for change in (longer, shorter):
+        new, guess = change(at, x, 3)
+        assert len(new.sequence.nodes) == len(at.sequence.nodes) + (3 if change is longer else -3)
+        c = new.correct(guess, np.eye(1, guess.size, guess.size - 1)[0], True)
+        assert c.converged and c.iterations <= 3
+        states.append(new.solution(c.x).state)
+    np.testing.assert_allclose(states[1:], [states[0]] * 2, rtol=0, atol=1e-10)
+    assert shorter(at, x, len(at.sequence.nodes)) is None

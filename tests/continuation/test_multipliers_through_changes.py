@@ -5,7 +5,7 @@ import pytest
 import bifurc as bf
 from bifurc.continuation.resimulation import unexplained
 from bifurc.continuation.steps import hidden
-from bifurc.elements import Coulomb, HarmonicForce, RigidStop
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
 
 
 @pytest.fixture(scope="module")
@@ -99,3 +99,23 @@ def test_tori_of_a_train_are_the_same_from_both_sides(train):
     here, there = (np.array([point.parameter for point in branch.special_points
                              if point.kind == "neimark_sacker" and point.parameter > 0.2116]) for branch in (train, other))
     np.testing.assert_allclose(here, there, rtol=0, atol=1e-9)
+
+
+def test_flips_of_long_sequences_are_located():
+    """Twenty-five contacts in six periods: none of them is short, their product is; the flip lies where the multipliers of orbits
+    beside it pass -1, and the orbit of twelve periods ends on it."""
+    system = bf.System(1.0, 0.146, 1.0, [HarmonicForce(0.969), ElasticStop(-0.295, 12.8)], omega=0.448)
+    doubled = bf.find_orbit(system)
+    assert doubled.periods == 12
+    single = bf.find_orbit(system.with_parameters(**{"elastic_stop.gap": -0.2949}), guess=doubled.state, periods=6)
+    branch = bf.trace(single, "elastic_stop.gap", bounds=(-0.29505, -0.2948))
+    assert [point.kind.value for point in branch.special_points] == ["period_doubling"] and branch.audit.ok
+    flip = branch.special_points[0].parameter
+    values = []
+    for gap in (flip - 1e-6, flip + 1e-6):
+        beside = bf.find_orbit(system.with_parameters(**{"elastic_stop.gap": gap}), guess=branch.special_points[0].solution.state,
+                               periods=6)
+        values.append(beside.multipliers.real.min() + 1.0)
+    assert flip - 1e-6 + 2e-6 * values[0] / (values[0] - values[1]) == pytest.approx(flip, abs=1e-9)
+    ends = bf.trace(doubled, "elastic_stop.gap", bounds=(-0.2955, -0.2948)).ends
+    assert ends[1].reason == "merged" and ends[1].p == pytest.approx(flip, abs=1e-10)

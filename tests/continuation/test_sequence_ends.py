@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.continuation.branches.audit import told_slopes
 from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.tracing import beside
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
@@ -184,3 +185,47 @@ def test_halves_that_differ_in_another_way_than_at_the_start_have_not_merged():
         assert np.abs(y[0] - y[1]).max() < 1e-9
         parent = bf.find_orbit(system.with_parameters(**{"elastic_stop.gap": end.p}), guess=solution.state, periods=2)
         assert np.abs(parent.multipliers + 1.0).min() < 1e-6
+
+
+def test_a_doubled_branch_does_not_go_on_along_its_parent():
+    """The single motion, run through twice, solves the equations of the doubled one: a step that falls on it is none, and the
+    branch ends on the flip that the branch of the single motion has."""
+    stop = ElasticStop(0.103, 152.0, damping=0.0934)
+    system = bf.System(1.0, 0.034, 1.0, [HarmonicForce(0.635), stop], omega=0.66)
+    orbit = bf.find_orbit(system)
+    assert orbit.periods == 2
+    branch = bf.trace(orbit, "elastic_stop.stiffness", bounds=(76.0, 228.0))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.MERGED) and branch.audit.ok
+    for row in branch.orbits[:-1]:
+        y = row._states(np.array([0.1, 1.1]))
+        assert np.abs(y[0] - y[1]).max() > 1e-6
+    parent = bf.find_orbit(system.with_parameters(**{"elastic_stop.stiffness": 200.0}), periods=1)
+    single = bf.trace(parent, "elastic_stop.stiffness", bounds=(150.0, 228.0))
+    flips = [point.parameter for point in single.special_points.of("period_doubling")]
+    assert flips == pytest.approx([branch.ends[1].p], abs=1e-7)
+
+
+def test_a_release_seen_from_above_is_no_reversal():
+    """Where the mass comes to rest on its preloaded stop the equations of its leaps are singular: what rounding makes of the slope
+    there is no sign change of it."""
+    system = bf.System(1.0, 0.163, 1.0, [HarmonicForce(0.41), RigidStop(-0.326, 0.194)], omega=2.43)
+    branch = bf.trace(bf.find_orbit(system), "harmonic_force.amplitude", bounds=(0.205, 0.615))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    (point,) = branch.special_points
+    assert point.parameter == pytest.approx(0.326, abs=point.error) and not point.reverses
+    assert branch.audit.parity, branch.audit
+
+
+def test_slopes_on_a_boundary_count_where_the_chord_agrees():
+    """Two parts of three rows: at their common boundary rounding makes slopes of a wrong sign, inside it does not."""
+    arrays = {"s": np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0]), "parameter": np.array([0.0, 1.0, 2.0, 2.0, 3.0, 2.5]),
+              "slope": np.array([1.0, 1.0, -1e-6, -1e-3, 1.0, -1.0]), "part": np.array([0, 0, 0, 1, 1, 1])}
+    assert told_slopes(arrays).tolist() == [1.0, 1.0, 0.0, 0.0, 1.0, -1.0]
+
+
+def test_flights_under_friction_are_not_taken_for_grazes():
+    """In a chattering with dry friction each flight turns where friction does: the margin to an impact more does not jump."""
+    system = bf.System(1.0, 0.0724, 1.0, [HarmonicForce(1.0), RigidStop(0.483, 0.122), Coulomb(0.239)], omega=0.698)
+    branch = bf.trace(bf.find_orbit(system), "rigid_stop.gap", bounds=(0.2898, 0.6762))
+    assert branch.audit.ok, branch.unresolved
+    assert len(branch.special_points) == 0

@@ -65,7 +65,7 @@ def carried(system, X, periods, home=None):
     Y, codes, impacts, speeds = X.copy(), np.full(len(X), 6), np.zeros(len(X), np.int64), np.full(len(X), np.inf)
     modes = PeriodMap(system)._integrator.begin(X)[1]
     kept = modes >= 0
-    packing.module_of(kind).carry(*numbers, modes, Y, 2000, periods, codes, impacts, speeds)
+    packing.module_of(kind).carry(numbers, modes, Y, 2000, periods, codes, impacts, speeds)
     return Y[kept], codes[kept], impacts[kept], speeds[kept]
 
 
@@ -270,9 +270,9 @@ def test_methods_converge_at_their_order(method, rng):
     scene = scene_of(bf.systems.duffing_oscillator(**DUFFING))
     kind, order = smooth.kind_of(scene, method), {Method.RK4: 4, Method.RK8: 8}[method]
     X = rng.uniform(-1.5, 1.5, (200, 2))
-    exact = smooth.images(scene.tables, smooth.kind_of(scene, Method.RK8), 400, X)
+    exact = smooth.images(scene, smooth.kind_of(scene, Method.RK8), 400, X)
     steps = np.array([56, 72, 96]) * (4 if method == Method.RK4 else 1)
-    errors = [np.median(np.abs(smooth.images(scene.tables, kind, int(n), X) - exact).max(axis=1)) for n in steps]
+    errors = [np.median(np.abs(smooth.images(scene, kind, int(n), X) - exact).max(axis=1)) for n in steps]
     rate = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert abs(rate - order) <= 0.35
 
@@ -282,9 +282,9 @@ def test_the_measured_error_is_one(rng):
     system = bf.systems.duffing_oscillator(**DUFFING)
     period_map, scene = PeriodMap(system), scene_of(system)
     kind = smooth.kind_of(scene)
-    scale = smooth.region(scene.tables, kind)
+    scale = smooth.region(scene, kind)
     X = rng.uniform(-1.0, 1.0, (2000, 2)) * scale
-    right = smooth.images(scene.tables, kind, 7 * period_map.steps, X)
+    right = smooth.images(scene, kind, 7 * period_map.steps, X)
     error = np.quantile(np.abs((period_map.apply(X).ends - right) / scale).max(axis=1), 0.99)
     assert 0.0 < period_map.error <= smooth.WISH and error <= 3.0 * smooth.WISH
 

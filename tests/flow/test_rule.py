@@ -195,3 +195,14 @@ def test_a_guard_passed_by_another_event_puts_nothing_right_in_any_unit(unit):
     after, y = decide(scene, mode, guard, np.append([1.3 * unit, speed], scene.forcing(np.array([0.2]))[0]), 0.0)
     assert after == scene.index(("always", "slip-"))
     assert y[1] == pytest.approx(speed, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("beyond", [1e-13, 1e-11, 9e-10])
+def test_starts_beyond_a_stop_by_rounding_are_put_on_it(beyond):
+    """On the stop, with the speed that they have; what is farther beyond is no start."""
+    system = bf.systems.impact_oscillator(gap=1.0)
+    motion = bf.simulate(system, (1.0 + beyond, -0.3), periods=1)
+    np.testing.assert_allclose(motion.y[0], (1.0, -0.3), rtol=0, atol=4e-16)
+    assert motion.y[:, 0].max() == motion.y[0, 0]
+    with pytest.raises(ValueError, match="beyond the stop"):
+        bf.simulate(system, (1.0 + 1e-8, -0.3), periods=1)

@@ -4,6 +4,7 @@ import pytest
 from scipy.linalg import expm
 
 import bifurc as bf
+from bifurc.hbm.floquet import stability
 from bifurc.hbm.floquet.stability import StabilityStatus, multipliers_of
 from tests.hbm.test_examples import duffing, unilateral
 from tests.reference.hill import Hill, hill_multipliers
@@ -113,3 +114,24 @@ def test_set_valued_friction_says_why():
     status, mu = multipliers_of(orbit.balance, orbit.coefficients)
     assert status is StabilityStatus.SET_VALUED and "Polish" in status.sentence and not len(mu)
     assert orbit.stable is None
+
+
+def test_rows_in_pieces_have_the_multipliers_of_their_own(monkeypatch):
+    """A branch too long to hold at once is done in pieces; a row whose motion is not followed tells nothing, and no number."""
+    branch = bf.trace(bf.find_orbit(duffing(0.5), method=bf.HarmonicBalance(5)), "omega", bounds=(0.5, 0.6))
+    problem, xs = branch.problems[0], np.array([branch.x(i) for i in range(len(branch))])
+    whole = stability.multipliers_along(problem, xs)
+    singly = np.array([multipliers_of(problem.whole, problem.motions(x[None])[0], problem.whole_numbers(x[-1]))[1] for x in xs])
+    np.testing.assert_allclose(whole, singly, rtol=1e-12)
+    assert np.unique(whole.round(9), axis=0).shape == whole.shape
+    monkeypatch.setattr(stability, "MOST", 3 * 4)
+    np.testing.assert_array_equal(stability.multipliers_along(problem, xs), whole)
+    matrices = stability._matrices
+
+    def lost(*arguments):
+        codes, found, kept = matrices(*arguments)
+        codes[0] = 0
+        return codes, found, kept
+
+    monkeypatch.setattr(stability, "_matrices", lost)
+    assert np.isnan(stability.multipliers_along(problem, xs)[0]).all()

@@ -70,3 +70,14 @@ def test_a_law_loses_what_its_dashpot_takes():
     assert np.isfinite(found.values[0]) and found.values[1] == -np.inf
     orbit = bf.find_orbit(belt, transient=80)
     assert not orbit.success and orbit.signature.startswith("carried")  # the mass on the belt is not at rest
+
+
+def test_exponents_of_an_orbit_of_several_periods_are_per_forcing_period():
+    """Two periods of the excitation: half of the logarithms of the multipliers each."""
+    stop = bf.elements.ElasticStop(0.103, 152.0, damping=0.0934)
+    system = bf.System(1.0, 0.034, 1.0, [bf.elements.HarmonicForce(0.635), stop], omega=0.66)
+    orbit = bf.find_orbit(system)
+    assert orbit.periods == 2
+    found = bf.lyapunov_exponents(system, orbit)
+    np.testing.assert_allclose(found.per_period, np.sort(np.log(np.abs(orbit.multipliers)))[::-1] / 2.0, rtol=1e-12)
+    assert found.impacts == 0.0 and found.periods == 2

@@ -57,11 +57,26 @@ class Audit:
 
 def audit_branch(branch, arrays) -> Audit:
     """Audit a branch from its arrays."""
-    violations = parity_violations(arrays["s"], arrays["slope"], arrays["part"], branch.special_points, branch.problems)
+    violations = parity_violations(arrays["s"], told_slopes(arrays), arrays["part"], branch.special_points, branch.problems)
     angles = np.histogram(np.minimum(arrays["angle"], EDGES[-1] - 1e-12), EDGES)[0]
     again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
                  float(arrays["residual"].max()), branch.unresolved, again)
+
+
+def told_slopes(arrays):
+    """Return dp/ds of the rows, zero where it tells nothing.
+
+    Where a contact is born at speed zero the equations are singular on the boundary itself: the tangent of the row that lies
+    there is rounding, and its slope counts only where the chord to the next row of the same equations has its sign.
+    """
+    slope, part, p, s = arrays["slope"].copy(), arrays["part"], arrays["parameter"], arrays["s"]
+    same = part[1:] == part[:-1]
+    chords = np.where(same & (s[1:] > s[:-1]), p[1:] - p[:-1], 0.0)
+    first, last = np.flatnonzero(~same) + 1, np.flatnonzero(~same)
+    for rows, beside in ((first, np.append(chords, 0.0)[first]), (last, np.append(0.0, chords)[last])):
+        slope[rows[slope[rows] * beside < 0.0]] = 0.0
+    return slope
 
 
 def parity_violations(s, slope, part, points, problems):

@@ -34,17 +34,16 @@ from .completion import completion_near
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
 from .successor import HELD_ROWS
+from .train_length import SLACK, SPARE, relengthened
 from .vanishing import listed_speeds
 
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
-SPARE = 0.7  # logarithm of the closure of the last impact but one below which the last is one too many
-SLACK = 0.3  # logarithm by which a closure may pass its threshold: its error is of second order; orbits are found with next to none
 KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
-SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged
+SEPARATE, ONE = 1e-6, 1e-9  # scaled differences of the halves of a doubled orbit: has not merged, is its parent
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
@@ -184,6 +183,10 @@ class OrbitProblem(Problem):
         if status != 1:
             return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
                              NO_MONITORS)
+        if self._halves is not None and self._apart(U) <= ONE and self._apart(x) > SEPARATE:
+            # an orbit run through twice solves the same equations, and is met at the end of a doubled branch alone
+            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
+                             -math.inf, NO_MONITORS)
         moved = (U - x) / self.scale
         sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
         values = self._values(U, told)
@@ -442,6 +445,9 @@ class OrbitProblem(Problem):
         if self.sequence.clock:
             ended = autonomous.ends(self, monitor.name, point.x)
             return StopReason.CYCLE_END if ended else autonomous.through_change(self, point, monitor)
+        found = relengthened(self, point) if monitor.name == CLOSURE else None
+        if found is not None:
+            return found
         answer = signature_change.through_grazing(self, point, monitor)
         if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
             return StopReason.CHATTERING

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...solve import steplaw
-from ...solve.steplaw import MANY, MAX_ANGLE, NEARLY_SINGULAR, TURNS, WANDERS
+from ...solve.steplaw import MANY, MAX_ANGLE, TURNS, WANDERS
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
 from .rows import Curve, Part, Point, Row, tests_of
@@ -188,7 +188,7 @@ class Half:
         else:
             along, sideways = ds, c.distance
         singular = c.status == CorrectorStatus.SINGULAR
-        if (singular or c.det_log < row.det_log - NEARLY_SINGULAR) and not row.singular and not fixed:
+        if (singular or hidden.nearly_singular(self.rows, row, c.det_log, ds)) and not row.singular and not fixed:
             return None, None
         verdict, angle, misfit = judged(float(np.dot(row.tangent, c.tangent)), along, sideways, singular)
         if verdict == TURNS:

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from ...solve import steplaw
-from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
+from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
 from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
 from .branchpoint import locate_crossing
-from .hidden import jumped
+from .hidden import jumped, nearly_singular
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, pair_on_circle
@@ -180,7 +180,7 @@ def crossed(half, row, new, cut):
     found = []
     crossing = None
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
-            new.det_log < row.det_log - NEARLY_SINGULAR and not row.singular):
+            nearly_singular(half.rows, row, new.det_log, new.s - row.s) and not row.singular):
         crossing, cause = branch_point(row, new)
         if cause is not None:
             return None, cause

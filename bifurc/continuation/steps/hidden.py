@@ -2,13 +2,36 @@
 import math
 
 from ...solve import steplaw
-from ...solve.steplaw import JUMPS, MONITOR_BAND, SLOPE_BAND, UNCLEAR
+from ...solve.steplaw import JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
 from .rows import Curve, Row, tests_of
 
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
+
+
+def nearly_singular(rows, row, log, length):
+    """Whether the logarithm of the determinant, ``log`` a ``length`` ahead of ``row``, has fallen to that of a singular point.
+
+    That of a train of hundreds of impacts falls by as much from row to row without one: what the last step foretells
+    is no such fall.  Towards a zero it foretells a small part of it.
+    """
+    fall = row.det_log - log
+    if fall <= NEARLY_SINGULAR:
+        return False
+    if len(rows) < 2 or rows[-1] is not row or rows[-2].part is not row.part or not row.s > rows[-2].s:
+        return True
+    foretold = (rows[-2].det_log - row.det_log) * length / (row.s - rows[-2].s)
+    return fall - max(foretold, 0.0) > NEARLY_SINGULAR
+
+
+def growth(before, row, new):
+    """Return at what rate the logarithm of the determinant grows over three rows alike, 0 where it has an extremum: a factor that
+    has no zeros, and is not the parabola that zeros are looked for on."""
+    first = (row.det_log - before.det_log) / (row.s - before.s) if row.s > before.s else 0.0
+    second = (new.det_log - row.det_log) / (new.s - row.s)
+    return sorted((first, second, 0.0))[1] if math.isfinite(first + second) else 0.0
 
 
 def dip(half, row, new):
@@ -33,18 +56,18 @@ def dip(half, row, new):
     before = rows[-2]
     back = row.s - before.s
     falls = row.det_log < before.det_log or row.det_log < new.det_log
+    rate = growth(before, row, new) if falls else 0.0
     for j in range(1, part.count + 1 if falls else part.count):
         if j < part.count:
             f0, a, b = before.tests[j], row.tests[j], new.tests[j]
         else:  # the determinant
-            top = before.det_log
-            f0, a, b = (r.det_sign * math.exp(min(r.det_log - top, 50.0)) if r.det_sign else 0.0
-                        for r in (before, row, new))
+            f0, a, b = (r.det_sign * math.exp(min(r.det_log - before.det_log - rate * (r.s - before.s), 50.0))
+                        if r.det_sign else 0.0 for r in (before, row, new))
         t = two_zeros(f0, a, b, back, length)
         if t == 2.0:
             continue
         sign = 1.0 if a > 0.0 else -1.0
-        inner = between(half, row, new, j, t, sign) if t > 0.0 else between(half, before, row, j, 1.0 + t, sign)
+        inner = between(half, row, new, j, t, sign, rate) if t > 0.0 else between(half, before, row, j, 1.0 + t, sign, rate)
         if inner is not None:  # between the last two rows: seen only now
             return inner
     return None
@@ -74,8 +97,9 @@ def jumped(half, row, new):
     return c.distance > (ASIDE + 0.25 * row.part.corner) * length
 
 
-def between(half, row, new, j, t, sign):
-    """Search the minimum of ``sign`` times a test in a step; return a row where it is negative, None if nowhere."""
+def between(half, row, new, j, t, sign, rate=0.0):
+    """Search the minimum of ``sign`` times a test in a step; return a row where it is negative, None if nowhere.  The determinant
+    is looked at without its `growth` by ``rate``."""
     part = row.part
     curve = Curve(row, new)
     if j < part.count:
@@ -84,8 +108,9 @@ def between(half, row, new, j, t, sign):
     else:
         def value(t):
             c = curve.at(t)
-            return None if c is None else (c.det_sign * math.exp(c.det_log - row.det_log) if c.det_sign else 0.0, c)
-        ends = 1.0, math.exp(min(new.det_log - row.det_log, 50.0))
+            log = 0.0 if c is None else c.det_log - row.det_log - rate * t * curve.length
+            return None if c is None else (c.det_sign * math.exp(min(log, 50.0)) if c.det_sign else 0.0, c)
+        ends = 1.0, math.exp(min(new.det_log - row.det_log - rate * curve.length, 50.0))
     band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*ends, half.sizes[j] if j < part.count else 0.0)
     points = [(0.0, ends[0]), (1.0, ends[1])]
     least = math.inf

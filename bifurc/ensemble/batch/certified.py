@@ -7,7 +7,7 @@ guard is met, otherwise through the events of a substep one by one.
 """
 import numpy as np
 
-from ..._jit import njit
+from ..._jit import leaf, njit
 from ...compose.tables import ORDER
 from ...flow.affine.polynomial import EPS, first_zero, horner
 from ...flow.rule import NOISE
@@ -127,14 +127,17 @@ def hold(P, m, q, v, w):
     return q, v - row(P, m, HOLD, q, v, w) / P[m, HOLD + 1]
 
 
-@njit
-def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tally, limit):
+@leaf
+def through(given, k, m, q, v, room, limit):
     """Carry a state over substep ``k`` through its events; return status, mode and state.
 
-    ``due`` (DUE,) holds orders and known slopes of the zeros that the guards have at its start where its OPEN is 1;
-    it is 1 in the end when an event at the end of the substep has left some.  Arrays are passed whole, with places in them,
-    and no literal numbers are: a slice costs more than what is done with it, a literal compiles the function once more.
+    ``given`` are `packing.Numbers`, ``room`` is `scratch`: ``due`` (DUE,) in it holds orders and known slopes of the zeros that the
+    guards have at its start where its OPEN is 1; it is 1 in the end when an event at the end of the substep has left some.  Arrays
+    are passed whole, with places in them, and no literal numbers are: a slice costs more than what is done with it, a literal
+    compiles the function once more.  A leaf: counting the references of the records' arrays costs a fifth.
     """
+    P, I, harmonics, phases = given.P, given.I, given.harmonics, given.phases
+    _, a, out, stack, force, due, tally = room
     h, omega = P[m, STEP], P[m, OMEGA]
     for c in range(FORCINGS):
         force[c] = phases[k * FORCINGS + c]
@@ -223,15 +226,16 @@ def through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tall
             q, v = hold(P, m, q, v, force)
 
 
-@njit
-def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tally, limit):
-    """Integrate ``y`` (2,) in place over the forcing period that starts at phase 0; return status and mode.
+@leaf
+def period(given, m, room, limit):
+    """Integrate ``room[0]`` (2,) in place over the forcing period that starts at phase 0; return status and mode.
 
     ``phases`` (FORCINGS (substeps + 1),) are the forcing states on the grid, one after the other, ``forced`` for every mode
     and substep what they add to the state after it, and to values and slopes of the guards at its start.  ``tally`` (3,) receives
     the number of events, the number of impacts and contacts, both added to what is there, and the least speed of arrival.
     Status DONE, LIMIT or ASIDE; in the last two ``y`` is of no use.
     """
+    P, I, phases, forced, y, due = given.P, given.I, given.phases, given.forced, room[0], room[5]
     q, v = y[0], y[1]
     steps = phases.size // FORCINGS - 1
     third = P[0, STEP] / 3.0
@@ -259,7 +263,7 @@ def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tal
                 q, v = q1, v1
                 continue
             fresh = True
-        status, m, q, v = through(P, I, harmonics, phases, k, m, q, v, a, out, stack, force, due, tally, limit)
+        status, m, q, v = through(given, k, m, q, v, room, limit)
         if status != DONE:
             return status, m
     y[0], y[1] = q, v

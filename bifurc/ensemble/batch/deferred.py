@@ -15,11 +15,12 @@ EVENTS, HITS, LEAST = range(3)  # tally: events, impacts and contacts, least spe
 
 
 @njit
-def until(T, begin, whole, end, m, y, x, floats, record, ints, rows, tally, limit):
-    """Integrate ``y`` (ns,) in place from ``begin`` to the time ``end`` after section ``whole``; return status and mode.
+def until(T, begin, whole, end, m, room, limit):
+    """Integrate ``room[0]`` (ns,) in place from ``begin`` to the time ``end`` after section ``whole``; return status and mode.
 
     Writes the tally.
     """
+    y, x, floats, record, ints, rows, tally = room
     begin_at(m, y, ints, floats, x)
     floats[TAU] = begin
     forcing(T, begin, x)
@@ -32,16 +33,16 @@ def until(T, begin, whole, end, m, y, x, floats, record, ints, rows, tally, limi
 
 
 @njit
-def period(T, I, harmonics, phases, forced, m, y, x, floats, record, ints, rows, tally, limit):
-    """Integrate ``y`` (ns,) in place over the forcing period that starts at phase 0; return status and mode."""
-    return until(T, 0.0, 1, 0.0, m, y, x, floats, record, ints, rows, tally, limit)
+def period(given, m, room, limit):
+    """Integrate ``room[0]`` (ns,) in place over the forcing period that starts at phase 0; return status and mode."""
+    return until(given.P, 0.0, 1, 0.0, m, room, limit)
 
 
 @njit
-def substep(T, k, steps, h, m, y, x, floats, record, ints, rows, tally, limit):
-    """Integrate ``y`` (ns,) in place over substep ``k`` of a period; return status and mode."""
+def substep(T, k, steps, h, m, room, limit):
+    """Integrate ``room[0]`` (ns,) in place over substep ``k`` of a period; return status and mode."""
     last = k + 1 == steps
-    return until(T, k * h, 1 if last else 0, 0.0 if last else (k + 1) * h, m, y, x, floats, record, ints, rows, tally, limit)
+    return until(T, k * h, 1 if last else 0, 0.0 if last else (k + 1) * h, m, room, limit)
 
 
 @njit

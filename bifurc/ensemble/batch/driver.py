@@ -77,20 +77,22 @@ def around(W, index, active, P, numbers, grid, I, home, strangers, modes, limit)
 
 
 @apart(Tuple((FLAG, WHOLE)))
-def mend(P, I, harmonics, phases, forced, home, modes, W, active, y, a, out, stack, force, due, tally, limit):
+def mend(given, modes, W, active, room, limit):
     """Take the period of all starts that are deferred again; the row FOUND gets -2 - status where it fails.
 
-    Returns whether any start is now in another mode than that of the batch step, and how many failed.
+    ``given`` are `packing.Numbers`, ``room`` is `scratch`.  Returns whether any start is now in another mode than that of the batch
+    step, and how many failed.
     """
+    y, tally = room[0], room[6]
     strangers, failed = False, 0
     for l in range(active):
         if W[DEFERRED + l] > 0.0:
             for c in range(NS):
                 y[c] = W[BEGUN + c * SIZE + l]
             tally[EVENTS], tally[HITS], tally[LEAST] = 0.0, 0.0, np.inf
-            status, mode = period(P, I, harmonics, phases, forced, modes[l], y, a, out, stack, force, due, tally, limit)
+            status, mode = period(given, modes[l], room, limit)
             modes[l] = mode
-            strangers = strangers or mode != home
+            strangers = strangers or mode != given.home
             W[STEP_HITS + l], W[STEP_LEAST + l] = tally[HITS], tally[LEAST]
             for c in range(NS):
                 if status == DONE and not abs(y[c]) < FAR:
@@ -119,15 +121,16 @@ def outcome(found):
 
 
 @njit
-def carry(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit, periods, outcomes, impacts, speeds):
+def carry(given, modes, X, limit, periods, outcomes, impacts, speeds):
     """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
 
-    ``P`` to ``grid`` are `packing.Numbers`.  Starts with a negative mode are left to the caller; where a motion
-    ends early, ``X`` is its last section point.
+    ``given`` are `packing.Numbers`.  Starts with a negative mode are left to the caller; where a motion ends early, ``X`` is its
+    last section point.
     """
+    P, I, home, numbers, grid = given.P, given.I, given.home, given.numbers, given.grid
     W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * I.shape[0])
     index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * I.shape[0], np.int64)
-    y, a, out, stack, force, due, tally = scratch()
+    room = scratch()
     at, ids = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     following = 0
     while following < X.shape[0]:
@@ -142,8 +145,7 @@ def carry(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
         for _ in range(periods):
             count, failed = around(W, index, active, P, numbers, grid, I, home, strangers, at, limit), 0
             if count > 0:
-                strangers, failed = mend(P, I, harmonics, phases, forced, home, at, W, active, y, a, out, stack, force, due,
-                                         tally, limit)
+                strangers, failed = mend(given, at, W, active, room, limit)
             counted(W, active)
             l = active if failed > 0 else 0
             while l > 0:  # those that failed go, the last start takes their place
@@ -162,17 +164,20 @@ def carry(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
 
 
 @njit
-def label(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit, most, inverse, points, squares, owner, width, keys,
-          keepers, stay, labels, periods, impacts, states, speeds):
+def label(given, modes, X, limit, most, targets, cells):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``P`` to ``grid`` are `packing.Numbers`; ``inverse`` to ``stay`` see `bifurc.ensemble.proximity`.  Writes label
-    (-1: none), periods, impacts, state and least speed of arrival of each; starts with a negative mode are left to the
-    caller.  The column of a start that is done takes the next one.
+    ``given`` are `packing.Numbers`, ``targets`` and ``cells`` the records `Targets` and `Cells` of `bifurc.ensemble.integrator`.
+    Writes what became of each start; those with a negative mode are left to the caller.  The column of a start that is done takes
+    the next one.
     """
+    P, I, home, numbers, grid = given.P, given.I, given.home, given.numbers, given.grid
+    inverse, points, squares, owner, width, keys, keepers, stay = targets
+    labels, periods, impacts, states, speeds = cells
     W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * I.shape[0])
     index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * I.shape[0], np.int64)
-    y, a, out, stack, force, due, tally = scratch()
+    room = scratch()
+    y = room[0]
     at, ids, ages = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     visits, guests = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     following, active, strangers = 0, 0, False
@@ -187,7 +192,7 @@ def label(P, I, harmonics, phases, forced, home, numbers, grid, modes, X, limit,
         if active == 0:
             return
         if around(W, index, active, P, numbers, grid, I, home, strangers, at, limit) > 0:
-            strangers, _ = mend(P, I, harmonics, phases, forced, home, at, W, active, y, a, out, stack, force, due, tally, limit)
+            strangers, _ = mend(given, at, W, active, room, limit)
         counted(W, active)
         for t in range(points.shape[0]):
             square, number = squares[t], 1.0 + owner[t]

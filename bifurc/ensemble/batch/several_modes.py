@@ -100,7 +100,7 @@ def modes_text(n: int, guards: int, size: int) -> str:
     numbers |= {name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
     numbers["SIZE"] = size
     head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
-    return f"{_FUSED}\n\n{head}\n\n\n{_filled(n)}"
+    return f"{FUSED}\n\n{head}\n\n\n{_filled(n)}"
 
 
 def _filled(n: int) -> str:
@@ -219,7 +219,7 @@ def _horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> 
     return [*lines, f"{value} = {value} * {at} + {name}_0"]
 
 
-_FUSED = '''from bifurc._jit import _with_twin
+FUSED = '''from bifurc._jit import _with_twin
 
 
 def fused(function):
@@ -238,9 +238,9 @@ def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
     """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
     if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
         return c
-    y, x, floats, record, ints, rows, tally = spare
+    y, tally = spare[0], spare[6]
     STATE_BEFORE
-    status, target = substep(P, k, steps, numbers[0], m, y, x, floats, record, ints, rows, tally, limit)
+    status, target = substep(P, k, steps, numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
     if status != DONE:
         W[AT_ASIDE + l] = 1.0

@@ -47,7 +47,7 @@ def step_numbers(T: Tables, most: int, h: float, flow: np.ndarray, phases: np.nd
                     for along, row in ((whole, value), (rates, slope))]
             i, j = at.flow + g * at.guard, at.forced + g * at.guard_forced
             numbers[m, i:i + at.guard] = (*value[:ns], *slope[:ns], *bound[:ns], bound[ns:].sum(), *size[:ns], size[ns:].sum(),
-                                          *_added(T, m, g), value[ns], *series[:ns].ravel())
+                                          *added(T, m, g), value[ns], *series[:ns].ravel())
             grid[m, :, j:j + 4] = np.column_stack([phase @ row[ns:] for phase in (before, after) for row in (value, slope)])
             grid[m, :, j + 4:j + at.guard_forced] = np.hstack([before @ rows for rows in (series[ns:], *at_s)])
     return numbers.ravel(), grid.ravel()
@@ -90,7 +90,7 @@ def _does(T: Tables, m: int, g: int) -> int:
     """Return what an event does to the speeds."""
     n, ns = T.LP.shape[2], T.A.shape[1]
     if T.kick[m, g] == 1:
-        kicks = T.ratio[m, g] > 0.0 and T.B[m, g].any() and _only(T, m, g, np.outer(_added(T, m, g), T.GT[m, g, :, 1]))
+        kicks = T.ratio[m, g] > 0.0 and T.B[m, g].any() and _only(T, m, g, np.outer(added(T, m, g), T.GT[m, g, :, 1]))
         return KICKS if kicks else UNKNOWN
     if not _only(T, m, g, 0.0):
         return UNKNOWN
@@ -106,7 +106,7 @@ def _only(T: Tables, m: int, g: int, change) -> bool:
     return any(np.allclose(jump, put, rtol=PARALLEL, atol=near) for put in (0.0, -np.outer(T.D[m, g], T.G[m, g])))
 
 
-def _added(T: Tables, m: int, g: int) -> np.ndarray:
+def added(T: Tables, m: int, g: int) -> np.ndarray:
     """Return what an event adds to the state (ns,): a kick per speed of arrival; else minus this per value of the guard."""
     return -(1.0 + T.ratio[m, g]) * T.B[m, g] if T.kick[m, g] == 1 else T.D[m, g]
 
@@ -130,8 +130,8 @@ def _kept(T: Tables, m: int, g: int, row: np.ndarray, surface: np.ndarray) -> bo
     """Return whether mode ``m`` holds a row on the same surface, and the event leaves it held."""
     if not any(_same_row(row, T.H[m, k]) and _same_surface(surface, T.S[m, k]) for k in range(T.n_holds[m])):
         return False
-    added = _added(T, m, g)
-    return bool(abs(row[:added.size] @ added) <= PARALLEL * np.abs(row[:added.size]) @ np.abs(added))
+    change = added(T, m, g)
+    return bool(abs(row[:change.size] @ change) <= PARALLEL * np.abs(row[:change.size]) @ np.abs(change))
 
 
 def followers(T: Tables, m: int, g: int) -> list[int]:

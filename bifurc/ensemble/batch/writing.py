@@ -9,14 +9,17 @@ from functools import cache
 import numba
 
 from ..._cache import cache_folder, closure_hash
+from ...compose.writer import LAWS, twin
 from ...compose.written import load, source
 
 SIZE = 512  # side by side: their rows fill most of a first-level cache
 DRIVER, CERTIFIED, DEFERRED, BLANK = (f"bifurc.ensemble.batch.{name}" for name in ("driver", "certified", "deferred", "blank"))
+SCALAR = "bifurc.ensemble.scalar"
 
 
 @cache
-def written(step: str, states: int, guards: int, forcings: int, behind: str | None, spaces: tuple[int, ...] = (0, 0, 0, 0)):
+def written(step: str, states: int, guards: int, forcings: int, behind: str | None, spaces: tuple[int, ...] = (0, 0, 0, 0),
+            laws: bool = False):
     """Return the module around a batch step, imported; its kernels are cached on disk like those of the package.
 
     Parameters
@@ -29,12 +32,16 @@ def written(step: str, states: int, guards: int, forcings: int, behind: str | No
         Full name of the template of ``period``, which takes starts that are deferred; None: they are lost.
     spaces : tuple of int
         Scratch of the step, see `bifurc.ensemble.batch.blank`.
+    laws : bool
+        Whether the scalar integrator that takes what is deferred is that of modes under laws.
     """
     templates = (DRIVER,) if behind is None else (behind, DRIVER)
     parts = [f"SIZE = {SIZE}\nNS = {states}\nGUARDS = {guards}\nFORCINGS = {forcings}\n"
              f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n",
              _NO_PERIOD if behind is None else _body(behind), step, _body(DRIVER)]
     text = "\n\n".join(["\n".join((f'"""Batch of one kind of scene, written by {__name__}."""', *_imports(*templates))), *parts])
+    if laws:
+        text = text.replace(f"from {SCALAR} import", f"from {twin(SCALAR, LAWS).__name__} import")
     whole = "\n".join((numba.__version__, sys.version, closure_hash(*templates), text))
     key = hashlib.sha256(whole.encode()).hexdigest()[:20]
     name = f"bifurc_written_batch_{key}"
@@ -52,7 +59,7 @@ def scratch():
 
 
 @njit
-def period(P, I, harmonics, phases, forced, m, y, a, out, stack, force, due, tally, limit):
+def period(given, m, room, limit):
     """Give a start up: there is nothing behind the batch step."""
     return LOST, m
 '''

@@ -7,6 +7,7 @@ from .engine import carry, guard_series
 from .polynomial import EPS, highest
 
 NOISE = 4.0 * EPS  # of the sum of its terms: a smaller rate is zero
+RISEN = 1e-3  # of what a guard has fallen: a rate at the end that makes less of it in the whole segment is that of a minimum
 
 
 @njit
@@ -32,7 +33,8 @@ def segment_peak(T, m, g, x, s, closing, low):
 
     A step whose Bernstein bound (cubic Hermite and its error) stays below the best value found is skipped.  The end
     value counts unless the guard is the one that ``closing`` (1) says ends the segment, or has its largest value, zero, at the
-    start and falls: behind a rebound of next to no speed that is the rounding of zero.
+    start and has not risen since: behind a rebound of next to no speed that is the rounding of zero, and where friction turns
+    at the farthest point of a flight its depth, with a rate whose sign is rounding.
     """
     G, GT, G4, step = T.G, T.GT, T.G4, T.step
     nx = x.size
@@ -72,6 +74,6 @@ def segment_peak(T, m, g, x, s, closing, low):
             now[c] = after[c]
         value, slope = value1, slope1
         t += h
-    if closing == 0 and value > best and not (low > 0 and slope < 0.0):
+    if closing == 0 and value > best and not (low > 0 and slope * s <= RISEN * max(-value, 0.0)):
         best, where = value, s
     return best, where

@@ -1,6 +1,7 @@
 """Equations of one event signature along one parameter, and the compiled corrector on them."""
 import copy
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,21 @@ TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so tha
 MAX_ITERATIONS = 14
 ONCE = (np.empty(0, np.int64), np.empty(0), np.empty((0, 0)), np.empty((0, 0)))  # what `sequence.follow` needs for one correction
 GROWTH = 4.0  # a branch is expected to reach a few times the amplitude at its start: unit of arclength in the states
+
+
+class Data(NamedTuple):
+    """What the corrector reads: how numbers depend on the parameter, and the event sequence."""
+
+    places: np.ndarray  # these four: `index`, `series`, `low`, `high` of `ParameterPath`
+    series: np.ndarray
+    low: float
+    high: float
+    nodes: np.ndarray  # these four: of `Signature`, closure as signs
+    fixed: np.ndarray
+    span: float
+    closure: np.ndarray
+    scales: np.ndarray  # (n + 1,) natural sizes of unknowns and parameter
+    weights: np.ndarray  # (ns,) natural sizes of the states
 
 
 class Equations:
@@ -53,15 +69,15 @@ class Equations:
         self.kernel = kernels(scene, sequence.__name__)
         set_clock(path.tables, signature.clock)
         self.motion = kernels(scene, motion.__name__)
-        self._data = (path.tables, path.index, path.series, path.low, path.high, signature.nodes, signature.fixed,
-                      signature.span, self.closure, self.scale, self.weights)
+        self._data = Data(path.index, path.series, path.low, path.high, signature.nodes, signature.fixed, signature.span,
+                          self.closure, self.scale, self.weights)
 
     def on(self, path: ParameterPath) -> "Equations":
         """Return the same equations with the numbers of another path."""
         other = copy.copy(self)
         other.path = path
         set_clock(path.tables, self.signature.clock)
-        other._data = (path.tables, path.index, path.series, path.low, path.high, *self._data[5:])
+        other._data = self._data._replace(places=path.index, series=path.series, low=path.low, high=path.high)
         return other
 
     def correct(self, x, tangent, free: bool):
@@ -77,7 +93,8 @@ class Equations:
             Search the plane through ``x`` orthogonal to ``tangent``; False: keep the parameter.
         """
         U, tangent, info = x.copy(), tangent.copy(), np.zeros(sequence.INFO)
-        status = self.kernel.follow(*self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE, MAX_ITERATIONS, *ONCE)
+        status = self.kernel.follow(self.path.tables, self._data, (U, x, tangent), 1.0 if free else 0.0, info, TOLERANCE,
+                                    MAX_ITERATIONS, ONCE)
         return status, U, tangent, info
 
     def follow(self, before, x, tangent, reads, run, tests, most: int):
@@ -95,8 +112,8 @@ class Equations:
         """
         U, predicted, tangent, info = x.copy(), before.copy(), tangent.copy(), np.zeros(sequence.INFO)
         rows = np.empty((most, 2 * x.size + tests.shape[1] + sequence.TOLD))
-        status = self.kernel.follow(*self._data, U, predicted, tangent, 1.0, info, TOLERANCE, MAX_ITERATIONS, reads, run, tests,
-                                    rows)
+        status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), 1.0, info, TOLERANCE, MAX_ITERATIONS,
+                                    (reads, run, tests, rows))
         return status, U, predicted, tangent, info, rows[:int(run[sequence.MADE])]
 
     def residual(self, x) -> np.ndarray:

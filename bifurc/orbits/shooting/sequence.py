@@ -489,17 +489,17 @@ def at_rounding(F, J, U, tolerance):
 
 
 @inlined
-def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
-            info, tolerance, max_iterations):
+def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
 
-    ``U`` (n+1,) holds the unknowns and the parameter, at entry a guess; ``predicted`` (n+1,) the point whose plane
-    orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched; ``scales`` (n+1,) natural sizes.  With ``free``
-    = 0 the parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
+    ``data`` is the record `equations.Data`.  ``U`` (n+1,) holds the unknowns and the parameter, at entry a guess; ``predicted``
+    (n+1,) the point whose plane orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched.  With ``free`` = 0 the
+    parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
 
     The derivative in the parameter is a difference; it is renewed near the solution, for the tangent there, and
     kept in between, where it only steers Newton.
     """
+    index, series, low, high, nodes, fixed, span, closure, scales, weights = data
     n = U.size - 1
     size = 1 + weights.size
     F, F2 = np.empty(n), np.empty(n)
@@ -591,16 +591,23 @@ def correct(T, index, series, low, high, nodes, fixed, span, closure, scales, we
     if span == 0.0:
         whole[0], span = 0.0, U[0]
     monitor(T, nodes, fixed, span, closure, whole, weights, info)
-    short = 1.0  # det J(mu) carries the duration of every contact as a factor: an elastic graze is no flip
+    short, least, orientation = 0.0, 1.0, sign  # det J(mu) carries the duration of every contact as a factor: a graze is no flip
+    contacts = 0
+    for i in range(nodes.shape[0]):
+        if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
+            contacts += 1
     for i in range(nodes.shape[0]):
         if nodes[i, DIVIDE] > 0 and T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
             duration = whole[i * size] - (whole[(i - 1) * size] if i > 0 else whole[n - size] - span)
-            short *= (duration / (0.05 + abs(duration)))**nodes[i, DIVIDE]
-    if abs(short) < 1e-9:
+            factor = (duration / (0.05 / contacts + abs(duration)))**nodes[i, DIVIDE]
+            least = min(least, abs(factor))  # the product of many is small without any that is
+            orientation *= np.sign(factor)
+            short += np.log(max(abs(factor), 1e-300))
+    if least < 1e-9:
         info[FLIP] = np.nan
     else:
-        ratio = np.exp(min(log - info[DET_LOG] - np.log(abs(short)), 700.0)) if sign != 0.0 else 0.0
-        info[FLIP] = sign * np.sign(short) * ratio / (1.0 + ratio)
+        ratio = np.exp(min(log - info[DET_LOG] - short, 700.0)) if sign != 0.0 else 0.0
+        info[FLIP] = orientation * ratio / (1.0 + ratio)
     return 1
 
 
@@ -617,15 +624,18 @@ def monitored(info, place):
 
 
 @both
-def follow(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
-           info, tolerance, max_iterations, reads, run, tests, rows):
+def follow(T, data, point, free, info, tolerance, max_iterations, walk):
     """`correct` once where ``rows`` has no rows; otherwise step by step along the branch until a step needs a look.
 
+    ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``reads``, ``run``, ``tests``, ``rows``.
     ``rows`` (most, 2 (n + 1) + k + TOLD) takes the steps made, ``run[MADE]`` their number.  The walk begins at ``U`` with the
     tangent there, and ``predicted`` holds that of the row before; at the end ``U``, ``predicted``, ``tangent`` and ``info`` belong
     to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds, ``tests`` (TESTS, k)
     what is known of them.
     """
+    U, predicted, tangent = point
+    reads, run, tests, rows = walk
+    scales = data.scales
     n, most = U.size - 1, rows.shape[0]
     last, old = U.copy(), tangent.copy()
     bend = turned(predicted, tangent, run[BACK]) if most > 0 else tangent
@@ -641,8 +651,7 @@ def follow(T, index, series, low, high, nodes, fixed, span, closure, scales, wei
                 U[j], tangent[j] = predicted[j] + 0.5 * run[LENGTH]**2 * (scales[j] * bend[j]), old[j]
             if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
                 return BEYOND
-        status = correct(T, index, series, low, high, nodes, fixed, span, closure, scales, weights, U, predicted, tangent, free,
-                         info, tolerance, max_iterations)
+        status = correct(T, data, U, predicted, tangent, free, info, tolerance, max_iterations)
         if most == 0 or status != 1 or not plain(last, old, U, predicted, tangent, scales, info, reads, run, tests, rows[made]):
             return status
         bend = turned(old, tangent, run[BACK])

@@ -1,0 +1,189 @@
+"""The text of a Runge-Kutta step under laws, of one or two masses in one mode: for many starts at once, and for one.
+
+A mode moves by v' = K q + D v + load(t) + sum over rows of P f, with forces f = law(u, s) of the rows' coordinates u = U q + ...
+and speeds s = S v + ....  Coefficients of U, S, P that are 0 or 1 are not written; a new pattern of them is a new text.
+"""
+from typing import NamedTuple
+
+import numpy as np
+
+from ...compose.tables import Tables
+from ...flow.laws.calls import SOURCE
+from .runge_kutta import Method, nystrom
+
+NONE, ONE, NUMBER = range(3)  # what is written of a coefficient: nothing, no factor, a number
+Pattern = tuple[tuple[int, ...], ...]
+
+
+class Acts(NamedTuple):
+    """What the text of a mode depends on."""
+
+    laws: tuple[int, ...]  # that act
+    pushes: Pattern  # (rows, n) of accelerations per force
+    watched: bool  # a guard feels a law
+
+
+class Kind(NamedTuple):
+    """What the written module depends on."""
+
+    method: Method
+    n: int  # masses
+    laws: str  # their text
+    rows: tuple[int, ...]  # of every law
+    values: tuple[int, ...]  # parameters of every law
+    keys: tuple[int, ...]  # sets of parameters of every law
+    coordinates: Pattern  # (rows, n) of U
+    speeds: Pattern  # (rows, n) of S
+    moving: tuple[tuple[int, int], ...]  # coordinates (0, row) and speeds (1, row) to which the site's own motion adds
+    acts: tuple[Acts, ...]
+    modes: tuple[int, ...]  # entry of ``acts`` of every mode
+    guards: int  # largest number of guards of a mode
+    forcings: int  # forcing states
+
+    @property
+    def loads(self) -> int:
+        """What time alone gives to a stage: accelerations, then coordinates and speeds of sites that move."""
+        return self.n + len(self.moving)
+
+    @property
+    def places(self) -> dict[str, int]:
+        """Where the numbers of a mode are; SIZE: how many they are."""
+        rows, n, w = sum(self.rows), self.n, self.forcings
+        sizes = {"STEP": 1, "RATES": (w - 1) // 2, "FIELD": 2 * n * n, "VALUES": sum(self.values), "U": rows * n, "S": rows * n,
+                 "P": rows * n, "LOADS": self.loads * w, "GUARDS": self.guards * (4 * n + 2 * w + 1), "SIZE": 0}
+        return dict(zip(sizes, np.cumsum([0, *sizes.values()])[:-1].tolist(), strict=True))
+
+
+def pattern_of(matrix: np.ndarray) -> Pattern:
+    """Return what is written of each coefficient."""
+    return tuple(tuple(NONE if value == 0.0 else ONE if value == 1.0 else NUMBER for value in row) for row in matrix.tolist())
+
+
+def seen(T: Tables) -> tuple[np.ndarray, np.ndarray]:
+    """Return what every row of the laws sees of x: coordinates and speeds (rows, nx)."""
+    return T.LU[T.owners[SOURCE]], T.LS[T.owners[SOURCE]]
+
+
+def mode_numbers(T: Tables, kind: Kind, m: int, h: float) -> tuple[list[float], np.ndarray]:
+    """Return the numbers of a mode up to its guards, and what the forcing states give to its loads (loads, nw)."""
+    n, ns = kind.n, 2 * kind.n
+    (U, S), values, at = seen(T), [], 0
+    for i, (count, keys) in enumerate(zip(kind.values, kind.keys, strict=True)):
+        first = at + (max(int(T.acts[m, i]), 1) - 1) * count
+        values += T.law[first:first + count].tolist()
+        at += count * keys
+    loads = np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
+    return [h, *(T.harmonics * T.flat[0]), *T.A[m, n:ns, :ns].ravel(), *values, *U[:, :n].ravel(), *S[:, n:ns].ravel(),
+            *T.LP[m, :len(U)].ravel(), *loads.ravel()], loads
+
+
+def stage_times(kind: Kind, steps: int) -> np.ndarray:
+    """Return the phases (steps, stages) of the excitation at all stages."""
+    return 2.0 * np.pi * (np.arange(steps)[:, None] + nystrom(kind.method).c) / steps
+
+
+def stage_loads(T: Tables, loads: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return what the forcing gives to every load at ``times``, as (*times.shape, loads)."""
+    found = np.broadcast_to(loads[:, 0], (*times.shape, len(loads))).copy()
+    for i, k in enumerate(T.harmonics):
+        found += np.multiply.outer(np.cos(k * times), loads[:, 1 + 2 * i])
+        found += np.multiply.outer(np.sin(k * times), loads[:, 2 + 2 * i])
+    return found
+
+
+class Step:
+    """Lines of a step: ``head`` names numbers, ``body`` takes y0, y1, ... to z0, z1, ... with the stages' accelerations f0_0, ....
+
+    Parameters
+    ----------
+    kind : Kind
+    acts : Acts
+        The step ``h`` and the loads g0_0, ... of the stages have names already.
+    given : bool
+        Whether the method's coefficients times powers of the step are numbers behind those of the mode, see `coefficients`: the
+        compiler takes them faster from there than from products made in the same function.
+    """
+
+    def __init__(self, kind: Kind, acts: Acts, given: bool = False):
+        self.kind, self.acts, self.method, self.given = kind, acts, nystrom(kind.method), given
+        self.head, self.body = ["hh = h * h"], []
+        self._known: dict[tuple[str, float], str] = {}
+        n, at, rows = kind.n, kind.places, range(sum(kind.rows))
+        self.head += [f"k{c}_{j} = N[o + {at['FIELD'] + 2 * n * c + j}]" for c in range(n) for j in range(2 * n)]
+        first = np.cumsum([0, *kind.values]).tolist()
+        self.head += [f"w{i} = N[o + {at['VALUES'] + i}]" for law in acts.laws for i in range(first[law], first[law + 1])]
+        self.head += [f"{name}{r}_{c} = N[o + {at[name.upper()] + n * r + c}]"
+                      for name, pattern in (("u", kind.coordinates), ("s", kind.speeds), ("p", acts.pushes))
+                      for r in rows for c in range(n) if pattern[r][c] == NUMBER]
+        method = self.method
+        for i in range(len(method.c)):
+            if i == 0:
+                state = [f"y{c}" for c in range(2 * n)]
+            else:
+                state = [f"x{c}" for c in range(2 * n)]
+                for c in range(n):
+                    start = f"y{c} + {self._factor('h', float(method.c[i]))} * y{n + c}"
+                    self.body.append(f"x{c} = {self._summed(start, 'hh', method.position[i, :i], c)}")
+                    self.body.append(f"x{n + c} = {self._summed(f'y{n + c}', 'h', method.velocity[i, :i], c)}")
+            self.body += self.field(state, f"f{i}", f"g{i}")
+        for c in range(n):
+            self.body.append(f"z{c} = {self._summed(f'y{c} + h * y{n + c}', 'hh', method.last_position, c)}")
+            self.body.append(f"z{n + c} = {self._summed(f'y{n + c}', 'h', method.last_velocity, c)}")
+
+    def coefficients(self, h: float) -> list[float]:
+        """Return the method's coefficients times powers of the step, in the order of their names."""
+        return [weight * h ** len(power) for power, weight in self._known]
+
+    def nearest(self, time: float) -> int:
+        """Return the last of the stages that are nearest to a part of the step."""
+        away = np.abs(self.method.c - time)
+        return int(np.flatnonzero(away == away.min())[-1])
+
+    def _factor(self, power: str, weight: float) -> str:
+        """Name a coefficient times a power of the step; equal ones share a name, so that equal products are formed once."""
+        if (power, weight) == ("h", 1.0):
+            return "h"
+        if (power, weight) not in self._known:
+            self._known[power, weight] = name = f"{power}_{len(self._known)}"
+            place = self.kind.places["SIZE"] + len(self._known) - 1
+            self.head.append(f"{name} = N[o + {place}]" if self.given else f"{name} = {power} * {weight!r}")
+        return self._known[power, weight]
+
+    def _summed(self, start: str, power: str, weights: np.ndarray, c: int) -> str:
+        for j, weight in enumerate(weights.tolist()):
+            if weight != 0.0:
+                start = f"{start} + {self._factor(power, weight)} * f{j}_{c}"
+        return start
+
+    def field(self, state: list[str], name: str, load: str) -> list[str]:
+        """Lines for the accelerations ``name``_0, ... at a state under the loads ``load``_0, ...."""
+        kind, n, row, value, lines = self.kind, self.kind.n, 0, 0, []
+        force: dict[int, str] = {}
+        moved = {place: f" + {load}_{n + e}" for e, place in enumerate(kind.moving)}
+        for i, (rows, values) in enumerate(zip(kind.rows, kind.values, strict=True)):
+            own = range(row, row + rows)
+            if i in self.acts.laws:
+                arguments = [_linear(pattern[r], f"{letter}{r}_", state[n * which:n * which + n]) + moved.get((which, r), "")
+                             for which, letter, pattern in ((0, "u", kind.coordinates), (1, "s", kind.speeds)) for r in own]
+                results = [f"{name}_of_{r}" for r in own]
+                arguments += [f"w{value + k}" for k in range(values)]
+                lines.append(f"{', '.join(results)} = law_{i}({', '.join(arguments)})")
+                force |= dict(zip(own, results, strict=True))
+            row, value = row + rows, value + values
+        for c in range(n):
+            text = f"{load}_{c}"
+            for j in reversed(range(2 * n)):
+                text = f"k{c}_{j} * {state[j]} + ({text})" if j < 2 * n - 1 else f"k{c}_{j} * {state[j]} + {text}"
+            for r, made in force.items():
+                factor = self.acts.pushes[r][c]
+                if factor != NONE:
+                    text = f"{text} + {made}" if factor == ONE else f"{text} + p{r}_{c} * {made}"
+            lines.append(f"{name}_{c} = {text}")
+        return lines
+
+
+def _linear(pattern: tuple[int, ...], name: str, values: list[str]) -> str:
+    """Return the text of a sum of products."""
+    terms = [value if what == ONE else f"{name}{c} * {value}"
+             for c, (what, value) in enumerate(zip(pattern, values, strict=True)) if what != NONE]
+    return " + ".join(terms) or "0.0"
