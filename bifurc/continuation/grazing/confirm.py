@@ -132,9 +132,7 @@ def guard_at(problem, x, tau, touch) -> float:
     problem.equations.motion.states(T, whole.nodes, whole.span, U, np.array([begin]), state)
     joined = np.concatenate([state[0], problem.scene.forcing(np.zeros(1))[0]])
     problem.equations.kernel.forcing(T, tau * 2.0 * np.pi / T.flat[0], joined)
-    row = np.empty(joined.size)
-    problem.equations.kernel.guard_gradient(T, touch.mode, touch.guard, joined, row)
-    return float(row @ joined)
+    return float(problem.equations.kernel.guard_value(T, touch.mode, touch.guard, joined))
 
 
 def agrees(grazing) -> bool | None:

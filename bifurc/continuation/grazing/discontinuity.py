@@ -19,8 +19,9 @@ of u on the free arc, the kick is applied there, and the free motion carries it 
 """
 import numpy as np
 
-from .touch import rates
+from .touch import field_slope, guard_series, of_law, rates
 
+ASIDE = 1e-5  # scaled step of differences of a rate in the state
 ORDERS = {"I": 1.5, "III": 2.0}  # of the error in the depth psi
 
 
@@ -77,7 +78,17 @@ def section_map(touch, y, t):
 def rate_gradient(touch):
     """Derivative of dh/dt in the state (ns,)."""
     T = touch.tables
-    return T.GT[touch.mode, touch.guard, :T.A.shape[1], 1]
+    if not of_law(T, touch.mode, touch.guard):
+        return T.GT[touch.mode, touch.guard, :T.A.shape[1], 1]
+    here, found = touch.joined(touch.state, touch.time), np.empty(T.A.shape[1])
+    for c in range(found.size):
+        sides = []
+        for step in (ASIDE, -ASIDE):
+            x = here.copy()
+            x[c] += step * touch.problem.weights[c]
+            sides.append(guard_series(touch.problem.equations, T, touch.mode, touch.guard, x)[1])
+        found[c] = (sides[0] - sides[1]) / (2.0 * ASIDE * touch.problem.weights[c])
+    return found
 
 
 def kicked(touch, u, apex, jerk, F):
@@ -101,9 +112,7 @@ def _local(touch, y, t):
     if y.shape != (T.A.shape[1],) or not np.isfinite(y).all():
         raise ValueError(f"y must be a finite state of shape ({T.A.shape[1]},), got {y!r}")
     x = touch.joined(y, t)
-    row = np.empty(x.size)
-    e.kernel.guard_gradient(T, touch.mode, touch.guard, x, row)
-    depth = float(row @ x)
+    depth = float(e.kernel.guard_value(T, touch.mode, touch.guard, x))
     if depth <= 0.0:
         return None
     apex, jerk = rates(e, T, touch.mode, touch.guard, x)
@@ -116,21 +125,3 @@ def _local(touch, y, t):
     F = field_slope(e, T, touch.mode, x)
     f2 = F[:, :ns] @ f + F[:, ns:] @ dw
     return np.sqrt(2.0 * depth / abs(apex)), apex, jerk, f, f2, F[:, :ns]
-
-
-def field_slope(e, T, mode, x):
-    """Derivative of the field in the joined state (ns, nx): the table, or differences where a law acts."""
-    ns = T.A.shape[1]
-    if T.LU.shape[0] == 0:
-        return T.A[mode]
-    found = np.empty((ns, x.size))
-    for c in range(x.size):
-        step = 1e-6 * max(1.0, abs(x[c]))
-        sides = []
-        for sign in (1.0, -1.0):
-            moved, f = x.copy(), np.empty(ns)
-            moved[c] += sign * step
-            e.kernel.field(T, mode, moved, f)
-            sides.append(f)
-        found[:, c] = (sides[0] - sides[1]) / (2.0 * step)
-    return found

@@ -19,6 +19,8 @@ from ..shooting.vanishing import dropped
 ALIKE = 1e-6  # scaled difference of a touch and the mirror image of the other
 SAMPLES = 512  # of the guard a forcing period
 NEARBY = 1e-2  # scaled depth below which a sampled maximum is no touch
+SLOW = 1e-3  # speed, in natural sizes, of an impact that stands for a touch
+SHALLOW = 1e-4  # depth, in natural sizes, of a contact that stands for its beginning
 LINEAR = 1e-9  # misfit, relative, of a change of field that is taken for a linear spring and dashpot
 
 
@@ -183,16 +185,35 @@ def touch_at(problem, x, tau, mode, guard, y) -> Touch:
     e.kernel.guard_gradient(T, mode, guard, joined, row)
     apex, jerk = rates(e, T, mode, guard, joined)
     contact, restitution = None, None
-    if T.kick[mode, guard]:
+    if T.kick[mode, guard] and of_law(T, mode, guard):
+        B, restitution = _kicked(e, T, mode, guard, joined, row)
+    elif T.kick[mode, guard]:
         B = T.B[mode, guard].copy()
         restitution = -float(T.GT[mode, guard, :ns, 1] @ (T.R[mode, guard, :, :ns] @ B))
     else:
         contact = next((int(m) for m in scene.expand(mode, guard).then[mode, guard] if m >= 0 and m != mode), None)
         T = e.numbers_at(x[-1])
-        B = np.full(ns, np.nan) if contact is None else _compliance(T, mode, guard, contact, joined)
+        B = np.full(ns, np.nan) if contact is None else _compliance(e, T, mode, guard, contact, joined)
     return Touch(scene.element_name(mode, guard), float(time), np.array(y), row[:ns].copy(), B, apex, jerk, restitution,
                  _map_from(problem, x, tau, problem.sequence.closure < 0), problem.sequence.closure < 0, problem, x, int(mode),
                  int(guard), contact)
+
+
+def _kicked(e, T, mode, guard, joined, row):
+    """Return direction (ns,) and restitution of a kick that is a law, from one that is slow: it is linear in a small speed."""
+    ns, nx, n = T.A.shape[1], joined.size, T.LP.shape[2]
+    push = row[:n] / float(row[:n] @ row[:n])  # changes the rate of the guard by 1
+    speed = SLOW * float(np.abs(e.weights[n:2 * n]).max() / np.abs(push).max())
+    dw = np.empty(nx - ns)
+    e.kernel.forcing_rate(T, joined, dw)
+    rate = float(row[:n] @ joined[n:2 * n] + row[ns:] @ dw)  # rounding
+    before, after, P = joined.copy(), np.empty(nx), np.empty((ns, nx))
+    before[n:2 * n] += (speed - rate) * push
+    e.kernel.reset(T, mode, guard, 0, before, after, P)
+    change = after[:ns] - before[:ns]
+    change[:n] = 0.0  # the position is put onto the surface, by rounding
+    rate = float(row[:n] @ change[n:2 * n])
+    return change / rate, -(speed + rate) / speed
 
 
 def _forcing(T, ns, time):
@@ -224,13 +245,16 @@ def rates(e, T, mode, guard, joined):
     return apex, (second(joined + step * rate)[0] - second(joined - step * rate)[0]) / (2.0 * step)
 
 
-def _compliance(T, mode, guard, contact, joined):
+def _compliance(e, T, mode, guard, contact, joined):
     """Change of the field per depth (ns,) where a contact begins softly; NaN where it is no spring and dashpot.
 
     The field changes by -b (k d + c d') with the depth d of the guard; after partial integration a contact that ends at d = 0
     changes the state by -(k b + c A b) times the integral of d.
     """
     ns = T.A.shape[1]
+    if of_law(T, mode, guard):
+        by_depth, by_rate = _begins(e, T, mode, guard, contact, joined)
+        return -(by_depth + field_slope(e, T, mode, joined)[:, :ns] @ by_rate)
     change = T.A[contact] - T.A[mode]
     if T.LU.shape[0] and np.any(T.LP[contact] != T.LP[mode]):
         return np.full(ns, np.nan)
@@ -239,6 +263,49 @@ def _compliance(T, mode, guard, contact, joined):
     if np.abs(rows @ fitted - change.T).max() > LINEAR * max(np.abs(change).max(), 1e-300):
         return np.full(ns, np.nan)
     return -(fitted[0] + T.A[mode, :, :ns] @ fitted[1])
+
+
+def _begins(e, T, mode, guard, contact, joined):
+    """Return the change of the field per depth and per rate of depth (ns,) with which the contact of a guard that is a law begins;
+    NaN where it jumps, or is not linear in a small depth."""
+    ns, n = T.A.shape[1], T.LP.shape[2]
+    row = np.empty(joined.size)
+    e.kernel.guard_gradient(T, mode, guard, joined, row)
+    push = row[:n] / float(row[:n] @ row[:n])
+    found, doubt, top = [], 0.0, 0.0  # the last two as changes of the field
+    for places in (slice(0, n), slice(n, 2 * n)):
+        small = SHALLOW * float(e.weights[places].max() / np.abs(push).max())
+        sides = []
+        for part in (0.0, 1.0, 0.5, 0.25):
+            x, fields = joined.copy(), np.empty((2, ns))
+            x[places] += part * small * push
+            for f, which in zip(fields, (contact, mode), strict=True):
+                e.kernel.field(T, which, x, f)
+            sides.append(fields[0] - fields[1])
+        one, half, quarter = (side - sides[0] for side in sides[1:])
+        coarse, fine = 4.0 * half - one, 8.0 * quarter - 2.0 * half  # free of the quadratic term, for the whole step
+        doubt = max(doubt, float(np.abs(sides[0]).max()), float(np.abs(fine - coarse).max()))
+        top = max(top, float(np.abs(fine).max()))
+        found.append((4.0 * fine - coarse) / (3.0 * small))
+    return found if doubt <= SHALLOW * top else [np.full(ns, np.nan)] * 2
+
+
+def field_slope(e, T, mode, x):
+    """Derivative of the field in the joined state (ns, nx): the table, or differences where a law acts."""
+    ns = T.A.shape[1]
+    if T.LU.shape[0] == 0:
+        return T.A[mode]
+    found = np.empty((ns, x.size))
+    for c in range(x.size):
+        step = 1e-6 * max(1.0, abs(x[c]))
+        sides = []
+        for sign in (1.0, -1.0):
+            moved, f = x.copy(), np.empty(ns)
+            moved[c] += sign * step
+            e.kernel.field(T, mode, moved, f)
+            sides.append(f)
+        found[:, c] = (sides[0] - sides[1]) / (2.0 * step)
+    return found
 
 
 def _map_from(problem, x, tau, half):
