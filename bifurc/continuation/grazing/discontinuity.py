@@ -19,7 +19,8 @@ of u on the free arc, the kick is applied there, and the free motion carries it 
 """
 import numpy as np
 
-from .touch import field_slope, guard_series, of_law, rates
+from .guards import field_slope, guard_series, of_law
+from .touch import rates
 
 ASIDE = 1e-5  # scaled step of differences of a rate in the state
 ORDERS = {"I": 1.5, "III": 2.0}  # of the error in the depth psi

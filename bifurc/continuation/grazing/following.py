@@ -6,7 +6,8 @@ import numpy as np
 
 from ..conditions import ALONG, Condition, difference
 from .classify import powers
-from .touch import every_touch, guard_series, guard_size, maxima, of_law, rates, touch_at, unlisted
+from .guards import guard_series, guard_size, of_law
+from .touch import every_touch, maxima, rates, touch_at, unlisted
 
 POWERS = 6  # s_k that are watched
 FAR = 5.0  # scaled depth below which no other maximum is looked for

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .confirm import FAR, apex_growth
-from .discontinuity import field_slope, kicked, rate_gradient
+from .discontinuity import kicked, rate_gradient
+from .guards import field_slope
 
 PERIODS = 3000  # iterated
 LAST = 200  # looked at
