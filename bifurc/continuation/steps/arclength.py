@@ -20,6 +20,7 @@ from . import detect, hidden
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
+STARTS = 8  # last rows from which a point on a bound is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
@@ -382,25 +383,33 @@ class Half:
 
     def reach(self, row):
         """Whether the branch ends on a bound that steps only creep up to, because it meets it at no angle: it does where the point
-        on the bound is next to the last row."""
-        part, options = row.part, self.options
-        x, slope = row.x.copy(), row.tests[0]
-        x[-1] = options.high if slope > 0.0 else options.low
-        if abs(slope) <= SLOPE or abs(x[-1] - row.p) > AT_BOUND * part.scale[-1]:
+        on the bound is next to the last row.  It is looked for from the last few, of which so near to it some are rounding."""
+        part, options, slope = row.part, self.options, row.tests[0]
+        bound = options.high if slope > 0.0 else options.low
+        if abs(slope) <= SLOPE:
             return False
-        try:
-            c = part.problem.correct(x, row.tangent, True)
-        except ERRORS:  # the problem's own code
-            return False
-        away = float(np.linalg.norm((c.x - row.x) / part.scale))
-        new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
-        if new is None or any(new.tests[j] > part.touch for j in part.boundary):
+        new = next(filter(None, (self.beside_bound(row, start, bound) for start in reversed(self.rows[-STARTS:])
+                                 if start.part is part)), None)
+        if new is None:
             return False
         self.rows.append(new)
         self.steps += 1
         self.stop(StopReason.BOUND)
         self.ask_user(new)
         return True
+
+    def beside_bound(self, row, start, bound):
+        """Return the point on a bound next to ``row``, looked for from the row ``start``; None where there is none."""
+        part = row.part
+        if abs(bound - start.p) > AT_BOUND * part.scale[-1]:
+            return None
+        try:
+            c = part.problem.correct(np.append(start.x[:-1], bound), start.tangent, True)
+        except ERRORS:  # the problem's own code
+            return None
+        away = float(np.linalg.norm((c.x - row.x) / part.scale))
+        new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
+        return None if new is None or any(new.tests[j] > part.touch for j in part.boundary) else new
 
     @staticmethod
     def ends_in(row):
