@@ -6,9 +6,6 @@ import numpy as np
 from ..kinds import ERRORS, CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected
 
-INSIDE = 1e-4  # t^2 (1 - t)^2 of a point from which the distance of a cubic from its branch can be told
-NEAR = 0.01  # of the length of a step: distance of a cubic from a branch that it describes
-
 
 class Part:
     """A problem on the way, with what the tracer reads of it in every step.
@@ -149,7 +146,6 @@ class Curve:
         self.chord = b.x - a.x
         self.da = self.length * a.direction
         self.db = self.length * b.direction
-        self.missed = None
 
     def place(self, t):
         """Point of the Hermite curve (n + 1,), own units."""
@@ -167,26 +163,12 @@ class Curve:
         return max(abs(6.0 * chord - 4.0 * da - 2.0 * db), abs(6.0 * chord - 2.0 * da - 4.0 * db))
 
     def at(self, t):
-        """Corrected point at ``t``; None where the corrector or the problem's own code fails.
-
-        Newton begins where the point before tells: a cubic misses the branch by t^2 (1 - t)^2 times what hardly changes.
-        """
-        x, tangent, bump = self.place(t), self.tangent(t), (t * (1.0 - t))**2
-        start = x
-        if self.missed is not None:
-            aside = bump * self.missed
-            start = x + self.scale * (aside - float(np.dot(aside, tangent)) * tangent)  # in the plane that is searched
+        """Corrected point at ``t``; None where the corrector or the problem's own code fails."""
         try:
-            c = self.problem.correct(start, tangent)
+            c = self.problem.correct(self.place(t), self.tangent(t))
         except ERRORS:  # the problem's own code may raise anything
             return None
-        if not c.converged:
-            return None
-        if bump > INSIDE:
-            missed = (c.x - x) / self.scale
-            near = math.sqrt(float(np.dot(missed, missed))) <= NEAR * self.length
-            self.missed = missed / bump if near else None
-        return c
+        return c if c.converged else None
 
     def test(self, j):
         """Return ``f(t) -> (value of test j, point)`` for the root finder."""
