@@ -19,6 +19,7 @@ of u on the free arc, the kick is applied there, and the free motion carries it 
 """
 import numpy as np
 
+from ..conditions import difference
 from .guards import field_slope, guard_series, of_law
 from .touch import rates
 
@@ -81,15 +82,11 @@ def rate_gradient(touch):
     T = touch.tables
     if not of_law(T, touch.mode, touch.guard):
         return T.GT[touch.mode, touch.guard, :T.A.shape[1], 1]
-    here, found = touch.joined(touch.state, touch.time), np.empty(T.A.shape[1])
-    for c in range(found.size):
-        sides = []
-        for step in (ASIDE, -ASIDE):
-            x = here.copy()
-            x[c] += step * touch.problem.weights[c]
-            sides.append(guard_series(touch.problem.equations, T, touch.mode, touch.guard, x)[1])
-        found[c] = (sides[0] - sides[1]) / (2.0 * ASIDE * touch.problem.weights[c])
-    return found
+
+    def rate(x):
+        return guard_series(touch.problem.equations, T, touch.mode, touch.guard, x)[1]
+    here = touch.joined(touch.state, touch.time)
+    return np.array([difference(rate, here, c, ASIDE * weight) for c, weight in enumerate(touch.problem.weights)])
 
 
 def kicked(touch, u, apex, jerk, F):

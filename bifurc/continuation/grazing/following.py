@@ -68,7 +68,9 @@ class Touching(Condition):
 
     def size(self, problem, x, tau) -> float:
         """Natural size of the guard at ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""
-        return guard_size(problem.equations, problem.equations.path.tables, self.mode, self.guard, self.joined(problem, x, tau))
+        e, T = problem.equations, problem.equations.path.tables
+        here = self.joined(problem, x, tau) if of_law(T, self.mode, self.guard) else None
+        return guard_size(e, T, self.mode, self.guard, here)
 
     def joined(self, problem, x, tau) -> np.ndarray:
         """Return the state, joined with the forcing (nx,), at ``tau`` (periods) on the orbit at ``x`` (n + 1,)."""

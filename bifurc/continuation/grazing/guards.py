@@ -10,9 +10,10 @@ def of_law(T, mode, guard) -> bool:
 
 
 def guard_size(e, T, mode, guard, joined) -> float:
-    """Return the natural size of a guard at a joined state (nx,)."""
-    row = np.empty(joined.size)
-    e.kernel.guard_gradient(T, mode, guard, joined, row)
+    """Return the natural size of a guard at a joined state (nx,), which only one that is a law reads."""
+    row = T.G[mode, guard].copy()
+    if of_law(T, mode, guard):
+        e.kernel.guard_gradient(T, mode, guard, joined, row)
     return float(e.kernel.scale_of(row, e.weights))
 
 
