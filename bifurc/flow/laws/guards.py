@@ -52,6 +52,7 @@ CLOSE = 2e-5  # rates times the remaining duration of a complete chattering belo
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
 FITTED = 1e4  # rounding of a coefficient that comes from the polynomial, against one of the field
 LAWFUL = 0.35  # of the Taylor tables' step: where guards are laws, their values are interpolated, not their accelerations
+WIDE = 8.0  # durations: on a step so long the third derivative of an interpolated law has the rounding of its quotient
 SMALL = 0.05  # of the Taylor tables' step: shorter ones make the series of a law no better
 LANDINGS = 4  # Newton steps in time onto a guard that is a law
 HIGHEST_ORDER = 5  # of a zero that is looked for
@@ -310,10 +311,11 @@ def guard_divided(T, m, g, x, s, order, row):
     start = X.copy()
     lawful = weighed(T, m, g)
     h = 0.0
-    if abs(s) <= longest_fit(T, m):
-        limit = max(abs(s), SMALL * T.step[m]) if lawful else np.inf
+    near = WIDE * abs(s) if lawful else abs(s)  # on steps no longer than that the quotient itself has fewer roundings
+    if near <= longest_fit(T, m):
+        limit = max(near, SMALL * T.step[m]) if lawful else np.inf
         h = fitted(T, m, x, limit, acc, force, x1, X, accs, scratch_of(T, ns))
-    if abs(s) <= h:
+    if near <= h:
         series(T, m, g, x, n, h, acc, force, 1, a)
         value, slope, later = 0.0, 0.0, 0.0
         for j in range(ORDER, order - 1, -1):
@@ -557,9 +559,37 @@ def impulses(T, m, g, closes, x):
 
 @njit
 def curved_jump(T, m, g, closes, x, xp, P):
-    """Add what a jump that depends on the state ``x`` gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx)."""
-    if T.stages[RESTS] == T.stages[KICKS] or T.kick[m, g] == 0:
-        return
+    """Add what a jump that depends on the state ``x`` gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx).
+
+    A guard that is a law is left on its surface, as affine guards are by their rows: what follows leaves out the terms that
+    vanish there, and a distance from the surface would be free in all intervals at once.
+    """
+    ns, on = P.shape[0], x
+    row, square, value = np.zeros(x.size), 0.0, 0.0
+    if weighed(T, m, g):
+        value = guard_and_gradient(T, m, g, x, row)
+        for c in range(ns):
+            square += row[c] * row[c]
+    if square > 0.0:
+        on = x.copy()
+        for c in range(ns):
+            on[c] -= row[c] * (value / square)
+            for i in range(ns):
+                xp[i] -= P[i, c] * (row[c] * (value / square))
+    if T.stages[RESTS] != T.stages[KICKS] and T.kick[m, g] != 0:
+        kick_and_slope(T, m, g, closes, on, xp, P)
+    if square > 0.0:
+        for i in range(ns):
+            along = 0.0
+            for c in range(ns):
+                along += P[i, c] * row[c]
+            for c in range(x.size):
+                P[i, c] -= row[c] * (along / square)
+
+
+@njit
+def kick_and_slope(T, m, g, closes, x, xp, P):
+    """Add the impulses at ``x`` to ``xp`` (nx,) and their derivatives to ``P`` (ns, nx)."""
     n, firsts, counts = T.LP.shape[2], T.owners[FIRST], T.owners[COUNT]
     local, slope = impulses(T, m, g, closes, x), np.zeros((3, T.LU.shape[0], T.stages[WIDTH], 1))
     ask(T, KICK_SLOPE, m, T.element[m, g], int(closes), local, slope)
