@@ -69,12 +69,13 @@ def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
 
 
-@pytest.mark.parametrize(("kind", "number"), [("clearances", 13053), ("two_masses", 14065),
+@pytest.mark.parametrize(("kind", "number"), [("clearances", 13053), ("two_masses", 14065), ("elastic_stop", 14079),
+                                              ("two_masses", 11011),
                                               pytest.param("stop_and_friction", 14018, marks=pytest.mark.slow)])
 def test_changes_of_the_sequence_beside_others(kind, number):
     """Two events that exchange their order twice in one step are seen where the step ends on another change; a change between the
-    impacts of a chattering has one name from both sides; behind a stick that begins with the square of its duration the branch goes
-    on and not back."""
+    impacts of a chattering has one name from both sides; a contact that is born before others end with it is not passed over;
+    behind a stick that begins with the square of its duration, or a slip with a higher power, the branch goes on and not back."""
     row = branch_audit.audited(kind, number)
     assert row.found and row.ok and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
 

@@ -8,6 +8,7 @@ from .rows import Curve, Row, tests_of
 
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
+BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
 LOOKS = 6  # places in a step at which it is looked whether an interval lasts no time, at most
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
@@ -83,6 +84,11 @@ def beyond(half, row, new):
     """Return a row of the step at which a boundary is passed though it is at neither end, where the problem knows of such a place
     (`Problem.leaves`); None if there is none."""
     part, spans = row.part, [(row, new)]
+    ends = [j for j in part.boundary if abs(new.tests[j]) <= MONITOR_BAND * max(half.sizes[j], 1e-3)]
+    for t in BEFORE_END if len(ends) > 1 else ():  # which of them ends validity first is seen before they are all zero
+        c = Curve(row, new).at(t)
+        if c is not None and any(float(c.monitors[j - 1]) > part.touch for j in ends):
+            return Row(c, part, row.s + t * (new.s - row.s), new.angle * t, tests_of(c), (1.0 - t) * (new.s - row.s))
     for _ in range(LOOKS):
         if not spans:
             break
