@@ -43,7 +43,7 @@ def test_stops_and_periodic_starts_are_kept():
 
 @pytest.mark.parametrize("cells", [(200, 400), (800, 400)])
 def test_grids_that_are_longer_than_wide_and_wider_than_long(cells):
-    """What is found beside a boundary is followed up to every edge of the grid; all boundaries are curves that reach some of them."""
+    """What is found beside a boundary is followed up to every edge of the grid; the boundaries are curves that reach them."""
     grid = bf.Grid(q0=(-2.5, 0, cells[0]), v0=(-3, 3, cells[1]))
     found = bf.refined_basins(A, grid)
     direct = bf.basins_of_attraction(A, grid, attractors=found.basins.attractors)
