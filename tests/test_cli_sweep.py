@@ -49,6 +49,15 @@ def test_an_interrupted_sweep_resumes(capsys, tmp_path, monkeypatch):
     assert code == 0 and len(calls) == 5
 
 
+def test_a_sweep_with_values_that_failed_ends_with_code_1(capsys, tmp_path):
+    """restitution = 1.1 is no system: the three other values are there, and whoever started the command is told."""
+    code, out, _ = said(capsys, "sweep", "impact_oscillator", "restitution", "--bounds", "0.8", "1.1", "--points", "4",
+                        "--samples", "20", "--quiet", "--no-branches", "--out", str(tmp_path))
+    assert code == 1 and "values from 0.8 to 1" in out and "1 value" in out
+    stem = "impact_oscillator_restitution_sweep"
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"{stem}.npz.chunks", f"{stem}.png"]  # what is there is kept
+
+
 def test_a_map_is_made_anew_when_asked(capsys, tmp_path):
     request = ["basins", "impact_oscillator", "--cells", "6", "--quiet", "--out", str(tmp_path)]
     assert said(capsys, *request)[0] == 0

@@ -157,6 +157,18 @@ def test_pickles_are_never_opened(tmp_path):
         io.read(path)
 
 
+def test_only_a_result_of_the_kind_may_be_replaced(tmp_path):
+    """Where a kind is asked for a result of another kind is as foreign as a text; where none is, any result may be replaced."""
+    path, text = io.write(tmp_path / "x.npz", {"kind": "branch"}, {}), tmp_path / "thesis.txt"
+    text.write_text("three years of work")
+    io.replaceable(tmp_path / "none.npz", "basins")
+    io.replaceable(path)
+    io.replaceable(path, "branch")
+    for file, said in ((path, "holds a 'branch', expected a 'basins'"), (text, "not a bifurc result"), (tmp_path, "is a folder")):
+        with pytest.raises(FileExistsError, match=said):
+            io.replaceable(file, "basins")
+
+
 def _write_for_ever(path):
     values = np.random.default_rng(0).random(200_000)
     while True:

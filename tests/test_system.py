@@ -167,6 +167,18 @@ def test_equality_is_by_content():
     assert repr(hand_made()) == "System(n=2, omega=0.7, elements=[harmonic_force, rigid_stop, rigid_stop_2, wall])"
 
 
+def test_systems_that_differ_in_the_frequency_only_are_told_from_all_others():
+    """Numbers of a scene are kept for these alone.  The static response to a constant force is that of the changed matrices."""
+    system = System([[2.0, 0.1], [0.1, 1.0]], 0.1 * np.eye(2), [[2.0, -1.0], [-1.0, 3.0]],
+                    [el.ConstantForce(0.5, dof=1), RigidStop(9.0)], omega=0.7)
+    for name in system.parameters:
+        other = system.with_parameters(**{name: system.parameter(name) + 0.25})
+        assert system.differs_in_omega_only(other) == other.differs_in_omega_only(system) == (name == "omega"), name
+        A = scene_of(system).refill(other).A[0]
+        stands = np.linalg.solve(other.stiffness, [0.0, other.parameter("constant_force.force")])
+        assert np.abs(A[2:, :2] @ stands + A[2:, 4]).max() < 1e-14, name
+
+
 @pytest.mark.parametrize("elements, symmetry", [
     ([HarmonicForce(0.5)], -1),
     ([HarmonicForce(0.5, harmonic=2)], None),

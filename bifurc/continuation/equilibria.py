@@ -228,7 +228,7 @@ class EquilibriumProblem(Problem):
         q[n + i] = 0.0
         clock = 2.0 * np.pi / omega
         nodes = sections(self.mode, 0.0).nodes
-        signature = Signature(nodes, section(scene, q, weights), 0.0, clock=clock)
+        signature = Signature(nodes, section(scene, i, weights), 0.0, clock=clock)
         path = parameter_path(scene, self.system, self.parameter, (self.path.low, self.path.high), pad=0.0)
         start = np.concatenate([[1.0], y, x[-1:]])
         problem = OrbitProblem(self.system, path, signature, weights, start, float(self.scale[-1]))

@@ -238,10 +238,11 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
 def linear_mode(system: System, rest, q, omega: float, E: float, ground: float) -> PeriodicOrbit:
     """Return the orbit on a linear mode (eigenvector ``q`` (ns,), frequency) with a small energy E above that of rest."""
     scene, n = scene_of(system), system.n
-    q = np.real(q / q[int(np.argmax(np.abs(q[:n])))])
-    q[n:2 * n] = 0.0
+    i = int(np.argmax(np.abs(q[:n])))
+    q = np.real(q / q[i])  # the coordinate that moves most is at its maximum; under gyroscopic terms others move
+    q[n + i] = 0.0
     y = rest.state + q * math.sqrt(E / max(stored(system, rest.state + 1e-3 * q) - ground, 1e-300)) * 1e-3
     weights = np.full(scene.ns, float(np.abs(y).max() or 1.0) / math.sqrt(SMALL))  # sizes where the family is asked for
     weights[n:2 * n] *= omega
-    signature = dataclasses.replace(sections(rest.mode, 0.0), fixed=section(scene, q, weights), clock=2.0 * np.pi / omega)
+    signature = dataclasses.replace(sections(rest.mode, 0.0), fixed=section(scene, i, weights), clock=2.0 * np.pi / omega)
     return solution(system, signature, np.append(1.0, y), weights, {"guess": "linear mode"})

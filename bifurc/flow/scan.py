@@ -92,8 +92,25 @@ def closing(T, m, g, x, v, out):
 
     Returns 0 where it does not (yet) close.  ``out`` (nx,) receives the state with the speed taken away.
     """
+    r, push = T.ratio[m, g], pushed(T, m, g, x, v, out)
+    if turned(T, m, g) == m and 2.0 * r * v > CLOSE * (1.0 - r) * push * T.step[m]:  # most impacts: far from closing, see `closure`
+        return 0.0
     excess, duration = closure(T, m, g, x, v, out)
     return duration if excess <= 1.0 else 0.0
+
+
+@njit
+def pushed(T, m, g, x, v, out):
+    """Write the state after a plastic impact at ``x`` with arriving speed ``v`` into ``out`` (nx,); return the push to the stop."""
+    B, GT = T.B, T.GT
+    push = 0.0
+    for c in range(x.size):
+        out[c] = x[c]
+    for c in range(B.shape[2]):
+        out[c] -= B[m, g, c] * v
+    for c in range(x.size):
+        push += 2.0 * GT[m, g, c, 2] * out[c]
+    return push
 
 
 @apart(PAIR, python=True)
@@ -102,14 +119,9 @@ def closure(T, m, g, x, v, out):
     A, B, GT, harmonics = T.A, T.B, T.GT, T.harmonics
     r, h, rest, omega = T.ratio[m, g], T.step[m], T.ends_in[m, g], T.flat[0]
     ns, nx = A.shape[1], A.shape[2]
-    loss, push, rate = 0.0, 0.0, 0.0
+    loss, push, rate = 0.0, pushed(T, m, g, x, v, out), 0.0
     for c in range(ns):
-        out[c] = x[c] - B[m, g, c] * v
         loss -= 2.0 * GT[m, g, c, 2] * B[m, g, c]
-    for c in range(ns, nx):
-        out[c] = x[c]
-    for c in range(nx):
-        push += 2.0 * GT[m, g, c, 2] * out[c]
     away, other = push, turned(T, m, g)
     if other < 0 or push <= 0.0:
         return np.inf, 0.0
@@ -220,6 +232,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
     a, out, stack = np.empty(ORDER + 1), np.empty(3), np.empty(64)
     series = np.empty((orders.size, ORDER + 1))
     xm, xp, rested, scale = np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx)
+    room = np.empty(2 * orders.size + nx)
     recording = rows.shape[0] > 0
     m, whole, tau = ints[MODE], ints[WHOLE], floats[TAU]
     status = DONE
@@ -236,7 +249,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         count = int(min(left / h, 1e9))
         if period < np.inf:
             count = min(count, int((period - tau) / h) + 1)
-        hit = coast(T, m, x, count, orders, slopes) if count > 0 else 0.0
+        hit = coast(T, m, x, count, orders, slopes, room) if count > 0 else 0.0
         passed = hit > 0.0
         g, chosen, what = -1, m, PASSED
         arrive = span = 0.0

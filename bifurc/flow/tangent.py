@@ -21,6 +21,8 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
     x, xp, y1 = np.empty(nx), np.empty(nx), np.empty(ns)
     P, S, Phi, new = np.empty((ns, nx)), np.empty((ns, ns)), np.empty((ns, ns)), np.empty((ns, ns))
     count = rows.shape[0]
+    if count > 0:
+        rested(T, rows[0, 2], Q, alive, new)
     for i in range(count):
         for c in range(ns):
             x[c] = after[i, c]
@@ -52,6 +54,50 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
             orthonormal(new, alive, Q, bin)
             if stage == 1:  # what is left behind those is rounding
                 alive[0] = min(alive[0], ns - forgotten(T, rows[i + 1, 2]))
+
+
+@njit
+def rested(T, m, Q, alive, new):
+    """Take out of the directions ``Q`` what mode ``m``, in which a motion begins, forgets at once: speeds of rows that it holds,
+    and distances from the surfaces on which it holds them.  Nothing grows by that; where a motion goes on nothing changes.
+
+    Which way they are taken out is no matter of what grows afterwards; ``new`` (ns, ns) is room.
+    """
+    ns = new.shape[0]
+    rows, count = np.zeros((2 * T.H.shape[1], ns)), 0
+    for k in range(T.n_holds[m]):
+        for part in range(2):
+            full = 0.0
+            for c in range(ns):
+                rows[count, c] = T.H[m, k, c] if part == 0 else T.S[m, k, c]
+                full += rows[count, c] * rows[count, c]
+            for _ in range(2):
+                for j in range(count):
+                    dot = 0.0
+                    for c in range(ns):
+                        dot += rows[j, c] * rows[count, c]
+                    for c in range(ns):
+                        rows[count, c] -= dot * rows[j, c]
+            left = 0.0
+            for c in range(ns):
+                left += rows[count, c] * rows[count, c]
+            if left > LOST * LOST * full:
+                for c in range(ns):
+                    rows[count, c] /= np.sqrt(left)
+                count += 1
+    if count == 0:
+        return
+    for k in range(alive[0]):
+        for c in range(ns):
+            new[c, k] = Q[c, k]
+        for j in range(count):
+            dot = 0.0
+            for c in range(ns):
+                dot += rows[j, c] * Q[c, k]
+            for c in range(ns):
+                new[c, k] -= dot * rows[j, c]
+    orthonormal(new, alive, Q, np.empty(ns))
+    alive[0] = min(alive[0], ns - forgotten(T, m))
 
 
 @njit

@@ -187,7 +187,7 @@ class Trajectory(Notebook, Motion):
             shown = out[here]
             scene.show(int(mode), shown, flat[here])
             out[here] = shown
-        return out.reshape(*times.shape, -1)
+        return out.reshape(*times.shape, out.shape[1])
 
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``n`` equally spaced times from start to stop, and the states (n, ns)."""

@@ -93,7 +93,7 @@ def run_chunks(store: ChunkStore, work: Work, payloads: Sequence[Mapping], *, ex
     RuntimeError
         When a given executor broke: a worker died and took the pool with it.
     """
-    names = [store.name(payload) for payload in payloads]
+    names = [store.name(payload) for payload in payloads] if store.folder is not None else [""] * len(payloads)
     outcome = Outcome([store.load(name) for name in names], {})
     outcome.kept = sum(item is not None for item in outcome.results)
     share = [1.0] * len(payloads) if weights is None else list(weights)

@@ -56,6 +56,7 @@ class Return(NamedTuple):
     node: tuple  # mode before, guard, mode after, 0, closing; guard -1: a maximum
     state: np.ndarray
     speed: float
+    dof: int = -1  # of which it is a maximum
 
 
 def autonomous_orbit(system: System, guess, closure, transient: int, period: float | None) -> PeriodicOrbit:
@@ -263,7 +264,7 @@ def between(system: System, chosen: list[Return], T: float, weights) -> Periodic
     rows[0, 0] = 1.0
     nodes = np.array([item.node for item in chosen], np.int64)
     if first.node[GUARD] < 0:
-        plane = section(scene, first.state, weights)
+        plane = section(scene, first.dof, weights)
         signature = dataclasses.replace(sections(first.node[AFTER], 0.0), fixed=plane, clock=T)
     else:
         nodes = divided(scene, nodes)
@@ -281,11 +282,10 @@ def rested(orbit: PeriodicOrbit) -> PeriodicOrbit:
     return PeriodicOrbit(orbit.system, orbit.sequence, orbit.unknowns, orbit.weights, orbit.how, OrbitStatus.AT_REST)
 
 
-def section(scene: Scene, y, weights) -> np.ndarray:
-    """Return normal and value (ns + 1,) of the section on which the coordinate with the largest extent has no speed."""
+def section(scene: Scene, dof: int, weights) -> np.ndarray:
+    """Return normal and value (ns + 1,) of the section on which a coordinate, at its maximum, has no speed."""
     plane = np.zeros(scene.ns + 1)
-    i = scene.n + int(np.argmin(np.abs(y[scene.n:2 * scene.n] / weights[scene.n:2 * scene.n])))
-    plane[i] = 1.0 / weights[i]
+    plane[scene.n + dof] = 1.0 / weights[scene.n + dof]
     return plane
 
 
@@ -336,7 +336,7 @@ def maxima(motion: Trajectory, begin: float, stop: float, early: bool) -> list[R
     found = []
     for k in np.flatnonzero((y[:-1, i] > 0.0) & (y[1:, i] <= 0.0)).tolist():
         at = t[k + 1] if y[k + 1, i] == 0.0 else brentq(lambda s: float(motion(s)[i]), t[k], t[k + 1], xtol=1e-15)
-        found.append(Return(float(at), (mode, -1, mode, 0, 0), motion(at), 0.0))
+        found.append(Return(float(at), (mode, -1, mode, 0, 0), motion(at), 0.0, i - scene.n))
     return found
 
 

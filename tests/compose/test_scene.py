@@ -388,3 +388,20 @@ def test_modes_that_are_met_one_by_one_have_the_numbers_of_modes_built_together(
         give_modal(tables)
     for name in PARTS:
         assert np.array_equal(getattr(scene.tables, name), getattr(together.tables, name)), name
+
+
+def test_an_impact_writes_the_memory_of_all_elements_that_it_turns_round():
+    """A slider that slips is where its limit puts it in the instant of the impact, though its own guard does not fire."""
+    k, limit, gap = 2.0, 0.3, 0.5
+    scene = scene_of(System(1.0, 0.1, 1.0, [el.HarmonicForce(1.0), el.RigidStop(gap, 0.7), el.Jenkins(k, limit)], omega=1.3))
+    T, seen = scene.tables, 0
+    for m, keys in enumerate(scene.keys):
+        for g in range(T.n_guards[m]):
+            x = np.concatenate([[gap, 1.4, 0.123], forcing(scene, 0.4)])
+            after = T.R[m, g] @ x
+            if scene.system.labels[scene.guard(m, g).element] == "rigid_stop" and T.kick[m, g]:
+                assert after[:2] == pytest.approx([gap, -0.7 * 1.4], rel=1e-14)
+                way = {"slip+": 1.0, "slip-": -1.0}.get(keys[2])
+                assert after[2] == pytest.approx(0.123 if way is None else gap - way * limit / k, rel=1e-14)
+                seen += 1
+    assert seen >= 3

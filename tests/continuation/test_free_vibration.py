@@ -118,6 +118,23 @@ def test_other_chains_with_a_stop(gap, k, coupling, mode, E):
     assert orbit.multipliers.sum().real == pytest.approx(trace, rel=1e-6)
 
 
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("mode", [0, 1])
+def test_families_begin_with_any_coordinate_in_any_direction(mode, gyroscopic):
+    """The coordinate that moves most may be the second, with the first against it or a quarter of a period behind: small motions
+    have the frequency of det(K - w^2 M + i w G) = 0, large ones keep their energy and come back in a motion of their own."""
+    K, G, gap, k = np.array([[1.0, -0.2], [-0.2, 2.0]]), gyroscopic * np.array([[0.0, -1.0], [1.0, 0.0]]), 0.3, 4.0
+    system = System(np.eye(2), G, K, [el.ElasticStop(gap=gap, stiffness=k)])
+    b, c = np.trace(K) + gyroscopic**2, np.linalg.det(K)
+    squares = np.sort(np.roots([1.0, -b, c]))
+    small = bf.nonlinear_mode(system, mode, energy=1e-3)
+    assert small.omega == pytest.approx(math.sqrt(squares[mode]), rel=1e-9) and not small.events
+    large = bf.nonlinear_mode(system, mode, energy=6.0)
+    assert large.success and large.energy == pytest.approx(6.0, rel=1e-12) and large.omega > small.omega
+    again = bf.simulate(system, large.state, duration=large.period)
+    np.testing.assert_allclose(again.final, large.state, atol=1e-9)
+
+
 def test_a_family_goes_on_where_it_touches_the_stop_twice_at_once():
     # a mode is its own image under reversal of time: contacts beside that at its turning point are born in pairs
     K, gap, k = np.array([[1.7, -0.7], [-0.7, 0.7]]), 0.3, 40.0

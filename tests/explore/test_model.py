@@ -34,6 +34,25 @@ def test_pick_takes_the_nearest_row_and_special_points_first(traced):
     assert change["system"].omega == pytest.approx(1.527621, abs=1e-6)
 
 
+@pytest.mark.parametrize("span", [SPAN, (1.5, 40.0), (60.0, 1.2)])
+def test_a_click_is_judged_on_the_screen_in_both_directions(traced, span, rng):
+    """Distances are parts of the visible widths: whatever the axes show, all special points and rows against all."""
+    branch = traced.branches[0].value
+    rows = np.column_stack([branch.column("omega"), branch.column("rms_0")]) / span
+    points = np.array([[point.parameter, point.measures["rms_0"]] for point in branch.special_points]) / span
+    taken = 0
+    for k, click in enumerate([*points, *points] + [rows[i] for i in rng.integers(0, len(rows), 20)]):
+        click = click + rng.uniform(-1.0, 1.0, 2) * (0.018 if k < len(points) else 0.05)
+        near = np.hypot(*(points - click).T)
+        place = model.pick(traced, *(click * span), span)["place"]
+        if near.min() < model.POINT_SHARE:
+            assert place == (0, -1 - int(near.argmin()))
+            taken += 1
+        else:
+            assert place == (0, int(np.hypot(*(rows - click).T).argmin()))
+    assert 0 < taken < 2 * len(points) + 20
+
+
 def test_a_changed_parameter_moves_the_orbit(traced):
     change = model.change_parameters(traced, {"omega": 0.6})
     # free vibration below the stop: the closed form of the linear oscillator

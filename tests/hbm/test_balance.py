@@ -131,6 +131,23 @@ class Clutch(AtRow):
 
 
 @dataclass(frozen=True)
+class Latch(AtRow):
+    """A user's element that grips while it moves: where it grips depends on when its guard, of speed and place, is reached."""
+
+    stiffness: float = 0.8
+    memory = ("grip",)
+    start = ("loose", "gripped")
+
+    def mode(self, key, core):
+        way = local.s(0) + 0.4 * local.u(0)
+        if key == "loose":
+            return Mode(memory=(Algebraic(local.u(0) - 0.3 * local.s(0)),),
+                        guards=(Guard(way - 0.5, EventKind.STICK, ("gripped",)),))
+        return Mode(force=(-self.stiffness * (local.u(0) - local.z(0)),),
+                    guards=(Guard(-0.2 - way, EventKind.SLIP, ("loose",)),))
+
+
+@dataclass(frozen=True)
 class Tilted(Element):
     """Two rows, coupled: a one-sided spring along the first pulls the second."""
 
@@ -168,6 +185,9 @@ SCENES = {
     "stop let go by force": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), ElasticStop(0.4, 5.0, damping=0.5,
                                              release="force")], omega=p),
     "moving stop": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), ElasticStop(0.4, p, amplitude=0.3, harmonic=2)], omega=1.3),
+    "Jenkins that separates earlier or later": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Jenkins(
+        1.5, 0.6, load_amplitude=1.6, load_phase=p)], omega=1.3),
+    "latch": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Latch(p)], omega=1.2),
     "clutch": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Clutch(p)], omega=1.2),
     "two rows": lambda p: System(**TWO, elements=[HarmonicForce(1.0), Tilted(p)], omega=1.2),
     "between masses": lambda p: System(**TWO, elements=[HarmonicForce(1.0), Jenkins(2.0, 0.3, row=(1.0, -1.0)),
@@ -206,6 +226,37 @@ def test_derivatives_against_differences(name, samples, rng):
         return f.copy()
 
     np.testing.assert_allclose(wide[:, -1], difference(moved), atol=2e-7 * size)
+
+
+@pytest.mark.parametrize("samples", [0, 48])
+@pytest.mark.parametrize("element", [Jenkins(1.5, 0.6), Clutch(), Latch(), ElasticStop(0.4, 5.0, damping=0.5)])
+def test_forces_do_not_know_where_the_period_begins(element, samples, rng):
+    """A motion that starts by whole samples later has the same forces, so much later: events on both sides of the border count."""
+    layout, n = Layout(listed(5), 1), 48
+    free, full = (Balance(System(1.0, 0.0, 1.0, elements, omega=1.0), layout, samples)
+                  for elements in ([HarmonicForce(0.0)], [HarmonicForce(0.0), element]))
+
+    def later(x, phase):
+        c = np.array([layout.phasor(x, k) for k in layout.harmonics]).reshape(-1)
+        return c * np.exp(-1j * np.array(layout.harmonics) * phase)
+
+    def force(x):
+        return full.residual(x) - free.residual(x)
+
+    def packed(c):
+        parts = np.column_stack([c.real, -c.imag]).ravel()
+        return np.delete(parts, 1)  # the mean has no sine
+
+    for _ in range(5):
+        x = rng.standard_normal(layout.size) / (1.0 + layout.waves**2)
+        x[1:3] += 1.5
+        true = force(x)
+        size = np.abs(true).max()
+        assert size > 0.1
+        for k in range(1, n):
+            phase = 2.0 * np.pi * k / n
+            moved = force(packed(later(x, phase)))
+            np.testing.assert_allclose(moved, packed(later(true, phase)), atol=1e-12 * size, err_msg=f"{k} samples")
 
 
 # what is folded, what is refused

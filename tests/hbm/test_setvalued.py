@@ -5,6 +5,7 @@ import pytest
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.setvalued.douglas_rachford import split
 from bifurc.hbm.setvalued.equations import Balance, Contact, Linear, SetValuedStatus
+from bifurc.hbm.setvalued.full_stick import allowance
 from bifurc.hbm.setvalued.sign_pattern import derivative_matrix, evaluate, pattern, roots
 from bifurc.hbm.setvalued.solution import solve
 from tests.reference.coulomb import SlipOnly
@@ -31,6 +32,27 @@ def phasors(rng, degree):
     c = rng.normal(size=degree + 1) + 1j * rng.normal(size=degree + 1)
     c[0] = 0.3 * rng.normal()
     return c
+
+
+# rest
+
+def test_the_room_of_a_force_is_that_of_its_bounds_and_none_where_they_are_apart():
+    """Bounds N = 2 + cos t and r = .5 cos t: -(2 + c) <= .5 c + shift <= 2 + c for all c in [-1, 1].  With N = 1 + 1.5 cos t the
+    contact is apart for a while, where the force is zero: a constant one must be shifted to zero, one that varies never fits."""
+    layout = Layout((0, 1, 2), 1)
+    row = np.ones(1)
+
+    def room(upper, r, lower=None):
+        upper = np.array(upper, complex)
+        return allowance(layout, np.array(r), Contact(row, upper, -upper if lower is None else np.array(lower, complex)))
+
+    assert room((2.0, 1.0), (0.0, 0.5, 0.0, 0.0, 0.0)) == pytest.approx((-0.5, 1.5), abs=1e-14)
+    assert room((2.0, 1.0), (0.3, 0.5, 0.0, 0.0, 0.0)) == pytest.approx((-0.8, 1.2), abs=1e-14)
+    assert room((2.0,), (0.0, 0.0, 0.0, 0.0, 0.5), (-1.0,)) == pytest.approx((-0.5, 1.5), abs=1e-14)
+    assert room((1.0, 1.5), (0.25, 0.0, 0.0, 0.0, 0.0)) == pytest.approx((-0.25, -0.25), abs=1e-14)
+    low, high = room((1.0, 1.5), (0.0, 0.0, 0.1, 0.0, 0.0))
+    t = np.arccos(-2.0 / 3.0)  # apart behind it, where 0.1 sin t takes all values between those of both ends
+    assert low == pytest.approx(0.1 * np.sin(t), abs=2e-3) and high == pytest.approx(-0.1 * np.sin(t), abs=2e-3)
 
 
 # patterns

@@ -40,6 +40,24 @@ def test_a_finished_result_is_read_and_that_of_another_job_replaced(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["made.npz"]
 
 
+def test_what_only_the_result_depends_on_is_in_its_key_and_not_in_that_of_its_chunks(tmp_path):
+    """A wider range of values is another result, made of the same chunks: the old one must not be handed out for it."""
+    file, stores = tmp_path / "made.npz", []
+
+    def made_of(values):
+        def compute(store, key):
+            stores.append(store.key)
+            made = Made(len(values))
+            made.key = key
+            return made
+        return resumable("made", file, JOB, lambda header, arrays: int(arrays["number"]), compute, part={"values": values})
+
+    assert made_of(np.arange(3.0)).number == 3 and made_of(np.arange(3.0)) == 3
+    assert made_of(np.arange(4.0)).number == 4 and made_of(np.arange(4.0)) == 4
+    assert made_of(np.arange(4.0)[::-1]).number == 4
+    assert len(stores) == 3 and len(set(stores)) == 1
+
+
 def test_nothing_foreign_is_replaced(tmp_path):
     """A text, a foreign npz, another kind of result, a cut result, a folder, a device: each is left alone."""
     text, foreign, other, cut, folder = (tmp_path / name for name in ("thesis.txt", "own.npz", "other.npz", "cut.npz", "folder"))

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import CubicSpring, HarmonicForce, Jenkins, Stribeck
+from bifurc.elements import ConstantForce, Coulomb, CubicSpring, HarmonicForce, Jenkins, RigidStop, Stribeck
 
 CHAOTIC = {"omega": 2.8, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
 
@@ -81,3 +81,20 @@ def test_exponents_of_an_orbit_of_several_periods_are_per_forcing_period():
     found = bf.lyapunov_exponents(system, orbit)
     np.testing.assert_allclose(found.per_period, np.sort(np.log(np.abs(orbit.multipliers)))[::-1] / 2.0, rtol=1e-12)
     assert found.impacts == 0.0 and found.periods == 2
+
+
+def test_what_is_held_from_the_beginning_has_the_same_exponents_as_what_comes_to_rest():
+    """A mass under its limit of friction stands anywhere (0) and has no speed (-inf), one that rests on its stop has neither;
+    beside a mass that sticks the other one has the exponents of its own oscillation, -c / 2."""
+    friction = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.1), Coulomb(1.0)], omega=1.0)
+    stop = bf.System(1.0, 0.1, 1.0, [ConstantForce(2.0), HarmonicForce(0.1), RigidStop(0.5, 0.5)], omega=1.0)
+    for system, starts, wanted in ((friction, ((0.0, 0.0), (0.0, 0.3)), (0.0, -np.inf)),
+                                   (stop, ((0.5, 0.0), (0.2, 0.0)), (-np.inf, -np.inf))):
+        for y0 in starts:
+            found = bf.lyapunov_exponents(system, y0, periods=80, transient=5)
+            np.testing.assert_allclose(found.values, wanted, atol=1e-12)
+            assert found.sum_rule == -np.inf and not found.chaotic
+    two = bf.System(np.eye(2), 0.1 * np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], [HarmonicForce(0.3), Coulomb(9.0, dof=1)], omega=1.0)
+    values = bf.lyapunov_exponents(two, np.zeros(4), periods=400, transient=5).values
+    assert values[3] == -np.inf and values[0] == pytest.approx(0.0, abs=1e-4)
+    assert values[1:3].sum() == pytest.approx(-0.1, abs=1e-4)

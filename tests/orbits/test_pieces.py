@@ -18,6 +18,19 @@ def test_a_free_motion_of_coupled_masses_keeps_its_energy():
     np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
 
 
+def test_the_gradient_of_the_energy_counts_gyroscopic_terms():
+    """Against differences of the energy; the multipliers left without the two trivial ones have the trace of the matrix less 2."""
+    system = bf.System(np.diag([1.0, 1.7]), [[0.0, -0.6], [0.6, 0.0]], [[1.0, -0.2], [-0.2, 2.0]], [ElasticStop(0.3, 4.0)])
+    orbit = bf.nonlinear_mode(system, 0, energy=0.8)
+    assert orbit.success and orbit.energy == pytest.approx(0.8, rel=1e-12)
+    y = orbit._unknowns[1:5]  # just before the first event, where the gradient is asked for
+    differences = [(bf.energy(system, y + 1e-6 * e) - bf.energy(system, y - 1e-6 * e)) / 2e-6 for e in np.eye(4)]
+    np.testing.assert_allclose(orbit._energy_gradient, differences, atol=5e-6)  # the spring's energy has a kink in its slope here
+    assert orbit.multipliers.size == 2
+    np.testing.assert_allclose(np.abs(orbit.multipliers), 1.0, atol=1e-9)
+    assert orbit.multipliers.sum() == pytest.approx(np.trace(orbit.monodromy) - 2.0, abs=1e-9)
+
+
 def test_first_lyapunov_coefficient_of_a_plane_field_with_quadratic_terms(rng):
     """Against the formula for x' = -w y + f, y' = w x + g (Guckenheimer & Holmes 1983, eq. 3.4.11)."""
     w = 1.3

@@ -1,4 +1,6 @@
 """Numbers of a batch step through several modes, see `several_modes`: polynomials on the substeps, and what events do."""
+from functools import cache
+
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
@@ -58,11 +60,18 @@ def economised(series: np.ndarray, h: float, order: int = MANY - 1) -> np.ndarra
 
     Lanczos (1938): each term that goes leaves the error 2^(1 - 2k) of itself, of the k-th power.
     """
-    scaled = series * h ** np.arange(series.shape[-1])
-    for k in range(series.shape[-1] - 1, order, -1):
+    terms = series.shape[-1]
+    return series * h ** np.arange(terms) @ _cut(terms, order) / h ** np.arange(order + 1)
+
+
+@cache
+def _cut(terms: int, order: int) -> np.ndarray:
+    """Return the coefficients (terms, order + 1) of what the powers become on [0, 1]."""
+    powers = np.eye(terms)
+    for k in range(terms - 1, order, -1):
         shape = Chebyshev.basis(k, domain=(0.0, 1.0)).convert(kind=Polynomial, domain=(-1.0, 1.0)).coef
-        scaled[..., :k + 1] -= scaled[..., k:k + 1] / shape[k] * shape
-    return scaled[..., :order + 1] / h ** np.arange(order + 1)
+        powers[:, :k + 1] -= powers[:, k:k + 1] / shape[k] * shape
+    return powers[:, :order + 1]
 
 
 def plan_of(T: Tables, most: int) -> np.ndarray:

@@ -4,25 +4,21 @@ The guard on a step is compared with the cubic through values and slopes of both
 plus ``e = sum G4 |x|``.  On the first step from a surface, where the guard is zero and falls, the trivial root is divided
 out: ``b1 < 0, b2 + 16/3 e < 0, b3 < 0`` suffices, since the difference is at most ``16 e u**2 (1 - u)**2``.
 """
-import numpy as np
-
 from ..._jit import NUMBER, apart
 
 
 @apart(NUMBER)
-def coast(T, m, x, count, orders, slopes):
+def coast(T, m, x, count, orders, slopes, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps; return the time that was proved free of events.
 
     ``orders`` (guards,) are the orders of the zeros that the guards are known to have at the start, ``slopes`` their
-    known slopes (NaN: not known).
+    known slopes (NaN: not known).  ``room`` (at least 2 guards + nx,) is overwritten.
     """
     A, E, G, G4, GT, n_guards, step, turn, harmonics = T.A, T.E, T.G, T.G4, T.GT, T.n_guards, T.step, T.turn, T.harmonics
     ns, nx = A.shape[1], A.shape[2]
     ng = n_guards[m]
     third = step[m] / 3.0
-    x1 = np.empty(nx)
-    g0 = np.empty(ng)
-    d0 = np.empty(ng)
+    g0, d0, x1 = room[:ng], room[ng:2 * ng], room[2 * ng:]
     for g in range(ng):
         value, slope = 0.0, 0.0
         for c in range(nx):

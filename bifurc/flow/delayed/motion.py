@@ -51,13 +51,13 @@ class DelayedMotion(Motion):
             When a time lies outside the motion.
         """
         times, found = self._at(t)
-        return found[0].reshape(*times.shape, -1)
+        return found[0].reshape(*times.shape, self.final.size)
 
     def feedback(self, t) -> np.ndarray:
         """Return the feedback force (...,) at times ``t``; (..., m) for m feedbacks, in the order of the elements."""
         times, (states, delayed, _) = self._at(t)
         forces = delayed - self.gain * (states @ self.rows.T)
-        return forces.reshape(times.shape if len(self.gain) == 1 else (*times.shape, -1))
+        return forces.reshape(times.shape if len(self.gain) == 1 else (*times.shape, len(self.gain)))
 
     def _at(self, t):
         times = np.asarray(t, float)

@@ -360,7 +360,7 @@ def guard_divided(T, m, g, x, s, order, row):
 
 
 @njit
-def coast(T, m, x, count, orders, slopes_known):
+def coast(T, m, x, count, orders, slopes_known, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events.
 
     Inside such a step go as many long steps of the collocation as are needed; on each the guards' polynomials must stay

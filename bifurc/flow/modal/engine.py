@@ -73,11 +73,11 @@ def all_series(T, m, x, orders, a):
 
 
 @njit
-def coast(T, m, x, count, orders, slopes):
+def coast(T, m, x, count, orders, slopes, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events."""
     if is_modal(T, m):
         return modal_coast(T, m, x, count * T.step[m], orders, slopes)
-    return event_free.coast(T, m, x, count, orders, slopes)
+    return event_free.coast(T, m, x, count, orders, slopes, room)
 
 
 @both

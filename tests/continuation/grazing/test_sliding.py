@@ -4,7 +4,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import bifurc as bf
-from bifurc.continuation.grazing import SlidingClass
+from bifurc.continuation.grazing import SlidingClass, sliding
+from bifurc.continuation.shooting.completion import begun_at
 from bifurc.elements import Coulomb, HarmonicForce
 from tests.reference.coulomb import SlipOnly, interior_limit
 
@@ -36,6 +37,19 @@ def test_sticks_that_join_are_adding_sliding():
     found = points("omega", (0.1, 0.6), omega=0.5, amplitude=2.0)
     assert [p.sliding for p in found.of("slip_onset")] == [SlidingClass.ADDING] * 2
     assert all(kind.sentence for kind in SlidingClass)
+
+
+@pytest.mark.parametrize(("omega", "low", "high", "wanted"), [
+    (0.8, 1.4, 1.7, SlidingClass.CROSSING), (0.4, 8.5, 10.0, SlidingClass.GRAZING)])
+def test_the_class_does_not_depend_on_where_the_half_period_begins(omega, low, high, wanted):
+    """Listed from any event on: what comes before the first is the mirror image of the last."""
+    listed = [point for point in points("amplitude", (low, high), omega=omega, zeta=0.1, amplitude=low) if point.name == "listed"]
+    assert {point.sliding for point in listed} == {wanted}
+    for point in listed:
+        assert point.problem.sequence.closure == -1
+        for first in range(len(point.problem.sequence.nodes)):
+            problem, x = begun_at(point.problem, point.x, first)
+            assert sliding._of_vanishing(problem, x) is point.sliding
 
 
 @pytest.mark.parametrize("side", [0.97, 1.03], ids=["slip is born", "slip dies"])

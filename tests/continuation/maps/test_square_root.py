@@ -92,6 +92,36 @@ def test_exponents_of_nordmarks_map_sum_to_the_determinant():
     assert found.values.sum() == pytest.approx(math.log(0.1), abs=1e-9)
 
 
+def test_exponents_of_nordmarks_map_lose_r2_at_every_impact():
+    """det = gamma on free steps and gamma r^2 at impacts: the sum tells the share of impacts, which counting tells as well."""
+    gamma, r2 = 0.05, 0.5
+    _, rho, x, y = nordmark(0.6, gamma, r2, 2, 1)
+    cycle = NordmarkMap(alpha=0.6, gamma=gamma, r2=r2, rho=1.1 * rho).find(2, guess=(x, y), itinerary="IO")
+    assert cycle.success and cycle.stable and sorted(cycle.itinerary) == ["I", "O"]
+    found = cycle.map.exponents(cycle.points[0], iterations=2000, starts=8)
+    # directions turn once by a finite angle until they are those of the multipliers; what they span is exact at once
+    np.testing.assert_allclose(found.values, np.log(np.abs(cycle.multipliers)) / 2.0, atol=1.0 / 2000)
+    assert found.values.sum() == pytest.approx(math.log(gamma) + 0.5 * math.log(r2), abs=1e-9)
+
+
+@pytest.mark.parametrize("system", [SquareRootMap(lam=0.3, mu=0.1), NordmarkMap(alpha=0.6, gamma=0.05, r2=0.3, rho=0.1)])
+def test_slopes_are_those_of_differences(system, rng):
+    """In both pieces, of the map itself and of the pieces that cycles are solved with, which take the root of x as unknown."""
+    h, d = 1e-6, system.dimension
+    for x in rng.uniform(-0.3, 0.3, (20, d)):
+        if abs(x[0]) < 0.01:
+            continue
+        moves = h * np.eye(d)
+        slope = np.column_stack([(system.step(x + move) - system.step(x - move)) / (2.0 * h) for move in moves])
+        np.testing.assert_allclose(system.slope(x), slope, atol=1e-7)
+        piece = system.pieces[system.piece_of(x)]
+        u = piece.coordinates(x)
+        np.testing.assert_allclose(piece.place(u)[0], x, atol=1e-15)
+        image, by_u = piece.image(u, system)
+        np.testing.assert_allclose(image, system.step(x), atol=1e-15)
+        np.testing.assert_allclose(by_u, slope @ piece.place(u)[1], atol=1e-6)
+
+
 def test_smooth_maps_flip_and_torus():
     logistic = SmoothMap(lambda x, a: a * x * (1.0 - x), 1, a=2.8)
     branch = bf.trace(logistic.find(1, guess=0.6), "a", bounds=(2.5, 3.6))
