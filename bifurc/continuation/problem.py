@@ -473,6 +473,13 @@ class Problem:
         """
         return [], None
 
+    def leaves(self, a, b) -> float:
+        """Return the place in (0, 1) between two rows, ``a`` and ``b``, at which a boundary may be passed twice, -1 where none is.
+
+        For problems with a monitor that is the least of many numbers: the rows tell of those alone that are least there.
+        """
+        return -1.0
+
     def wide_jacobian(self, x):
         """Return [F_u F_p] (n, n + 1) at ``x`` (n + 1,)."""
         fu, fp = self.jacobian(x[:-1], float(x[-1]))

@@ -21,6 +21,7 @@ MONITOR_BAND = 1e-12  # of the largest value seen
 DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at
 SHALLOW = 0.9  # the same for tests that are interpolated through three rows, which is much less certain
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
+AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
 DOUBT = 0.01  # misfit of a step that is looked at
 DECAY = 0.5  # part to which the determinant falls in a step that is looked at
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
@@ -91,6 +92,29 @@ def two_folds(a, b, mean):
     if c2 > 0.0 and 0.0 < -c1 < 2.0 * c2 and a - 0.25 * c1 * c1 / c2 < DIP * min(a, b) + LOOSE * max(a, b):
         return -0.5 * c1 / c2
     return -1.0
+
+
+@inlined
+def lowest(a, b, slope_a, slope_b):
+    """Return the place in (0, 1) at which a number that is not negative at the ends of a step may be zero, -1 where it is not.
+
+    Of a number whose rates are known, by ``slope_a`` and ``slope_b`` a step, the cubic tells a minimum to the fourth order.
+    """
+    c2, c3 = 3.0 * (b - a) - 2.0 * slope_a - slope_b, 2.0 * (a - b) + slope_a + slope_b
+    root = c2 * c2 - 3.0 * c3 * slope_a
+    if root <= 0.0:
+        return -1.0
+    root = math.sqrt(root)
+    if c2 > 0.0:
+        t = -slope_a / (c2 + root)
+    elif c3 != 0.0:
+        t = (root - c2) / (3.0 * c3)
+    else:
+        return -1.0
+    if not AT_END < t < 1.0 - AT_END:
+        return -1.0
+    least = a + t * (slope_a + t * (c2 + t * c3))
+    return t if least < DIP * min(a, b) + LOOSE * max(a, b) else -1.0
 
 
 @inlined

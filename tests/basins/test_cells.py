@@ -10,6 +10,7 @@ import bifurc as bf
 from bifurc.basins.cells.cell_map import Audit, CellFate, GroupKind
 from bifurc.basins.cells.compute import cell_mapping
 from bifurc.basins.cells.generalized import _sorted, components, period, solved, stationary, transition
+from bifurc.basins.cells.morse import _reach
 from bifurc.basins.cells.simple import colour, cycles
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
@@ -133,6 +134,24 @@ def test_eight_basins_in_three_dimensions_are_told_by_sign():
     for item in found.attractors:
         np.testing.assert_allclose(np.abs(item.state), 1.0, rtol=0, atol=1e-12)
         np.testing.assert_allclose(item.multipliers, 0.2, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("chosen", [5, 64, 200])
+def test_groups_that_a_cell_meets_first_whatever_their_number(chosen, rng):
+    """Cells that lead to lower cells only: a walk over all edges that stops at chosen cells, in sets."""
+    size = 300
+    heads = [np.unique(rng.integers(0, i, rng.integers(0, 4))) if i else np.empty(0, int) for i in range(size)]
+    indptr = np.concatenate(([0], np.cumsum([len(mine) for mine in heads])))
+    number = np.full(size, -1)
+    number[np.sort(rng.choice(size, chosen, replace=False))] = np.arange(chosen)
+    first = np.zeros((size, (chosen + 63) // 64), np.uint64)
+    cells = np.arange(size)
+    _reach(indptr, np.concatenate(heads).astype(np.int64), cells, cells, number, first)
+    met = []
+    for i in range(size):
+        met.append(set().union(*({int(number[j])} if number[j] >= 0 else met[j] for j in heads[i].tolist())))
+        assert {k for k in range(chosen) if int(first[i, k // 64]) >> (k % 64) & 1} == met[i]
+    assert max(max(mine, default=0) for mine in met) >= 0.4 * chosen
 
 
 def test_the_morse_graph_of_a_bistable_map_is_a_repeller_above_two_attractors():

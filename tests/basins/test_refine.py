@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.basins.maps.refinement import RefinementStatus, prediction
+from bifurc.basins.maps.refinement import RefinementStatus, mixed, prediction
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 B = bf.systems.impact_oscillator(zeta=0.05, omega=4.25, amplitude=1.0, gap=0.1, restitution=0.8)
@@ -39,6 +39,19 @@ def test_stops_and_periodic_starts_are_kept():
     assert found.status is RefinementStatus.REFINED
     np.testing.assert_array_equal(found.basins.states == 2, direct.states == 2)
     assert np.mean(found.basins.labels != direct.labels) <= 2e-3
+
+
+@pytest.mark.parametrize("cells", [(200, 400), (800, 400)])
+def test_grids_that_are_longer_than_wide_and_wider_than_long(cells):
+    """What is found beside a boundary is followed up to every edge of the grid; the boundaries are curves that reach them."""
+    grid = bf.Grid(q0=(-2.5, 0, cells[0]), v0=(-3, 3, cells[1]))
+    found = bf.refined_basins(A, grid)
+    direct = bf.basins_of_attraction(A, grid, attractors=found.basins.attractors)
+    assert found.status is RefinementStatus.REFINED and found.share < 0.7
+    differ = found.basins.labels != direct.labels
+    assert differ.mean() <= 2e-3
+    open_ = mixed(found.basins.labels, grid) & ~found.evaluated  # what is inherited beside another label was looked up ...
+    assert open_.sum() <= 8 * found.missed[1]  # ... but for the neighbours of what the last look found
 
 
 def test_workers_change_no_bit():

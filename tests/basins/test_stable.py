@@ -31,6 +31,15 @@ def test_the_set_separates_the_basins_of_problem_a_everywhere(edge):
     assert "corners where motions graze" in found.message and "no single past" not in found.message
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e4])
+def test_it_separates_in_any_unit_of_length(unit):
+    """Without gap the oscillator knows no length: in micrometres and in kilometres the same points have the same two labels."""
+    system = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=unit, gap=0.0, restitution=0.8)
+    grid = bf.Grid(q0=(-2.5 * unit, 0.0, 60), v0=(-3.0 * unit, 3.0 * unit, 60))
+    found = bf.edge_state(bf.basins_of_attraction(system, grid)).stable_set(periods=15)
+    assert found.separates(200) >= 0.99
+
+
 def test_it_passes_within_a_cell_of_every_boundary_cell(edge):
     """Asked: 99 % of the boundary cells of the 400 x 400 map.  Distances in cells, along each axis."""
     found, grid, labels = edge.stable_set(), edge.basins.grid, edge.basins.labels

@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.stats import linregress
 
 import bifurc as bf
@@ -254,3 +255,27 @@ def test_the_error_of_an_exponent_grows_with_the_misfit_of_the_law():
     _, error, misfit = fitted(sizes, rough * totals, totals)
     assert misfit > 3.0
     assert error == pytest.approx(plain * misfit, rel=0.1)
+
+
+def test_the_fitted_law_is_that_of_the_largest_likelihood(rng):
+    """Binomial counts, also of large shares: against a search for the maximum of the likelihood itself; the error is the root of
+    its inverse curvature, which sums totals p / (1 - p) (x - centre)^2."""
+    sizes, totals = np.geomspace(1e-3, 0.5, 7), np.full(7, 3000.0)
+    x = np.log(sizes)
+    for exponent in (0.2, 0.5, 0.9):
+        counts = rng.binomial(3000, 0.95 * (sizes / sizes[-1])**exponent).astype(float)
+        slope, error, misfit = fitted(sizes, counts, totals)
+
+        def loss(law, counts=counts):
+            logs = law[0] + law[1] * (x - x[-1])
+            with np.errstate(all="ignore"):
+                value = -(counts * logs + (totals - counts) * np.log1p(-np.exp(logs))).sum()
+            return value if np.isfinite(value) else 1e12
+
+        found = minimize(loss, (np.log(0.9), exponent), method="Nelder-Mead",
+                         options={"xatol": 1e-10, "fatol": 1e-9, "maxiter": 4000})
+        assert slope == pytest.approx(found.x[1], abs=2e-6)
+        p = np.exp(found.x[0] + found.x[1] * (x - x[-1]))
+        weights = totals * p / (1.0 - p)
+        spread = (weights * (x - (weights @ x) / weights.sum())**2).sum()
+        assert error == pytest.approx(max(misfit, 1.0) / np.sqrt(spread), rel=1e-5)

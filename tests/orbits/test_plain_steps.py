@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from bifurc.orbits.shooting import sequence as sq
+from bifurc.orbits.shooting.equations import Data
 from bifurc.solve.steplaw import next_length
 
 FLIP, LISTED, PEAK = 0, 1, 2  # tests behind dp/ds
@@ -26,10 +27,13 @@ def step():
     tests[sq.CLEARLY], tests[sq.SIZE], tests[sq.TOUCHED] = (1, 1, -1, -1), 1.0, (-1.0, -1.0, 1e-13, 1e-13)
     reads = np.array([sq.FLIP, sq.LISTED, sq.PEAK])
     row = np.zeros(2 * 2 + 4 + sq.TOLD)
-    return [last, tangent.copy(), predicted.copy(), predicted, tangent, scales, info, reads, run, tests, row]
+    data = Data(np.empty(0, np.int64), np.empty((0, 0)), 0.0, 9.0, np.array([[0, -1, 0, 0, 0, -1]]), np.zeros(1), 1.0, np.ones(1),
+                scales, np.ones(1))
+    kick = np.zeros((1, 1), np.int64)
+    return [kick, data, last, tangent.copy(), predicted.copy(), predicted, tangent, info, reads, run, tests, row]
 
 
-LAST, OLD, U, PREDICTED, TANGENT, SCALES, INFO, READS, RUN, TESTS, ROW = range(11)
+_, DATA, LAST, OLD, U, PREDICTED, TANGENT, INFO, READS, RUN, TESTS, ROW = range(12)
 
 
 def test_a_plain_step_is_taken_and_kept():
@@ -55,7 +59,7 @@ def test_the_next_step_sees_what_this_one_found():
     assert (run[sq.LOG_BEFORE], run[sq.LOG], run[sq.SIGN_BEFORE], run[sq.SIGN]) == (0.3, 0.2, 1.0, 1.0)
     a[INFO][sq.FLIP] = 1.5
     a[LAST][:] = a[U]
-    a[PREDICTED][:] = a[U][:] = a[LAST] + run[sq.LENGTH] * a[SCALES] * a[TANGENT]
+    a[PREDICTED][:] = a[U][:] = a[LAST] + run[sq.LENGTH] * a[DATA].scales * a[TANGENT]
     assert sq.plain(*a)
     assert tests[sq.EARLIER, 1 + FLIP] == 0.7 and tests[sq.SIZE, 1 + FLIP] == 1.5
 
@@ -79,7 +83,7 @@ def disturbed(what):
     elif what == "turns":
         a[TANGENT][:] = math.cos(math.atan2(0.8, 0.6) + 0.4), math.sin(math.atan2(0.8, 0.6) + 0.4)
     elif what == "leads aside":
-        a[U][:] += 0.02 * a[SCALES] * np.array([-0.8, 0.6])
+        a[U][:] += 0.02 * a[DATA].scales * np.array([-0.8, 0.6])
     elif what == "start of a closed branch":
         run[sq.ORIGIN] = 1.2
     elif what == "not known":
@@ -121,3 +125,19 @@ def test_a_value_within_rounding_of_zero_does_not_stop_it():
     a[TESTS][sq.EARLIER, 1 + FLIP] = a[TESTS][sq.LATEST, 1 + FLIP] = 1e-3
     assert sq.plain(*a)
     assert a[TESTS][sq.CLEARLY, 1 + FLIP] == 1  # the old sign stays
+
+
+@pytest.mark.parametrize(("node", "depth"), [(1, 0.02), (1, 0.2), (0, 0.02), (0, 0.2)])
+def test_an_interval_that_lasts_no_time_inside_a_step_is_seen(node, depth):
+    """Two events at times apart by d(t) = .1 - 4 (depth + .1) t (1 - t) of a step, or as far from the end of the period."""
+    nodes = np.array([[0, 0, 0, 0, 0, -1], [0, 0, 0, 0, 0, -1]])
+    kick, scales, length, span = np.zeros((1, 1), np.int64), np.array([0.5, 0.5, 3.0]), 0.3, 2.0
+    rate = 4.0 * (depth + 0.1) / length
+    at = span - 0.1 if node == 0 else 0.1
+    x = np.array([0.0, at, 1.0])
+    old, new = np.array([0.0, -rate / 0.5, 0.1]), np.array([0.0, rate / 0.5, 0.1])
+    if node == 0:
+        old, new = new, old
+    assert sq.emptied(kick, nodes, span, x, old, x, new, scales, length) == pytest.approx(0.5, abs=1e-12)
+    assert sq.emptied(kick, nodes, span, x, 0.1 * old, x, 0.1 * new, scales, length) == -1.0  # stays far from zero
+    assert sq.emptied(np.ones((1, 1), np.int64), nodes, span, x, old, x, new, scales, length) == -1.0  # of impacts: their speed

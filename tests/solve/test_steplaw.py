@@ -55,6 +55,19 @@ def test_two_zeros_are_found_on_the_parabola_that_has_them():
     assert steplaw.two_zeros(1.0, 0.5, -0.1, 1.0, 1.0) == 2.0  # changes its sign: that is seen anyway
 
 
+def test_the_minimum_of_a_number_with_known_rates_is_that_of_its_cubic():
+    """(t - a)(t - b)(t + c), positive at the ends of a step or zero at one of them: two zeros, or a zero and one more, are seen."""
+    for a, b in np.sort(RNG.uniform(0.05, 0.95, (200, 2))):
+        for c in (0.0, 0.5, 3.0):
+            number = np.polynomial.Polynomial.fromroots([a, b, -c])
+            rate = number.deriv()
+            t = steplaw.lowest(number(0.0), number(1.0), rate(0.0), rate(1.0))
+            assert t == pytest.approx(max(rate.roots()), abs=1e-9) and number(t) < 0.0
+    assert steplaw.lowest(1.0, 1.0, 0.0, 0.0) == -1.0  # constant
+    assert steplaw.lowest(1.0, 2.0, -0.2, 2.0) == -1.0  # its minimum is as high as the ends
+    assert steplaw.lowest(0.0, 1.0, 1.0, 1.0) == -1.0 == steplaw.lowest(0.0, 1.0, -1e-12, 1.0)  # zero at an end alone
+
+
 def test_a_jump_is_doubted():
     assert steplaw.doubtful(0.0, 0.0, 1.0, 1.0, 0.1, 0.1, True) == steplaw.CLEAR
     assert steplaw.doubtful(0.02, 0.0, 1.0, 1.0, 0.1, 0.1, True) == steplaw.UNCLEAR
@@ -75,6 +88,7 @@ def test_python_and_the_compiled_rules_say_the_same():
     for a, b, c, d, e in RNG.normal(size=(300, 5)):
         g, h = abs(d) + 0.01, abs(e) + 0.01
         for rule, values in ((steplaw.judged, (math.cos(a), g, abs(b), c > 0.0)), (steplaw.two_folds, (a, b, c)),
+                             (steplaw.lowest, (abs(a), abs(b), c, d)),
                              (steplaw.two_zeros, (a, b, c, g, h)), (steplaw.doubtful, (0.01 * a, 0.0, abs(b), abs(c), g, h, True)),
                              (steplaw.next_length, (g, abs(a), abs(b), int(5 + c), h)), (steplaw.arc_length, (g, h)),
                              (steplaw.crosses, (a, int(np.sign(b)), h))):

@@ -46,7 +46,8 @@ def test_points_without_a_partner_are_seen():
                                               ("two_masses", 9002), ("one_stop", 8048), ("two_masses", 5034),
                                               ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042),
                                               ("two_stops", 11038),
-                                              pytest.param("clearances", 11028, marks=pytest.mark.slow)])
+                                              pytest.param("clearances", 11028, marks=pytest.mark.slow),
+                                              pytest.param("clearances", 11030, marks=pytest.mark.slow)])
 def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     """Special points accumulate towards the end of chattering; up to a stated distance both directions list the same.
 
@@ -66,6 +67,40 @@ def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
     it ends because the chattering does not complete any more it does so from both sides."""
     row = branch_audit.audited(kind, number)
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
+
+
+@pytest.mark.parametrize(("kind", "number"), [("clearances", 13053), ("two_masses", 14065), ("elastic_stop", 14079),
+                                              ("two_masses", 11011),
+                                              pytest.param("stop_and_friction", 14018, marks=pytest.mark.slow)])
+def test_changes_of_the_sequence_beside_others(kind, number):
+    """Two events that exchange their order twice in one step are seen where the step ends on another change; a change between the
+    impacts of a chattering has one name from both sides; a contact that is born before others end with it is not passed over;
+    behind a stick that begins with the square of its duration, or a slip with a higher power, the branch goes on and not back."""
+    row = branch_audit.audited(kind, number)
+    assert row.found and row.ok and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
+
+
+def test_no_fold_where_a_slip_is_born():
+    """Beside the birth of a slip, of third order in its duration, the slope of the parameter is rounding."""
+    system, name, bounds = branch_audit.scene("two_masses", 14039)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert branch.audit.ok and len(branch.special_points.of("fold")) == 0 < len(branch.special_points.of("slip_onset"))
+
+
+@pytest.mark.parametrize("number", [11023, 12014])
+def test_a_chattering_that_completes_a_little_further_on_ends_the_branch(number):
+    """With small restitution three impacts are as slow as rounding: beyond a change of their number motions complete."""
+    system, name, bounds = branch_audit.scene("stop_and_friction", number)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert name == "rigid_stop.restitution" and branch.stop_reason == ("chattering", "bound") and branch.audit.ok
+
+
+def test_a_change_of_the_list_as_near_to_the_bound_as_any():
+    """The last impact but one is left out of a list at a restitution of 1e-8, beside the bound at zero."""
+    system, name, bounds = branch_audit.scene("stop_and_friction", 13066)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert branch.stop_reason == ("bound", "bound") and branch.column(name)[0] == 0.0 and branch.audit.ok
+    assert branch.orbits[0].success
 
 
 @pytest.mark.parametrize("number", [6003, 8121])

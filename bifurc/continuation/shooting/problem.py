@@ -217,6 +217,13 @@ class OrbitProblem(Problem):
             sizes[:] = tests[sequence.SIZE].tolist()
         return made, None if status > 1 else self._corrected(predicted, tangent, status, U, tangent, info)
 
+    def leaves(self, a, b) -> float:
+        """See `Problem.leaves`: of the duration of every interval value and rate are known at both rows."""
+        if not self._hits:
+            return -1.0
+        s = self.sequence
+        return sequence.emptied(self.scene.tables.kick, s.nodes, s.span, a.x, a.tangent, b.x, b.tangent, self.scale, b.s - a.s)
+
     def _values(self, x, info: list, flip: bool = True) -> np.ndarray:
         """Values of the monitors at a solution, from what the kernel found; NaN for the flip where it is not asked for."""
         values = [self._flip(x, info[sequence.FLIP]) if flip else math.nan, *[monitored(info, place) for place in self._beside]]

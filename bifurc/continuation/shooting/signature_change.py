@@ -56,6 +56,8 @@ def through_grazing(problem, point, monitor):
     lost = search.incomplete if answer is None else complete_chatters(answer[0].sequence) < complete_chatters(problem.sequence)
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
+    if answer is None and search.completing is not None and accumulates(problem.sequence, search.completing):
+        return StopReason.CHATTERING  # changes of the number of impacts accumulate between here and where it completes
     if answer is None and search.creeps:
         return StopReason.STICKING
     if answer is None and jumps(problem, point):
@@ -158,12 +160,18 @@ def changed(problem, x, other):
     kind = exchanged(problem, x, other, True)
     if kind is not None:
         return kind
-    one, two = (collections.Counter(named_events(end)) for end in (problem, other))
-    apart = [event for event in {**one, **two} if one[event] != two[event]]
+    one, two, apart = differ(problem, other, [listed(problem), listed(other)])
+    if not apart and (kind := exchanged(problem, x, other)) is not None:
+        return kind
+    completes = complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0
+    if completes and {kind for _, kind in apart} <= {EventKind.IMPACT.value}:
+        told = differ(problem, other, as_long(problem, other))
+        if told[2]:  # between impacts that lead to the completion: which events are told to belong to them differs
+            one, two, apart = told
     if not apart:
-        return exchanged(problem, x, other)
+        return None
     kinds = {EventKind(kind) for _, kind in apart}
-    if kinds != {EventKind.IMPACT} and complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0:
+    if kinds != {EventKind.IMPACT} and completes:
         kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
     if EventKind.IMPACT in kinds:
         return SpecialPointKind.GRAZING
@@ -178,6 +186,13 @@ def changed(problem, x, other):
     if kinds == {EventKind.STICK, EventKind.SLIP}:
         return shortest(richer, at)
     return None
+
+
+def differ(problem, other, masks):
+    """Return how often each event is listed in two problems' sequences, of those that ``masks`` (nodes,) say, and which of them
+    are so more often in one."""
+    one, two = (collections.Counter(named_events(end, mask)) for end, mask in zip((problem, other), masks, strict=True))
+    return one, two, [event for event in {**one, **two} if one[event] != two[event]]
 
 
 def cut_short(problem, x):

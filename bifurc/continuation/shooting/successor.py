@@ -11,6 +11,7 @@ One file, because beyond, back and verified are steps of one search with one rec
 import math
 import operator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
 from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
-from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
 from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import counted
@@ -41,6 +42,7 @@ NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
+VALID = 1e-9  # value of a monitor that is zero there
 SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
@@ -53,10 +55,12 @@ NEXT = 1e-9  # scaled difference of the parameter beyond which something else ma
 @dataclass
 class Search:
     """Successors tried at one end: what each of them failed at, in words, each once; whether motions beyond complete
-    fewer chatterings; whether a contact beyond slips in one direction only."""
+    fewer chatterings; equations of motions that complete more, which begin a little further on where a chattering just completes;
+    whether a contact beyond slips in one direction only."""
 
     reasons: dict[str, None] = field(default_factory=dict)
     incomplete: bool = False
+    completing: Any = None
     creeps: bool = False
 
     def say(self, reason: str) -> None:
@@ -173,7 +177,7 @@ def verified(problem, point, new, x, tangent) -> bool:
     """Whether the orbits of the equations ``new`` a little inside from ``x`` (n + 1,) along ``tangent`` are admissible, other
     than those through which the end ``point`` of ``problem`` was reached, and repeated by simulation."""
     for step in () if rebounds(new) else INSIDE:
-        c = new.correct(x + step * new.scale * tangent, tangent)
+        c = new.correct(x + on_path(new, x, tangent, step) * new.scale * tangent, tangent)
         if c.converged and inside(new, c):
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
@@ -398,6 +402,8 @@ def _begun(problem, point, signature, x, search, through):
     if begin is None:
         search.say(f"the orbit {name!r} does not begin here")
     else:
+        if complete_chatters(signature) > complete_chatters(problem.sequence) and just_completes(new, begin):
+            search.completing = new
         found = _from(problem, point, signature, begin, through)
         if found is not None and leads_back(point, *found):
             found = _nearer(problem, point, new, signature, found)
@@ -406,6 +412,12 @@ def _begun(problem, point, signature, x, search, through):
         search.say(f"the orbit {name!r} is no motion on either side")
     # at their very beginning the equations may be singular (a swing of no amplitude lasts any time): next to it they are not
     return None if through else _from(problem, point, signature, x, False, True)
+
+
+def just_completes(problem, x) -> bool:
+    """Whether a sequence begins to be valid at ``x`` (n + 1,) where a complete chattering ends at the instant of what follows."""
+    info = problem._monitored(x[:-1], float(x[-1]))
+    return bool(abs(info[RESTS]) <= VALID)
 
 
 def _from(problem, point, signature, x, through, beside=False):
@@ -423,12 +435,13 @@ def _from(problem, point, signature, x, through, beside=False):
     for step in INSIDE:
         good = []
         for way in (sign * line for line in lines for sign in (1.0, -1.0)):
-            c = new.correct(x + step * new.scale * way, way)
+            c = new.correct(x + on_path(new, x, way, step) * new.scale * way, way)
             if c.converged and inside(new, c):
                 good.append((way, c))
         if through or len(lines) == 1 and len(good) == 2:  # a change of the equations only: the branch goes on as it came
             if here is None:
-                good = [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
+                inward = [] if through else [(way, c) for way, c in good if not nears_beginning(point, new, x, way, c)]
+                good = inward if len(inward) == 1 else [(way, c) for way, c in good if way[-1] * point.tangent[-1] > 0.0]
             else:
                 good.sort(key=lambda item: (min(nearest(new, item[1]), -ROUNDING), leads_back(point, new, x, item[0])))
         elif len(lines) > 1:  # rounding may have put the beginning a little inside: away from it, not back through it
@@ -438,6 +451,28 @@ def _from(problem, point, signature, x, through, beside=False):
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
                 return None if loosens(new, x, way, step, c) else (new, x, way)
     return None
+
+
+def on_path(problem, x, tangent, step) -> float:
+    """Return a length along ``tangent`` from ``x`` (n + 1,), ``step`` or where that leads beyond the path half the way to its end:
+    the last change before it may be as near to it as any."""
+    rate = float(problem.scale[-1] * tangent[-1])
+    if rate == 0.0 or allowed(problem, x[-1] + step * rate):
+        return step
+    return 0.5 * ((problem.path.high if rate > 0.0 else problem.path.low) - float(x[-1])) / rate
+
+
+def nears_beginning(point, new, x, tangent, c) -> bool:
+    """Whether a sequence begins to be valid a little ahead of ``c``, a point along ``tangent`` from ``x`` (n + 1,), where the
+    parameter is that of the old end ``point``: its equations are singular there, and it was found a little inside."""
+    here = new.correct(x, tangent, True)
+    if not here.converged:
+        return False
+    f0, f1 = nearest(new, here), nearest(new, c)
+    moved = (c.x - x) / new.scale
+    ahead = f0 / (f0 - f1) if f1 > f0 else math.inf
+    return ahead * float(np.linalg.norm(moved)) <= max(INSIDE) and abs(
+        x[-1] + ahead * (c.x[-1] - x[-1]) - point.x[-1]) <= SAME * new.parameter_scale
 
 
 def leads_back(point, new, x, tangent) -> bool:
@@ -502,19 +537,36 @@ def at_beginning(problem, x, p: float, through=False):
 
 
 def _first_valid(problem, x, step=None):
-    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None; the scaled length
-    ``step`` is the first that is tried."""
+    """Return the point nearest to ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None; the scaled length
+    ``step`` is the first that is tried.
+
+    The largest of the monitors has corners, beyond which one that is nearly flat may hide one that is zero nearby: the zeros of
+    each are looked for as well.
+    """
     keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
     tangent = problem.null_tangent(x)
-    made: dict[float, np.ndarray] = {}
+    made: dict[float, tuple[np.ndarray, np.ndarray]] = {}
 
-    def value(s):
-        c = problem.correct(x + s * problem.scale * tangent, tangent)
-        if not c.converged:
-            return None
-        made[s] = c.x
-        return float(max(c.monitors[k] for k in keys))
+    def values(s):
+        if s not in made:
+            c = problem.correct(x + s * problem.scale * tangent, tangent)
+            if not c.converged:
+                return None
+            made[s] = c.x, c.monitors[keys]
+        return made[s][1]
 
+    found = []
+    for pick in (np.max, *map(operator.itemgetter, range(len(keys)))):
+        at = _zero(lambda s, pick=pick: None if values(s) is None else float(pick(values(s))), step)
+        if at is not None and values(at).max() <= VALID:
+            found.append(at)
+            if abs(at) <= CLOSE:
+                break
+    return made[min(found, key=abs)][0] if found else None
+
+
+def _zero(value, step):
+    """Return the zero of a function of the length nearest to 0 by secants, None without one; ``step`` is the first length."""
     s0, f0 = 0.0, value(0.0)
     if f0 is None:
         return None
@@ -531,7 +583,7 @@ def _first_valid(problem, x, step=None):
         f1 = value(s1)
         if abs(step) <= ON_BOUNDARY:
             break
-    return made.get(s1) if f1 is not None and abs(f1) <= 1e-9 and abs(step) <= SETTLED else None
+    return s1 if f1 is not None and abs(f1) <= VALID and abs(step) <= SETTLED else None
 
 
 def distance(one, other) -> float:

@@ -383,11 +383,11 @@ class Half:
 
     def reach(self, row):
         """Whether the branch ends on a bound that steps only creep up to, because it meets it at no angle: it does where the point
-        on the bound is next to the last row.  It is looked for from the last few, of which so near to it some are rounding."""
+        on the bound is next to the last row.  It is looked for from the last few, of which so near to it some are rounding; where
+        the slope of the parameter is rounding too, on the nearest bound."""
         part, options, slope = row.part, self.options, row.tests[0]
-        bound = options.high if slope > 0.0 else options.low
-        if abs(slope) <= SLOPE:
-            return False
+        leads = slope if abs(slope) > SLOPE else 2.0 * row.p - options.low - options.high
+        bound = options.high if leads > 0.0 else options.low
         new = next(filter(None, (self.beside_bound(row, start, bound) for start in reversed(self.rows[-STARTS:])
                                  if start.part is part)), None)
         if new is None:
@@ -419,11 +419,14 @@ class Half:
     def cross(self, row, cut):
         """Go on with the problem behind a boundary."""
         if self.reason is not None:
-            return
+            return None
         part = row.part
         monitor = part.monitors[cut.test - 1]
         try:
             answer = part.problem.switch(cut.corrected, monitor)
+            if not isinstance(answer, tuple) and self.reach(row):  # what is so near to the bound lies on it
+                self.found = [special for special in self.found if special is not cut.special]
+                return None
             if answer is None:
                 label = f"{monitor.kind!s} {monitor.name}".strip()
                 return self.stop(StopReason.NO_SUCCESSOR, f"no equations go on behind {label}")

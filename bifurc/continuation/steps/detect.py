@@ -32,6 +32,7 @@ ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
+STEEPER = 2.0  # of the slope of the parameter at a row, that of the chord from there to the end of its step: it may be a fold
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = 0.05  # of the way from one special point to the next, at which multipliers are counted
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
@@ -333,7 +334,7 @@ def clear_inside(half, row, new, j, places):
     """Return a row of the step, at the first of ``places`` where a test is clearly not zero; None if it is nowhere.
 
     The tangent beside a singular end (where a doubled orbit merges with its parent) is made of rounding: the slope of the
-    parameter counts only where the chord to that end has the same sign.
+    parameter counts only where the chord to that end has the same sign, and is not so much steeper that it is rounding itself.
     """
     curve = Curve(row, new)
     band = BOUNDARY_BAND if j == 0 else MONITOR_BAND * max(half.sizes[j], abs(new.tests[j]), abs(row.tests[j]))
@@ -342,7 +343,8 @@ def clear_inside(half, row, new, j, places):
         if c is not None:
             tests = tests_of(c)
             chord = float(c.x[-1]) - row.p if t < 0.5 else new.p - float(c.x[-1])
-            if abs(tests[j]) > band and (j or tests[j] * chord > 0.0):
+            most = STEEPER * float(row.part.scale[-1]) * min(t, 1.0 - t) * curve.length
+            if abs(tests[j]) > band and (j or 0.0 < chord / tests[j] <= most):
                 return Row(c, row.part, row.s + t * curve.length, new.angle * t, tests, new.ds)
     return None
 

@@ -2,12 +2,14 @@
 import math
 
 from ...solve import steplaw
-from ...solve.steplaw import JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
+from ...solve.steplaw import AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
 from .rows import Curve, Row, tests_of
 
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
-AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
+FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
+BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
+LOOKS = 6  # places in a step at which it is looked whether an interval lasts no time, at most
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
 
@@ -50,6 +52,9 @@ def dip(half, row, new):
         inner = between(half, row, new, 0, t, 1.0 if a > 0.0 else -1.0)
         if inner is not None:
             return inner
+    inner = beyond(half, row, new)
+    if inner is not None:
+        return inner
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not part:
         return None
@@ -67,9 +72,36 @@ def dip(half, row, new):
         if t == 2.0:
             continue
         sign = 1.0 if a > 0.0 else -1.0
-        inner = between(half, row, new, j, t, sign, rate) if t > 0.0 else between(half, before, row, j, 1.0 + t, sign, rate)
+        told = None if j == part.count else sign * parabola(f0, a, b, back, length, t * (length if t > 0.0 else back))
+        inner = (between(half, row, new, j, t, sign, rate, told) if t > 0.0
+                 else between(half, before, row, j, 1.0 + t, sign, rate, told))
         if inner is not None:  # between the last two rows: seen only now
             return inner
+    return None
+
+
+def beyond(half, row, new):
+    """Return a row of the step at which a boundary is passed though it is at neither end, where the problem knows of such a place
+    (`Problem.leaves`); None if there is none."""
+    part, spans = row.part, [(row, new)]
+    ends = [j for j in part.boundary if abs(new.tests[j]) <= MONITOR_BAND * max(half.sizes[j], 1e-3)]
+    for t in BEFORE_END if len(ends) > 1 else ():  # which of them ends validity first is seen before they are all zero
+        c = Curve(row, new).at(t)
+        if c is not None and any(float(c.monitors[j - 1]) > part.touch for j in ends):
+            return Row(c, part, row.s + t * (new.s - row.s), new.angle * t, tests_of(c), (1.0 - t) * (new.s - row.s))
+    for _ in range(LOOKS):
+        if not spans:
+            break
+        a, b = spans.pop(0)
+        t = part.problem.leaves(a, b)
+        c = Curve(a, b).at(t) if t > 0.0 else None
+        if c is None:
+            continue
+        s = a.s + t * (b.s - a.s)
+        middle = Row(c, part, s, new.angle * (s - row.s) / (new.s - row.s), tests_of(c), b.s - s)
+        if any(middle.tests[j] > min(MONITOR_BAND * max(half.sizes[j], 1e-3), part.touch) for j in part.boundary):
+            return middle
+        spans += [(a, middle), (middle, b)]
     return None
 
 
@@ -97,9 +129,21 @@ def jumped(half, row, new):
     return c.distance > (ASIDE + 0.25 * row.part.corner) * length
 
 
-def between(half, row, new, j, t, sign, rate=0.0):
+def parabola(f0, a, b, back, length, at):
+    """Return the value ``at`` a length behind the middle of three rows, ``back`` and ``length`` apart, whose values are ``f0``,
+    ``a`` and ``b``."""
+    first, second = (a - f0) / back, (b - a) / length
+    bend = (second - first) / (back + length)
+    return a + at * (first + bend * (at + back))
+
+
+def between(half, row, new, j, t, sign, rate=0.0, told=None):
     """Search the minimum of ``sign`` times a test in a step; return a row where it is negative, None if nowhere.  The determinant
-    is looked at without its `growth` by ``rate``."""
+    is looked at without its `growth` by ``rate``.
+
+    Where the value at ``t`` is not the one that was ``told``, the parabola that says there is no zero is not believed either: the
+    middles of the two parts are looked at first.
+    """
     part = row.part
     curve = Curve(row, new)
     if j < part.count:
@@ -113,8 +157,8 @@ def between(half, row, new, j, t, sign, rate=0.0):
         ends = 1.0, math.exp(min(new.det_log - row.det_log - rate * curve.length, 50.0))
     band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*ends, half.sizes[j] if j < part.count else 0.0)
     points = [(0.0, ends[0]), (1.0, ends[1])]
-    least = math.inf
-    for _ in range(25):
+    least, aside = math.inf, []
+    for count in range(25):
         made = value(t)
         if made is None:
             return None
@@ -125,6 +169,11 @@ def between(half, row, new, j, t, sign, rate=0.0):
         if f < least:
             least = f
         points = sorted([*points, (t, f)])
+        if count == 0 and told is not None and abs(f - told) > FORETOLD * abs(f):
+            aside = [0.5 * t, 0.5 * (1.0 + t)]
+        if aside:
+            t = aside.pop(0)
+            continue
         k = min(range(1, len(points) - 1), key=lambda i: points[i][1])
         (t0, f0), (t1, f1), (t2, f2) = points[k - 1:k + 2]
         d01, d12 = (f1 - f0) / (t1 - t0), (f2 - f1) / (t2 - t1)

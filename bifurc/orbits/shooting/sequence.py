@@ -53,6 +53,7 @@ from ...solve.steplaw import (
     crosses,
     doubtful,
     judged,
+    lowest,
     next_length,
     two_folds,
     two_zeros,
@@ -397,10 +398,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                 forcing_rate(T, x, dw)
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
-            if kick[before, g] == 0 and order != TOGETHER and nodes[previous, GUARD] >= 0 and (
-                    order > 0 or nodes[previous, CLOSES] == 0
-                    or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0):
-                speed = min(speed, lasted)  # births, and what follows one impact, where guards may jump: the duration is smooth
+            if lasts(kick, nodes, i):
+                speed = min(speed, lasted)
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)
@@ -441,6 +440,37 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             value /= scale
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@njit
+def lasts(kick, nodes, i):
+    """Whether the duration of the interval before node ``i`` bounds the validity of a sequence (LISTED): births, and what follows
+    one impact, where guards may jump; the duration is smooth."""
+    before, g, previous = nodes[i, BEFORE], nodes[i, GUARD], i - 1 if i > 0 else nodes.shape[0] - 1
+    return g >= 0 and kick[before, g] == 0 and nodes[i, DIVIDE] != TOGETHER and nodes[previous, GUARD] >= 0 and (
+        nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] == 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0)
+
+
+@both
+def emptied(kick, nodes, span, last, old, U, tangent, scales, length):
+    """Return the place in (0, 1) of the step of a ``length`` from ``last`` to ``U`` (n + 1,), with the tangents ``old`` and
+    ``tangent`` there, at which an interval of the sequence may last no time though it does at both ends; -1 without one.
+
+    LISTED is the least of many: two of its rows may tell of different intervals, and three of them of no zero between.
+    """
+    count, ns1 = nodes.shape[0], (U.size - 1) // nodes.shape[0]
+    for i in range(count):
+        if nodes[i, CLOSES] == 0 and lasts(kick, nodes, i):
+            j, k = i * ns1, (i - 1 if i > 0 else count - 1) * ns1
+            a, b, slope_a, slope_b = last[j], U[j], old[j] * scales[j], tangent[j] * scales[j]
+            if span > 0.0 or k > 0:  # without a clock node 0 begins at time zero
+                a, b, slope_a, slope_b = a - last[k], b - U[k], slope_a - old[k] * scales[k], slope_b - tangent[k] * scales[k]
+            if i == 0:
+                a, b = a + span, b + span
+            t = lowest(max(a, 0.0), max(b, 0.0), length * slope_a, length * slope_b)  # on a boundary one is zero to rounding
+            if t > 0.0:
+                return t
+    return -1.0
 
 
 @njit
@@ -652,7 +682,9 @@ def follow(T, data, point, free, info, tolerance, max_iterations, walk):
             if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
                 return BEYOND
         status = correct(T, data, U, predicted, tangent, free, info, tolerance, max_iterations)
-        if most == 0 or status != 1 or not plain(last, old, U, predicted, tangent, scales, info, reads, run, tests, rows[made]):
+        if most == 0 or status != 1:
+            return status
+        if not plain(T.kick, data, last, old, U, predicted, tangent, info, reads, run, tests, rows[made]):
             return status
         bend = turned(old, tangent, run[BACK])
         for j in range(n + 1):
@@ -673,8 +705,9 @@ def turned(before, tangent, length):
 
 
 @njit
-def plain(last, old, U, predicted, tangent, scales, info, reads, run, tests, row):
+def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests, row):
     """Whether nothing lies in the step from ``last`` to ``U`` that needs a look; writes the step into ``row`` and goes on to it."""
+    scales = data.scales
     n, count, ds, sign, log = U.size - 1, tests.shape[1], run[LENGTH], info[DET_SIGN], info[DET_LOG]
     iterations = int(info[ITERATIONS])
     if iterations > MANY or not run[LOW] < U[n] < run[HIGH] or sign != run[SIGN] or log < run[LOG] - NEARLY_SINGULAR:
@@ -705,6 +738,8 @@ def plain(last, old, U, predicted, tangent, scales, info, reads, run, tests, row
     if falls and two_zeros(run[SIGN_BEFORE], run[SIGN] * a, sign * b, run[BACK], length) != 2.0:
         return False
     if doubtful(misfit, run[CORNER], a, b, run[BACK], length, True) != CLEAR:
+        return False
+    if emptied(kick, data.nodes, data.span, last, old, U, tangent, scales, length) > 0.0:
         return False
     for j in range(count):
         value, size = values[j], abs(values[j])

@@ -95,6 +95,33 @@ def test_order_is_sixteen():
     assert errors[-1] > 1e-14 and 14.0 < slope < 19.0
 
 
+def coupled(u0, u1, s0, s1, a):
+    return -a * u0 * u1 - 0.7 * s1 * s1 - 0.2 * s0, -0.3 * s0 * u1 - a * u1 * u1 * u1
+
+
+def test_accelerations_of_variations_against_differences_of_steps(rng):
+    """At both ends of a step and at its nodes, with coupled inertia, gyroscopic terms and a law of two rows coupled through speeds:
+    no matrix of the problem is symmetric."""
+    system = bf.System([[1.0, 0.3], [0.3, 0.8]], [[0.1, -0.5], [0.6, 0.05]], [[2.0, -0.4], [-0.4, 1.0]],
+                       [HarmonicForce(0.5), Force(coupled, site=np.eye(2), a=0.9)], omega=1.3)
+    _, T, joined = parts(system)
+    n, rows, h = 2, T.LU.shape[0], 0.05
+
+    def stepped(y, X, edges):
+        acc, x1 = np.empty((n, NODES + 2)), np.empty(T.A.shape[2])
+        accs = np.full((len(X), n, NODES + 2), np.nan)
+        assert step(T, 0, joined(y, 0.4), h, 1e3, x1, acc, np.empty((rows, NODES + 2)), X, edges, accs, scratch_of(T, len(X))) == h
+        return acc, x1[:4], accs
+
+    for _ in range(5):
+        y, X = rng.uniform(-1.0, 1.0, 4), np.eye(4)
+        _, _, accs = stepped(y, X, 1)
+        for k in range(4):
+            ends = [stepped(y + d * 1e-5 * np.eye(4)[k], np.empty((0, 4)), 0) for d in (1.0, -1.0)]
+            np.testing.assert_allclose(accs[k], (ends[0][0] - ends[1][0]) / 2e-5, atol=1e-8)
+            np.testing.assert_allclose(X[k], (ends[0][1] - ends[1][1]) / 2e-5, atol=1e-8)
+
+
 def test_pendulum_from_a_users_law_with_differenced_derivatives():
     system = bf.System(1.0, 0.0, 1.0, (Force(lambda u, s, pull: pull * (u - math.sin(u)), pull=1.0),), omega=1.0)
     engine, T, joined = parts(system)
