@@ -227,3 +227,25 @@ def test_chaos_between_rigid_impacts(y0):
     assert found.chaotic and abs(found.values[0] - 0.0895) < 3.0 * np.hypot(found.errors[0], 0.0012)
     impacts = (found.values.sum() + 4.0 * zeta) / (2.0 * np.log(restitution)) * 2.0 * np.pi / nu  # each contracts by e^2
     assert impacts == pytest.approx(2.43, abs=0.03)
+
+
+@pytest.mark.parametrize("nu", [1.0465, 1.0468, 1.0469])
+def test_a_short_release_with_fifty_impacts_behind_it_is_an_orbit_with_the_multipliers_of_its_simulation(nu):
+    """Sustained rub that lets go for a moment: the flights are short and say little about the distance from the wall."""
+    offset = 0.159
+    rotor = bf.systems.rigid_stator_rotor(zeta=0.0804, nu=nu, eccentricity=0.459, restitution=0.815, friction=0.12,
+                                          disk_radius=9.43, offset=offset)
+    settled = bf.simulate(rotor, (1.0091, -0.5264, 0.4436, 0.7164), periods=60)
+    orbit = bf.find_orbit(rotor, guess=settled(60 * rotor.period))
+    assert orbit.success and len(orbit.events) > 50
+    back = bf.simulate(rotor, orbit.state, periods=1)(rotor.period)
+    np.testing.assert_allclose(back, orbit.state, atol=1e-13)
+    turn = np.array([[np.cos(1e-4), -np.sin(1e-4)], [np.sin(1e-4), np.cos(1e-4)]])  # a start that stays on the wall
+    beside = np.concatenate((turn @ (orbit.state[:2] - [offset, 0.0]) + [offset, 0.0], turn @ orbit.state[2:]))
+    motion = bf.simulate(rotor, beside, periods=4)
+    d = [motion(k * rotor.period) - orbit.state for k in range(4)]
+    total, product = np.linalg.lstsq(np.column_stack((np.concatenate(d[1:3]), -np.concatenate(d[:2]))), np.concatenate(d[2:4]),
+                                     rcond=None)[0]
+    slow = sorted(orbit.multipliers, key=abs)[-2:]
+    np.testing.assert_allclose((sum(slow), np.prod(slow)), (total, product), rtol=1e-3)
+    assert abs(sum(slow) - total) < 1e-4
