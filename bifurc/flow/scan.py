@@ -93,7 +93,8 @@ def closing(T, m, g, x, v, out):
     Returns 0 where it does not (yet) close.  ``out`` (nx,) receives the state with the speed taken away.
     """
     r, push = T.ratio[m, g], pushed(T, m, g, x, v, out)
-    if turned(T, m, g) == m and 2.0 * r * v > CLOSE * (1.0 - r) * push * T.step[m]:  # most impacts: far from closing, see `closure`
+    if turned(T, m, g) == m and 2.0 * r * v > CLOSE * (1.0 - r) * push * T.step[m] and \
+            (r * v)**2 > 2.0 * push * UNSEEN * EPS * terms_size(T, m, g, out):  # most impacts: far from closing, see `closure`
         return 0.0
     excess, duration = closure(T, m, g, x, v, out)
     return duration if excess <= 1.0 else 0.0
