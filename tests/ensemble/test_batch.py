@@ -376,3 +376,19 @@ def test_what_is_packed_bounds_the_guards_and_turns_the_push_along_the_rest(elem
                 rate = (pushed(1e-4) - pushed(-1e-4)) / 2e-4
                 assert turn @ joined([q, v], tau) == pytest.approx(rate, abs=1e-6 * max(1.0, np.abs(turn).max()))
     assert 0.01 < tightest <= 1.0 and rests == (0 if elements[0] is not MOVING_STOP else 2 if len(elements) > 1 else 1)
+
+
+@pytest.mark.parametrize(("stops", "most"), [
+    ([bf.elements.RigidStop(0.6, 0.8)], 0.03),
+    ([bf.elements.RigidStop(0.6, 0.8), bf.elements.RigidStop(0.5, 0.7, side=-1)], 0.15)])
+def test_the_batch_step_itself_takes_most_starts_round(stops, most):
+    """A step that leaves its starts to the scalar integrator has the right images, too, and takes ten times as long."""
+    scene = scene_of(bf.System(1.0, 0.04, 1.0, [FORCE, *stops], omega=1.3))
+    kind = packing.kind_of(scene)
+    module, given = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
+    count = module.SIZE
+    W = np.zeros(module.ROWS + module.FLOATS + module.FLOATS_A_MODE * given.I.shape[0])
+    index = np.zeros(count + 8 + module.WHOLES_USED + module.WHOLES_A_MODE * given.I.shape[0], np.int64)
+    W[:count], W[count:2 * count] = np.random.default_rng(2).uniform((-0.45, -1.5), (0.55, 1.5), (count, 2)).T
+    module.period_step(W, index, count, given.P, given.numbers, given.grid, given.I, np.full(count, max(given.home, 0)), 2000)
+    assert np.count_nonzero(W[module.DEFERRED:module.DEFERRED + count]) <= most * count

@@ -16,7 +16,7 @@ from .blank import FLOATS, FLOATS_A_MODE, NS, SIZE, WHOLES_A_MODE, WHOLES_USED, 
 from .certified import EVENTS, HITS, LEAST, period, scratch
 from .several_modes import ANY, FAR, NONE
 
-# rows that the batch step does not know; it knows those before: see `bifurc.ensemble.batch.one_mode.ROWS`
+# rows that the batch step does not know; it knows those before: see `bifurc.ensemble.batch.several_modes.layout`
 # the states, then those at the start of the period
 BEGUN = NS * SIZE
 STEP_HITS, STEP_LEAST, DEFERRED = ((2 * NS + i) * SIZE for i in range(3))

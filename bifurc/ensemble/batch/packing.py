@@ -23,12 +23,11 @@ class Kind(NamedTuple):
     n: int  # masses
     guards: int  # largest number of guards of a mode
     forcings: int  # forcing states: 1, cos and sin of every harmonic
-    home_guards: int  # guards of the mode of the batch step; -1: the batch step goes through all modes
-    moving: bool  # whether a stop moves
+    one_stop: bool  # whether the batch step knows one mode only, free with one rigid stop
 
 
 class Numbers(NamedTuple):
-    """What the kernels of a written module read, see `bifurc.ensemble.batch.certified` and `bifurc.ensemble.batch.one_mode`."""
+    """What the kernels of a written module read, see `bifurc.ensemble.batch.certified` and `bifurc.ensemble.batch.tables`."""
 
     P: np.ndarray | Tables  # (modes, NUMBERS); of several masses the tables themselves
     I: np.ndarray  # (modes, ...) int64
@@ -36,8 +35,8 @@ class Numbers(NamedTuple):
     phases: np.ndarray  # (forcings (substeps + 1),) forcing states on the grid, one after the other
     forced: np.ndarray  # (modes (substeps + 1) (2 + 2 guards),) what they add: to the state after, to values, slopes
     home: int  # the mode of the batch step; ANY: the batch step knows all
-    numbers: np.ndarray  # of the batch step
-    grid: np.ndarray  # (substeps, ...) of the batch step
+    numbers: np.ndarray  # of the batch step, flat, see `several_modes.Places`
+    grid: np.ndarray  # the same on every substep
 
 
 def kind_of(scene: Scene) -> Kind | None:
@@ -45,39 +44,34 @@ def kind_of(scene: Scene) -> Kind | None:
     T = scene.tables
     if scene.n > MOST_MASSES or scene.ns != 2 * scene.n or not scene.closed_form or not scene.complete or scene.period is None:
         return None
-    if len(scene.harmonics) > MOST_HARMONICS or not 0 < substeps(T, one_mode.TURN) <= MOST_SUBSTEPS:
+    if len(scene.harmonics) > MOST_HARMONICS or not 0 < substeps(T) <= MOST_SUBSTEPS:
         return None
     if scene.n > 1:
         few = T.n_guards.max() <= MOST_GUARDS_OF_SEVERAL and len(T.n_guards) <= MOST_MODES_OF_SEVERAL
-        return Kind(scene.n, max(int(T.n_guards.max()), 1), scene.nw, -1, False) if few else None
+        return Kind(scene.n, max(int(T.n_guards.max()), 1), scene.nw, False) if few else None
     if T.n_guards.max() > MOST_GUARDS or T.n_holds.max() > 1:
         return None
-    home = home_of(T)
-    guards = -1 if home < 0 else int(T.n_guards[home])
-    moving = home >= 0 and bool(np.any(T.G[home, :guards, 3:]))
-    return Kind(1, max(int(T.n_guards.max()), 1), scene.nw, guards, moving)
+    return Kind(1, max(int(T.n_guards.max()), 1), scene.nw, home_of(T) >= 0)
 
 
 def home_of(T: Tables) -> int:
-    """Return the first mode without held rows whose guards are at most two rigid stops, or -1."""
+    """Return the first mode without held rows whose only guard is a rigid stop that throws the mass back, or -1."""
     for m in range(len(T.n_guards)):
-        guards = range(T.n_guards[m])
-        if T.n_holds[m] == 0 and len(guards) <= 2 and all(
-                T.kick[m, g] == 1 and T.G[m, g, 0] != 0.0 and T.G[m, g, 1] == 0.0 and T.B[m, g, 0] == 0.0 for g in guards):
+        if T.n_holds[m] == 0 and T.n_guards[m] == 1 and plan.rebounds(T, m, 0):
             return m
     return -1
 
 
-def substeps(T: Tables, turn: float) -> int:
-    """Return the substeps of a period: on none of them the scaled motion of any mode turns by more than ``turn``."""
+def substeps(T: Tables) -> int:
+    """Return the substeps of a period: on none of them the scaled motion of any mode turns by more than `several_modes.TURN`."""
     top = max(rate(T, m) for m in range(len(T.n_guards)))
-    count = 2.0 * np.pi / T.flat[0] * top / turn
+    count = 2.0 * np.pi / T.flat[0] * top / several_modes.TURN
     return max(int(np.ceil(count - 1e-9)), 8) if np.isfinite(count) and count < 1e9 else -1
 
 
 def numbers_of(T: Tables, kind: Kind) -> Numbers:
     """Return what the kernels read of the tables of a scene."""
-    steps = substeps(T, one_mode.TURN if kind.home_guards >= 0 else several_modes.TURN)
+    steps = substeps(T)
     omega, harmonics = float(T.flat[0]), T.harmonics
     h = 2.0 * np.pi / omega / steps
     angles = 2.0 * np.pi * np.arange(steps + 1) / steps
@@ -136,11 +130,11 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
             found = followers[m, g]
             I[m, start + 4:start + 4 + candidates] = found + [-1] * (candidates - len(found))
     common = harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases)
-    if kind.home_guards >= 0:
-        home = home_of(T)
-        return Numbers(P, I, *common, home, *_one_mode_numbers(T, kind, home, h, flow, phases))
-    I = np.hstack((I, plan.plan_of(T, most)))
-    return Numbers(P, I, *common, several_modes.ANY, *plan.step_numbers(T, most, h, flow, phases, _bounds(T, most, h)))
+    numbers, grid = plan.step_numbers(T, most, h, flow, phases, _bounds(T, most, h))
+    if not kind.one_stop:
+        return Numbers(P, np.hstack((I, plan.plan_of(T, most))), *common, several_modes.ANY, numbers, grid)
+    home = home_of(T)
+    return Numbers(P, I, *common, home, numbers.reshape(modes, -1)[home], grid.reshape(modes, -1)[home])
 
 
 def _bounds(T: Tables, most: int, h: float) -> np.ndarray:
@@ -166,26 +160,6 @@ def _bound(rows: np.ndarray, h: float) -> np.ndarray:
     return (np.abs(rows[:, 4:]) * falling[4:] * h ** (j[4:] - 4.0)).sum(axis=1) * h**4 / 384.0
 
 
-def _one_mode_numbers(T: Tables, kind: Kind, home: int, h: float, flow: np.ndarray, phases: np.ndarray):
-    """Return ``numbers`` and ``grid`` of `bifurc.ensemble.batch.one_mode.step_text`."""
-    steps, many = len(phases) - 1, one_mode.ORDER + 1
-    guards = kind.home_guards
-    place = T.YT[home, 0, :, :many]  # (nx, many) Taylor rows of the position
-    bounds = [_bound(T.GT[home, g], h) for g in range(guards)] or [np.zeros(2 + kind.forcings)]
-    bound = np.max(bounds, axis=0)
-    numbers = [h, *flow[home, 0, :2], *flow[home, 1, :2], bound[0], bound[1], bound[2:].sum()]
-    for g in range(guards):
-        numbers += [T.G[home, g, 0], T.ratio[home, g]]
-    numbers += [*place[0], *place[1]]
-    grid = [phases[:-1] @ flow[home, :, 2:].T, phases[:-1] @ place[2:]]
-    for g in range(guards):
-        value, slope = T.G[home, g, 2:], T.GT[home, g, 2:, 1]
-        grid.append(np.column_stack((phases[:-1] @ value, phases[:-1] @ slope, phases[1:] @ value, phases[1:] @ slope)))
-        if kind.moving:
-            grid.append(phases[:-1] @ (T.GT[home, g, 2:, :many] - T.G[home, g, 0] * place[2:]))
-    return np.array(numbers), np.ascontiguousarray(np.hstack(grid).reshape(steps, -1))
-
-
 def _places(kind: Kind) -> dict[str, int]:
     """Return the places in the numbers of a mode: those of `bifurc.ensemble.batch.certified`."""
     guards, nx, terms = kind.guards, 2 + kind.forcings, TERMS_ORDER + 1
@@ -199,7 +173,7 @@ def _places(kind: Kind) -> dict[str, int]:
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    if kind.home_guards >= 0:
-        return written(one_mode.step_text(kind.home_guards, SIZE, kind.moving), 2, kind.guards, kind.forcings, CERTIFIED)
+    if kind.one_stop:
+        return written(one_mode.step_text(kind.guards, SIZE), 2, kind.guards, kind.forcings, CERTIFIED, one_mode.spaces(SIZE))
     text, spaces = several_modes.modes_text(kind.n, kind.guards, SIZE), several_modes.spaces(kind.n, kind.guards, SIZE)
     return written(text, 2 * kind.n, kind.guards, kind.forcings, CERTIFIED if kind.n == 1 else DEFERRED, spaces)

@@ -9,7 +9,8 @@ with the state y = (q, v) at the start of the substep.  An event is a zero of a 
 tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, by A(-s), and
 forward to its end; the guards at s and h and their bound decide of [s, h].  The start then moves to the list of its new mode.
 
-Nothing is taken on trust, by the bounds of `bifurc.ensemble.batch.one_mode`: a start stays in the batch only while they prove
+Nothing is taken on trust, by the distance of a guard from its cubic, at most h^4/384 times the bound on its
+fourth derivative (Birkhoff and Priver 1967): a start stays in the batch only while they prove
 that it met no guard, or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no
 guard of the one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or
 second order: leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes
@@ -20,10 +21,10 @@ One file, because it is the text of one kernel, written in the order in which it
 from typing import NamedTuple
 
 from ...flow.affine.polynomial import SLOPE_ERROR
-from .one_mode import CONVERGED
 
 TURN = 0.6  # largest scaled angle of a substep
 GUESSES = 2  # steps of Newton on the cubic, from the parabola through both ends with the slope of the first
+CONVERGED = 1e-6  # of a substep is the longest last step: what it leaves is its cube
 TURNING = 1e-4  # of the slope at a zero is the largest change of slope over the last step
 ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15 on one that turns by TURN
 MANY = ORDER + 1
@@ -86,25 +87,32 @@ class Places(NamedTuple):
         return len(SINGLE) + self.ns * len(EACH)
 
 
+def layout(n: int, guards: int, size: int) -> dict[str, float]:
+    """Return by name the places and bounds that the text of a step for ``size`` starts in a batch has in common."""
+    at = Places(n, guards)
+    return {"SIZE": size, "CAP": size + 8, "FIRST": (4 * n + 13) * size, "FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode,
+            "PER_STEP": at.substep, "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING,
+            **{name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}}
+
+
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
-    cap, at, first = size + 8, Places(n, guards), (4 * n + 13) * size
-    numbers = {"CAP": cap, "FLOW": at.flow, "FORCED": at.forced, "OF_GUARD": at.guard, "OF_GUARD_FORCED": at.guard_forced,
-               "PER_MODE": at.mode, "PER_STEP": at.substep, "WHOLE": 3 + CANDIDATES,
-               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "TOPS": first + at.rows * cap,
-               "MOST": guards * cap, "LISTS": first + (at.rows + guards + 1) * cap, "STATE": at.ns * cap,
-               "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR}
+    at, numbers = Places(n, guards), layout(n, guards, size)
+    cap, first = numbers["CAP"], numbers["FIRST"]
+    numbers |= {"OF_GUARD": at.guard, "OF_GUARD_FORCED": at.guard_forced, "WHOLE": 3 + CANDIDATES, "UNKNOWN": UNKNOWN,
+                "KICKS": KICKS, "STOPS": STOPS, "TOPS": first + at.rows * cap, "MOST": guards * cap,
+                "LISTS": first + (at.rows + guards + 1) * cap, "STATE": at.ns * cap, "FAR": FAR}
     numbers |= {name: first + i * cap for i, name in enumerate(SINGLE)}
     numbers |= {name: first + (len(SINGLE) + at.ns * i) * cap for i, name in enumerate(EACH)}
     numbers |= {name: i * cap for i, name in enumerate(("LIST", "NEAR", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
-    numbers |= {name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
-    numbers["SIZE"] = size
-    head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
-    return f"{FUSED}\n\n{head}\n\n\n{_filled(n)}"
+    return filled(_TEXT, n, numbers, {})
 
 
-def _filled(n: int) -> str:
-    """Return the template with the lines for ``n`` masses in the places of words in capitals."""
+def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[str]]) -> str:
+    """Return the source: names of ``numbers``, then ``text`` with the lines for ``n`` masses in the places of words in capitals.
+
+    ``words`` are lines of a text's own.
+    """
     ns = 2 * n
     states, positions = range(ns), range(n)
     names = {kind: [f"{kind}{c}" for c in states] for kind in ("y", "x", "g", "s", "r", "z", "d", "b", "w", "v", "m")}
@@ -134,7 +142,7 @@ def _filled(n: int) -> str:
     series += [f"f_{j} = F[j + {4 + j}]" for j in range(MANY)]
     guard = [taken("g", "N", "i"), taken("s", "N", f"i + {ns}"), taken("r", "N", f"i + {2 * ns}"), f"rest = N[i + {3 * ns}]",
              "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
-    back = [line for i in positions for c in states for line in _horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")]
+    back = [line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")]
     lines = {
         "LOAD_FLOW": flow, "LOAD_PLACE": place + forced, "LOAD_BACK": before + forced,
         "LOAD_SERIES": series, "LOAD_AT_S": at_s, "LOAD_GUARD": guard,
@@ -151,16 +159,16 @@ def _filled(n: int) -> str:
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = {_dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
-        "GUARD_AT": _horner("g", "s", "value", "slope"), "GUARD_BEND": _horner("g", "s", "value", "slope", "bend"),
+        "ROOT": _ROOT.strip().split("\n"), "GUARD_AT": horner("g", "s", "value", "slope"), "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
             *(f"p_{j} = {_dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
-            *_horner("p", "s", f"x{i}", f"x{n + i}"))],
+            *horner("p", "s", f"x{i}", f"x{n + i}"))],
         "WRITE_YS": [put("YS", "x")],
-        "BACK": [*(line for i in positions for line in _horner(f"c{i}", "s", f"v{i}", f"v{n + i}")),
+        "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")),
                  *(f"m{c} = m{c} - v{c}" for c in states), *back,
                  *(f"y{i} = {'' if i < n else '-'}({_dot([f'u{i}_{c}' for c in states], names['m'])})" for i in states)],
-        "VALUE_AT": [*_horner("k", "s", "value"), f"value = {_dot(names['g'], names['m'], 'value')}"],
-        "RISE_AT": [*_horner("l", "s", "rise"), f"rise = {_dot(names['s'], names['m'], 'rise')}"],
+        "VALUE_AT": [*horner("k", "s", "value"), f"value = {_dot(names['g'], names['m'], 'value')}"],
+        "RISE_AT": [*horner("l", "s", "rise"), f"rise = {_dot(names['s'], names['m'], 'rise')}"],
         "WRITE_BY": [put("BY", "y")], "WRITE_LE": [put("LE", "x")],
         "ENTER_LIST": [f"W[start + {c} * AT_CAP + n] = W[{c} * AT_SIZE + l]" for c in states],
         "WAIT": [f"W[AT_MY + {c} * AT_CAP + c] = W[AT_LE + {c} * AT_CAP + e]" for c in states],
@@ -179,6 +187,7 @@ def _filled(n: int) -> str:
         "STATE_BEFORE": [f"y[{c}] = W[start + {c} * AT_CAP + place]" for c in states],
         "STATE_AFTER": [f"W[AT_MY + {c} * AT_CAP + c] = y[{c}]" for c in states],
         "WRITE_STATE": [f"W[{c} * AT_SIZE + l] = y{c}" for c in states],
+        **words,
     }
 
     def spelled(line: str) -> str:
@@ -188,8 +197,9 @@ def _filled(n: int) -> str:
         indent = line[:len(line) - len(line.lstrip())]
         return "\n".join(indent + made for made in lines[word])
 
-    text = "\n".join(map(spelled, _TEXT.split("\n")))
-    return "\n".join(map(spelled, text.split("\n")))
+    for _ in range(3):  # words within words
+        text = "\n".join(map(spelled, text.split("\n")))
+    return "\n".join([FUSED, *(f"AT_{name} = {value!r}" for name, value in numbers.items()), "\n", text])
 
 
 def spaces(n: int, guards: int, size: int) -> tuple[int, int, int, int]:
@@ -207,7 +217,7 @@ def _dot(factors: list[str], values: list[str], last: str | None = None) -> str:
     return text
 
 
-def _horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> list[str]:
+def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> list[str]:
     """Lines for the value of a polynomial, and for slope and half the second derivative if they have names."""
     lines = [f"{made} = {name}_{ORDER}" for made in (value, slope, bend) if made]
     for j in range(ORDER - 1, 0, -1):
@@ -253,6 +263,30 @@ def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
     return c + 1
 
 '''
+_ROOT = '''inner0, inner1 = left + rise0, right - rise1
+SUM_GUARD
+bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
+d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
+u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
+GUESSES
+s = h * u
+GUARD_AT
+s = min(max(s - value / slope, 0.0), h)
+GUARD_BEND
+unit = 1.0 / slope
+step = value * unit
+step = step * (1.0 + bend * unit * step)  # Chebyshev's, of third order
+s = s - step
+speed = slope - 2.0 * bend * step
+steep, middle = AT_STEEP * bound, inner1 - inner0
+concave, convex = (bend0 < -allow) & (bend1 < -allow), (bend0 > allow) & (bend1 > allow)
+rising = (rise0 > steep) & (middle > steep) & (rise1 > steep)
+falling = (rise0 < -steep) & (middle < -steep) & (rise1 < -steep)
+# a concave guard rises through zero once at most, and may fall again in the same substep
+found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(step) <= AT_CONVERGED * h)
+         & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
+none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
+'''
 _TEXT = '''@fused
 def screen(full, guards, old, new, top, N, o, F, t):
     """Carry the starts of a mode over a substep; write the largest value that each guard may take, and that of all of them."""
@@ -295,30 +329,8 @@ def roots(W, full, g, N, o, F, t):
         RISE0
         RISE1
         BOUND
-        inner0, inner1 = left + rise0, right - rise1
-        SUM_GUARD
-        bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
-        d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
-        u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
-        GUESSES
-        s = h * u
-        GUARD_AT
-        s = min(max(s - value / slope, 0.0), h)
-        GUARD_BEND
-        unit = 1.0 / slope
-        step = value * unit
-        step = step * (1.0 + bend * unit * step)  # Chebyshev's, of third order
-        s = s - step
-        speed = slope - 2.0 * bend * step
+        ROOT
         STATE_AT
-        steep, middle = AT_STEEP * bound, inner1 - inner0
-        concave, convex = (bend0 < -allow) & (bend1 < -allow), (bend0 > allow) & (bend1 > allow)
-        rising = (rise0 > steep) & (middle > steep) & (rise1 > steep)
-        falling = (rise0 < -steep) & (middle < -steep) & (rise1 < -steep)
-        # a concave guard rises through zero once at most, and may fall again in the same substep
-        found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(step) <= AT_CONVERGED * h)
-                 & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
-        none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
         W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
         W[AT_S + l], W[AT_SPEED + l] = s, speed
         WRITE_YS

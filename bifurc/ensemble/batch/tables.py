@@ -99,13 +99,18 @@ def _does(T: Tables, m: int, g: int) -> int:
     """Return what an event does to the speeds."""
     n, ns = T.LP.shape[2], T.A.shape[1]
     if T.kick[m, g] == 1:
-        kicks = T.ratio[m, g] > 0.0 and T.B[m, g].any() and _only(T, m, g, np.outer(added(T, m, g), T.GT[m, g, :, 1]))
-        return KICKS if kicks else UNKNOWN
+        return KICKS if rebounds(T, m, g) else UNKNOWN
     if not _only(T, m, g, 0.0):
         return UNKNOWN
     if T.D[m, g, n:2 * n].any():
         return STOPS if not T.G[m, g, ns + 1:].any() else UNKNOWN
     return NOTHING
+
+
+def rebounds(T: Tables, m: int, g: int) -> bool:
+    """Return whether an event is an impact with restitution, whose kick is all that changes the state."""
+    return bool(T.kick[m, g] == 1 and T.ratio[m, g] > 0.0 and T.B[m, g].any()
+                and _only(T, m, g, np.outer(added(T, m, g), T.GT[m, g, :, 1])))
 
 
 def _only(T: Tables, m: int, g: int, change) -> bool:
