@@ -45,7 +45,7 @@ def test_points_without_a_partner_are_seen():
                                               ("two_masses", 1000), ("two_masses", 6018), ("two_masses", 7018),
                                               ("two_masses", 9002), ("one_stop", 8048), ("two_masses", 5034),
                                               ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042),
-                                              ("two_stops", 11038),
+                                              ("two_stops", 11038), ("clearances", 15028),
                                               pytest.param("clearances", 11028, marks=pytest.mark.slow),
                                               pytest.param("clearances", 11030, marks=pytest.mark.slow)])
 def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):

@@ -6,6 +6,7 @@ from ...solve.steplaw import AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE
 from ..kinds import SpecialPointKind
 from .rows import Curve, Row, tests_of
 
+ROUNDING = 1e-13  # arclength of a step whose chord and bend are rounding: the corrector leaves places known to no less
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
 BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
@@ -44,7 +45,7 @@ def dip(half, row, new):
     """
     length = new.s - row.s
     part = row.part
-    if length <= 0.0:  # the row lies on the boundary that ends the step
+    if length <= ROUNDING:  # the row lies on the boundary that ends the step
         return None
     a, b = row.tests[0], new.tests[0]
     t = two_folds(a, b, (new.p - row.p) / (float(part.scale[-1]) * length))
