@@ -159,7 +159,8 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = {_dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
-        "ROOT": _ROOT.strip().split("\n"), "GUARD_AT": horner("g", "s", "value", "slope"), "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
+        "ROOT": _ROOT.strip().split("\n"), "GUARD_AT": horner("g", "s", "value", "slope"),
+        "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
             *(f"p_{j} = {_dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
             *horner("p", "s", f"x{i}", f"x{n + i}"))],
