@@ -7,7 +7,9 @@ import bifurc as bf
 from bifurc.control.characteristic import Characteristic
 from bifurc.control.collocated import Collocated
 from bifurc.control.impact_order import ImpactOrder
-from bifurc.control.linearization import linearized
+from bifurc.compose.scene import scene_of
+from bifurc.compose.writer import kernels
+from bifurc.control.linearization import _after, linearized
 from tests.reference.impacting_orbit import FORCE, GAP, RATIO, ZETA, closed_form, impacting
 
 
@@ -202,3 +204,15 @@ def test_bad_arguments_are_named(orbit):
 def test_gains_that_destabilise_are_told(orbit):
     found = bf.control.feedback_range(orbit, "displacement", (-2.0, 0.0), samples=17)
     assert found.status == "never_stable" and found.best_gain is None
+
+
+@pytest.mark.parametrize("omega", [0.7, 2.3])
+def test_states_between_events_are_those_of_the_exponential(omega):
+    """The joined state (q, v, 1, cos, sin) follows one linear system; its forcing turns by the angle of the excitation."""
+    scene = scene_of(bf.System(1.0, 0.3, 1.7, [bf.elements.HarmonicForce(0.8, phase=0.4)], omega=omega))
+    whole = np.zeros((5, 5))
+    whole[:2] = scene.tables.A[0]
+    whole[3, 4], whole[4, 3] = -omega, omega
+    x = np.array([0.4, -0.9, 1.0, np.cos(0.8), np.sin(0.8)])
+    for time in (0.05, 1.1):
+        assert _after(kernels(scene), scene.tables, 0, x, time) == pytest.approx(expm(whole * time) @ x, abs=1e-13)

@@ -114,3 +114,9 @@ def test_docstring_examples():
 
     for module in (bifurc.elements.element, bifurc.elements.springs, bifurc.system):
         assert doctest.testmod(module).failed == 0
+
+
+def test_energy_of_a_law_is_its_work_where_speed_does_not_matter():
+    assert el.Force(lambda u, s, k: -k * u**3, k=2.0).stored_energy([1.5]) == pytest.approx(2.0 * 1.5**4 / 4.0, rel=1e-13)
+    assert el.Force(lambda u, s, k: -k * u**3 * (1.0 + s**2), k=2.0).stored_energy([1.5]) is None
+    assert el.Force(lambda u, s, k: -k * s, k=2.0).stored_energy([1.5]) is None

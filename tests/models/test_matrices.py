@@ -7,6 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc import elements
 from bifurc.models.cost import warn_if_slow
+from bifurc.models.reducing import seated
 from tests.reference.beam import cantilever
 
 
@@ -124,3 +125,10 @@ def test_coordinates_without_mass_are_condensed_or_refused():
         bf.System.from_matrices(M, np.eye(3), K, dofs=["a.x", "b.x", "c.x"])
     with pytest.raises(ValueError, match="acts on b.x, which has no mass"):
         bf.System.from_matrices(M, None, K, dofs=["a.x", "b.x", "c.x"], elements=[elements.RigidStop(dof="b.x")])
+
+
+@pytest.mark.parametrize(("row", "dof", "kept"), [((0.0, 1.0, 0.0), 1, None), ((0.0, 1.0, 0.5), 0, (0.0, 1.0, 0.5)),
+                                                  ((-1.0, 0.0, 0.0), 0, (-1.0, 0.0, 0.0)), ((0.0, 0.0, 2.0), 0, (0.0, 0.0, 2.0))])
+def test_an_element_sits_at_a_coordinate_only_where_its_row_is_one(row, dof, kept):
+    placed = seated(elements.RigidStop(0.3, 0.7), np.array(row))
+    assert (placed.dof, placed.row) == (dof, kept)

@@ -5,6 +5,7 @@ from scipy.sparse import csr_matrix
 
 import bifurc as bf
 from bifurc.structure.checks import checked
+from bifurc.structure.names import place_of
 
 K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 M = np.diag([1.0, 2.0, 3.0])
@@ -71,3 +72,12 @@ def test_damping_helpers():
         bf.rayleigh_damping(M, K)
     with pytest.raises(ValueError, match="ratios"):
         bf.modal_damping(M, K, -0.1)
+
+
+def test_a_name_that_is_not_there_meets_those_of_its_node_first():
+    names = tuple(f"n{i}.{axis}" for i in range(9) for axis in ("ux", "uy"))
+    with pytest.raises(ValueError, match=r"'n8\.rz'; there are n8\.ux, n8\.uy \.\.\.$"):
+        place_of("n8.rz", names, len(names), "stop")
+    with pytest.raises(ValueError, match=r"there are n0\.ux, .*, n3\.uy \.\.\."):
+        place_of("elsewhere", (*names,), len(names), "stop")
+    assert place_of("n8.uy", names, len(names), "stop") == 17

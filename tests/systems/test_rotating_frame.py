@@ -225,3 +225,17 @@ def test_guards_that_are_laws_are_measured_by_their_gradient():
     for r in (0.2, 0.7, 1.0 - 1e-9, 1.0, 1.5):
         value = rest.field.guards(r * rest.state / radius(rest))
         assert value == pytest.approx([(r * r - 1.0) / (abs(r * r - 1.0) + 2.0 * r * r)], abs=1e-15)
+
+
+@pytest.mark.parametrize("nu", [1.3, 0.7])
+def test_motions_are_those_of_the_fixed_frame(nu):
+    """z = w exp(i nu t) through contacts that rub on a small disk, where the turning of the frame weighs in the sliding speed."""
+    given = {"zeta": 0.08, "nu": nu, "eccentricity": 0.4, "stiffness": 12.0, "friction": 0.3, "disk_radius": 0.6}
+    z0, v0 = 0.9 + 0.5j, 0.4 - 0.8j
+    fixed = bf.simulate(bf.systems.jeffcott_rotor(**given, offset=0.0), [z0.real, z0.imag, v0.real, v0.imag], periods=2)
+    u0 = v0 - 1j * nu * z0
+    times = np.linspace(0.0, 2.0, 9) * 2.0 * np.pi / nu
+    turning = bf.simulate(bf.systems.rotating_frame_rotor(**given), [z0.real, z0.imag, u0.real, u0.imag], duration=times[-1])
+    a, b = fixed(times), turning(times)
+    assert len(fixed.events) >= 1
+    assert (b[:, 0] + 1j * b[:, 1]) * np.exp(1j * nu * times) == pytest.approx(a[:, 0] + 1j * a[:, 1], abs=1e-8)
