@@ -4,11 +4,11 @@ import pytest
 from scipy.linalg import expm
 
 import bifurc as bf
+from bifurc.compose.scene import scene_of
+from bifurc.compose.writer import kernels
 from bifurc.control.characteristic import Characteristic
 from bifurc.control.collocated import Collocated
 from bifurc.control.impact_order import ImpactOrder
-from bifurc.compose.scene import scene_of
-from bifurc.compose.writer import kernels
 from bifurc.control.linearization import _after, linearized
 from tests.reference.impacting_orbit import FORCE, GAP, RATIO, ZETA, closed_form, impacting
 
