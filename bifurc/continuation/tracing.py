@@ -31,6 +31,7 @@ from .watching import Watching
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
 BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths at which the side of a boundary is looked up: the first that tells
 TELLS = 1e-9  # change of a boundary monitor that is no rounding
+KNOWN = 1e-12  # of a parameter: so well a start knows one that is measured from its solution, such as its energy
 DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
 
 
@@ -101,7 +102,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     if direction not in (None, 1, -1):
         raise ValueError(f"direction must be None, 1 or -1, got {direction!r}")
     p0 = float(problem.x0[-1])
-    if not low <= p0 <= high:
+    if not low - KNOWN * abs(p0) <= p0 <= high + KNOWN * abs(p0):
         raise ValueError(f"the start has {problem.parameter} = {p0:.12g}, outside the bounds ({low:.12g}, {high:.12g})")
     problem = with_scale(problem, low, high)
     first, singular = start_row(problem, options)
@@ -186,6 +187,7 @@ def with_scale(problem, low, high):
 def start_row(problem, options):
     """Correct the start and find its tangent, also at a fold or a branch point; returns (row, Crossing or None)."""
     x = np.array(problem.x0, float)
+    x[-1] = min(max(x[-1], options.low), options.high)
     n = x.size - 1
     j = wide(problem, x)
     if not np.isfinite(j).all():

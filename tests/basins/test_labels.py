@@ -143,3 +143,10 @@ def test_a_start_on_the_stop():
     cells = integrator.label(starts, targets, 3)
     assert (cells.states == 1).all()
     np.testing.assert_allclose(starts[1], starts[3], rtol=0, atol=1e-13)  # restitution 0.7
+
+
+def test_two_masses_without_contacts_have_one_basin():
+    K = [[2.0, -1.0], [-1.0, 2.0]]
+    system = bf.System(np.eye(2), (0.2 * np.array(K)).tolist(), K, [bf.elements.HarmonicForce(1.0)], omega=1.3)
+    basins = bf.basins_of_attraction(system, bf.Grid(q0=(-3, 3, 5), v1=(-3, 3, 4)))
+    assert basins.fractions == {0: 1.0, -1: 0.0}

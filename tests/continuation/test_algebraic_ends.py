@@ -281,6 +281,17 @@ def test_bounds_that_cut_a_branch_cannot_extend_it():
         trace(line(), bounds=(-1, 1)).extend(bounds=(-0.5, 2))
 
 
+@pytest.mark.parametrize(("value", "bounds"), [(np.nextafter(0.5, 0.0), (0.5, 1.0)), (np.nextafter(0.5, 1.0), (0.5, -1.0))])
+def test_a_start_beside_its_bound_by_rounding_lies_on_it(value, bounds):
+    start = line()
+    start.x0[-1] = value
+    branch = trace(start, bounds=bounds)
+    assert sorted(branch.column("p")[[0, -1]].tolist()) == sorted(bounds)
+    start.x0[-1] = 0.5 - 1e-9 * np.sign(bounds[1])
+    with pytest.raises(ValueError, match="outside the bounds"):
+        trace(start, bounds=bounds)
+
+
 def test_columns_and_solutions():
     branch = trace(parabola(), bounds=(-1, 1))
     assert branch.column_names == ("step", "s", "p", "u_0", "iterations", "residual", "angle")

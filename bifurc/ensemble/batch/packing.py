@@ -85,7 +85,7 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
         none = np.zeros(1)
         I = np.hstack((np.zeros((len(T.n_guards), 3 + 4 * kind.guards), np.int64), plan.plan_of(T, kind.guards)))
         return Numbers(T, I, harmonics.astype(np.int64), none, none, several_modes.ANY,
-                       *plan.step_numbers(T, kind.guards, h, flow, phases, _bounds(T, kind.guards, h)))
+                       *plan.step_numbers(T, kind.guards, h, flow, phases, _bounds(T, h)))
     modes, most = len(T.n_guards), kind.guards
     nx = 2 + kind.forcings
     followers = {(m, g): plan.followers(T, m, g) for m in range(modes) for g in range(T.n_guards[m])}
@@ -130,16 +130,16 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
             found = followers[m, g]
             I[m, start + 4:start + 4 + candidates] = found + [-1] * (candidates - len(found))
     common = harmonics.astype(np.int64), phases.ravel(), _forced(T, kind, flow, phases)
-    numbers, grid = plan.step_numbers(T, most, h, flow, phases, _bounds(T, most, h))
+    numbers, grid = plan.step_numbers(T, most, h, flow, phases, _bounds(T, h))
     if not kind.one_stop:
         return Numbers(P, np.hstack((I, plan.plan_of(T, most))), *common, several_modes.ANY, numbers, grid)
     home = home_of(T)
     return Numbers(P, I, *common, home, numbers.reshape(modes, -1)[home], grid.reshape(modes, -1)[home])
 
 
-def _bounds(T: Tables, most: int, h: float) -> np.ndarray:
+def _bounds(T: Tables, h: float) -> np.ndarray:
     """Return `_bound` of every guard of every mode (modes, guards, nx)."""
-    return np.array([[_bound(T.GT[m, g], h) for g in range(most)] for m in range(len(T.n_guards))])
+    return np.array([[_bound(T.GT[m, g], h) for g in range(T.GT.shape[1])] for m in range(len(T.n_guards))])
 
 
 def _forced(T: Tables, kind: Kind, flow: np.ndarray, phases: np.ndarray) -> np.ndarray:
