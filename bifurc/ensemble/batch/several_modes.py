@@ -9,10 +9,10 @@ with the state y = (q, v) at the start of the substep.  An event is a zero of a 
 tried in order: the state at s is taken back to the start of the substep along the candidate's own motion, by A(-s), and
 forward to its end; the guards at s and h and their bound decide of [s, h].  The start then moves to the list of its new mode.
 
-Nothing is taken on trust, by the distance of a guard from its cubic, at most h^4/384 times the bound on its
-fourth derivative (Birkhoff and Priver 1967): a start stays in the batch only while they prove
-that it met no guard, or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no
-guard of the one taken is met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or
+Nothing is taken on trust.  A guard differs from the cubic through its values and slopes at both ends by at most h^4/384 times the
+bound on its fourth derivative (Birkhoff and Priver 1967); a start stays in the batch only while that proves that it met no guard,
+or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no guard of the one taken is
+met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or
 second order: leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes
 their whole period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
 
@@ -159,7 +159,8 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = {_dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
-        "ROOT": _ROOT.strip().split("\n"), "GUARD_AT": horner("g", "s", "value", "slope"),
+        "GUARD_OVER": ["LEFT", "RIGHT", "RISE0", "RISE1", "BOUND"], "ROOT": _ROOT.strip().split("\n"),
+        "GUARD_AT": horner("g", "s", "value", "slope"),
         "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
             *(f"p_{j} = {_dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
@@ -198,7 +199,7 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         indent = line[:len(line) - len(line.lstrip())]
         return "\n".join(indent + made for made in lines[word])
 
-    for _ in range(3):  # words within words
+    for _ in range(2):  # words within words
         text = "\n".join(map(spelled, text.split("\n")))
     return "\n".join([FUSED, *(f"AT_{name} = {value!r}" for name, value in numbers.items()), "\n", text])
 
@@ -304,11 +305,7 @@ def screen(full, guards, old, new, top, N, o, F, t):
         for l in range(full):
             OLD
             NEW
-            LEFT
-            RIGHT
-            RISE0
-            RISE1
-            BOUND
+            GUARD_OVER
             largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
             u[l], most[l] = largest, max(most[l], largest)
 
@@ -325,11 +322,7 @@ def roots(W, full, g, N, o, F, t):
     for l in range(full):
         TAKE_EY
         ENDS
-        LEFT
-        RIGHT
-        RISE0
-        RISE1
-        BOUND
+        GUARD_OVER
         ROOT
         STATE_AT
         W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
