@@ -225,15 +225,16 @@ def _contraction(scene, R, end) -> tuple[int, float]:
         for m, y, tau, span in zip(R.rows[:, 2], R.after, R.times, spans, strict=True):
             arc(T, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), max(span, 0.0), y1, Phi)
             total += float(np.linalg.slogdet(Phi)[1])
-    kicks = 0
+    before, guard, after, what = R.rows[:, :4].T
+    collapsed = np.flatnonzero((what == CHATTER) | (what == EVENT) & (T.n_holds[after] > T.n_holds[before]))
+    events = np.flatnonzero(what == EVENT)
+    kicks = events[T.kick[before[events], guard[events]] != 0]
+    if collapsed.size:
+        return int(np.count_nonzero(kicks < collapsed[0])), -np.inf
+    if not kicks.size:
+        return 0, total
     rule = Rule(scene)
-    for i, (before, g, after, what, _) in enumerate(R.rows):
-        if what == CHATTER or what == EVENT and T.n_holds[after] > T.n_holds[before]:
-            return kicks, -np.inf
-        if what == EVENT and T.kick[before, g]:
-            kicks += 1
-            velocity = slice(n, 2 * n)
-            x = np.concatenate([R.before[i], scene.forcing(R.times[i:i + 1])[0]])
-            factor = abs(np.linalg.det(rule.jump(before, g, x)[1][velocity, velocity])) ** 2
-            total += np.log(factor) if factor > 0.0 else -np.inf
-    return kicks, total
+    states = np.hstack([R.before[kicks], scene.forcing(R.times[kicks])])
+    slopes = [rule.jump(m, g, x)[1][n:2 * n, n:2 * n] for m, g, x in zip(before[kicks], guard[kicks], states, strict=True)]
+    with np.errstate(divide="ignore"):
+        return kicks.size, total + 2.0 * float(np.log(np.abs(np.linalg.det(np.array(slopes)))).sum())

@@ -83,6 +83,23 @@ def test_an_attractor_is_followed_both_ways_from_one_value():
     assert lost.periods == 1 and not continued
 
 
+def test_links_of_a_part_change_nothing_and_leave_out_what_is_new(found):
+    """What `spread` finds is the same whether the links among known attractors were told before."""
+    systems = [A.with_parameters(omega=float(value)) for value in VALUES]
+    scales = [Region(REGION).sizes(scene_of(system)) for system in systems]
+    few = [sorted(items, key=lambda item: item.periods or 9)[:1 if i != 3 else 2] for i, items in enumerate(found.attractors)]
+    assert [item.periods for items in few for item in items] == [1, 1, 1, 1, 3, 1, 1, 1, 1]
+    part = Links(systems, scales, [list(items) for items in few])  # the orbit of period 3 is known at one value alone
+    told = dict(part.among())
+    assert [list(items) for items in few] == part.attractors and not part.grown
+    assert told[0, 0, 1] == told[1, 0, -1] == (0, True) and (0, 0, -1) not in told and (3, 1, 1) not in told
+    whole = Links(systems, scales, [list(items) for items in few])
+    rest = Links(systems, scales, [list(items) for items in few], told)
+    whole.spread()
+    rest.spread()
+    assert whole.grown == rest.grown != set() and whole.tracks() == rest.tracks()
+
+
 def test_saved_loaded_read_again_and_reported(found, tmp_path):
     first = swept(file=tmp_path / "sweep.npz")
     assert [path.name for path in tmp_path.iterdir()] == ["sweep.npz"]

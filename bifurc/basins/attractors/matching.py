@@ -11,6 +11,8 @@ from .attractors import SampledAttractor, distance, examine, same, section_point
 CLOSE = 0.2  # scaled distance of section points up to which a Newton solution counts as the same attractor, moved
 COARSE = 0.05  # scaled boxes in which chaotic attractors of neighbouring parameters are compared
 OVERLAP = 0.3  # of the smaller one
+Key = tuple[int, int, int]  # system, attractor, step to the neighbour
+End = tuple[int, bool] | None  # number of what it becomes there and whether it was continued; None: nothing
 
 
 def follow(system: System, attractor, scale: np.ndarray):
@@ -72,6 +74,8 @@ class Links:
     scales : sequence of ndarray
     attractors : list of list
         Those known of each system; grown in place.
+    done : dict, optional
+        Links that are known already, see `among`.
 
     Attributes
     ----------
@@ -79,10 +83,25 @@ class Links:
         Systems for which attractors were added.
     """
 
-    def __init__(self, systems: Sequence[System], scales: Sequence[np.ndarray], attractors: list[list]):
+    def __init__(self, systems: Sequence[System], scales: Sequence[np.ndarray], attractors: list[list],
+                 done: dict[Key, End] | None = None):
         self.systems, self.scales, self.attractors = systems, scales, attractors
         self.grown: set[int] = set()
-        self._done: dict[tuple[int, int, int], tuple[int, bool] | None] = {}
+        self._done = {} if done is None else done
+
+    def among(self) -> dict[Key, End]:
+        """Return the links from attractors to those known of their neighbours, by (system, number, step).
+
+        Those that lead to a new attractor are left out: a part of a row can tell them without changing what `spread`
+        of the whole row gives.
+        """
+        for i, mine in enumerate(self.attractors):
+            for step in (1, -1):
+                for k in range(len(mine) if 0 <= i + step < len(self.systems) else 0):
+                    found, continued = self._followed(i, k, step)
+                    if found is None or isinstance(found, int):
+                        self._done[i, k, step] = None if found is None else (found, continued)
+        return self._done
 
     def spread(self) -> None:
         """Follow every attractor up and down, and those found on the way, until none is new."""
@@ -100,25 +119,26 @@ class Links:
         """Return the number at ``i + step`` that attractor ``k`` of ``i`` becomes and whether it was continued there."""
         key = (i, k, step)
         if key not in self._done:
-            j, item = i + step, self.attractors[i][k]
-            known, scale = self.attractors[j], self.scales[j]
-            found, continued = None, False
-            if isinstance(item, SampledAttractor):  # costly to follow, seldom needed
-                chaotic = [n for n, other in enumerate(known) if isinstance(other, SampledAttractor) and alike(item, other, scale)]
-                if chaotic:
-                    self._done[key] = chaotic[0], True
-                    return self._done[key]
-            found, continued = follow(self.systems[j], item, scale)
-            if found is None:
-                self._done[key] = None
-            else:
-                number = place_of(found, known, scale)
-                if number is None:
-                    known.append(found)
-                    self.grown.add(j)
-                    number = len(known) - 1
-                self._done[key] = number, continued
+            found, continued = self._followed(i, k, step)
+            if found is not None and not isinstance(found, int):
+                self.attractors[i + step].append(found)
+                self.grown.add(i + step)
+                found = len(self.attractors[i + step]) - 1
+            self._done[key] = None if found is None else (found, continued)
         return self._done[key]
+
+    def _followed(self, i: int, k: int, step: int):
+        """Return what attractor ``k`` of ``i`` becomes at ``i + step``, and whether it was continued: the number of a known one,
+        a new attractor, or None."""
+        j, item = i + step, self.attractors[i][k]
+        known, scale = self.attractors[j], self.scales[j]
+        if isinstance(item, SampledAttractor):  # costly to follow, seldom needed
+            for place, other in enumerate(known):
+                if isinstance(other, SampledAttractor) and alike(item, other, scale):
+                    return place, True
+        found, continued = follow(self.systems[j], item, scale)
+        number = None if found is None else place_of(found, known, scale)
+        return (found if number is None else number), continued
 
     def tracks(self) -> tuple[list[list[int]], dict[int, int]]:
         """Return the track number of every attractor of every system, and for tracks that begin where another is lost, that one."""

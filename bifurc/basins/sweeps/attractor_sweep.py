@@ -274,6 +274,7 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
     blocks = [range(i, min(i + chunk, len(values))) for i in range(0, len(values), chunk)]
     rows: dict[int, dict] = {}
     failures: dict[int, str] = {}
+    done: dict[tuple[int, int, int], tuple[int, bool] | None] = {}  # links within chunks, by number of the value
 
     def count(parts: Sequence[Sequence[int]], known: dict[int, list] | None) -> None:
         alone: list[list[int]] = []  # values of chunks that failed: one of them must not take its neighbours along
@@ -293,6 +294,9 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
                 failures[part[0]] = outcome.failures[n]
                 continue
             meta, arrays = result
+            if known is None:
+                done.update({(part[p], k, step): None if number < 0 else (number, bool(continued))
+                             for p, k, step, number, continued in meta["links"]})
             items = unpacked_points([mine["attractors"] for mine in meta["points"]], arrays, common["elements"])
             for i, mine, attractors in zip(part, meta["points"], items, strict=True):
                 rows[i] = {**mine, "attractors": attractors}
@@ -303,9 +307,10 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
     good = [i for i in range(len(values)) if i not in failures]
     scales = [Region.from_record(job["region"]).sizes(scene_of(system.with_parameters(**changes[i]))) for i in good]
     systems = [rows[i]["attractors"][0].system if rows[i]["attractors"] else system.with_parameters(**changes[i]) for i in good]
-    links = Links([], [], [])
+    place = {i: j for j, i in enumerate(good)}
+    links = Links(systems, scales, [list(rows[i]["attractors"]) for i in good],
+                  {(place[i], k, step): end for (i, k, step), end in done.items()})
     for _ in range(ROUNDS):
-        links = Links(systems, scales, [list(rows[i]["attractors"]) for i in good])
         links.spread()
         grown = sorted(links.grown)
         if not grown:
@@ -317,6 +322,9 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
             return _swept_without(system, values, job, rows, failures, good, key)
         if all(len(rows[good[j]]["attractors"]) == before[j] for j in grown):
             break
+        for j in grown:  # those known keep their numbers, and their links
+            links.attractors[j] = list(rows[good[j]]["attractors"])
+        links.grown.clear()
     run["bar"].advance(FOLLOWING * len(values))
     return _result(system, values, job, rows, failures, good, links, key)
 

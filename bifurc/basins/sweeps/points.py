@@ -12,6 +12,7 @@ from ...ensemble.outcomes import OUTSIDE, REACHED, UNSETTLED
 from ...ensemble.region import Region
 from ...system import System
 from ..attractors.discovery import Discovery
+from ..attractors.matching import Links
 from ..attractors.records import packed_points, unpacked_points
 
 FIRST = 256  # starts from which attractors are looked for before all are labelled
@@ -32,7 +33,9 @@ def sweep_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     Returns
     -------
     meta, arrays
-        ``points``: a dict each with ``attractors`` (headers), ``counts``, ``unresolved``, ``outside``, ``starts``.
+        ``points``: a dict each with ``attractors`` (headers), ``counts``, ``unresolved``, ``outside``, ``starts``; ``links``:
+        rows (point, attractor, step, number, continued) of the links among neighbouring points, see `matching.Links`;
+        number -1: the attractor becomes none.
     """
     elements = payload.get("elements", ())
     base = System.from_record(payload["system"], elements)
@@ -41,13 +44,18 @@ def sweep_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     scene_of(base)  # those of the points are made from it
     points: list[dict] = []
     attractors: list[list] = []
+    systems: list[System] = []
     for p, changes in enumerate(payload["points"]):
         system = base.with_parameters(**changes)
         found, counts = point(system, region, payload["samples"], options, [] if known is None else known[p])
         attractors.append(found)
         points.append(counts)
+        systems.append(system)
+    among = Links(systems, [region.sizes(scene_of(system)) for system in systems], attractors).among()
+    links = [[*key, *((-1, False) if end is None else end)] for key, end in among.items()]
     headers, arrays = packed_points(attractors)
-    return {"points": [{**counts, "attractors": mine} for counts, mine in zip(points, headers, strict=True)]}, arrays
+    rows = [{**counts, "attractors": mine} for counts, mine in zip(points, headers, strict=True)]
+    return {"points": rows, "links": links}, arrays
 
 
 def point(system: System, region: Region, samples: int, options: Mapping, known: Sequence) -> tuple[list, dict]:
