@@ -50,6 +50,10 @@ def test_two_zeros_are_found_on_the_parabola_that_has_them():
         assert steplaw.two_zeros(*values, 1.5, 1.0) == pytest.approx(0.5 * (a + b), abs=1e-9)
         values = [(t + a) * (t + b) for t in (-1.0, 0.0, 0.6)]
         assert steplaw.two_zeros(*values, 1.0, 0.6) == pytest.approx(-0.5 * (a + b), abs=1e-9)
+    for c, d in np.sort(RNG.uniform(0.02, 0.2, (50, 2)))[:, ::-1]:  # zeros c - d, c + d of a peak that no parabola tells
+        values = [abs(t - c) - d for t in (-1.0, 0.0, 1.0)]
+        assert 0.0 < steplaw.two_zeros(*values, 1.0, 1.0) < 1.0
+        assert -1.0 < steplaw.two_zeros(*values[::-1], 1.0, 1.0) <= 0.0
     assert steplaw.two_zeros(1.0, 1.0, 1.0, 1.0, 1.0) == 2.0  # constant
     assert steplaw.two_zeros(1.0, 2.0, 3.0, 1.0, 1.0) == 2.0  # grows
     assert steplaw.two_zeros(1.0, 0.5, -0.1, 1.0, 1.0) == 2.0  # changes its sign: that is seen anyway

@@ -8,6 +8,7 @@ simulation repeats it a little further on.
 
 One file, because beyond, back and verified are steps of one search with one record of what failed.
 """
+import functools
 import math
 import operator
 from dataclasses import dataclass, field
@@ -27,7 +28,7 @@ from ...orbits.shooting.signature import Signature, divided, repeated, sections,
 from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import counted
 from .directions import directions
-from .vanishing import dropped
+from .vanishing import dropped, listed_speeds
 
 BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end
 INSIDE = (1e-5, 1e-4, 1e-3, 1e-6, 1e-7, 1e-2)  # scaled lengths at which the new equations are tried
@@ -48,6 +49,7 @@ HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
+SLOW = 1e-3  # scaled speed or duration of an event that may be about to begin
 CLOSE = 1e-9  # scaled length from an end that lies on the beginning but for rounding
 NEXT = 1e-9  # scaled difference of the parameter beyond which something else may lie between an end and a beginning
 
@@ -541,7 +543,8 @@ def _first_valid(problem, x, step=None):
     ``step`` is the first that is tried.
 
     The largest of the monitors has corners, beyond which one that is nearly flat may hide one that is zero nearby: the zeros of
-    each are looked for as well.
+    each are looked for as well; and that of the listed events is itself the largest of many, so those of every slow impact and
+    short interval.
     """
     keys = [k for k in boundaries(problem) if problem.monitors[k].name != HELD_ROWS]  # of rounding size where they are held
     tangent = problem.null_tangent(x)
@@ -555,9 +558,17 @@ def _first_valid(problem, x, step=None):
             made[s] = c.x, c.monitors[keys]
         return made[s][1]
 
+    def event(s, i):
+        value = None if values(s) is None else listed_speeds(problem, made[s][0])[i]
+        return value if value is not None and math.isfinite(value) else None
+
+    tests = [lambda s, pick=pick: None if values(s) is None else float(pick(values(s)))
+             for pick in (np.max, *map(operator.itemgetter, range(len(keys))))]
+    tests += [functools.partial(event, i=i) for i, value in enumerate(listed_speeds(problem, x))
+              if value is not None and abs(value) <= SLOW]
     found = []
-    for pick in (np.max, *map(operator.itemgetter, range(len(keys)))):
-        at = _zero(lambda s, pick=pick: None if values(s) is None else float(pick(values(s))), step)
+    for test in tests:
+        at = _zero(test, step)
         if at is not None and values(at).max() <= VALID:
             found.append(at)
             if abs(at) <= CLOSE:
