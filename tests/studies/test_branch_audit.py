@@ -54,8 +54,8 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
 
     Where two slips are born at once, and where an orbit has several forcing periods, the branch goes on from either side.  A start
     beside such a birth, whose equations have all but lost a rank, goes along their null vector.
-    A sequence that lives for 3e-8 of the frequency begins where the shortest of its intervals does; a multiplier that comes to -1 and
-    goes back within two steps flips twice.
+    A sequence that lives for 3e-8 of the frequency begins where the shortest of its intervals does; a multiplier that comes to -1
+    and goes back within two steps flips twice.
     """
     row = branch_audit.audited(kind, number)
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
