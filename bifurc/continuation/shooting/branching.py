@@ -15,6 +15,7 @@ from .vanishing import dropped
 
 TURNED = 0.5  # cosine of two differences of halves of which one has turned into the other
 OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
+BESIDE = 2.0  # distances of two rows from each other, up to which a point from either lies between them
 
 
 def halves(signature: Signature, x0, scale):
@@ -109,7 +110,8 @@ def doubled(problem, point):
 def merging(problem, a, b, t):
     """Return the corrected point where the doubled orbits between rows ``a`` and ``b`` merge, near the part ``t``; or None.
 
-    It is the flip of the single orbit: secant on its flip test at fixed parameters, then written out twice.
+    It is the flip of the single orbit: secant on its flip test at fixed parameters, then written out twice.  Where the parameter
+    does not move that orbit the secant goes anywhere: what lies far from the rows is no point between them.
     """
     s, x = problem.sequence, a.x + t * (b.x - a.x)
     half = (len(x) - 1) // 2
@@ -138,12 +140,15 @@ def merging(problem, a, b, t):
             break
     if new is None:
         return None
+    joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
+    reach = BESIDE * np.linalg.norm((b.x - a.x) / problem.scale)
+    if any(np.linalg.norm((joined - row.x) / problem.scale) > reach for row in (a, b)):
+        return None
     v = critical(single, new.x)
     direction = np.concatenate([v, -v, [0.0]]) / problem.scale
     direction /= np.sqrt(direction @ direction)
     if direction @ a.tangent < 0.0:
         direction = -direction
-    joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
     return Corrected(joined, direction, True, CorrectorStatus.CONVERGED, new.iterations, new.residual, 0.0, 0.0, a.det_sign,
                      a.det_log, at_end(problem, a, problem._merges))
 

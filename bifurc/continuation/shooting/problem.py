@@ -32,7 +32,7 @@ from ..watching import bare
 from . import autonomous, branching, signature_change
 from .completion import completion_near
 from .extremes import extreme_gradient
-from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, REFUSED, UNLISTED
+from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, ONE, REFUSED, UNLISTED
 from .successor import HELD_ROWS
 from .train_length import SLACK, SPARE, relengthened
 from .vanishing import listed_speeds
@@ -43,7 +43,7 @@ KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for 
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
-SEPARATE, ONE = 1e-6, 1e-9  # scaled differences of the halves of a doubled orbit: has not merged, is its parent
+SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged; below `ONE` it is its parent
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs

@@ -25,6 +25,7 @@ from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
 ALIKE = 1e-2  # their difference, as part of the way there, that is none
+ONE = 1e-9  # their scaled difference that is none also where the parameter does not move the orbit: it is rounding
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
 Counts = collections.namedtuple("Counts", "completed kicks")
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
@@ -100,7 +101,7 @@ def repeats(problem, x, tangent) -> bool:
             if np.array_equal(s.nodes[part:], s.nodes[:-part]):
                 apart = rows[part:] - rows[:-part]
                 apart[:, 0] -= s.span * part / count
-                if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= ALIKE * moved:
+                if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= max(ALIKE * moved, ONE):
                     return True
         return False
     return False
@@ -120,7 +121,7 @@ def mirrors(problem, x, tangent) -> bool:
         orbit = problem.motion(c.x)
         at = middles(orbit)[0]
         apart = np.abs((orbit._states(at) + orbit._states(at + 0.5 * s.span)) / orbit.weights).max()
-        return bool(apart <= ALIKE * np.abs((c.x - x) / problem.scale)[:-1].max())
+        return bool(apart <= max(ALIKE * np.abs((c.x - x) / problem.scale)[:-1].max(), ONE))
     return False
 
 
