@@ -94,5 +94,5 @@ def _one(carrier, boxes: np.ndarray, points: np.ndarray, scale: np.ndarray, widt
 
 def touches(centres: np.ndarray, width: float, scale: np.ndarray, points: np.ndarray) -> bool:
     """Return whether any of the ``points`` (k, 2) lies in the boxes."""
-    boxes = {tuple(row) for row in np.floor(centres / scale / width).astype(np.int64).tolist()}
-    return any(tuple(row) in boxes for row in np.floor(points / scale / width).astype(np.int64).tolist())
+    boxes, reached = (_numbers(np.floor(states / scale / width)) for states in (centres, points))
+    return bool(np.isin(reached, boxes).any())

@@ -22,7 +22,7 @@ from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...system import System, require_system
-from ..attractors.matching import Links
+from ..attractors.matching import End, Key, Links
 from ..attractors.records import packed_points, unpacked_points
 from .points import sweep_points
 
@@ -274,7 +274,7 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
     blocks = [range(i, min(i + chunk, len(values))) for i in range(0, len(values), chunk)]
     rows: dict[int, dict] = {}
     failures: dict[int, str] = {}
-    done: dict[tuple[int, int, int], tuple[int, bool] | None] = {}  # links within chunks, by number of the value
+    done: dict[Key, End] = {}  # links within chunks, by number of the value
 
     def count(parts: Sequence[Sequence[int]], known: dict[int, list] | None) -> None:
         alone: list[list[int]] = []  # values of chunks that failed: one of them must not take its neighbours along
@@ -294,9 +294,8 @@ def _swept(system: System, values: np.ndarray, job: dict, store: ChunkStore, key
                 failures[part[0]] = outcome.failures[n]
                 continue
             meta, arrays = result
-            if known is None:
-                done.update({(part[p], k, step): None if number < 0 else (number, bool(continued))
-                             for p, k, step, number, continued in meta["links"]})
+            done.update({(part[p], k, step): None if number < 0 else (number, bool(continued))
+                         for p, k, step, number, continued in meta["links"]})
             items = unpacked_points([mine["attractors"] for mine in meta["points"]], arrays, common["elements"])
             for i, mine, attractors in zip(part, meta["points"], items, strict=True):
                 rows[i] = {**mine, "attractors": attractors}

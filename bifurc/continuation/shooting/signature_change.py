@@ -96,12 +96,11 @@ def repeats(problem, x, tangent) -> bool:
         if not c.converged:
             continue
         rows = np.reshape(c.x[:-1], (count, -1))
-        moved = np.abs((c.x - x) / problem.scale)[:-1].max()
         for part in (k for k in range(1, count) if count % k == 0 and round(s.span * k / count, 9) % 1.0 == 0.0):
             if np.array_equal(s.nodes[part:], s.nodes[:-part]):
                 apart = rows[part:] - rows[:-part]
                 apart[:, 0] -= s.span * part / count
-                if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= max(ALIKE * moved, ONE):
+                if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= nothing(problem, x, c.x):
                     return True
         return False
     return False
@@ -121,8 +120,13 @@ def mirrors(problem, x, tangent) -> bool:
         orbit = problem.motion(c.x)
         at = middles(orbit)[0]
         apart = np.abs((orbit._states(at) + orbit._states(at + 0.5 * s.span)) / orbit.weights).max()
-        return bool(apart <= max(ALIKE * np.abs((c.x - x) / problem.scale)[:-1].max(), ONE))
+        return bool(apart <= nothing(problem, x, c.x))
     return False
+
+
+def nothing(problem, x, ahead) -> float:
+    """Return the scaled difference that is none between parts of the orbit ``ahead`` (n + 1,) of ``x``."""
+    return max(ALIKE * float(np.abs((ahead - x) / problem.scale)[:-1].max()), ONE)
 
 
 def constructed(problem, x, name):
