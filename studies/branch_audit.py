@@ -1,8 +1,9 @@
 """Random scenes with stops, dry friction, belts and clearances, one parameter of each traced: what of it is no motion?
 
-Every row is simulated again over its period; every branch is traced back from its last rows. Columns: rows that simulation
-does not repeat, rows that are not admissible, ends that are no bounds, loops or physical ends, special points that are found
-in one direction of travel only.
+Every row is simulated again over its period; every branch is traced back from its last rows, and from rows drawn among the others,
+also where these lie on a boundary of their event sequence. Columns: rows that simulation does not repeat, rows that are not
+admissible, ends that are no bounds, loops or physical ends, special points that are found in one direction of travel only, starts
+from which the branch is refused, not the same or not explained.
 """
 import time
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from bifurc.orbits.repetition import repetition
 from .common import Setting, parser, publish, table
 
 SCENES = {Setting.SMALL: 2, Setting.FULL: 56}  # of each kind
+STARTS = 2  # rows drawn, from which a branch is traced once more
 MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,
             StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END)
@@ -125,6 +127,8 @@ class Audited:
         What is said at ends that are no bounds, loops or `max_steps`.
     one_way : list of str
         Special points that are found in one direction only.
+    starts : list of str
+        What is different from drawn rows of the branch.
     unexplained : bool
         Whether the branch's own audit says so.
     seconds : float
@@ -139,6 +143,7 @@ class Audited:
     failed: int = 0
     ends: list = field(default_factory=list)
     one_way: list = field(default_factory=list)
+    starts: list = field(default_factory=list)
     found: bool = True
     ok: bool = True
     seconds: float = 0.0
@@ -166,6 +171,7 @@ def audited(kind: str, number: int, back: bool = True) -> Audited:
         row.ok = branch.audit.ok
         if back:
             row.one_way = one_way(branch, name, bounds)
+            row.starts = other_starts(branch, name, bounds, np.random.default_rng(number))
     row.seconds = time.process_time() - clock
     return row
 
@@ -215,6 +221,25 @@ def back_from(branch, end, name, bounds):
         return None
     orbit = branch.orbits[row]
     return bf.trace(orbit, name, bounds=bounds, max_steps=2 * MAX_STEPS) if orbit.success else None
+
+
+def other_starts(branch, name, bounds, rng, count=STARTS) -> list:
+    """Return what is different where a branch is traced from drawn rows of its own, with the period of its start."""
+    s, p, width = branch.column("s"), branch.column(name), abs(bounds[1] - bounds[0])
+    periods = branch.orbits[int(np.argmin(np.abs(s)))].periods
+    far = np.all([abs(p - e.p) >= ACCUMULATION * width for e in branch.ends if e.reason in BLURRED] or [p == p], axis=0)
+    rows = [k for k in rng.permutation(np.flatnonzero(far)).tolist() if branch.orbits[k].success and branch.orbits[k].periods == periods]
+    found = []
+    for k in rows[:count]:
+        try:
+            other = bf.trace(branch.orbits[k], name, bounds=bounds, max_steps=2 * MAX_STEPS)
+        except bf.ContinuationError as error:
+            found.append(f"row {k}: {error}")
+            continue
+        unlike = differences(branch, other, bounds, 0)
+        if unlike or not other.audit.ok:
+            found.append(f"row {k}: {unlike[:3]} audit {'ok' if other.audit.ok else other.audit!r}")
+    return found
 
 
 def differences(branch, other, bounds, end) -> list:
@@ -278,9 +303,11 @@ def report(rows) -> str:
         traced = [row for row in mine if row.found]
         lines.append([kind, len(mine), len(traced), sum(row.rows for row in mine), sum(row.not_repeated for row in mine),
                       sum(row.failed for row in mine), 2 * len(traced), sum(len(row.ends) for row in mine),
-                      sum(len(row.one_way) for row in mine), sum(not row.ok for row in mine)])
+                      sum(len(row.one_way) for row in mine), sum(len(row.starts) for row in mine),
+                      sum(not row.ok for row in mine)])
     return table("Random scenes, one parameter traced each", ["scene", "scenes", "traced", "rows", "not repeated", "no success",
-                                                           "ends", "unexplained", "one way only", "audit not ok"], lines)
+                                                           "ends", "unexplained", "one way only", "other starts",
+                                                           "audit not ok"], lines)
 
 
 def picture(rows):

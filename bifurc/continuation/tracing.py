@@ -26,10 +26,12 @@ from .steps.arclength import SLOPE, Half, StepOptions, outward
 from .steps.branchpoint import first_direction, locate_crossing, wide
 from .steps.roots import polish
 from .steps.rows import Part, Row, reversed_row, tests_of
+from .steps.tori import STABILITY
 from .watching import Watching
 
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
 BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths at which the side of a boundary is looked up: the first that tells
+INSIDE = 1e-2  # of that length, on the side before: there dp/ds is asked
 TELLS = 1e-9  # change of a boundary monitor that is no rounding
 KNOWN = 1e-12  # of a parameter: so well a start knows one that is measured from its solution, such as its energy
 DS, DS_MIN, DS_MAX, MAX_STEPS = 0.02, 1e-11, 0.2, 2000
@@ -235,7 +237,7 @@ def start_row(problem, options):
         flip(c, part)
     row = Row(c, part, 0.0, 0.0, tests_of(c), options.ds)
     for k in part.boundary:
-        if row.tests[k] > 1e-10:
+        if row.tests[k] > ON_BOUNDARY and boundary_at(row, k) is None:
             raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is "
                                     f"{row.tests[k]:.3g} > 0")
     return row, None
@@ -257,8 +259,8 @@ def flip(c, part):
 def start_points(half, row, crossing):
     """Special points exactly at the first row."""
     found = detect.at_end(half, row)
-    if any(abs(row.tests[j]) <= ON_BOUNDARY for j in row.part.boundary):  # dp/ds = 0 at the birth of a contact: no fold
-        found = [special for special in found if special.kind is not SpecialPointKind.FOLD]
+    if any(abs(row.tests[j]) <= ON_BOUNDARY for j in row.part.boundary):  # an event of no duration: dp/ds and multipliers there
+        found = [special for special in found if special.kind not in STABILITY]  # are zero or rounding, and no bifurcation
     if crossing is not None:
         width = max(crossing.error, 1e-15)
         found.append(detect.Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, row.tangent, 0.0, -width, width,
@@ -270,55 +272,63 @@ def begin_on_boundary(half):
     """Where the first row lies on a boundary, note the sign behind it or go on at once with the equations beyond."""
     row = half.rows[0]
     part = row.part
-    if outward(row, half.options):  # it ends here
+    here = [j for j in part.boundary if row.tests[j] >= -ON_BOUNDARY]
+    if not here or outward(row, half.options):  # it ends here
         return
-    for j in part.boundary:
-        if abs(row.tests[j]) > ON_BOUNDARY:
-            continue
-        try:
-            aside, change = beside(row, j)
-        except ERRORS:  # the problem's own code; the first step will say what
-            continue
-        if change is None:
+    try:
+        aside, changes = beside(row, here)
+    except ERRORS:  # the problem's own code; the first step will say what
+        return
+    for j, change in zip(here, changes, strict=True):
+        if not abs(change) > TELLS:
             continue
         if change < 0.0:
             half.signs[j] = -1
             continue
-
-        def test(s, j=j):
-            c = part.problem.correct(row.x + s * row.direction, row.tangent)
-            return (tests_of(c)[j], c) if c.converged else None
-
-        reached = test(BESIDE[0])
+        reached = ahead(row, j)(BESIDE[0])
         if reached is not None and reached[0] < 0.0:  # small but clear, as behind a slow impact: the boundary lies ahead
             continue
-        root = polish(test, 0.0, 0.0, None)
+        root = boundary_at(row, j)
         if root is None:
             continue
         monitor = part.monitors[j - 1]
         special = detect.Found(part.kinds[j], monitor.name, root.point.x, root.point.tangent, 0.0, min(root.low, 0.0),
                                max(root.high, 0.0), detect.parameter_error(part, root.point, root), part,
                                corrected=root.point)
-        half.found.append(special)
-        here = root.point
-        half.slope = row.tests[0]
-        if not detect.clear_slope(half.slope):  # dp/ds = 0 here: its sign just before, on the side that is valid
-            made = test(-1e-2 * aside)
-            half.slope = float(made[1].tangent[-1]) if made is not None else 0.0
-        return half.cross(row, detect.Cut(row, here, j, special))
+        cut = detect.Cut(row, root.point, j, special)
+        if not cut.silent:
+            half.found.append(special)
+        made = ahead(row, j)(-INSIDE * aside)  # dp/ds just before, on the side that is valid: on the boundary it may be zero
+        half.slope = float(made[1].tangent[-1]) if made is not None else row.tests[0]
+        return half.cross(row, cut)
 
 
-def beside(row, j):
-    """Return a length behind ``row`` and the change of its test ``j`` there, at the least length at which it is no rounding: the
-    stretch behind a boundary may be short; (0, None) where no point was found."""
-    found = 0.0, None
+def ahead(row, j):
+    """Return ``f(s) -> (value of test j, point)`` along the tangent of a row, None where nothing is found there."""
+    def value(s):
+        c = row.part.problem.correct(row.x + s * row.direction, row.tangent)
+        return (tests_of(c)[j], c) if c.converged else None
+    return value
+
+
+def boundary_at(row, j):
+    """Return the zero of test ``j`` at a first row, to the arclength to which such places are known; None where there is none."""
+    root = polish(ahead(row, j), 0.0, 0.0, None)
+    return None if root is None or abs(root.at) > detect.WIDE else root
+
+
+def beside(row, tests):
+    """Return a length behind ``row`` and the changes of ``tests`` there, at the least length at which one of them is no rounding: the
+    stretch behind a boundary may be short; what another one says further on is none of this place."""
+    aside, changes = 0.0, np.zeros(len(tests))
     for length in BESIDE:
         c = row.part.problem.correct(row.x + length * row.direction, row.tangent)
         if c.converged:
-            found = length, tests_of(c)[j] - row.tests[j]
-            if abs(found[1]) > TELLS:
+            values = tests_of(c)
+            aside, changes = length, np.array([values[j] - row.tests[j] for j in tests])
+            if np.abs(changes).max() > TELLS:
                 break
-    return found
+    return aside, changes
 
 
 def run_halves(plus, minus, direction, lost):

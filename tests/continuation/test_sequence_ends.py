@@ -157,7 +157,7 @@ def test_the_side_of_a_boundary_is_looked_up_where_it_is_told(monkeypatch):
 
     row = Short(part=dataclasses.make_dataclass("P", ["problem"])(Equations()))
     monkeypatch.setattr("bifurc.continuation.tracing.tests_of", lambda c: (1.0, -c.s * (1.0 - c.s / 1e-6)))
-    length, change = beside(row, 1)
+    length, (change,) = beside(row, [1])
     assert length == 1e-7 and change < 0.0
 
 

@@ -270,11 +270,9 @@ class Half:
 
     def take(self, row, new, found):
         """Append an accepted row and its special points; ask the user's functions."""
+        self.decide(self.signs[0])
         detect.remember(self, new, (row,))
-        if self.pending is not None and detect.clear_slope(new.tests[0]):
-            before, special = self.pending
-            special.reverses = before * new.tests[0] < 0.0
-            self.pending = None
+        self.decide(new.tests[0])
         self.found.extend(found)
         self.rows.append(new)
         new.signs = tuple(self.signs)
@@ -287,6 +285,13 @@ class Half:
         if self.origin is not None and new.x is self.origin.x:
             self.stop(StopReason.CLOSED)
         self.ask_user(new)
+
+    def decide(self, slope):
+        """Say with the first clear dp/ds behind a boundary whether the parameter turns back there."""
+        if self.pending is not None and detect.clear_slope(slope):
+            before, special = self.pending
+            special.reverses = before * slope < 0.0
+            self.pending = None
 
     def take_back(self):
         """Undo the last step; returns the row before it."""
@@ -459,10 +464,8 @@ class Half:
         cut.special.successor = problem
         cut.special.after = problem.signature
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
-        slope = self.slope
-        if clear := detect.clear_slope(first.tests[0]):
-            cut.special.reverses = slope * first.tests[0] < 0.0
-        self.pending = None if clear else (slope, cut.special)
+        self.pending = self.slope, cut.special
+        cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding
 
     @staticmethod
     def begun(problem, x, tangent):

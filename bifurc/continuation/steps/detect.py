@@ -122,11 +122,12 @@ def boundary(half, row, new):
                 break
         else:
             return cut, None
+        a = beginning(half, row, new, j)
         if half.signs[j] >= 0:
             if row.tests[j] > 0.0 and half.signs[j] > 0:
                 return None, (StopReason.INADMISSIBLE, 0.5, "the branch does not enter the region of validity")
             return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are valid on neither side")
-        found = zero_between(part, row, end, j)
+        found = zero_between(part, a if a.tests[j] < 0.0 and a.s < end.s else row, end, j)
         if found is None:
             return None, (StopReason.DS_MIN, 0.5, f"the boundary {part.monitors[j - 1].kind!s} could not be located")
         c = found.corrected
@@ -289,18 +290,15 @@ def beginning(half, row, new, j):
 
     A contact is born with dp/ds = 0, and a fold may follow at once.
     """
-    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND:
-        return row
     if len(half.rows) > 1 and half.rows[-2].part is row.part:
+        return row
+    here = j == 0 and half.pending is not None and stands(row, new, row, half.pending[1])
+    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND and not here:
         return row
     inner = clear_inside(half, row, new, j, near(row, new, j))
     if inner is None:
         return row
     half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
-    if j == 0 and half.pending is not None:
-        before, special = half.pending
-        special.reverses = before * half.signs[0] < 0.0
-        half.pending = None
     return inner
 
 
@@ -308,18 +306,28 @@ def ending(half, row, cut, j):
     """Return the last row of a part, or where a test may be zero or not known there, a row just before it: on a boundary an event
     has no duration, and what is divided by that is rounding.
 
-    Where a contact is born dp/ds = 0 on the boundary itself: a slope that is zero within the accuracy of its place counts as
-    zero; None if it has no clear sign before either, in a step of that length.  Where a boundary's test is zero with some
-    power of the way its place is known to little, and what lies so near to it is the boundary itself.
+    Where a contact is born dp/ds = 0 on the boundary itself; None if it has no clear sign before either, in a step of that
+    length.  Where a boundary's test is zero with some power of the way its place is known to little, and what lies so near to it
+    is the boundary itself.
     """
-    new, special = cut.row, cut.special
-    value, length, reach = abs(new.tests[j]), new.s - row.s, max(AT_BOUNDARY, 0.5 * (special.high - special.low))
-    here = j == 0 and value * length <= reach * abs(new.tests[0] - row.tests[0])
-    if not here and j == 0 and value > BOUNDARY_BAND:
+    new, length, reach = cut.row, cut.row.s - row.s, known_to(cut.special)
+    here = j == 0 and stands(row, new, new, cut.special)
+    if not here and j == 0 and abs(new.tests[0]) > BOUNDARY_BAND:
         return new
     places = tuple(1.0 - t for t in near(row, new, j) if reach < WIDE or t * length > reach)
     inner = clear_inside(half, row, new, j, places)
     return inner if inner is not None else None if here else new
+
+
+def known_to(special):
+    """Return the arclength to which the place of a boundary is known."""
+    return max(AT_BOUNDARY, 0.5 * (special.high - special.low))
+
+
+def stands(row, new, at, boundary):
+    """Whether the parameter stands still at the end ``at`` of a step that lies on a boundary, within the accuracy of its place:
+    there its slope is rounding, whatever its size."""
+    return abs(at.tests[0]) * (new.s - row.s) <= known_to(boundary) * abs(new.tests[0] - row.tests[0])
 
 
 def near(row, new, j):

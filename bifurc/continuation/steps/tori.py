@@ -17,6 +17,7 @@ HALVINGS = 40
 PLACES = 16  # parts of a step between two passages of the circle
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
+STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multipliers pass the unit circle
 
 
 def pair_on_circle(part, a, b, found):
