@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import bifurc as bf
-from bifurc.continuation.kinds import StopReason
+from bifurc.continuation.kinds import ContinuationError, StopReason
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.repetition import repetition
 
@@ -228,12 +228,13 @@ def other_starts(branch, name, bounds, rng, count=STARTS) -> list:
     s, p, width = branch.column("s"), branch.column(name), abs(bounds[1] - bounds[0])
     periods = branch.orbits[int(np.argmin(np.abs(s)))].periods
     far = np.all([abs(p - e.p) >= ACCUMULATION * width for e in branch.ends if e.reason in BLURRED] or [p == p], axis=0)
-    rows = [k for k in rng.permutation(np.flatnonzero(far)).tolist() if branch.orbits[k].success and branch.orbits[k].periods == periods]
+    rows = [k for k in rng.permutation(np.flatnonzero(far)).tolist()
+            if branch.orbits[k].success and branch.orbits[k].periods == periods]
     found = []
     for k in rows[:count]:
         try:
             other = bf.trace(branch.orbits[k], name, bounds=bounds, max_steps=2 * MAX_STEPS)
-        except bf.ContinuationError as error:
+        except ContinuationError as error:
             found.append(f"row {k}: {error}")
             continue
         unlike = differences(branch, other, bounds, 0)

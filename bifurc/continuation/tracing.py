@@ -237,7 +237,7 @@ def start_row(problem, options):
         flip(c, part)
     row = Row(c, part, 0.0, 0.0, tests_of(c), options.ds)
     for k in part.boundary:
-        if row.tests[k] > ON_BOUNDARY and boundary_at(row, k) is None:
+        if row.tests[k] > ON_BOUNDARY and not silent(row, k) and boundary_at(row, k) is None:
             raise ContinuationError(f"the start is not valid: its test for {part.kinds[k].value} is "
                                     f"{row.tests[k]:.3g} > 0")
     return row, None
@@ -275,6 +275,7 @@ def begin_on_boundary(half):
     here = [j for j in part.boundary if row.tests[j] >= -ON_BOUNDARY]
     if not here or outward(row, half.options):  # it ends here
         return
+    half.edge = detect.AT_BOUNDARY
     try:
         aside, changes = beside(row, here)
     except ERRORS:  # the problem's own code; the first step will say what
@@ -289,15 +290,11 @@ def begin_on_boundary(half):
         if reached is not None and reached[0] < 0.0:  # small but clear, as behind a slow impact: the boundary lies ahead
             continue
         root = boundary_at(row, j)
-        if root is None:
+        if root is None and not silent(row, j):
             continue
-        monitor = part.monitors[j - 1]
-        special = detect.Found(part.kinds[j], monitor.name, root.point.x, root.point.tangent, 0.0, min(root.low, 0.0),
-                               max(root.high, 0.0), detect.parameter_error(part, root.point, root), part,
-                               corrected=root.point)
-        cut = detect.Cut(row, root.point, j, special)
+        cut = cut_at(row, j, root)
         if not cut.silent:
-            half.found.append(special)
+            half.found.append(cut.special)
         made = ahead(row, j)(-INSIDE * aside)  # dp/ds just before, on the side that is valid: on the boundary it may be zero
         half.slope = float(made[1].tangent[-1]) if made is not None else row.tests[0]
         return half.cross(row, cut)
@@ -311,6 +308,23 @@ def ahead(row, j):
     return value
 
 
+def silent(row, j):
+    """Whether boundary ``j`` of a row is one of the equations only: motions beyond are as good."""
+    return row.part.problem.silent(row.part.monitors[j - 1], row.x)
+
+
+def cut_at(row, j, root):
+    """Return a first row as the end of a step on the boundary ``j``: at its zero ``root``, or at the row itself where there is none."""
+    part, name = row.part, row.part.monitors[j - 1].name
+    if root is None:
+        c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, 0, row.residual, 0.0, 0.0, row.det_sign, row.det_log,
+                      np.array(row.tests[1:]))
+        return detect.Cut(row, c, j, detect.Found(part.kinds[j], name, c.x, c.tangent, 0.0, 0.0, 0.0, 0.0, part, corrected=c))
+    c = root.point
+    return detect.Cut(row, c, j, detect.Found(part.kinds[j], name, c.x, c.tangent, 0.0, min(root.low, 0.0), max(root.high, 0.0),
+                                              detect.parameter_error(part, c, root), part, corrected=c))
+
+
 def boundary_at(row, j):
     """Return the zero of test ``j`` at a first row, to the arclength to which such places are known; None where there is none."""
     root = polish(ahead(row, j), 0.0, 0.0, None)
@@ -318,8 +332,8 @@ def boundary_at(row, j):
 
 
 def beside(row, tests):
-    """Return a length behind ``row`` and the changes of ``tests`` there, at the least length at which one of them is no rounding: the
-    stretch behind a boundary may be short; what another one says further on is none of this place."""
+    """Return a length behind ``row`` and the changes of ``tests`` there, the least at which one of them is no rounding: the stretch
+    behind a boundary may be short, and what another one says further on is not of this place."""
     aside, changes = 0.0, np.zeros(len(tests))
     for length in BESIDE:
         c = row.part.problem.correct(row.x + length * row.direction, row.tangent)

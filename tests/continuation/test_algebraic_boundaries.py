@@ -237,3 +237,37 @@ def test_a_flip_just_before_a_boundary_on_which_it_is_not_known(before, ds_max):
     at = (-1.0 + math.sqrt(1.0 + 1.2 * (GRAZE - before))) / 0.6
     flip = branch.special_points.of("period_doubling")[0]
     assert flip.parameter == pytest.approx(at, abs=1e-12)
+
+
+class Between(Problem):
+    """u = p, valid between two zeros of its one boundary; nothing goes on behind it."""
+
+    monitors = (Monitor("grazing", boundary=True),)
+
+    def __init__(self, p0, wide):
+        super().__init__([p0], p0)
+        self.wide = wide
+
+    def residual(self, u, p):
+        return u - p
+
+    def jacobian(self, u, p):
+        return np.eye(1), np.array([-1.0])
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([p * (p - self.wide)])
+
+    def switch(self, point, monitor):
+        return None
+
+
+@pytest.mark.parametrize("wide", [0.3, 0.01])
+@pytest.mark.parametrize("off", [0.0, 5e-11, -5e-11])
+@pytest.mark.parametrize("far_end", [False, True])
+def test_a_step_off_a_boundary_ends_on_the_next_one(wide, off, far_end):
+    """Both are zeros of the same test: the one at the start is left behind, whatever side of it rounding has put the start."""
+    start = wide + off if far_end else off
+    branch = trace(Between(start, wide), bounds=(-1.0, 1.0), ds=0.5, direction=-1 if far_end else 1)
+    there = 0.0 if far_end else wide
+    end = branch.ends[0 if far_end else 1]
+    assert end.reason is StopReason.NO_SUCCESSOR and abs(end.p - there) < 1e-12, branch

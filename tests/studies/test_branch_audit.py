@@ -30,6 +30,11 @@ def test_both_directions_see_the_same(rows):
     assert [row.one_way for row in rows if row.one_way] == []
 
 
+def test_every_row_starts_the_same_branch(rows):
+    """Also where a drawn row lies on a boundary of its event sequence."""
+    assert [row.starts for row in rows if row.starts] == []
+
+
 def test_the_table_has_a_line_for_every_kind(rows):
     """One line for each kind of scene and one for all."""
     assert branch_audit.report(rows).count("\n") == len(branch_audit.KINDS) + 3

@@ -490,7 +490,7 @@ def _nearer(problem, point, new, signature, found):
     x = found[1].copy()
     x[-1] = point.x[-1]
     c = new.correct(x, np.eye(1, x.size, x.size - 1)[0], True)
-    begin = _first_valid(new, c.x, CLOSE) if c.converged else None
+    begin = _first_valid(new, c.x, c.p, CLOSE) if c.converged else None
     if begin is None or abs(begin[-1] - point.x[-1]) > NEXT * new.parameter_scale:
         return found
     return _from(problem, point, signature, begin, False) or found
@@ -526,7 +526,7 @@ def onto(problem, x):
 def at_beginning(problem, x, p: float, through=False):
     """Return the point of a branch near ``x`` (n + 1,) at which its sequence begins to be valid; where it is valid on both
     sides (as it is ``through`` a change of the equations only), that at the parameter ``p``; or None."""
-    at = None if through else _first_valid(problem, x)
+    at = None if through else _first_valid(problem, x, p)
     if at is not None:
         return at
     tangent = problem.null_tangent(x)
@@ -538,9 +538,10 @@ def at_beginning(problem, x, p: float, through=False):
     return c.x if c.converged and inside(problem, c) else None
 
 
-def _first_valid(problem, x, step=None):
-    """Return the point nearest to ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None; the scaled length
-    ``step`` is the first that is tried.
+def _first_valid(problem, x, p, step=None):
+    """Return the point near ``x`` (n + 1,) at which the sequence of a problem begins to be valid, or None; the scaled length
+    ``step`` is the first that is tried.  A sequence may be valid in a short interval only: of its two ends that at the parameter
+    ``p`` where the old equations end, or else the nearest.
 
     The largest of the monitors has corners, beyond which one that is nearly flat may hide one that is zero nearby: the zeros of
     each are looked for as well; and that of the listed events is itself the largest of many, so those of every slow impact and
@@ -573,7 +574,9 @@ def _first_valid(problem, x, step=None):
             found.append(at)
             if abs(at) <= CLOSE:
                 break
-    return made[min(found, key=abs)][0] if found else None
+    if not found:
+        return None
+    return made[min(found, key=lambda at: (abs(made[at][0][-1] - p) > NEXT * problem.parameter_scale, abs(at)))][0]
 
 
 def _zero(value, step):

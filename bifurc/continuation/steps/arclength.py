@@ -74,6 +74,7 @@ class Half:
         self.origin = origin  # row at which a closed branch ends
         self.slope = 0.0  # dp/ds just before the last boundary
         self.corner = -1  # number of steps at the last corner
+        self.edge = None  # arclength to which the boundary is known on which the first row of the last part lies
         self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
         self.signs = [0] * part.count if signs is None else list(signs)
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
@@ -355,7 +356,7 @@ class Half:
             self.found.append(detect.Found(detect.SpecialPointKind.FOLD, "corner", row.x, row.tangent, row.s, row.s, first.s,
                                            abs(first.p - row.p), row.part, detect.LocationStatus.GUESS, True))
         first.signs = tuple(self.signs)
-        self.ds = first.ds
+        self.ds, self.edge = first.ds, None
         return True
 
     def leap(self, row):
@@ -364,7 +365,7 @@ class Half:
         cut = detect.creeping(self, row)
         if cut is None or self.ends_in(row) is StopReason.CHATTERING:
             return False  # no single sequence goes on
-        before = self.slope, self.signs, self.sizes, self.pending
+        before = self.slope, self.signs, self.sizes, self.edge, self.pending
         self.slope = row.tests[0]
         self.cross(row, cut)
         if self.reason is not None:
@@ -375,7 +376,7 @@ class Half:
         if self.ends_in(self.rows[-1]) is not StopReason.DS_MIN:  # what creeps up to the same end goes nowhere
             self.rows.pop()
             self.parts.pop()
-            self.slope, self.signs, self.sizes, self.pending = before
+            self.slope, self.signs, self.sizes, self.edge, self.pending = before
             return False
         first = self.rows[-1]
         special = cut.special
@@ -464,6 +465,7 @@ class Half:
         cut.special.successor = problem
         cut.special.after = problem.signature
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
+        self.edge = detect.known_to(cut.special)
         self.pending = self.slope, cut.special
         cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding
 

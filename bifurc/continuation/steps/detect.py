@@ -292,7 +292,7 @@ def beginning(half, row, new, j):
     """
     if len(half.rows) > 1 and half.rows[-2].part is row.part:
         return row
-    here = j == 0 and half.pending is not None and stands(row, new, row, half.pending[1])
+    here = j == 0 and half.edge is not None and stands(row, new, row, half.edge)
     if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND and not here:
         return row
     inner = clear_inside(half, row, new, j, near(row, new, j))
@@ -311,7 +311,7 @@ def ending(half, row, cut, j):
     is the boundary itself.
     """
     new, length, reach = cut.row, cut.row.s - row.s, known_to(cut.special)
-    here = j == 0 and stands(row, new, new, cut.special)
+    here = j == 0 and stands(row, new, new, reach)
     if not here and j == 0 and abs(new.tests[0]) > BOUNDARY_BAND:
         return new
     places = tuple(1.0 - t for t in near(row, new, j) if reach < WIDE or t * length > reach)
@@ -324,10 +324,10 @@ def known_to(special):
     return max(AT_BOUNDARY, 0.5 * (special.high - special.low))
 
 
-def stands(row, new, at, boundary):
-    """Whether the parameter stands still at the end ``at`` of a step that lies on a boundary, within the accuracy of its place:
-    there its slope is rounding, whatever its size."""
-    return abs(at.tests[0]) * (new.s - row.s) <= known_to(boundary) * abs(new.tests[0] - row.tests[0])
+def stands(row, new, at, reach):
+    """Whether the parameter stands still at the end ``at`` of a step that lies on a boundary, within the arclength ``reach`` to
+    which its place is known: there its slope is rounding, whatever its size."""
+    return abs(at.tests[0]) * (new.s - row.s) <= reach * abs(new.tests[0] - row.tests[0])
 
 
 def near(row, new, j):

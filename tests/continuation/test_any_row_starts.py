@@ -1,0 +1,71 @@
+"""A branch is the same whichever of its rows it is traced from, also one that lies on a boundary of its event sequence."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import Coulomb, HarmonicForce, RigidStop
+
+
+def rubbing(damping, omega, gap, restitution, friction):
+    """Return a mass with a rigid stop and dry friction, driven by a force of amplitude 1."""
+    return bf.System(1.0, damping, 1.0, [HarmonicForce(1.0), RigidStop(gap, restitution), Coulomb(friction)], omega=omega)
+
+
+def told(branch, low, high):
+    """Return kind, parameter and turn of the special points between two values, in the order of the branch from its low end."""
+    points = [p for p in branch.special_points if low < p.parameter < high]
+    low_first = branch.ends[0].p < branch.ends[1].p
+    return [(p.kind.value, p.parameter, p.reverses) for p in (points if low_first else points[::-1])]
+
+
+def alike(one, other):
+    """Whether two such lists are one but for rounding."""
+    return [(kind, turn) for kind, _, turn in one] == [(kind, turn) for kind, _, turn in other] and np.allclose(
+        [p for _, p, _ in one], [p for _, p, _ in other], rtol=0.0, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def nearly_chattering():
+    """Return a branch whose slow last impacts are born one after the other, each with dp/ds = 0, and its parameter."""
+    system, name = rubbing(0.0468, 0.908, 0.292, 0.335, 0.0418), "rigid_stop.restitution"
+    return bf.trace(bf.find_orbit(system), name, bounds=(0.085, 0.585)), name
+
+
+def test_a_birth_with_a_slope_of_rounding_is_no_fold(nearly_chattering):
+    """Where an impact is born dp/ds = 0; its computed value is 1e-7 of either sign, and no fold lies there from any row."""
+    branch, name = nearly_chattering
+    window = 0.1974385, 0.1998
+    whole = told(branch, *window)
+    assert [kind for kind, _, _ in whole] == ["grazing", "slip_onset"] * 3 + ["grazing"]
+    assert not any(turn for *_, turn in whole)
+    born = [k for k, row in enumerate(branch.rows()) if abs(row.tests[0]) < 1e-5 and window[0] < row.p < window[1]]
+    assert len(born) > 1
+    for k in born[:4]:
+        again = bf.trace(branch.orbits[k], name, bounds=(0.085, 0.2))
+        assert alike(told(again, *window), whole) and again.audit.ok, (k, again)
+
+
+def test_a_train_listed_too_long_is_shortened_at_the_start():
+    """How many impacts of a complete chattering are listed is a choice: a start with one too many is a motion like any other."""
+    system, name = rubbing(0.0294, 2.41, 0.25, 0.12, 0.0272), "rigid_stop.restitution"
+    branch = bf.trace(bf.find_orbit(system), name, bounds=(0.0, 0.37))
+    changes = np.flatnonzero(np.diff([row.part.index for row in branch.rows()]))
+    for k in changes.tolist():
+        again = bf.trace(branch.orbits[k], name, bounds=(0.12, 0.139)) if 0.12 < branch.column(name)[k] < 0.139 else None
+        assert again is None or (again.audit.ok and not again.special_points), (k, again)
+    assert any(0.12 < branch.column(name)[k] < 0.139 for k in changes)
+
+
+@pytest.mark.parametrize(("system", "name", "bounds", "short", "kinds"), [
+    (rubbing(0.145, 0.461, 0.415, 0.616, 0.0134), "rigid_stop.restitution", (0.366, 0.866), (0.5979239427, 0.5979241153),
+     {"stick_onset", "grazing"}),
+    (rubbing(0.0272, 0.461, 0.664, 0.753, 0.0232), "rigid_stop.gap", (0.3984, 0.9296), (0.7556837953, 0.7556838204),
+     {"stick_onset", "fold", "grazing"})])
+def test_a_sequence_of_a_short_interval_is_entered_at_its_near_end(system, name, bounds, short, kinds):
+    """Its equations turn inside: which of its two ends is that of the old equations, the parameter tells."""
+    inside = short[0] - 1e-9, short[1] + 1e-9
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    one = told(branch, *inside)
+    assert {kind for kind, _, _ in one} == kinds
+    for k in (2, len(branch) - 3):
+        assert alike(told(bf.trace(branch.orbits[k], name, bounds=bounds), *inside), one), k
