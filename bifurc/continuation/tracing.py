@@ -314,7 +314,7 @@ def silent(row, j):
 
 
 def cut_at(row, j, root):
-    """Return a first row as the end of a step on the boundary ``j``: at its zero ``root``, or at the row itself where there is none."""
+    """Return a first row as the end of a step on the boundary ``j``: at its zero ``root``, or itself where there is none."""
     part, name = row.part, row.part.monitors[j - 1].name
     if root is None:
         c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, 0, row.residual, 0.0, 0.0, row.det_sign, row.det_log,
