@@ -6,6 +6,7 @@ and a map of 200 x 200 starts how large their basins are.  The last lines use th
 """
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
@@ -94,6 +95,26 @@ def study(setting: Setting) -> dict:
             "largest difference of a share: random starts": worst_random, "of a share: fine map": worst_grid}
 
 
+def shared_out(setting: Setting) -> list:
+    """Return (who computes, s, times one worker) of the sweep by one worker, two threads and two processes, the better of two runs
+    each; raises where a bit of the results differs."""
+    import bifurc as bf
+    system, values = bf.systems.impact_oscillator(**SYSTEM), np.linspace(*WINDOW, POINTS[setting])
+    best = {"one worker": np.inf, "two threads": np.inf, "two processes": np.inf}
+    first = None
+    with ProcessPoolExecutor(2) as pool:
+        ways = dict(zip(best, ({"workers": 1}, {"workers": 2}, {"executor": pool}), strict=True))
+        bf.sweep(system, "omega", values[:2], REGION, samples=50, executor=pool)  # both have imported and compiled
+        for name, how in [*ways.items()] * 2:
+            clock = time.perf_counter()
+            found = bf.sweep(system, "omega", values, REGION, samples=SAMPLES[setting], **how)
+            best[name] = min(best[name], time.perf_counter() - clock)
+            first = found if first is None else first
+            if any(not np.array_equal(a, b) for a, b in zip(found.fractions, first.fractions, strict=True)):
+                raise AssertionError(f"{name} gives other fractions than one worker")
+    return [[name, seconds, best["one worker"] / seconds] for name, seconds in best.items()]
+
+
 def main(arguments=None) -> dict:
     """Print the table, and draw the sweep beside its branches."""
     chosen = parser(__doc__).parse_args(arguments)
@@ -109,6 +130,7 @@ def main(arguments=None) -> dict:
     rows += [["CPU s a value", None, each], ["CPU us a start", None, 1e6 * each / samples]]
     text = table(f"sweep over omega: {points} values, {samples} starts each, {len(found.tracks)} tracks",
                  ["what", "asked", "measured"], rows)
+    text += "\n\n" + table("the same sweep shared out", ["who computes", "s", "times one worker"], shared_out(chosen.setting))
     million = 1e6 * each
     chunk = 60.0 / each
     text += (f"\n\nplan for 1000 x 1000 parameters at this cost: {million / 3600:.1f} core hours, {million / 3600 / 256:.2f} h on "
