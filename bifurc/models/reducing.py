@@ -90,7 +90,7 @@ def _without_mass(system: System, kept: tuple[int, ...], flexibility: np.ndarray
     elastic one has its own spring in series, a Coulomb contact is an elastic slider.
     """
     made: list[Element] = []
-    touched: dict[int, Element] = {}
+    touched: list[tuple[int, Element]] = []
     for element in system.elements:
         if isinstance(element, BaseMotion):
             made.append(carried(element, free, system.mass, system.damping))
@@ -101,9 +101,8 @@ def _without_mass(system: System, kept: tuple[int, ...], flexibility: np.ndarray
             if on and element.start != ("always",):
                 raise ValueError(f"reduced: method='massless' knows what RigidStop, ElasticStop and Coulomb are without mass, not "
                                  f"{element!r}; use method='craig-bampton'")
-            if on and touched.get(on[0]) is None and any(
-                    isinstance(other, RigidStop | ElasticStop | Coulomb) and other.site(system.n).R[:, kept[on[0]]].any()
-                    for other in system.elements):
+            if any(isinstance(other, RigidStop | ElasticStop | Coulomb) and other.site(system.n).R[:, kept[j]].any()
+                   for other in system.elements for j in on):
                 raise ValueError(f"reduced: method='massless': {element!r} loads the same coordinate as a contact, whose residual "
                                  "flexibility it would move; use method='rubin', or load another coordinate")
             made.append(carried(element, free, system.mass, system.damping))
@@ -112,15 +111,23 @@ def _without_mass(system: System, kept: tuple[int, ...], flexibility: np.ndarray
         if len(on) > 1 or np.count_nonzero(rows[0]) > 1 or own[on[0]] != 1.0:
             raise ValueError(f"reduced: method='massless' takes contacts on one kept coordinate each, not {element!r}")
         j = on[0]
-        touched[j] = element
-        coupled = [k for k in touched if k != j and abs(flexibility[j, k]) > FITS * flexibility[j, j]]
+        coupled = [other for k, other in touched if (not _never_both(other, element) if k == j else
+                                                     abs(flexibility[j, k]) > FITS * flexibility[j, j])]
+        touched.append((j, element))
         if coupled:
-            raise ValueError(f"reduced: method='massless': the contacts {touched[coupled[0]]!r} and {element!r} share residual "
+            raise ValueError(f"reduced: method='massless': the contacts {coupled[0]!r} and {element!r} share residual "
                              f"flexibility; "
                              "use method='craig-bampton' or 'rubin'")
         soft = float(flexibility[j, j])
         made.append(seated(_softened(element, soft), free[kept[j]]))
     return made
+
+
+def _never_both(one: Any, other: Any) -> bool:
+    """Return whether two contacts of one coordinate never act together: stops on either side of a clearance."""
+    if isinstance(one, Coulomb) or isinstance(other, Coulomb) or one.side == other.side:
+        return False
+    return one.gap + other.gap > abs(one.amplitude) + abs(other.amplitude)
 
 
 def _softened(element: Any, soft: float) -> Element:

@@ -1,4 +1,4 @@
-"""Limits and refusals of the checker, the damping helpers and the names, each from both of its sides; reductions by their equations."""
+"""Limits and refusals of the checker, the damping helpers and the names, each from both sides; reductions by their equations."""
 import types
 
 import numpy as np
@@ -88,7 +88,8 @@ def test_the_report_counts():
     found = checked(np.diag([1.0, 0.0, 2.0]), None, np.zeros((3, 3)), dofs=["a", ("b", "x"), "c"])
     assert found.massless == (1,) and found.rigid_body_modes == 3 and found.dofs == ("a", "b.x", "c")
     assert found.report == "3 degrees of freedom, 3 rigid-body modes, 1 coordinates without mass"
-    assert Structure(M, K, K, K, rigid_body_modes=1).report == "4 degrees of freedom, 1 rigid-body mode"
+    one = Structure(M, K, K, K, rigid_body_modes=1)
+    assert one.report == "4 degrees of freedom, 1 rigid-body mode" and repr(one) == "Structure(massless=(), rigid_body_modes=1)"
 
 
 @pytest.mark.parametrize("mass, words", [
@@ -126,7 +127,8 @@ def test_what_becomes_a_matrix():
 
 @pytest.mark.parametrize("value, words", [
     (np.zeros((0, 0)), r"C has shape \(0, 0\); it must be square"), (np.zeros(3), r"shape \(3,\)"),
-    (np.zeros((1, 2)), r"shape \(1, 2\)"), ([["a"]], "is not a matrix of numbers"), ([[1.0, 2.0], [np.inf, 4.0]], r"C\[1, 0\] = inf"),
+    (np.zeros((1, 2)), r"shape \(1, 2\)"), ([["a"]], "is not a matrix of numbers"), ([[1.0, 2.0], [np.inf, 4.0]],
+     r"C\[1, 0\] = inf"),
     ([[1.0, np.nan], [1.0, 4.0]], r"C\[0, 1\] = nan; all entries must be finite"), ([[1j]], "C is complex; structural damping")])
 def test_what_is_no_matrix(value, words):
     with pytest.raises(ValueError, match=words):
@@ -153,7 +155,8 @@ def test_proportional_damping_by_factors_and_by_ratios():
 @pytest.mark.parametrize("given, words", [
     ({}, "write alpha= and beta="), ({"alpha": 0.1, "ratios": (0.1, 0.1), "frequencies": (1.0, 2.0)}, "write alpha= and beta="),
     ({"beta": 0.1, "ratios": (0.1, 0.1), "frequencies": (1.0, 2.0)}, "write alpha="), ({"ratios": (0.1, 0.1)}, "write alpha="),
-    ({"alpha": 0.1, "frequencies": (1.0, 2.0)}, "write alpha="), ({"ratios": (0.1,), "frequencies": (1.0, 2.0)}, "two ratios at two"),
+    ({"alpha": 0.1, "frequencies": (1.0, 2.0)}, "write alpha="), ({"ratios": (0.1,), "frequencies": (1.0, 2.0)},
+     "two ratios at two"),
     ({"ratios": (0.1, 0.1), "frequencies": (1.0, 2.0, 3.0)}, "two ratios at two"),
     ({"ratios": (0.1, 0.1), "frequencies": (0.0, 2.0)}, "different frequencies above 0"),
     ({"ratios": (0.1, 0.1), "frequencies": (2.0, 2.0)}, "different frequencies above 0"),
@@ -263,7 +266,7 @@ def test_free_modes_carry_the_statics_of_the_kept_coordinates():
     assert other.residual == pytest.approx(residual[np.ix_(keep, keep)], rel=1e-12)
     assert np.array_equal(light, np.diag([0.0, 0.0, 1.0, 1.0])) and np.array_equal(other.recovery, T)
     assert springs == pytest.approx(stiffness) and springs[:2, :2] == pytest.approx(np.linalg.inv(other.residual))
-    assert other.frequencies == pytest.approx(np.sqrt(squares[:2])) and other.full_frequencies == pytest.approx(np.sqrt(squares[:2]))
+    assert other.frequencies == pytest.approx(np.sqrt(squares[:2])) == other.full_frequencies
 
 
 def test_the_static_error_is_that_of_the_elastic_flexibility():
