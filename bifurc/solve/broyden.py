@@ -200,7 +200,8 @@ def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: flo
                     return result(BroydenStatus.SINGULAR, best, best_norm, number - 1)
             dx = -factors.solve(f)
             trial, f_trial, damping = x, f, 1.0
-            for _ in range(BACKTRACKS + 1):
+            for halvings in range(BACKTRACKS + 1):
+                damping = 0.5**halvings
                 trial = x + damping * scale * dx
                 f_trial = f_of(trial)
                 norm_trial = float(np.linalg.norm(f_trial))
@@ -208,7 +209,6 @@ def broyden(residual, x, jacobian=None, kind: str = "good", scale=1.0, size: flo
                     break  # as published: the full step
                 if norm_trial <= (1.0 if fresh else GROWTH) * norm:
                     break
-                damping *= 0.5
             if not np.isfinite(norm_trial):
                 return result(BroydenStatus.STALLED, best, best_norm, number)
             dx = damping * dx
