@@ -11,6 +11,7 @@ from .engine import engine_of
 from .initial import checked_length, checked_state
 from .scan import (
     AT_GUARD,
+    BOUND,
     COUNT,
     DONE,
     EVENT,
@@ -122,6 +123,8 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     while True:
         code = engine.run(T, ints, floats, x, end[0], end[1], max_events, rows, record)
         if code == DONE:
+            if not (np.abs(x) < BOUND).all():  # whole steps without an event look at no state
+                status, message = Status.DIVERGED, Status.DIVERGED.sentence
             break
         m, g = int(ints[MODE]), int(ints[AT_GUARD])
         if code == FULL:
