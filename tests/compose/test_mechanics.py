@@ -256,7 +256,7 @@ def test_delayed_feedback_is_refused_by_name():
 
 
 def test_rows_that_a_hold_keeps_still():
-    """On the held row, in any multiple, a guard stays what it is: its place from the second derivative on, a speed from the first."""
+    """On the held row, in any multiple, a guard stays what it is: a place from the second derivative on, a speed from the first."""
     system = bf.System(np.eye(2), np.zeros((2, 2)), np.eye(2), [
         RigidStop(0.2), ElasticStop(0.3, 2.0, row=(2.0, 0.0)), Coulomb(0.3, dof=0), ElasticStop(0.1, 2.0, row=(1.0, 1.0))])
     scene = scene_of(system)

@@ -1,0 +1,433 @@
+"""What an orbit says of itself against simulations, sums over samples and differences: states, events, measures, multipliers."""
+import math
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.compose.scene import scene_of
+from bifurc.elements import (
+    ConstantForce,
+    Coulomb,
+    CubicSpring,
+    ElasticStator,
+    ElasticStop,
+    HarmonicForce,
+    Jenkins,
+    LinearSpring,
+    RigidStop,
+)
+from bifurc.orbits import concentric, energy, multipliers
+from bifurc.orbits.kinds import OrbitStatus
+from bifurc.orbits.shooting import path
+from bifurc.orbits.shooting.equations import Equations
+from bifurc.orbits.shooting.signature import Signature, divided, repeated, sections, translated
+
+PAIR = bf.System([[1.0, 0.2], [0.2, 1.5]], [[0.4, -0.1], [0.05, 0.5]], [[2.0, -0.7], [-0.6, 1.8]],
+                 [HarmonicForce(1.4, phase=0.6), HarmonicForce(0.3, 2, -0.4, dof=1), RigidStop(0.4, 0.6, dof=1), Jenkins(1.2, 0.2)],
+                 omega=1.1)
+FLIP = bf.systems.impact_oscillator(omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
+BOTH = bf.systems.two_sided_impact_oscillator(omega=2.0, amplitude=3.0)
+BELT = bf.systems.belt_oscillator()
+
+
+@pytest.fixture(scope="module", params=["pair", "several", "half", "belt", "free"])
+def orbit(request):
+    """Two masses with memory; several periods; half a period; without a clock; without events."""
+    found = {"pair": lambda: bf.find_orbit(PAIR), "several": lambda: bf.find_orbit(FLIP, (-0.3, 0.4), periods=4, transient=0),
+             "half": lambda: bf.find_orbit(BOTH), "belt": lambda: bf.find_orbit(BELT),
+             "free": lambda: bf.find_orbit(bf.System(PAIR.mass, PAIR.damping, PAIR.stiffness, PAIR.elements[:2], omega=1.1))}
+    made = found[request.param]()
+    if request.param == "several" and not made.success:
+        made = bf.find_orbit(FLIP)
+    assert made.success, made.message
+    return made
+
+
+def simulated(orbit, t0=0.0, y0=None, periods=1.0):
+    """Return the simulation from the orbit's state at phase 0, or another state."""
+    return bf.simulate(orbit.system, orbit.state if y0 is None else y0, duration=periods * orbit.period, t0=t0)
+
+
+def test_states_and_events_are_those_of_the_simulation(orbit):
+    motion = simulated(orbit, periods=1.0)
+    t, y = orbit.sample(41)
+    assert t == pytest.approx(np.linspace(0.0, orbit.period, 41)) and y[0] == pytest.approx(y[-1], abs=1e-9)
+    away = np.array([min((abs(e.time - s) for e in motion.events), default=1.0) for s in t]) > 1e-7
+    assert y[away] == pytest.approx(motion(np.minimum(t, motion.stop))[away], abs=1e-8)
+    assert y[0] == pytest.approx(orbit.state, abs=1e-12)
+    inner = [e for e in motion.events if 1e-7 < e.time < orbit.period - 1e-7]
+    known = [e for e in orbit.events if 1e-7 < e.time < orbit.period - 1e-7]
+    assert [(e.element, e.kind, e.mode_before, e.mode_after) for e in known] == [
+        (e.element, e.kind, e.mode_before, e.mode_after) for e in inner]
+    for own, other in zip(known, inner, strict=True):
+        assert (own.time, own.speed) == pytest.approx((other.time, other.speed), abs=1e-8)
+        n = 2 * orbit.system.n  # memory that follows local values is written where it is left
+        assert own.before[:n] == pytest.approx(other.before[:n], abs=1e-8)
+        assert own.after[:n] == pytest.approx(other.after[:n], abs=1e-8)
+    assert [e.time for e in orbit.events] == sorted(e.time for e in orbit.events)
+
+
+def test_measures_are_those_of_the_samples(orbit):
+    """The trapezoidal rule on pieces between events, in exact times."""
+    for dof in range(orbit.system.n):
+        total = dict.fromkeys(("mean", "square", 0.0, 1.0, 3.0), 0.0)
+        ends = [0.0, *(e.time for e in orbit.events if 1e-9 < e.time < orbit.period - 1e-9), orbit.period]
+        unit = orbit.forcing_period if not orbit.autonomous else orbit.period
+        top, low = -np.inf, np.inf
+        nodes, weights = np.polynomial.legendre.leggauss(40)
+        for a, b in zip(ends[:-1], ends[1:], strict=True):
+            s = a + 0.5 * (b - a) * (nodes + 1.0)
+            q = orbit._states(s / orbit.forcing_period)[:, dof]
+            w = 0.5 * (b - a) * weights / orbit.period
+            total["square"] += w @ q**2
+            for h in (0.0, 1.0, 3.0):
+                total[h] += (1.0 if h == 0.0 else 2.0) * (w @ (q * np.exp(-2j * np.pi * h * s / unit)))
+            fine = orbit._states(np.linspace(a, b, 400)[:-1] / orbit.forcing_period)[:, dof]
+            top, low = max(top, fine.max()), min(low, fine.min())
+        size = orbit.maximum(dof) - orbit.minimum(dof)
+        assert orbit.rms(dof) == pytest.approx(math.sqrt(total["square"]), rel=1e-10)
+        for h in (0.0, 1.0, 3.0):
+            assert orbit.harmonic(h, dof) == pytest.approx(complex(total[h]), abs=1e-10 * size)
+        assert top <= orbit.maximum(dof) + 1e-12 and orbit.maximum(dof) == pytest.approx(top, abs=2e-4 * size)
+        assert low >= orbit.minimum(dof) - 1e-12 and orbit.minimum(dof) == pytest.approx(low, abs=2e-4 * size)
+
+
+def test_multipliers_are_those_of_the_map(orbit):
+    """Differences of simulations over a period, from a phase without event; the multiplier 1 of a shift in time is left out."""
+    ends = sorted(e.time for e in orbit.events)
+    gaps = np.diff([*ends, ends[0] + orbit.period]) if ends else [orbit.period]
+    start = ((ends[int(np.argmax(gaps))] if ends else 0.0) + 0.5 * max(gaps)) % orbit.period
+    y, h = orbit._states(np.array([start / orbit.forcing_period]))[0], 3e-6
+    n = orbit.system.n
+    kept = [c for c in range(2 * n) if not (orbit.system is BELT and orbit.scene.n == 1 and abs(y[1] - 0.3) < 1e-12)]
+    if len(kept) < 2 * n:
+        pytest.skip("it sticks there")
+
+    def end(d):
+        given = np.concatenate([y[:2 * n] + d, y[2 * n:]])
+        return simulated(orbit, start, given).final
+
+    M = np.array([(end(d) - end(-d)) / (2.0 * h) for d in h * np.eye(2 * n)]).T[:2 * n]
+    found = np.sort_complex(np.linalg.eigvals(M))
+    known = [*orbit.multipliers, 1.0] if orbit.autonomous else list(orbit.multipliers)
+    known = np.array(sorted(known, key=abs, reverse=True)[:2 * n])
+    assert np.sort(np.abs(found)) == pytest.approx(np.sort(np.abs(known)), abs=2e-5 * max(1.0, np.abs(known).max()))
+    moduli = np.abs(orbit.multipliers)
+    assert (np.diff(moduli) <= 1e-13).all() and orbit.stable is bool(moduli.max() < 1.0)
+
+
+def test_the_past_of_an_orbit_goes_on_for_ever(orbit):
+    before, times = orbit.past(0.3 * orbit.period, 1.7 * orbit.period)
+    t = np.array([-1.3, -0.4, 0.2]) * orbit.period
+    assert before(t) == pytest.approx(orbit._states(np.mod(t, orbit.period) / orbit.forcing_period), abs=1e-9)
+    known = sorted(e.time + k * orbit.period for e in orbit.events for k in (-3, -2, -1, 0, 1))
+    assert sorted(times) == pytest.approx([s for s in known if -1.4 * orbit.period < s < 0.3 * orbit.period])
+    if not orbit.autonomous:
+        assert orbit.sections == pytest.approx(orbit._states(np.arange(orbit.periods)), abs=1e-12)
+
+
+def test_what_it_is(orbit, tmp_path):
+    assert orbit.omega == pytest.approx(2.0 * np.pi / orbit.period) and orbit.admissible and orbit.residual < 1e-11
+    assert orbit.status is OrbitStatus.CONVERGED and orbit.message.startswith(OrbitStatus.CONVERGED.sentence)
+    assert orbit.parameters == orbit.system.parameters and orbit.periodic and orbit.autonomous is (orbit.system is BELT)
+    if not orbit.autonomous:
+        assert orbit.period == pytest.approx(orbit.periods * orbit.system.period) and orbit.forcing_period == orbit.system.period
+    stable = {True: "stable", False: "unstable", None: "stability unknown"}[orbit.stable]
+    assert repr(orbit) == f"PeriodicOrbit({orbit.signature}, {stable}, converged, residual {orbit.residual:.1e})"
+    orbit.save(tmp_path / "orbit.npz")
+    again = bf.load(tmp_path / "orbit.npz")
+    assert again.system == orbit.system and again.signature == orbit.signature and np.array_equal(again.unknowns, orbit.unknowns)
+    assert np.array_equal(again.weights, orbit.weights) and again.how == orbit.how and again.period == orbit.period
+    assert again.closure == orbit.closure and again.status is orbit.status and np.array_equal(again.state, orbit.state)
+    copied = orbit.unknowns
+    copied[:] = 7.0
+    assert not np.array_equal(orbit.unknowns, copied)
+    for n in (1, 2.5, "3"):
+        with pytest.raises(ValueError, match=f"sample: n = {n!r} is not allowed; it must be a whole number of at least 2"):
+            orbit.sample(n)
+    for h in (-1, 0.3 / orbit.periods, np.nan, np.inf):
+        with pytest.raises(ValueError, match="h times .* periods must be a whole number >= 0"):
+            orbit.harmonic(h)
+    for dof in (-1, orbit.system.n, 0.0):
+        with pytest.raises(ValueError, match=f"dof = {dof} is not allowed; it must be 0 .. {orbit.system.n - 1}"):
+            orbit.maximum(dof)
+    assert len(orbit.sample(np.int64(2))[0]) == 2 and len(orbit.sample()[0]) == 400
+
+
+def test_equations_and_their_derivatives(orbit, rng):
+    e = orbit.equations
+    x = np.append(orbit.unknowns, 0.0)
+    assert np.abs(e.residual(x)).max() == orbit.residual and e.size == orbit.unknowns.size
+    J, h = e.jacobian(x), 1e-6
+    for c in range(e.size):
+        d = np.zeros(x.size)
+        d[c] = h
+        column = (e.residual(x + d) - e.residual(x - d)) / (2.0 * h)
+        assert J[:, c] == pytest.approx(column, abs=2e-6 * max(1.0, np.abs(J).max())), c
+    tangent = np.zeros(x.size)
+    tangent[-1] = 1.0
+    moved = x.copy()
+    moved[:-1] += 1e-6 * e.scale[:-1] * rng.normal(size=e.size)
+    kept = moved.copy()
+    status, found, _, info = e.correct(moved, tangent, False)
+    assert status == 1 and np.array_equal(moved, kept) and found[-1] == 0.0 and info[0] >= 1
+    if not orbit.family:
+        assert found[:-1] == pytest.approx(x[:-1], abs=1e-9)
+    m = len(e.signature.nodes)
+    sizes = np.concatenate([[0.25], 4.0 * orbit.weights]) * math.sqrt(m)
+    assert e.scale[:-1] == pytest.approx(np.tile(sizes, m)) and e.scale[-1] == 1.0
+    # a perturbation that is multiplied by a multiplier over the period makes the determinant vanish
+    if not orbit.autonomous and len(orbit.multipliers):
+        for multiplier in orbit.multipliers[np.abs(orbit.multipliers.imag) < 1e-12].real[:1]:
+            if orbit.closure == 1 and abs(multiplier) > 1e-3:
+                at, beside = (np.linalg.slogdet(e.jacobian(x, mu))[1] for mu in (multiplier, 1.7 * multiplier))
+                assert at < beside - 8.0
+
+
+# ---- signatures ----------------------------------------------------------------------------------------------------------------
+
+
+def test_a_half_orbit_is_written_out_as_its_mirror_image():
+    found = bf.find_orbit(BOTH)
+    half, U = found.sequence, found.unknowns
+    assert half.closure == -1 and half.span == 0.5 and half.text(found.scene) == "rigid_stop.impact / 0.5 T (half)" or \
+        half.text(found.scene) == "rigid_stop_2.impact / 0.5 T (half)"
+    whole, V = repeated(found.scene, half, U)
+    rows = V.reshape(2, 3)
+    assert whole.span == 1.0 and whole.closure == 1 and whole.events == 2 and half.events == 1
+    assert rows[1].tolist() == pytest.approx([rows[0, 0] + 0.5, -rows[0, 1], -rows[0, 2]])
+    first, second = whole.nodes[:, 1]
+    assert {first, second} == {0, 1} and (whole.nodes[:, 0] == whole.nodes[0, 0]).all()
+    full = bf.find_orbit(BOTH, closure=1)
+    assert full.closure == 1 and full.multipliers == pytest.approx(found.multipliers, rel=1e-6)
+    assert half.key == Signature(half.nodes.copy(), half.fixed.copy(), 0.5, -1).key != Signature(half.nodes, half.fixed, 0.5).key
+    assert half.signs(found.scene).tolist() == [-1.0, -1.0] and whole.signs(found.scene).tolist() == [1.0, 1.0]
+    assert repeated(found.scene, whole, V)[0] is whole
+
+
+def test_words_for_sequences():
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(), RigidStop(0.5, 0.7), ElasticStop(0.5, 2.0, side=-1)], omega=1.0))
+    free, rest = scene.index(("always", "free", "free")), scene.index(("always", "rest", "free"))
+    touching = scene.index(("always", "free", "contact"))
+    hit, begin = scene.guards_of(free, 1)[0], scene.guards_of(free, 2)[0]
+    nodes = [[free, hit, free, 0, 0], [free, hit, free, 0, 0], [free, begin, touching, 0, 0],
+             [touching, scene.guards_of(touching, 2)[0], free, 0, 0], [free, hit, rest, 0, 1]]
+    said = Signature(np.array(nodes), np.zeros(5), 3.0).text(scene)
+    assert said == "rigid_stop.impact x2, elastic_stop.contact, elastic_stop.separation, rigid_stop.impact... / 3 T"
+    for mode, word in ((free, "free"), (rest, "rest"), (touching, "in contact")):
+        assert sections(mode, 2.0).text(scene) == f"{word} / 2 T"
+    assert sections(free, 0.5, -1).text(scene) == "free / 0.5 T (half)"
+    section = sections(free, 2.0)
+    assert section.nodes.tolist() == [[free, -1, free, 0, 0]] and section.events == 0 and section.fixed.tolist() == [0.0]
+    belt = scene_of(BELT)
+    carried = Signature(np.array([[belt.index(("stick",)), -1, belt.index(("stick",)), 0, 0]]), np.zeros(1), 1.0, clock=2.0)
+    assert carried.text(belt) == "carried / T"
+    other = Signature(carried.nodes, carried.fixed, 0.0, clock=2.0)
+    written, U = other.written_out(np.array([0.7, 1.0, 2.0]))
+    assert written.span == 0.7 and U.tolist() == [0.0, 1.0, 2.0] and written.clock == 2.0 and carried.written_out(U)[0] is carried
+
+
+def test_orders_of_trivial_zeros():
+    """Of a guard just after its own event, from the series of random states that obey the event."""
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.7), RigidStop(0.5, 0.7), ElasticStop(0.2, 3.0)], omega=1.3))
+    free = scene.index(("always", "free", "free"))
+    touching = scene.index(("always", "free", "contact"))
+    begin, end = scene.guards_of(free, 2)[0], scene.guards_of(touching, 2)[0]
+    nodes = divided(scene, np.array([[free, begin, touching, 0, 0], [touching, end, free, 0, 0]]))
+    assert nodes[:, 3].tolist() == [1, 1]  # both close on the surface on which they opened
+    hit = scene.guards_of(free, 1)[0]
+    bounce = divided(scene, np.array([[free, hit, free, 0, 0]]))
+    assert bounce[0, 3] == 1 and bounce[0, 5] == hit
+    assert divided(scene, np.array([[free, -1, free, 0, 0]]))[0, 3] == 0
+    friction = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.7), Coulomb(0.3)], omega=1.3))
+    stick, up, down = (friction.index(("always", key)) for key in ("stick", "slip+", "slip-"))
+    lets_up = friction.guards_of(stick, 1)[0]
+    slip = divided(friction, np.array([[stick, lets_up, up, 0, 0], [up, 0, stick, 0, 0]]))
+    assert slip[1, 3] == 2  # speed and acceleration vanish where a slip begins
+    turn = divided(friction, np.array([[up, 0, down, 0, 0], [down, 0, up, 0, 0]]))
+    assert turn[:, 3].tolist() == [1, 1]
+    assert translated(Signature(slip, np.zeros(2), 1.0), friction, friction).nodes is slip
+
+
+# ---- along a parameter ---------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_along_a_parameter_are_those_of_the_system():
+    system = bf.systems.jeffcott_rotor(contact_damping=0.3)
+    linear = bf.systems.moving_frame_impact_oscillator(damper="ground")
+    for made, name, bounds in ((linear, "omega", (2.0, 0.5)), (linear, "zeta", (0.1, 0.3)), (PAIR, "omega", (0.9, 1.3)),
+                               (system, "nu", (0.9, 1.2))):
+        scene = scene_of(made)
+        along = path.parameter_path(scene, made, name, bounds)
+        assert along.low < min(bounds) and along.high > max(bounds) and along.name == name
+        assert along.high - along.low == pytest.approx(1.04 * abs(bounds[1] - bounds[0]))
+        for value in np.linspace(*bounds, 5):
+            z = (2.0 * value - along.low - along.high) / (along.high - along.low)
+            flat = along.tables.flat.copy()
+            flat[along.index] = np.polynomial.chebyshev.chebval(z, along.series.T)
+            known = scene.flat_of(made.with_parameters(**{name: float(value)}))
+            assert flat == pytest.approx(known, rel=1e-13, abs=1e-14)
+    scene = scene_of(linear)
+    tight = path.parameter_path(scene, linear, "restitution", (0.5, 1.0))  # the pad leaves what is allowed
+    assert (tight.low, tight.high) == (0.5, 1.0)
+    still = path.constant_path(scene, linear)
+    assert still.index.size == 0 and np.array_equal(still.tables.flat, scene.tables.flat) and still.tables is not scene.tables
+    with pytest.raises(ValueError, match="restitution = 1.2"):
+        path.parameter_path(scene, linear, "restitution", (0.5, 1.2))
+    known: dict = {}
+    first = path.sampled_over(known, linear, "omega", (0.5, 2.0), scene.flat_of)
+    assert path.sampled_over(known, linear.with_parameters(omega=0.7), "omega", (2.0, 0.5), None) is first
+    assert len(known) == 1 and path.sampled_over(known, linear, "omega", (0.5, 2.1), scene.flat_of) is not first
+    for k in range(20):
+        known[k] = None
+        path.sampled_over(known, linear, "omega", (0.5, 2.2 + 0.1 * k), scene.flat_of, degrees=(4,)) if k > 17 else None
+    with pytest.raises(ValueError, match="are no smooth function of it .no polynomial of degree 8 fits"):
+        path.series_over(linear, "omega", (0.5, 2.0), lambda s: np.array([abs(s.parameter("omega") - 1.1)]), degrees=(4, 8))
+    with pytest.raises(ValueError, match="no polynomial of degree 64"):
+        path.series_over(linear, "omega", (0.5, 2.0), lambda s: np.array([abs(s.parameter("omega") - 1.1)]))
+
+
+def test_motions_with_a_stated_neutral_band():
+    for values, told in (([0.5, -0.3], True), ([1.5], False), ([1.0], None), ([1.0 + 0.5e-8], None), ([1.0 + 2e-8], False),
+                         ([1.0 - 2e-8], True), ([1j * 0.9], True), ([], True)):
+        assert multipliers.attracting(np.array(values, complex)) is told
+
+
+# ---- energies, turns -----------------------------------------------------------------------------------------------------------
+
+
+def test_which_systems_keep_their_energy():
+    gyro = np.array([[0.0, 0.7], [-0.7, 0.0]])
+    springs = [CubicSpring(0.5), ElasticStop(0.2, 3.0, dof=1), RigidStop(0.9, 1.0), LinearSpring(1.0), ConstantForce(0.1)]
+    for C, K, parts, keeps in ((gyro, np.eye(2), springs, True), (0.1 * np.eye(2), np.eye(2), springs, False),
+                               (0.0 * gyro, np.eye(2) + 0.1 * gyro, [], False), (gyro, np.eye(2), [RigidStop(0.9, 0.9)], False),
+                               (gyro, np.eye(2), [LinearSpring(1.0, 0.1)], False)):
+        assert energy.conservative(bf.System(np.eye(2), C, K, parts)) is keeps
+    assert not energy.conservative(bf.System(1.0, 0.0, 1.0, [HarmonicForce()], omega=1.0))
+    assert not energy.conservative(bf.System(1.0, 0.0, 1.0, omega=1.0))
+    M, K = np.array([[2.0, 0.3], [0.3, 1.0]]), np.array([[3.0, -1.0], [-1.0, 2.0]])
+    system = bf.System(M, gyro, K, springs)
+    q, v = np.array([0.4, 0.6]), np.array([-0.3, 0.8])
+    stored = 0.125 * 0.4**4 + 1.5 * 0.4**2 + 0.0 + 0.5 * 0.4**2 - 0.1 * 0.4
+    assert bf.energy(system, [*q, *v]) == pytest.approx(0.5 * v @ M @ v + 0.5 * q @ K @ q + stored, rel=1e-14)
+    with pytest.raises(ValueError, match="is not defined: rigid_stop does not keep it"):
+        bf.energy(bf.System(1.0, 0.0, 1.0, [RigidStop(0.9, 0.9)]), (0.0, 0.0))
+
+
+def test_equations_of_a_given_energy():
+    """Residual zero at the motion of that energy, derivatives by differences; the unfolding is a damping."""
+    system = bf.System(1.0, 0.0, 1.0, [CubicSpring(1.0), ElasticStop(0.5, 2.0)])
+    found = bf.find_orbit(system, (0.9, 0.0), period=5.0)
+    assert found.success and found.stable is None and len(found.multipliers) == 0
+    E = found.energy
+    assert E == pytest.approx(bf.energy(system, found.state), rel=1e-10)
+    equations = energy.EnergyEquations(system, found.sequence, found.weights)
+    u = np.append(found.unknowns, 0.0)
+    assert np.abs(equations.residual(u, E)).max() < 1e-11
+    assert equations.residual(u, E + equations.unit)[-1] == pytest.approx(-1.0)
+    assert equations.unit == pytest.approx(0.5 * found.weights[1]**2)
+    J, h = equations.jacobian(u), 1e-6
+    for c in range(u.size):
+        d = np.zeros(u.size)
+        d[c] = h
+        assert J[:, c] == pytest.approx((equations.residual(u + d, E) - equations.residual(u - d, E)) / (2.0 * h), abs=2e-5)
+    made = energy.corrected(system, found.sequence, found.unknowns, found.weights, 1.05 * E)
+    assert made.success and abs(made.x[-1]) < 1e-9
+    assert bf.energy(system, made.x[1:3]) == pytest.approx(1.05 * E, rel=1e-9)
+    along = energy.unfolding_path(scene_of(system), system)
+    flat = along.tables.flat.copy()
+    flat[along.index] = along.series @ [1.0, 0.3]
+    damped = scene_of(bf.System(1.0, 0.3, 1.0, system.elements))
+    assert flat == pytest.approx(damped.tables.flat, abs=1e-14)
+
+
+def test_systems_without_a_special_direction():
+    turning = (HarmonicForce(0.5, dof=0), HarmonicForce(0.5, dof=1, phase=-0.5 * np.pi))
+    stator = ElasticStator(radius=0.5, surface_speed=2.0)
+    quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+    def told(*parts, K=None, C=None):
+        return concentric.concentric(bf.System(np.eye(2), 0.1 * np.eye(2) if C is None else C, np.eye(2) if K is None else K, parts,
+                                               omega=1.0))
+
+    assert told(*turning, stator) and told(turning[0], HarmonicForce(0.5, dof=1, phase=0.5 * np.pi), stator)  # backwards
+    assert told(*turning, stator, C=0.1 * np.eye(2) + 0.3 * quarter, K=np.eye(2) + 0.2 * quarter)
+    assert not told(*turning, stator, K=np.diag([1.0, 1.1])) and not told(*turning, stator, C=np.diag([0.1, 0.2]))
+    assert not told(turning[0], stator) and not told(*turning, stator, ConstantForce(0.1, dof=1))
+    assert not told(*turning, ElasticStator(centre_x=0.1)) and not told(*turning, stator, RigidStop(2.0))
+    assert not told(*turning, stator, HarmonicForce(0.1, 2)) and not told(*turning)
+    assert not told(turning[0], HarmonicForce(0.5 + 1e-9, dof=1, phase=-0.5 * np.pi), stator)
+    four = bf.systems.rotor_in_casing()
+    turn = concentric.generator(four)
+    assert turn.tolist() == np.kron(np.eye(2), quarter).tolist() and concentric.concentric(four)
+    assert concentric.generator(bf.System(np.eye(3), np.eye(3), np.eye(3), [stator])) is None
+    assert not concentric.concentric(bf.systems.jeffcott_rotor()) and concentric.concentric(
+        bf.systems.jeffcott_rotor(offset=0.0, gravity=0.0))
+
+
+# ---- Lyapunov exponents --------------------------------------------------------------------------------------------------------
+
+
+def test_exponents_of_linear_motions():
+    K, C = np.array([[2.0, -0.5], [-0.3, 1.0]]), np.array([[0.3, 0.1], [-0.2, 0.4]])
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-K, -C]])
+    for elements, omega, unit in (([HarmonicForce()], 1.3, 2.0 * np.pi / 1.3), ([], None, 2.5)):
+        system = bf.System(np.eye(2), C, K, elements, omega=omega)
+        found = bf.lyapunov_exponents(system, periods=47, transient=80, batches=5, period=None if omega else unit)
+        assert found.periods == 45
+        assert found.values == pytest.approx(np.sort(np.linalg.eigvals(A).real)[::-1], abs=5e-3)
+        assert found.sum_rule == pytest.approx(-0.7, rel=1e-12) and found.values.sum() == pytest.approx(-0.7, rel=1e-9)
+        assert found.per_period == pytest.approx(found.values * unit) and found.impacts == 0.0 and not found.chaotic
+        assert found.errors.shape == (4,) and (found.errors >= 0.0).all()
+    with pytest.raises(ValueError, match="period = 1.0 is not allowed; the excitation"):
+        bf.lyapunov_exponents(FLIP, period=1.0)
+    for given, words in (({"batches": 3}, "batches = 3"), ({"periods": 9, "batches": 5}, "periods = 9"),
+                         ({"transient": -1}, "transient = -1"), ({"max_events": 0}, "max_events = 0")):
+        with pytest.raises(ValueError, match=words):
+            bf.lyapunov_exponents(FLIP, **given)
+    with pytest.raises(ValueError, match="lyapunov_exponents: period = 0.0"):
+        bf.lyapunov_exponents(BELT, period=0.0)
+
+
+def test_exponents_of_impacts_obey_the_sum_rule():
+    """Divergence -2 zeta, and r^2 an impact; the number of impacts is that of the simulation."""
+    system = bf.systems.impact_oscillator(omega=2.8, amplitude=1.0, gap=0.0, restitution=0.8)
+    found = bf.lyapunov_exponents(system, (-0.5, 0.0), periods=60, transient=10, batches=4)
+    motion = bf.simulate(system, (-0.5, 0.0), periods=70)
+    count = sum(e.kind == "impact" and e.time > 10 * system.period for e in motion.events)
+    assert found.impacts == pytest.approx(count / 60) and found.state == pytest.approx(motion.final, abs=1e-4)
+    expected = -0.1 + 2.0 * np.log(0.8) * count / (60 * system.period)
+    assert found.sum_rule == pytest.approx(expected, rel=1e-10) and found.values.sum() == pytest.approx(expected, rel=1e-6)
+    orbit = bf.find_orbit(FLIP)
+    own = bf.lyapunov_exponents(FLIP, orbit)
+    assert own.values == pytest.approx(np.log(np.abs(orbit.multipliers)) / orbit.period)
+    assert own.impacts == pytest.approx(len(orbit.events) / orbit.periods) and (own.errors == 0.0).all()
+    with pytest.raises(ValueError, match="the orbit is one of another system"):
+        bf.lyapunov_exponents(system, orbit)
+
+
+# ---- what find_orbit refuses ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("system, given, words", [
+    (FLIP, {"period": 1.0}, "period = 1.0 is not allowed; the excitation of .* gives it, say how many in periods="),
+    (BELT, {"periods": 2}, "periods = 2 is not allowed; .* has no excitation, say about how long in period="),
+    (FLIP, {"periods": 0}, "periods = 0 is not allowed; it must be a whole number of at least 1"),
+    (FLIP, {"periods": True}, "periods = True is not allowed"), (FLIP, {"periods": 1.5}, "periods = 1.5 is not allowed"),
+    (FLIP, {"closure": 2}, "closure = 2 is not allowed; it must be 1, -1 or None"),
+    (FLIP, {"closure": -1}, "closure = -1 is not allowed; .* is not symmetric under y -> -y"),
+    (FLIP, {"transient": -1}, "find_orbit: transient = -1"), (FLIP, {"guess": (1.0,)}, "guess has shape"),
+    (FLIP, {"guess": (1.0, np.nan)}, "guess = .* must be finite"), ("x", {}, "system = 'x' is not allowed")])
+def test_bad_arguments_are_named(system, given, words):
+    with pytest.raises(ValueError, match=words):
+        bf.find_orbit(system, **given)
+
+
+def test_equations_by_hand_get_their_orders():
+    found = bf.find_orbit(BOTH, closure=1)
+    s = found.sequence
+    bare = Signature(s.nodes[:, :5], s.fixed, s.span)
+    made = Equations(found.scene, path.constant_path(found.scene, BOTH), bare, found.weights)
+    assert np.array_equal(made.signature.nodes, divided(found.scene, s.nodes[:, :5]))
+    assert np.abs(made.residual(np.append(found.unknowns, 0.0))).max() < 1e-11
