@@ -1,0 +1,288 @@
+"""Starts followed to attractors, mapped and begun, against loops over simulations: labels, periods, impacts, speeds, states."""
+import math
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.compose.scene import scene_of
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
+from bifurc.ensemble import initial_conditions, outcomes
+from bifurc.ensemble.grid import Grid, place_of
+from bifurc.ensemble.integrator import Cells, Integrator, Targets
+from bifurc.ensemble.outcomes import CellState
+from bifurc.ensemble.period_map import PeriodMap
+from bifurc.ensemble.proximity import boxes
+from bifurc.ensemble.region import Region
+from bifurc.ensemble.section import Section
+from bifurc.ensemble.section_integrator import SectionIntegrator
+
+PLAIN = bf.systems.impact_oscillator(omega=1.4)
+RICH = bf.System(np.diag([1.0, 1.5]), [[0.2, -0.05], [0.0, 0.25]], [[2.0, -0.6], [-0.6, 1.2]], [
+    HarmonicForce(0.9), RigidStop(0.5, 0.6), ElasticStop(0.3, 4.0, 0.2, side=-1, dof=1), Coulomb(0.08, dof=1), Jenkins(0.8, 0.15)],
+    omega=1.2)
+
+
+def drawn(system, rng, count):
+    scene = scene_of(system)
+    X = rng.uniform(-1.0, 0.45, (count, scene.ns))
+    X[:, scene.n:] *= 1.5
+    return X
+
+
+def targets(system, rng, stay=3):
+    """Return points of an orbit with radii, and boxes around some sections of other motions."""
+    scene = scene_of(system)
+    scale = np.linspace(0.7, 1.6, scene.ns)
+    orbit = bf.find_orbit(system)
+    points = orbit.sections / scale
+    far = np.array([bf.simulate(system, x, periods=6).sections[4:] for x in drawn(system, rng, 12)]).reshape(-1, scene.ns)
+    keys = np.empty(len(far), np.uint64)
+    boxes(far, 1.0 / scale, 0.4, keys)
+    keys = np.unique(keys)
+    return scale, Targets(1.0 / scale, points, np.full(len(points), 0.05**2), np.full(len(points), 7), 0.4, keys,
+                          np.full(len(keys), 3), stay)
+
+
+def twin(system, x, scale, T, most, limit):
+    """Return label, periods, impacts, least speed, state, end of one start: period by period, from simulations."""
+    known = dict(zip(T.keys.tolist(), T.keepers.tolist(), strict=True))
+    try:
+        motion = bf.simulate(system, x, periods=most, max_events=limit)
+    except ValueError:
+        return -1, 0, 0, np.inf, outcomes.OUTSIDE
+    hits = [(e.time, 0.0 if e.kind == "chatter" else e.speed) for e in motion.events if e.kind in ("impact", "contact", "chatter")]
+    visits = 0
+    for k, y in enumerate(motion.sections[1:], 1):
+        near = np.linalg.norm(y / scale - T.points, axis=1)**2 <= T.squares
+        key = np.empty(1, np.uint64)
+        boxes(y[None], T.inverse, T.width, key)
+        visits = visits + 1 if int(key[0]) in known else 0
+        label = int(T.owner[near.argmax()]) if near.any() else 3 if visits >= T.stay else -1
+        if label >= 0:
+            before = [speed for time, speed in hits if time < k * system.period]
+            return label, k, len(before), min(before, default=np.inf), outcomes.REACHED
+    return -1, most, len(hits), min((speed for _, speed in hits), default=np.inf), outcomes.UNSETTLED
+
+
+@pytest.mark.parametrize("by", ["itself", "simulation"])
+@pytest.mark.parametrize("system", [PLAIN, RICH], ids=["batch", "scalar"])
+def test_starts_are_followed_as_simulations_say(system, by, rng):
+    scale, T = targets(system, rng)
+    most, found = 7, Integrator(scene_of(system), 2000)
+    assert found.lean is (system is PLAIN) and found.compiled and found.chunk == (8192 if system is PLAIN else 512)
+    if by == "simulation":
+        found._module = found._scalar = None
+    X = drawn(system, rng, 40)
+    X[-1, 0] = 9.0
+    ends = X.copy()
+    cells = found.label(ends, T, most)
+    seen = set()
+    for i, x in enumerate(X):
+        label, periods, impacts, speed, state = twin(system, x, scale, T, most, 2000)
+        assert (cells.labels[i], cells.states[i], cells.periods[i], cells.impacts[i]) == (label, state, periods, impacts), i
+        assert cells.speeds[i] == pytest.approx(speed, rel=1e-6, abs=1e-9)
+        if state == outcomes.UNSETTLED:
+            last = bf.simulate(system, x, periods=most).sections[-1]
+            assert ends[i] == pytest.approx(last, abs=1e-7)
+        seen.add(label)
+    assert {-1, 3} <= seen or {-1, 7} <= seen
+
+
+@pytest.mark.parametrize("by", ["itself", "simulation"])
+@pytest.mark.parametrize("system", [PLAIN, RICH], ids=["batch", "scalar"])
+def test_images_are_those_of_simulations(system, by, rng):
+    found = PeriodMap(system)
+    if by == "simulation":
+        found._integrator._module = found._integrator._scalar = None
+    X = drawn(system, rng, 25)
+    X[-1, 0] = 9.0
+    keep = X.copy()
+    images = found.apply(X, periods=3)
+    assert np.array_equal(X, keep) and images.outcomes[-1] == outcomes.OUTSIDE
+    for i, x in enumerate(X[:-1]):
+        motion = bf.simulate(system, x, periods=3)
+        hits = [0.0 if e.kind == "chatter" else e.speed for e in motion.events if e.kind in ("impact", "contact", "chatter")]
+        assert images.ends[i] == pytest.approx(motion.sections[-1], abs=1e-9)
+        assert (images.outcomes[i], images.impacts[i]) == (outcomes.REACHED, len(hits))
+        assert images.speeds[i] == pytest.approx(min(hits, default=np.inf), rel=1e-7, abs=1e-10)
+    assert repr(found) == f"PeriodMap({system!r}, kernel {'batch' if system is PLAIN else 'scalar'})" and found.error == 0.0
+
+
+def test_too_many_events_are_said_by_either(rng):
+    for system in (PLAIN, RICH):
+        for by in ("itself", "simulation"):
+            found = PeriodMap(system, max_events=1)
+            if by == "simulation":
+                found._integrator._module = found._integrator._scalar = None
+            X = drawn(system, rng, 12)
+            images = found.apply(X, periods=4)
+            for i, x in enumerate(X):
+                motion = bf.simulate(system, x, periods=4, max_events=1)
+                assert images.outcomes[i] == (outcomes.REACHED if motion.success else outcomes.CROWDED), (by, i)
+            assert system is PLAIN or (images.outcomes == outcomes.CROWDED).any()
+
+
+@pytest.mark.parametrize("given, words", [
+    (np.zeros(2), "X has shape .2,.; it must be .N, 2., one start a row"), (np.zeros((3, 4)), "X has shape .3, 4."),
+    (np.full((1, 2), np.nan), "X contains states that are not finite")])
+def test_starts_that_are_none(given, words):
+    with pytest.raises(ValueError, match=words):
+        PeriodMap(PLAIN).apply(given)
+    for periods in (0, -1, 1.5, True):
+        with pytest.raises(ValueError, match=f"periods = {periods} is not allowed; it must be a whole number of at least 1"):
+            PeriodMap(PLAIN).apply(np.zeros((1, 2)), periods)
+    for steps in (0, 2.5, True):
+        with pytest.raises(ValueError, match=f"steps = {steps} is not allowed; it must be a whole number of at least 1"):
+            PeriodMap(PLAIN, steps=steps)
+    with pytest.raises(ValueError, match="is autonomous; a map over forcing periods needs an excitation"):
+        PeriodMap(bf.systems.belt_oscillator())
+
+
+def test_the_mode_of_a_start_is_that_of_the_simulation(rng):
+    """Random starts, on a stop, at rest under friction, beyond a stop, with overloaded sliders."""
+    for system in (PLAIN, RICH):
+        scene = scene_of(system)
+        X = drawn(system, rng, 60)
+        X[:8, 0], X[8:16, scene.n + scene.n - 1] = 0.5 if system is RICH else 1.0, 0.0
+        X[16:20, 0] = 2.0
+        if scene.ns > 2 * scene.n:
+            X[:, -1] = X[:, 0] + rng.uniform(-0.1, 0.1, len(X))
+            X[20:40, -1] = X[20:40, 0] + rng.choice([-1.0, 1.0], 20) * rng.uniform(0.2, 0.9, 20)
+        Y, modes = X.copy(), np.empty(len(X), np.int64)
+        initial_conditions.unloaded(scene, Y)
+        initial_conditions.begin(scene.tables, np.array(list(scene.start_modes())), Y, modes)
+        told = 0
+        for x, y, m in zip(X, Y, modes, strict=True):
+            try:
+                motion = bf.simulate(system, x, duration=0.0)
+            except ValueError as error:
+                assert "beyond the stop" in str(error) and m in (outcomes.BEYOND, outcomes.UNCLEAR)
+                continue
+            assert m in (outcomes.UNCLEAR, motion.recorded.rows[0, 2])
+            if m >= 0:
+                told += 1
+                place = scene.keys[m][-1] == "stick" if scene.ns > 2 * scene.n else True
+                assert not place or y == pytest.approx(motion.recorded.after[0], abs=1e-12)
+        assert told > 15 and (system is RICH or (modes == outcomes.BEYOND).any())
+
+
+def test_states_from_named_components():
+    scene = scene_of(RICH)
+    found = initial_conditions.states_at(scene, ("v1", "q0"), {"q1": 0.3}, np.array([[1.0, 2.0], [3.0, 4.0]]))
+    assert found.tolist() == [[2.0, 0.3, 0.0, 1.0, 2.0], [4.0, 0.3, 0.0, 3.0, 4.0]]  # the slider follows its spring
+    given = initial_conditions.states_at(scene, ("q0", "w0"), {}, np.array([[1.0, 2.0]]))
+    assert given.tolist() == [[1.0, 0.0, 0.0, 0.0, 2.0]] and given.flags.c_contiguous
+    assert initial_conditions.states_at(scene, ("q0",), {"w0": 0.5}, np.array([[1.0]])).tolist() == [[1.0, 0.0, 0.0, 0.0, 0.5]]
+    assert [place_of(name, 2, 5) for name in ("q1", "v0", "v1", "w0")] == [1, 2, 3, 4]
+    for name, words in (("q2", "q2"), ("w1", "w1"), ("x", "'x' is unknown")):
+        with pytest.raises(ValueError, match=words):
+            place_of(name, 2, 5)
+    with pytest.raises(ValueError, match="it has 2 degrees of freedom: q0 .. q1 and v0 .. v1, memory w0 .. w0"):
+        place_of("v2", 2, 5)
+
+
+def test_cells_of_which_nothing_is_known():
+    cells = Cells.blank(3)
+    assert cells.labels.tolist() == [-1] * 3 and cells.states.tolist() == [outcomes.ASK] * 3
+    assert cells.periods.tolist() == cells.impacts.tolist() == [0] * 3 and np.isinf(cells.speeds).all()
+    assert {array.dtype.name for array in cells[:4]} == {"int64"} and Cells.blank(1, 4, 2)[0][0] == 4
+    assert [state.code for state in CellState] == list(range(6)) and all(state.sentence.endswith(".") for state in CellState)
+
+
+# ---- sections ------------------------------------------------------------------------------------------------------------------
+
+
+def test_crossings_at_events_and_on_the_value():
+    """A jump over the value counts where it is, with the state before; what stays on it has passed when it leaves beyond."""
+    ball = bf.System(1.0, 0.0, 0.0, [bf.elements.ConstantForce(-1.0), RigidStop(0.0, 0.5, side=-1)])
+    motion = bf.simulate(ball, (2.0, 0.0), duration=5.0)  # falls for 2, bounces with 1 and .5
+    rising = Section("v0", 0.0, 1).crossings(motion)
+    first = motion.events[0]
+    assert rising[0][0] == first.time == 2.0 and rising[1][0].tolist() == pytest.approx([0.0, -2.0])
+    falling = Section("v0", 0.0, -1).crossings(motion)
+    assert falling[0][0] == pytest.approx(3.0, abs=1e-12) and falling[1][0] == pytest.approx([0.5, 0.0], abs=1e-12)
+    both = Section("v0", 0.0, 0).crossings(motion)
+    assert both[0] == pytest.approx(np.sort(np.concatenate([rising[0], falling[0]])), abs=1e-12)
+    stick = bf.simulate(bf.systems.belt_oscillator(), (0.0, 0.3), duration=25.0)
+    assert sum(e.kind == "stick" for e in stick.events) > 2  # it comes from below and leaves below
+    assert all(Section("v0", 0.3, direction).crossings(stick)[0].size == 0 for direction in (-1, 0, 1))
+    none = Section("q0", 99.0).crossings(motion)
+    assert none[0].shape == (0,) and none[1].shape == (0, 2)
+    assert Section("v0", 1, -1).to_record() == {"coordinate": "v0", "value": 1.0, "direction": -1}
+    assert Section("v1").place(scene_of(RICH)) == 3
+    for given, words in (((3,), "coordinate = 3"), (("x",), "'x' is unknown"), (("q0", np.nan), "Section: value = nan"),
+                         (("q0", 0.0, 2), "direction = 2")):
+        with pytest.raises(ValueError, match=words):
+            Section(*given)
+
+
+def test_starts_without_a_clock_are_followed_from_section_to_section(rng):
+    """A cubic limit cycle that is known from a long simulation; returns are counted by the crossings before it is near."""
+    system = bf.systems.belt_oscillator()
+    scene, section, unit = scene_of(system), Section("v0", 0.0, -1), 2.0 * math.pi
+    cycle = section.crossings(bf.simulate(system, (-0.5, 0.3), duration=80.0))[1][-1]
+    none = np.empty(0, np.uint64)
+    T = Targets(np.ones(2), cycle[None], np.array([1e-6]), np.array([5]), 0.1, none, np.empty(0, np.int64))
+    found = SectionIntegrator(scene, 100, section, unit)
+    X = np.array([[-0.5, 0.3], [1.5, -0.4], [1.6, -1.0]])
+    ends = X.copy()
+    cells = found.label(ends, T, 40)
+    for i, x in enumerate(X):
+        motion = bf.simulate(system, x, duration=60.0)
+        points = section.crossings(motion)[1]
+        count = int(np.argmax(np.abs(points - cycle).max(axis=1) < 7e-4)) + 1
+        assert (cells.labels[i], cells.states[i]) == (5, outcomes.REACHED) and cells.periods[i] in (count, count - 1, count + 1)
+        assert cells.impacts[i] == 0 and np.isinf(cells.speeds[i])
+    lost = Targets(np.ones(2), cycle[None] + 9.0, np.array([1e-6]), np.array([5]), 0.1, none, np.empty(0, np.int64))
+    never = found.label(X.copy(), lost, 10)
+    assert (never.labels == -1).all() and (never.states == outcomes.UNSETTLED).all() and (never.periods >= 10).all()
+
+
+# ---- grids and regions ---------------------------------------------------------------------------------------------------------
+
+
+def test_grids_count_in_their_units():
+    grid = Grid(q0=(-1, 3, 8), v0=(0, 3, 3), at={"q1": 2}, periodic=["v0"])
+    assert grid.widths.tolist() == [0.5, 1.0] and grid.centres(0)[:2].tolist() == [-0.75, -0.25] and grid.size == 24
+    assert grid.points(np.array([0, 4]), 0.25).tolist() == [[-0.875, 0.25], [-0.375, 1.25]]
+    assert grid.wrapped(np.array([[9.0, -0.5], [0.0, 3.0]])).tolist() == [[9.0, 2.5], [0.0, 0.0]]
+    assert grid.places(2, 4) == (0, 2) and grid.base(2, 4).tolist() == [0.0, 2.0, 0.0, 0.0]
+    assert grid.to_record() == {"ranges": {"q0": [-1.0, 3.0, 8], "v0": [0.0, 3.0, 3]}, "at": {"q1": 2.0}, "periodic": ["v0"]}
+    assert Grid.from_record(grid.to_record()) == grid and hash(grid) != hash(Grid(q0=(-1, 3, 8), v0=(0, 3, 3), at={"q1": 2}))
+    points = np.array([[0.1, 0.2]])
+    assert Grid(q0=(0, 1, 2), v0=(0, 1, 2)).wrapped(points) is points and "periodic" not in Grid(q0=(0, 1, 2)).to_record()
+    assert repr(grid) == "Grid(q0=(-1, 3, 8), v0=(0, 3, 3), at={'q1': 2.0}, periodic=('v0',))"
+    for wrong in (3, [1.0]):
+        with pytest.raises(ValueError, match="at = .* is not allowed; it must be a mapping of components"):
+            Grid(q0=(0, 1, 2), at=wrong)
+
+
+def test_memory_is_refused_beyond_half_of_the_machine(monkeypatch):
+    from bifurc.ensemble import grid as module
+
+    monkeypatch.setattr(module, "_memory", lambda: 2e6)
+    grid = Grid(q0=(0, 1, 100), v0=(0, 1, 100))
+    grid.require(100.0, "a map")
+    with pytest.raises(MemoryError, match=r"1e\+04 cells; a map needs about 1.01 MB, and half of this machine's memory, 1 MB, is "
+                                          r"allowed: write at most 9.9e\+03 cells"):
+        grid.require(101.0, "a map")
+    assert [module._bytes(size) for size in (5e2, 2e6, 3.2e9, 4e12)] == ["0.5 kB", "2 MB", "3.2 GB", "4 TB"]
+
+
+def test_regions_keep_what_they_are_given():
+    region = Region({"q0": (-3, 1), "v0": (-4, 4)}, {"q1": 0.5})
+    assert repr(region) == "Region(q0=(-3, 1), v0=(-4, 4), at={'q1': 0.5})"
+    assert repr(Region({"q0": (0, 1)})) == "Region(q0=(0, 1))"
+    again = Region.from_record(region.to_record())
+    assert again.ranges == region.ranges == {"q0": (-3.0, 1.0), "v0": (-4.0, 4.0)} and again.at == {"q1": 0.5}
+    two = scene_of(bf.systems.impact_chain(n=2))
+    assert not np.array_equal(region.starts(two, 5, 1), region.starts(two, 5, 2)) and region.starts(two, 0, 1).shape == (0, 4)
+    for given, words in ((({},), "region = {} is not allowed"), ((3,), "region = 3"),
+                         (({"x": (0, 1)},), "'x' is unknown"),
+                         (({"q0": (1, 1)},), "low bound must be below"), (({"q0": 3},), r"it must be \(low, high\)"),
+                         (({"q0": (0, np.inf)},), "must be finite"),
+                         (({"q0": (0, 1)}, {"q0": 1}), "at fixes q0, which has a range"),
+                         (({"q0": (0, 1)}, 3), "at = 3 is not allowed"), (({"q0": (0, 1)}, {"z": 1}), "'z' is unknown")):
+        with pytest.raises(ValueError, match=words):
+            Region(*given)
