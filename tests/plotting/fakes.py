@@ -168,3 +168,8 @@ def basins() -> FakeMap:
     fractions = {k: float(np.mean(labels == k)) for k in (-1, 0, 1)}
     grid = SimpleNamespace(names=("q0", "v0"), low=(-3.0, -4.0), high=(1.0, 4.0))
     return FakeMap(labels, grid, (impacting, free), fractions)
+
+
+def branch_without() -> SimpleNamespace:
+    """A branch without any column that a diagram of states shows."""
+    return SimpleNamespace(column_names=("s", "omega"))
