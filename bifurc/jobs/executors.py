@@ -105,7 +105,7 @@ def run_chunks(store: ChunkStore, work: Work, payloads: Sequence[Mapping], *, ex
     run = _Run(store, work, payloads, names, outcome, bar, share, note)
     make, owned = _maker(executor, workers, len(open_))
     try:
-        _with_pools(run, open_, make, owned, callable(executor) and not hasattr(executor, "submit"))
+        _with_pools(run, open_, make, owned, _makes(executor))
     finally:
         store.manifest(names, outcome.failures, len(names))
     return outcome
@@ -117,6 +117,11 @@ def check_executor(executor) -> None:
         return
     raise ValueError(f"executor = {executor!r} is not allowed; it must be a concurrent.futures.Executor (or have its submit), a "
                      "dask.distributed.Client, a function that makes one, or None for threads")
+
+
+def _makes(executor) -> bool:
+    """Return whether an executor is to be made by a call: a function, or a class of executors."""
+    return isinstance(executor, type) or callable(executor) and not hasattr(executor, "submit")
 
 
 def workers_of(owner: str, workers) -> int | None:
@@ -132,11 +137,11 @@ def _maker(executor, workers: int | None, count: int) -> tuple[Callable[[], Exec
     if executor is None:
         threads = min(workers or os.cpu_count() or 1, count)
         return (SerialExecutor if threads == 1 else lambda: ThreadPoolExecutor(threads)), True
+    if _makes(executor):
+        return executor, True
     if hasattr(executor, "get_executor"):  # a dask.distributed.Client
         return lambda: executor.get_executor(pure=False), False
-    if hasattr(executor, "submit"):
-        return lambda: executor, False
-    return executor, True
+    return lambda: executor, False
 
 
 def _with_pools(run: "_Run", open_: list[int], make: Callable[[], Executor], owned: bool, again: bool) -> None:
