@@ -6,9 +6,10 @@ import pytest
 
 import bifurc as bf
 from bifurc.certify.arithmetic.balls import Balls, Rationals
-from bifurc.certify.model import Model, Refused, floats_of
+from bifurc.certify.model import KNOWN, Model, Refused, floats_of, understood
 from bifurc.certify.parameter.family import Family
-from bifurc.elements import BaseMotion, Coulomb, CubicSpring, HarmonicForce, Jenkins, RigidStop
+from bifurc.elements import BaseMotion, Coulomb, CubicSpring, EventKind, Guard, HarmonicForce, Jenkins, Mode, RigidStop
+from bifurc.elements.local import affine
 
 flint = pytest.importorskip("flint")
 
@@ -242,3 +243,37 @@ def test_numbers_that_are_polynomials_have_series_and_others_are_refused():
     assert [float(v.mid()) for v in stiffness] == pytest.approx([3.25, 3.0, 1.0, 0.0], abs=1e-11)
     with pytest.raises(Refused, match="no polynomials of b"):
         Family(made, "b", -1.0, 1.0, places)
+
+
+def test_whatever_acts_is_understood_or_refused(monkeypatch):
+    """An object of another class, and a field that the equations do not read."""
+    guard = Guard(affine(1.0), EventKind.IMPACT, ("free",), silent=True)
+    understood(guard, Guard, "g")
+    with pytest.raises(Refused, match="^m has a Guard, which no proof is made for"):
+        understood(guard, Mode, "m")
+    monkeypatch.setitem(KNOWN, Guard, KNOWN[Guard] - {"silent"})
+    with pytest.raises(Refused, match="^g has silent = True, which no proof takes account of"):
+        understood(guard, Guard, "g")
+    understood(Guard(affine(1.0), EventKind.IMPACT, ("free",)), Guard, "g")
+    stop = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), RigidStop(1.0, 0.5)], omega=1.0)
+    monkeypatch.setitem(KNOWN, Guard, KNOWN[Guard] - {"accumulates"})  # it is asked of all that a system is made of
+    with pytest.raises(Refused, match="accumulates"):
+        Model(stop, Rationals(), [(1, key) for key in stop.elements[1].start])
+
+
+def test_harmonics_of_several_loads_are_in_order():
+    made = bf.System(1.0, 0.3, 2.0, [HarmonicForce(0.5, harmonic=3), HarmonicForce(0.25, harmonic=1), HarmonicForce(1.5, harmonic=12)],
+                     omega=OMEGA)
+    found = Model(made, Rationals(), [(e, item.start[0]) for e, item in enumerate(made.elements)])
+    assert found.harmonics == (1, 3, 12) and found.nx == 9
+    B = floats(rows_of(found.mode(tuple(item.start[0] for item in made.elements)).B))
+    np.testing.assert_allclose(B[1] * OMEGA, [-2.0, -0.3, 0.0, 0.25, 0.0, 0.5, 0.0, 1.5, 0.0], atol=1e-15)
+    turning = np.zeros((7, 7))
+    for i, k in enumerate((1, 3, 12)):
+        turning[1 + 2 * i, 2 + 2 * i], turning[2 + 2 * i, 1 + 2 * i] = -k, k
+    np.testing.assert_array_equal(B[2:, 2:], turning)
+
+
+def test_a_short_range_is_widened_too():
+    _, along, _ = family(0.8, 0.8 + 1e-4)
+    assert along.low == pytest.approx(0.8 - 0.8e-3, rel=1e-6) and along.high == pytest.approx(0.8 + 0.9e-3, rel=1e-6)
