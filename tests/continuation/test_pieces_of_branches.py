@@ -473,7 +473,7 @@ def test_the_leading_multiplier_is_the_largest_that_is_excited_and_seen():
     every = leading_multiplier(E, left.sum(axis=0), right.sum(axis=0))
     assert every[0] == pytest.approx(0.9) and every[1] == pytest.approx(1.0) and isinstance(every[0], float)
     assert leading_multiplier(E, left[1] + left[2], right.sum(axis=0))[0] == pytest.approx(-0.5)  # .9 is not seen
-    assert leading_multiplier(E, left.sum(axis=0), 2.0 * right[2]) == (pytest.approx(0.2), pytest.approx(2.0))  # it alone is excited
+    assert leading_multiplier(E, left.sum(axis=0), 2.0 * right[2]) == (pytest.approx(0.2), pytest.approx(2.0))  # alone excited
     assert leading_multiplier(E, left[0], right[1]) == (0.0, 0.0)
     turn = 0.7 * np.array([[np.cos(1), -np.sin(1)], [np.sin(1), np.cos(1)]])
     value, _ = leading_multiplier(turn, np.ones(2), np.ones(2))
