@@ -1,0 +1,415 @@
+"""Rows, the curve between two of them, and what is read off a step, on branches in closed form."""
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bifurc.continuation.kinds import CorrectorStatus, SpecialPointKind
+from bifurc.continuation.problem import Corrected, Monitor
+from bifurc.continuation.steps import branchpoint, hidden, tori
+from bifurc.continuation.steps.branchpoint import Crossing, first_direction, locate_crossing, other_direction
+from bifurc.continuation.steps.detect import clear_slope, known_to, near, remember, stands
+from bifurc.continuation.steps.rows import Curve, Part, Point, Row, followed, reversed_row
+from bifurc.continuation.steps.rows import tests_of as values_of
+from bifurc.solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
+from tests.continuation.problems import Scalar
+
+
+def corrected(x, tangent, monitors=(), sign=1.0, log=0.0, status=CorrectorStatus.CONVERGED):
+    return Corrected(np.array(x, float), np.array(tangent, float), True, status, 3, 1e-14, 0.0, 0.0, sign, log,
+                     np.array(monitors, float))
+
+
+class Bent(Scalar):
+    """u = p^3 - 2 p in other units, with two monitors of which one is odd."""
+
+    monitors = (Monitor(SpecialPointKind.GRAZING, boundary=True), Monitor(SpecialPointKind.USER, "odd", odd=True))
+
+    def __init__(self, **more):
+        super().__init__(lambda u, p: u - (p**3 - 2.0 * p), lambda u, p: (1.0, -(3.0 * p * p - 2.0)), 0.0, 0.0, scale_u=4.0,
+                         scale_p=0.5, **more)
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([u[0] - 1.0, tangent[-1] * p])
+
+
+def row_at(part, p, s, log=0.0, sign=1.0):
+    """Return the row of a branch at ``p``, with its exact tangent."""
+    problem = part.problem
+    u = p**3 - 2.0 * p
+    t = np.array([(3.0 * p * p - 2.0) * 0.5 / 4.0, 1.0])
+    t /= np.linalg.norm(t)
+    c = corrected([u, p], t, problem.monitor_values(np.array([u]), p, t), sign, log)
+    return Row(c, part, s, 0.01, values_of(c), 0.2)
+
+
+@pytest.fixture
+def part():
+    return Part(Bent(), 7, born=1)
+
+
+def test_what_is_read_of_a_problem(part):
+    assert part.index == 7 and part.born == 1 and part.count == 3
+    assert part.kinds == [SpecialPointKind.FOLD, SpecialPointKind.GRAZING, SpecialPointKind.USER]
+    assert part.boundary == [1] and part.events == [0, 2]
+    np.testing.assert_array_equal(part.turned([3.0, 5.0]), [3.0, -5.0])
+    np.testing.assert_array_equal(part.scale, [4.0, 0.5])
+
+
+def test_a_row_and_its_image_in_the_other_direction(part):
+    row = row_at(part, 0.75, 1.5, log=-2.0, sign=-1.0)
+    row.recorded = {"a": 1.0}
+    assert (row.p, row.s, row.ds, row.iterations, row.det_sign, row.det_log) == (0.75, 1.5, 0.2, 3, -1.0, -2.0)
+    np.testing.assert_allclose(row.direction, part.scale * row.tangent)
+    assert row.tests[0] == row.tangent[-1] and len(row.tests) == 3 and not row.singular
+    other = reversed_row(row)
+    np.testing.assert_array_equal(other.tangent, -row.tangent)
+    assert other.s == -1.5 and other.det_sign == 1.0 and other.det_log == -2.0 and other.recorded == {"a": 1.0}
+    assert other.tests == [-row.tests[0], row.tests[1], -row.tests[2]] and other.part is part and other.angle == row.angle
+    again = reversed_row(other)
+    assert again.tests == row.tests and again.s == row.s
+    assert math.copysign(1.0, reversed_row(row_at(part, 0.0, 0.0)).s) == 1.0  # no negative zero
+    singular = Row(corrected([0, 0], [0, 1], [0, 0], status=CorrectorStatus.SINGULAR), part, 0.0, 0.0, [1.0, 0.0, 0.0], 0.1)
+    assert singular.singular and reversed_row(singular).singular
+    point = Point(row)
+    np.testing.assert_array_equal(point.x, row.x)
+    assert point.u.tolist() == [row.x[0]] and point.parameter == 0.75 and point.s == 1.5 and point.monitors == row.tests[1:]
+
+
+def test_a_row_of_a_step_that_the_problem_made_itself(part):
+    before = row_at(part, 0.5, 1.0)
+    told = 0.25, 0.05, 0.01, 0.4, 2.0, 1e-13, -1.0, 3.5
+    row = followed(before, np.array([1.0, 2.0]), np.array([0.6, 0.8]), [0.8, -1.0, 2.0], told, (1, -1, 1))
+    assert (row.s, row.angle, row.misfit, row.ds, row.iterations) == (1.25, 0.05, 0.01, 0.4, 2)
+    assert row.bend == pytest.approx(0.2) and row.signs == (1, -1, 1)
+    assert (row.residual, row.det_sign, row.det_log, row.p) == (1e-13, -1.0, 3.5, 2.0)
+    assert row.tests == [0.8, -1.0, 2.0] and row.part is part
+
+
+def test_the_curve_between_two_rows_is_the_cubic_of_both(part):
+    a, b = row_at(part, 0.4, 1.0), row_at(part, 0.7, 1.75)
+    curve = Curve(a, b)
+    assert curve.length == 0.75
+    for t, row in ((0.0, a), (1.0, b)):
+        np.testing.assert_allclose(curve.place(t), row.x, atol=1e-15)
+        h = 1e-6
+        slope = (curve.place(t + h) - curve.place(t - h)) / (2.0 * h)
+        np.testing.assert_allclose(slope, 0.75 * row.direction, rtol=1e-8)
+    bends = []
+    for t in (0.0, 0.21, 0.5, 0.83, 1.0):
+        slope = (curve.place(t + h) - curve.place(t - h)) / (2.0 * h) / part.scale
+        np.testing.assert_allclose(curve.tangent(t), slope / np.linalg.norm(slope), rtol=1e-7)
+        k = 1e-4
+        bends.append(abs(curve.place(t + k)[-1] - 2.0 * curve.place(t)[-1] + curve.place(t - k)[-1]) / k**2)
+    assert curve.parameter_bend() == pytest.approx(max(bends), rel=1e-5)
+    c = curve.at(0.3)
+    assert c.converged and c.x[0] == pytest.approx(c.x[1]**3 - 2.0 * c.x[1], abs=1e-12)
+    assert (c.x - curve.place(0.3)) / part.scale @ curve.tangent(0.3) == pytest.approx(0.0, abs=1e-9)  # in the plane across
+    value, point = curve.test(0)(0.3)
+    assert value == point.tangent[-1] and curve.test(2)(0.3)[0] == point.monitors[1]
+    t, gap = curve.nearest(curve.place(0.62) + 1e-3 * part.scale * np.array([-curve.tangent(0.62)[1], curve.tangent(0.62)[0]]))
+    assert t == pytest.approx(0.62, abs=1e-3) and gap == pytest.approx(1e-3, rel=1e-3)
+    assert curve.nearest(curve.place(1.2))[0] == pytest.approx(1.2, abs=1e-6)
+    assert curve.nearest(curve.place(3.0))[0] == 1.5 and curve.nearest(curve.place(-3.0))[0] == -0.5
+
+
+def test_a_test_that_is_not_known_is_none(part, monkeypatch):
+    curve = Curve(row_at(part, 0.4, 1.0), row_at(part, 0.7, 1.75))
+    monkeypatch.setattr(Bent, "monitor_values", lambda self, u, p, t: np.array([math.nan, 1.0]))
+    assert curve.test(1)(0.5) is None and curve.test(2)(0.5)[0] == 1.0
+
+    def broken(*args):
+        raise ValueError("own code")
+    monkeypatch.setattr(Bent, "residual", broken)
+    assert curve.at(0.5) is None and curve.test(0)(0.5) is None
+
+
+# signs and places
+
+def half_of(part, rows=(), count=3):
+    return SimpleNamespace(signs=[0] * count, sizes=[0.0] * count, rows=list(rows), unresolved=[])
+
+
+def test_signs_are_remembered_where_they_are_clear(part):
+    half = half_of(part)
+    row = row_at(part, 0.5, 0.0)
+
+    def seen(values, before=True, fresh=False):
+        row.tests = list(values)
+        remember(half, row, before, fresh)
+        return half.signs
+    assert seen([0.5, -2.0, 3.0]) == [1, -1, 1] and half.sizes == [0.5, 2.0, 3.0]
+    assert seen([-0.5, 1.0, math.nan]) == [-1, 1, 1] and half.sizes == [0.5, 2.0, 3.0]
+    assert seen([0.9 * SLOPE_BAND, 0.9 * MONITOR_BAND * 2.0, 0.9 * MONITOR_BAND * 3.0]) == [-1, 1, 1]
+    assert seen([-0.9 * SLOPE_BAND, -0.9 * MONITOR_BAND * 2.0, 1.1 * MONITOR_BAND * 3.0]) == [-1, 1, 1]
+    assert seen([1.1 * SLOPE_BAND, -1.1 * MONITOR_BAND * 2.0, -1.1 * MONITOR_BAND * 3.0]) == [1, -1, -1]
+    assert seen([-1.0, math.inf, 1.0]) == [-1, 1, 1] and half.sizes[1] == 2.0
+    half = half_of(part)  # at a first row the zero of the boundary on which it begins has no sign
+    assert seen([1.0, 5.0, 7.0], before=False, fresh=True) == [1, 0, 1]
+    half = half_of(part)
+    assert seen([1.1 * BOUNDARY_BAND, 0.0, 0.9 * MONITOR_BAND], before=False, fresh=True)[::2] == [1, 0]
+    half = half_of(part)
+    assert seen([0.9 * BOUNDARY_BAND, 0.0, 1.1 * MONITOR_BAND], before=False)[0] == 0
+    assert clear_slope(-1.1 * BOUNDARY_BAND) and not clear_slope(0.9 * BOUNDARY_BAND)
+
+
+def test_places_beside_the_ends_of_a_step(part):
+    a, b = row_at(part, 0.4, 1.0), row_at(part, 0.7, 2.0)
+    assert near(a, b, 0) == (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+    assert near(a, b, 2) == (1e-8, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+    short = row_at(part, 0.41, 1.0 + 5e-3)
+    np.testing.assert_allclose(near(a, short, 1), (2e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1), rtol=1e-9)
+    assert known_to(SimpleNamespace(low=1.0, high=1.0)) == 1e-9
+    assert known_to(SimpleNamespace(low=1.0, high=1.5)) == 0.25
+    # the parameter stands still at an end whose slope is no more than its change over what is known of the place
+    a.tests[0], b.tests[0] = 1.0, 1e-4
+    assert stands(a, b, b, 1.1e-4) and not stands(a, b, b, 0.9e-4) and not stands(a, b, a, 0.5)
+
+
+# zeros that the ends of a step do not show
+
+def test_a_determinant_that_falls_faster_than_foretold_is_nearly_singular(part):
+    rows = [row_at(part, 0.1, 0.0, log=0.0), row_at(part, 0.2, 1.0, log=-3.0)]
+    fall = NEARLY_SINGULAR
+    assert not hidden.nearly_singular(rows, rows[1], -3.0 - 0.9 * fall, 1.0)
+    assert not hidden.nearly_singular(rows, rows[1], -3.0 - 1.1 * fall, 1.0)  # 3 a length are foretold
+    assert hidden.nearly_singular(rows, rows[1], -3.0 - fall - 3.1, 1.0)
+    assert hidden.nearly_singular(rows, rows[1], -3.0 - fall - 1.6, 0.5) and not hidden.nearly_singular(
+        rows, rows[1], -3.0 - fall - 1.4, 0.5)
+    assert hidden.nearly_singular(rows[1:], rows[1], -3.0 - 1.1 * fall, 1.0)  # nothing is foretold by one row
+    rising = [row_at(part, 0.1, 0.0, log=-9.0), rows[1]]
+    assert hidden.nearly_singular(rising, rows[1], -3.0 - 1.1 * fall, 1.0)  # nor by one that grows
+    other = [row_at(Part(Bent(), 1), 0.1, 0.0, log=0.0), rows[1]]
+    assert hidden.nearly_singular(other, rows[1], -3.0 - 1.1 * fall, 1.0)
+
+
+def test_growth_of_the_determinant_over_three_rows(part):
+    def grown(first, second, lengths=(1.0, 2.0)):
+        a = row_at(part, 0.1, 0.0, log=1.0)
+        b = row_at(part, 0.2, lengths[0], log=1.0 + first * lengths[0])
+        last = 1.0 + first * lengths[0] + second * lengths[1]
+        return hidden.growth(a, b, row_at(part, 0.3, sum(lengths), log=last))
+    assert grown(2.0, 3.0) == pytest.approx(2.0) and grown(-2.0, -3.0) == pytest.approx(-2.0)
+    assert grown(3.0, 2.0) == pytest.approx(2.0) and grown(2.0, -3.0) == 0.0 and grown(-1.0, 3.0) == 0.0
+    assert grown(2.0, -math.inf) == 0.0
+
+
+def test_the_parabola_through_three_rows(rng):
+    for _ in range(5):
+        a, b, c = rng.normal(size=3)
+        back, length = rng.uniform(0.2, 2.0, 2)
+
+        def f(t, a=a, b=b, c=c):
+            return a + b * t + c * t * t
+        for at in (-back, 0.0, 0.3 * length, length):
+            assert hidden.parabola(f(-back), f(0.0), f(length), back, length, at) == pytest.approx(f(at), abs=1e-12)
+
+
+class Dip(Scalar):
+    """u = p with a monitor (p - 1)^2 - depth of one sign at both ends of a step."""
+
+    monitors = (Monitor(SpecialPointKind.USER, "dip"),)
+
+    def __init__(self, depth, sign=1.0):
+        super().__init__(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 0.0, 0.0, scale_u=1.0, scale_p=1.0)
+        self.depth, self.sign = depth, sign
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([self.sign * ((p - 1.0)**2 - self.depth)])
+
+
+def dipping(depth, sign=1.0, places=(0.0, 0.7, 1.5)):
+    part = Part(Dip(depth, sign), 0)
+    t = np.array([1.0, 1.0]) / math.sqrt(2.0)
+    rows = []
+    for p in places:
+        c = corrected([p, p], t, part.problem.monitor_values(None, p, t))
+        rows.append(Row(c, part, math.sqrt(2.0) * p, 0.0, values_of(c), 0.1))
+    half = half_of(part, rows[:2], 2)
+    half.sizes = [1.0, 1.0]
+    return half, rows
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("depth", [1e-2, 1e-5])
+def test_two_zeros_of_a_monitor_in_one_step_are_seen(depth, sign):
+    half, rows = dipping(depth, sign)
+    found = hidden.dip(half, rows[1], rows[2])
+    assert abs(found.p - 1.0) < math.sqrt(depth) and sign * found.tests[1] < 0.0
+    assert found.s == pytest.approx(math.sqrt(2.0) * found.p, abs=1e-9) and half.unresolved == []
+    assert found.ds == pytest.approx(rows[2].s - found.s, abs=1e-9)
+    half, rows = dipping(-depth, sign)  # passed at a distance
+    assert hidden.dip(half, rows[1], rows[2]) is None and half.unresolved == []
+
+
+def test_a_monitor_that_touches_zero_is_noted_once():
+    half, rows = dipping(0.0)
+    for _ in range(2):
+        assert hidden.dip(half, rows[1], rows[2]) is None
+        (kind, s, p), = half.unresolved
+        assert kind == "user" and p == pytest.approx(1.0, abs=1e-3) and s == pytest.approx(math.sqrt(2.0), abs=2e-3)
+
+
+def test_two_zeros_between_the_last_rows_are_seen_with_the_next():
+    half, rows = dipping(1e-3, places=(0.8, 1.15, 1.3))
+    found = hidden.dip(half, rows[1], rows[2])
+    assert found is not None and abs(found.p - 1.0) < math.sqrt(1e-3) and rows[0].s < found.s < rows[1].s
+
+
+# directions of a branch point
+
+def quadratic(first, second, n=2):
+    """A problem near the origin whose branches cross along two given unit directions (n + 1,): product of two planes."""
+    rng = np.random.default_rng(5)
+    kernel = np.stack([first, second])
+    rest = np.linalg.svd(kernel)[2][2:]  # what is not spanned
+    a = rng.normal(size=n - 1)
+
+    class Crosses:
+        scale = np.array([2.0, 0.5, 3.0][:n + 1])
+
+        def residual(self, u, p):
+            z = np.append(u, p) / self.scale
+            c = np.linalg.lstsq(kernel.T, z, rcond=None)[0]
+            out = rest @ z
+            return np.append(c[0] * c[1], out + a * c[0]**2)
+
+        def jacobian(self, u, p):
+            x, h = np.append(u, p), 1e-6
+            moves = h * np.eye(n + 1) * self.scale
+            J = np.column_stack([(self._at(x + e) - self._at(x - e)) / (2.0 * h) for e in moves]) / self.scale
+            return J[:, :-1], J[:, -1]
+
+        def _at(self, x):
+            return self.residual(x[:-1], x[-1])
+    return Crosses()
+
+
+def test_a_crossing_is_located_with_both_of_its_directions():
+    first, second = np.array([0.6, 0.0, 0.8]), np.array([0.48, 0.6, -0.64])
+    problem = quadratic(first, second)
+    found = locate_crossing(problem, problem.scale * np.array([0.02, -0.01, 0.015]))
+    assert found.status == "located" and np.abs(found.x / problem.scale).max() < 1e-7
+    agree = np.abs(found.directions @ np.stack([first, second]).T)
+    assert np.sort(agree.max(axis=1)) == pytest.approx([1.0, 1.0], abs=1e-6) and set(agree.argmax(axis=1)) == {0, 1}
+    assert np.linalg.norm(found.directions, axis=1) == pytest.approx([1.0, 1.0])
+    other = other_direction(found.directions, first)
+    assert abs(other @ second) == pytest.approx(1.0, abs=1e-6)
+    assert abs(other_direction(found.directions, -second) @ first) == pytest.approx(1.0, abs=1e-6)
+    leading = first_direction(found)
+    assert leading[-1] == pytest.approx(0.8, abs=1e-6) and abs(leading @ first) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("form", "roots"), [
+    ((1.0, 0.0, -4.0), [2.0, -2.0]), ((0.0, 1.5, -3.0), [1.0, None]), ((2.0, -1.5, 0.0), [0.0, 1.5]),
+    ((1.0, 2.5, 4.0), [-1.0, -4.0]), ((-1.0, -2.5, -4.0), [-1.0, -4.0]),
+])
+def test_directions_solve_the_quadratic_form(form, roots, monkeypatch):
+    """a y^2 + 2 b y z + c z^2 = 0, in a kernel that is not that of the coordinates."""
+    a, b, c = form
+    kernel = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    matrix = np.array([[a, b + 0.1], [b - 0.1, c]])  # symmetric but for rounding of its differences
+    monkeypatch.setattr(branchpoint, "_second", lambda problem, x, w, v: matrix @ kernel)
+    found = branchpoint._directions(None, None, None, kernel)
+    ratios = set()
+    for d in found:
+        y, z = kernel @ d
+        assert a * y * y + 2.0 * b * y * z + c * z * z == pytest.approx(0.0, abs=1e-12)
+        assert np.linalg.norm(d) == pytest.approx(1.0)
+        ratios.add(None if abs(z) < 1e-12 else round(y / z, 9) + 0.0)
+    assert ratios == set(roots)
+
+
+@pytest.mark.parametrize("form", [(1.0, 0.0, 4.0), (1.0, 2.0, 4.0), (0.0, 0.0, 0.0)])
+def test_a_form_without_two_real_directions_is_no_crossing(form, monkeypatch):
+    a, b, c = form
+    kernel = np.eye(2)
+    monkeypatch.setattr(branchpoint, "_second", lambda problem, x, w, v: np.array([[a, b], [b, c]]))
+    assert branchpoint._directions(None, None, None, kernel) is None
+    assert Crossing("failed").x is None and Crossing("failed").error == math.inf
+
+
+# pairs of multipliers
+
+class Multipliers(Scalar):
+    """u = p; multipliers are given functions of p."""
+
+    monitors = (Monitor(SpecialPointKind.NEIMARK_SACKER, ""),)
+
+    def __init__(self, mu):
+        super().__init__(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 0.0, 0.0, scale_u=1.0, scale_p=1.0)
+        self.mu = mu
+
+    def monitor_values(self, u, p, tangent):
+        return np.zeros(1)
+
+    def floquet_multipliers(self, x):
+        made = self.mu(float(x[-1]))
+        return None if made is None else np.asarray(made, complex)
+
+
+def step_of(mu, low=0.0, high=1.0):
+    part = Part(Multipliers(mu), 0)
+    t = np.array([1.0, 1.0]) / math.sqrt(2.0)
+    rows = []
+    for p in (low, high):
+        c = corrected([p, p], t, [0.0])
+        rows.append(Row(c, part, math.sqrt(2.0) * p, 0.0, values_of(c), 0.1))
+    return part, *rows
+
+
+def pair(size, angle=1.0):
+    return [size * np.exp(1j * angle), size * np.exp(-1j * angle)]
+
+
+def test_a_pair_on_the_circle_is_located():
+    """|mu| = .91 + .2 p beside a real multiplier that changes nothing."""
+    part, a, b = step_of(lambda p: [*pair(0.91 + 0.2 * p), 0.3])
+    curve, root = tori.pair_on_circle(part, a, b, [])
+    assert root.point.x[-1] == pytest.approx(0.45, abs=1e-9) and root.at == pytest.approx(0.45, abs=1e-9)
+    assert curve.length == pytest.approx(math.sqrt(2.0))
+    part, a, b = step_of(lambda p: [*pair(1.09 - 0.2 * p), 0.3])  # inwards
+    assert tori.pair_on_circle(part, a, b, [])[1].point.x[-1] == pytest.approx(0.45, abs=1e-9)
+
+
+def test_real_multipliers_that_pass_explain_what_they_explain():
+    fold = SimpleNamespace(kind=SpecialPointKind.FOLD, s=math.sqrt(2.0) * 0.25)
+    peak = SimpleNamespace(kind=SpecialPointKind.PEAK, s=math.sqrt(2.0) * 0.25)
+    part, a, b = step_of(lambda p: [*pair(0.5), 0.75 + p])
+    assert tori.pair_on_circle(part, a, b, [fold]) is None
+    part, a, b = step_of(lambda p: [*pair(0.91 + 0.2 * p), 0.75 + p])
+    assert tori.pair_on_circle(part, a, b, [fold])[1].point.x[-1] == pytest.approx(0.45, abs=1e-9)
+    part, a, b = step_of(lambda p: [*pair(0.91 + 0.2 * p), 0.2])
+    assert tori.pair_on_circle(part, a, b, [peak]) is not None
+    for nothing in (lambda p: [*pair(0.5), 0.2], lambda p: None, lambda p: [np.nan, 0.2]):
+        part, a, b = step_of(nothing)
+        assert tori.pair_on_circle(part, a, b, []) is None
+
+
+def test_a_pair_that_leaves_and_comes_back_is_seen_inside():
+    part, a, b = step_of(lambda p: pair(0.97 + 0.02 * p + 0.3 * p * (1.0 - p)))
+    c, t = tori.inner_change(part, a, b)
+    assert t == 0.5 and c.x[-1] == pytest.approx(0.5) and tori.outside(part.problem, c.x) == 2
+    part, a, b = step_of(lambda p: [*pair(0.9 + 0.2 * p, 1.0), *pair(1.2 - 0.25 * p, 2.0)])  # at .5 and .8, one after the other
+    c, t = tori.inner_change(part, a, b)
+    assert 0.5 < t < 0.8 and tori.outside(part.problem, c.x) == 4
+    part, a, b = step_of(lambda p: pair(0.5 + 0.01 * p))
+    assert tori.inner_change(part, a, b) is None
+    part, a, b = step_of(lambda p: [0.5, 0.2])
+    assert tori.inner_change(part, a, b) is None
+    part, a, b = step_of(lambda p: pair(0.5) if p < 0.5 else [0.5, 0.5])
+    assert tori.inner_change(part, a, b) is None  # not as many pairs
+
+
+def test_multipliers_outside_the_circle_and_complex_ones():
+    problem = Multipliers(lambda p: [*pair(1.2), -1.5, 0.3, 2.0 + 5e-8j])
+    assert tori.outside(problem, np.zeros(2)) == 4
+    np.testing.assert_allclose(tori.complex_pairs(problem, np.zeros(2)), [1.2 * np.exp(1j)])
+    for none in (lambda p: None, lambda p: [np.inf, 0.1]):
+        assert tori.outside(Multipliers(none), np.zeros(2)) is None and tori.complex_pairs(Multipliers(none), np.zeros(2)) is None
+    part, a, b = step_of(lambda p: [*pair(0.9), *pair(1.05, 2.0), 3.0])
+    value, point = tori.curve_value(part.problem, Curve(a, b))(0.25)
+    assert value == pytest.approx(1.05**2 - 1.0) and point.x[-1] == pytest.approx(0.25)  # of the pair nearest to the circle
+    part, a, b = step_of(lambda p: [0.3, 0.2])
+    assert tori.curve_value(part.problem, Curve(a, b))(0.25) is None

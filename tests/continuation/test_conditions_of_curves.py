@@ -1,0 +1,295 @@
+"""Conditions that curves of special points solve, against closed forms and differences of an evaluation of their own."""
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bifurc.continuation import conditions
+from bifurc.continuation.conditions import (
+    ASIDE,
+    Circle,
+    Extremum,
+    Flip,
+    Fold,
+    Number,
+    Zero,
+    difference,
+    finite_scale,
+    measure_gradient,
+    null_vector,
+    orthogonal_sign,
+    smallest,
+    weighted_second,
+    wide_at,
+)
+from bifurc.continuation.curves.unfolding import Crossed, Unfolded, UnfoldedFamily, unfolded
+
+SCALE = np.array([2.0, 0.5, 3.0, 0.25])  # of u0, u1, a, b
+COUPLING = np.array([[0.7, -1.3], [0.4, 0.9]])
+
+
+class At:
+    """F(u, a) at one value of b: two equations without any symmetry, cubic in all."""
+
+    derived_beside = True
+
+    def __init__(self, b):
+        self.b, self.scale = b, SCALE[:3]
+
+    def residual(self, u, a):
+        x, y = u
+        b = self.b
+        return np.array([x**3 - a * x + 0.3 * y * y + b * y + 0.2 * a * b, y - 0.5 * x * y + a * a - b * b * x + 0.1 * x * x * a])
+
+    def jacobian(self, u, a):
+        x, y = u
+        b = self.b
+        return (np.array([[3.0 * x * x - a, 0.6 * y + b], [-0.5 * y - b * b + 0.2 * x * a, 1.0 - 0.5 * x]]),
+                np.array([-x + 0.2 * b, 2.0 * a + 0.1 * x * x]))
+
+    def wrapped_jacobian(self, u, multiplier):
+        return np.array([[u[0] * u[1] - multiplier * u[2], self.b], [u[1], u[0] + multiplier * self.b * u[2]]])
+
+    def monitor_value(self, index, x, tangent):
+        assert index == 3
+        return float(x[0]**2 - x[1] * x[2] + self.b + 0.1 * tangent() @ [1.0, -2.0, 0.5])
+
+    def multipliers_of_rows(self, xs):
+        return np.array([[x[0] + self.b * x[1], x[2]] for x in xs])
+
+    def solution(self, x):
+        return self.b, x
+
+    def measure_gradient(self, name, x):
+        assert name == "m"
+        return np.array([2.0 * x[0] * x[2] + self.b * x[1], self.b * x[0], x[0]**2])  # of x^2 a + b x y
+
+    def restarted(self, x):
+        return self
+
+
+FAMILY = SimpleNamespace(at=At, alone=At, scale=SCALE, problem=At(0.0))
+X = np.array([0.7, -0.4, 1.3, 0.6])
+
+
+def differenced(f, x=X, relative=1e-4):
+    """Central differences of fourth order, in steps of the scale."""
+    out = []
+    for i in range(x.size):
+        h = relative * SCALE[i]
+
+        def at(k, i=i, h=h):
+            y = x.copy()
+            y[i] += k * h
+            return f(y)
+        out.append((8.0 * (at(1) - at(-1)) - at(2) + at(-2)) / (12.0 * h))
+    return np.array(out)
+
+
+def wide(x):
+    fu, fa = At(x[3]).jacobian(x[:2], x[2])
+    return np.column_stack([fu, fa])
+
+
+def test_the_wide_jacobian_is_that_of_the_residual():
+    np.testing.assert_array_equal(wide_at(FAMILY, X), wide(X))
+    slopes = [differenced(lambda y, k=k: At(y[3]).residual(y[:2], y[2])[k])[:3] for k in range(2)]
+    np.testing.assert_allclose(np.array(slopes), wide(X), atol=1e-8)
+
+
+@pytest.mark.parametrize("side", [0, 1, -1])
+def test_differences_are_exact_to_fourth_order_also_at_the_end_of_a_range(side):
+    """Of a quartic; where one side is refused the other is taken, and where both are the refusal is raised."""
+    asked = []
+
+    def quartic(x):
+        asked.append(x.copy())
+        if side and side * (x[1] - 0.5) < -1e-12:
+            raise ValueError("beyond its range")
+        return x[0] * (x[1]**4 - 2.0 * x[1]**3 + x[1])
+    x = np.array([3.0, 0.5])
+    slope = 3.0 * (4.0 * 0.125 - 6.0 * 0.25 + 1.0)
+    assert difference(quartic, x, 1, 0.1) == pytest.approx(slope, abs=1e-10)
+    assert x.tolist() == [3.0, 0.5] and all(y[0] == 3.0 for y in asked)
+    assert difference(quartic, x, 0, 0.1) == pytest.approx(0.0625 - 0.25 + 0.5, abs=1e-12)
+    vector = difference(lambda y: np.array([y[1]**2, y[1]]), x, 1, 0.1)
+    np.testing.assert_allclose(vector, [1.0, 1.0], atol=1e-12)
+
+    def never(x):
+        raise ValueError("nowhere")
+    with pytest.raises(ValueError, match="nowhere"):
+        difference(never, x, 1, 0.1)
+
+
+def test_the_smallest_singular_value_has_the_sign_of_the_determinant(rng):
+    for _ in range(10):
+        K = rng.normal(size=(3, 3))
+        g, w, v = smallest(K)
+        sigma = np.linalg.svd(K, compute_uv=False)
+        assert g == pytest.approx(np.linalg.det(K) / (sigma[0] * sigma[1]), rel=1e-10) and abs(g) == pytest.approx(sigma[2])
+        assert w @ K @ v == pytest.approx(g, abs=1e-12)
+        assert np.linalg.norm(w) == pytest.approx(1.0) and np.linalg.norm(v) == pytest.approx(1.0)
+        q, _ = np.linalg.qr(K)
+        assert orthogonal_sign(q) == round(np.linalg.det(q))
+
+
+def test_the_null_vector_is_oriented_by_the_determinant(rng):
+    for _ in range(10):
+        J, scale = rng.normal(size=(3, 4)), rng.uniform(0.1, 5.0, 4)
+        t, q, r = null_vector(J, scale)
+        np.testing.assert_allclose(J * scale @ t, 0.0, atol=1e-12)
+        assert np.linalg.det(np.vstack([J * scale, t])) > 0.0 and np.linalg.norm(t) == pytest.approx(1.0)
+        np.testing.assert_allclose(q @ r, (J * scale).T, atol=1e-12)
+
+
+def test_weighted_second_derivatives(monkeypatch):
+    w, along = np.array([0.8, -0.3]), np.array([0.4, 1.1, -0.7])
+    want = differenced(lambda y: w @ (wide(y) @ along))
+    np.testing.assert_allclose(weighted_second(FAMILY, X, w, along), want, rtol=1e-6)
+    plain = SimpleNamespace(at=At, scale=SCALE, problem=SimpleNamespace(derived_beside=False))
+    np.testing.assert_allclose(weighted_second(plain, X, w, along), want, rtol=1e-8)
+
+
+CONDITIONS = {
+    "fold": (Fold(None), lambda y: smallest(wide(y)[:, :2] * SCALE[:2])[0]),
+    "flip": (Flip(None), lambda y: smallest(At(y[3]).wrapped_jacobian(y[:3], -1.0)[:, :2] * SCALE[:2])[0]),
+    "circle": (Circle(None, lambda mu: mu[0] * mu[1] - 1.0), lambda y: (y[0] + y[3] * y[1]) * y[2] - 1.0),
+    "number": (Number(None, lambda s: s[0] * s[1][0] - s[1][2]**2), lambda y: y[3] * y[0] - y[2]**2),
+    "zero": (Zero(None, 3), lambda y: y[0]**2 - y[1] * y[2] + y[3]
+             + 0.1 * null_vector(wide(y), SCALE[:3])[0] @ [1.0, -2.0, 0.5]),
+}
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_values_and_gradients_of_conditions(name, monkeypatch):
+    condition, value = CONDITIONS[name]
+    if name == "flip":  # its unknowns include the parameter of the stand-in
+        monkeypatch.setattr(At, "wrapped_jacobian", lambda self, u, m: np.array([[u[0] * u[1] - m * u[1], self.b],
+                                                                                 [u[1], u[0] + m * self.b * u[0]]]))
+        value = lambda y: smallest(At(y[3]).wrapped_jacobian(y[:2], -1.0) * SCALE[:2])[0]  # noqa: E731
+    assert condition.value(FAMILY, X) == pytest.approx(value(X), rel=1e-10)
+    g, gradient = condition.linearised(FAMILY, X, wide(X))
+    assert g == pytest.approx(value(X), rel=1e-10)
+    np.testing.assert_allclose(gradient, differenced(value), rtol=2e-6, atol=1e-7)
+    assert condition.reached(FAMILY, X) is None
+
+
+def test_an_extremum_of_a_measure_along_the_branch():
+    """g = m' t; its gradient holds on the branch, where F = 0: moved along its tangent, and to the solution at another b."""
+    condition = Extremum(None, "m")
+    x = X.copy()
+    for _ in range(30):  # onto F = 0 at these a and b
+        x[:2] -= np.linalg.solve(At(x[3]).jacobian(x[:2], x[2])[0], At(x[3]).residual(x[:2], x[2]))
+
+    def value(y):
+        t = null_vector(wide(y), SCALE[:3])[0]
+        return float(np.array([2.0 * y[0] * y[2] + y[3] * y[1], y[3] * y[0], y[0]**2]) * SCALE[:3] @ t)
+    g, gradient = condition.linearised(FAMILY, x, wide(x))
+    assert condition.value(FAMILY, x) == pytest.approx(value(x)) and g == pytest.approx(value(x))
+    t = SCALE[:3] * null_vector(wide(x), SCALE[:3])[0]
+
+    def on_branch(s, da, db):
+        y = x.copy()
+        y[:3] += s * t
+        y[2] += da
+        y[3] += db
+        for _ in range(20):
+            y[:2] -= np.linalg.solve(At(y[3]).jacobian(y[:2], y[2])[0], At(y[3]).residual(y[:2], y[2]))
+        return y
+    for move in ((1e-4, 0.0, 0.0), (0.0, 0.0, 1e-4), (0.0, 1e-4, 0.0)):
+        above, below = on_branch(*move), on_branch(*(-v for v in move))
+        # the multiplier was fitted in the plane across t: where m' t is not zero the gradient is that of g up to g itself
+        assert gradient @ (above - below) == pytest.approx(value(above) - value(below), abs=2e-4 * (0.02 + abs(g)))
+
+
+def test_gradients_of_measures_are_the_problems_own_or_differenced():
+    np.testing.assert_allclose(measure_gradient(At(0.6), "m", X[:3]), At(0.6).measure_gradient("m", X[:3]))
+
+    class Plain:
+        scale = np.array([2.0, np.inf, 3.0])
+
+        def measure_gradient(self, name, x):
+            return None
+
+        def measure(self, name, xs):
+            return np.array([x[0]**2 * x[2] + 0.6 * x[0] * x[1] + 1e-3j for x in xs])
+    np.testing.assert_allclose(measure_gradient(Plain(), "m", X[:3]), At(0.6).measure_gradient("m", X[:3]), rtol=1e-8)
+    np.testing.assert_array_equal(finite_scale([2.0, np.inf, np.inf], [5.0, -7.0, 0.1]), [2.0, 7.0, 1.0])
+    assert ASIDE > conditions.ALONG
+
+
+def test_times_of_a_sequence_as_parts_of_its_span():
+    s = SimpleNamespace(events=1, span=2.0, nodes=[0, 1])
+    x = np.array([0.5, 9.0, 9.0, 3.0, 9.0, 9.0, 0.7])
+    np.testing.assert_allclose(Fold(None).instants(SimpleNamespace(sequence=s), x), [0.25, 0.5])
+    for none in (None, SimpleNamespace(events=0, span=2.0), SimpleNamespace(events=1, span=0.0)):
+        assert Fold(None).instants(SimpleNamespace(sequence=none), x).size == 0
+
+
+# branch points in two parameters
+
+class Pitchfork(At):
+    """u (a - u^2) and v - 2 u = 0 in skew coordinates, kept for all b; b moves it along a."""
+
+    parameter, signature, monitors = "a", "-", ()
+
+    def residual(self, u, a):
+        w, v = COUPLING @ u
+        return np.array([w * (a + self.b - w * w) + 0.3 * (v - 2.0 * w), v - 2.0 * w])
+
+    def jacobian(self, u, a):
+        w, v = COUPLING @ u
+        by = np.array([[a + self.b - 3.0 * w * w - 0.6, 0.3], [-2.0, 1.0]])
+        return by @ COUPLING, np.array([w, 0.0])
+
+
+def test_unfolded_equations_of_a_branch_point():
+    inner = Pitchfork(0.0)
+    x = np.array([0.0, 0.0, 0.0])
+    made = unfolded(inner, x)
+    assert made is not None and unfolded(inner, np.array([0.0, 0.0, 0.5])) is None
+    assert made.size == 3 and made.x0.tolist() == [0.0, 0.0, 0.0, 0.0]
+    np.testing.assert_allclose(made.scale, [2.0, 0.5, 1.0, 3.0])
+    fu, fa = inner.jacobian(x[:2], 0.0)
+    assert np.abs(made.w0 @ fu).max() < 1e-12 and np.linalg.norm(made.w0) == pytest.approx(1.0)
+    np.testing.assert_array_equal(made.own(np.array([1.0, 2.0, 9.0, 3.0])), [1.0, 2.0, 3.0])
+    u = np.array([0.01, -0.02, 0.3])
+    np.testing.assert_allclose(made.residual(u, 0.1)[:2], inner.residual(u[:2], 0.1) + 0.3 * made.w0, atol=1e-15)
+    np.testing.assert_allclose(made.residual(np.zeros(3), 0.0), 0.0, atol=1e-12)
+    full, by_a = made.jacobian(np.zeros(3), 0.0)
+    np.testing.assert_allclose(full[:2, :2], fu)
+    np.testing.assert_allclose(full[:2, 2], made.w0)
+    assert full[2, 2] == 0.0 and by_a[:2] == pytest.approx(fa)
+    # at the branch point the last row is the derivative of w F_a along (z, 1) with F_u z = -F_a: here of w (w_coordinate) alone
+    h, w = 1e-5, made.w0
+    want = [w @ (inner.jacobian(h * e, 0.0)[1] - inner.jacobian(-h * e, 0.0)[1]) / (2.0 * h) for e in np.eye(2)]
+    np.testing.assert_allclose(full[2, :2], np.array(want) * 3.0, atol=1e-8)  # times the scale of the parameter
+    assert made.monitor_values(np.array([0.0, 0.0, -2e-7]), 0.0, np.zeros(4)) == pytest.approx([1e-7])
+    assert made.monitors[-1].boundary
+    record = SimpleNamespace(**{"to_record": lambda: {"kind": "inner"}})
+    made.inner = record
+    assert made.to_record() == {"kind": "unfolded", "of": {"kind": "inner"}, "w0": made.w0.tolist(), "x0": [0.0, 0.0, 0.0]}
+
+
+def test_a_curve_of_branch_points_stays_where_the_symmetry_keeps_it():
+    """The branch point of u (a + b - u^2) lies at a = -b: the condition is zero there, and its gradient leads along it."""
+    inner = SimpleNamespace(at=Pitchfork, alone=Pitchfork, scale=SCALE, problem=Pitchfork(0.0), name="b", value=0.0,
+                            interval=(-1.0, 1.0), over=lambda low, high: inner)
+    made = unfolded(Pitchfork(0.0), np.zeros(3))
+    family = UnfoldedFamily(made, inner)
+    np.testing.assert_allclose(family.scale, [2.0, 0.5, 1.0, 3.0, 0.25])
+    assert family.over(0.0, 1.0) is family and (family.name, family.value, family.interval) == ("b", 0.0, (-1.0, 1.0))
+    condition = Crossed(made)
+    for b in (0.0, 0.4):
+        x = np.array([0.0, 0.0, 0.0, -b, b])
+        assert family.at(b).inner.b == b and family.alone(b).inner.b == b
+        assert condition.value(family, x) == pytest.approx(0.0, abs=1e-12)
+        g, gradient = condition.linearised(family, x, None)
+
+        def value(y):
+            return smallest(Pitchfork(y[4]).jacobian(y[:2], y[3])[0] * SCALE[:2])[0]
+        moved = x + np.array([0.0, 0.0, 0.0, 1e-6, 0.0])
+        assert g == pytest.approx(0.0, abs=1e-12) and gradient[2] == 0.0
+        assert gradient[3] == pytest.approx(value(moved) / 1e-6, rel=1e-4) and gradient[3] == pytest.approx(gradient[4], rel=1e-6)
+    assert isinstance(made, Unfolded) and math.isfinite(float(gradient[3]))

@@ -1,0 +1,523 @@
+"""Pieces of branches on plain numbers: tests of multipliers, lists of special points, parity, distances, cycles, grazings."""
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.continuation.branches.audit import Audit, parity_violations, told_slopes
+from bifurc.continuation.branches.branch import Branch
+from bifurc.continuation.branches.special import Measures, SpecialPoint, SpecialPoints, special_point, unique
+from bifurc.continuation.branches.stability_changes import circling, confirmed, enclosed, passing
+from bifurc.continuation.curves.codimension_two import cosines, cubic_coefficient, double, second
+from bifurc.continuation.grazing.classify import MOST, born, classified, leading_multiplier, powers
+from bifurc.continuation.grazing.verdicts import GrazingVerdict
+from bifurc.continuation.kinds import LocationStatus, SpecialPointKind
+from bifurc.continuation.maps import MapOrbit, MapOrbitStatus, NordmarkMap, SmoothMap, SquareRootMap
+from bifurc.continuation.maps.orbit import cycle_equations
+from bifurc.continuation.monitors import value_of, with_monitors
+from bifurc.continuation.peaks import with_peaks
+from bifurc.continuation.switching import leads_away
+from bifurc.solve.steplaw import BOUNDARY_BAND
+from tests.continuation.problems import Scalar, pitchfork
+
+K = SpecialPointKind
+
+
+# tests of multipliers
+
+@pytest.mark.parametrize("place", [1.0, -1.0])
+def test_a_test_changes_its_sign_where_a_real_multiplier_passes(place):
+    others = [0.3, 0.8 * np.exp(1j), 0.8 * np.exp(-1j)]
+
+    def at(*moving):
+        return passing(np.array([*moving, *others], complex), place)
+    assert at(place - 1e-3) * at(place + 1e-3) < 0.0
+    assert abs(at(place + 1e-3)) == pytest.approx(1e-3)
+    assert at(place - 1e-3, place - 2e-3) * at(place - 1e-3, place + 2e-3) < 0.0
+    assert at(place - 1e-3, place - 2e-3) * at(place + 1e-3, place + 2e-3) > 0.0  # both
+    assert passing(np.array([0.5 + 0.5j, 0.5 - 0.5j]), place) == 1.0
+    close = np.array([place + 0.1j, place - 0.1j, place + 0.5])  # a pair that is not real is near, but has no sign
+    assert abs(passing(close, place)) == pytest.approx(0.1)
+
+
+def test_a_test_changes_its_sign_where_a_pair_passes():
+    def at(size, *others):
+        return circling(np.array([size * np.exp(2j), size * np.exp(-2j), *others], complex))
+    assert at(0.99, 0.3) * at(1.01, 0.3) < 0.0 and abs(at(0.99, 0.3)) == pytest.approx(1.0 - 0.99**2)
+    assert at(0.99, 2.0, 0.4) * at(0.99, 2.0, 0.6) < 0.0  # two real ones that become each other's inverse
+    assert circling(np.array([0.5 + 0j])) == 1.0 and circling(np.array([0.5, -0.2], complex)) > 0.0
+
+
+def test_multipliers_at_a_point_are_what_its_kind_says():
+    near = 0.5e-6
+    for kind, place in ((K.PERIOD_DOUBLING, -1.0), (K.BRANCH_POINT, 1.0)):
+        assert confirmed(kind, np.array([place + near, 0.3])) and not confirmed(kind, np.array([place + 4.0 * near, 0.3]))
+        assert not confirmed(kind, np.array([-place, 0.3]))
+    pair = np.exp(1j * np.array([1.0, -1.0]))
+    assert confirmed(K.NEIMARK_SACKER, (1.0 + near) * pair) and not confirmed(K.NEIMARK_SACKER, (1.0 + 4.0 * near) * pair)
+    assert not confirmed(K.NEIMARK_SACKER, np.array([1.0 + 0j, -1.0]))
+
+
+class Line:
+    """Points of a branch x = (t, 3 + 2 t) with multipliers that are functions of t."""
+
+    def __init__(self, mu):
+        self.mu, self.scale, self.length = mu, np.array([1.0, 4.0]), 0.5
+
+    def at(self, t):
+        return SimpleNamespace(x=np.array([t, 3.0 + 2.0 * t]), tangent=np.array([0.6, 0.8]))
+
+    def multipliers_of_rows(self, xs):
+        return np.array([self.mu(x[0]) for x in xs], complex)
+
+
+def test_a_change_of_stability_is_enclosed_in_a_step():
+    for curved in (lambda t: t, lambda t: t**3 - 0.4**3 + 0.4):
+        line = Line(lambda t, f=curved: [-1.2 + 0.5 * f(t), 0.1])
+        a, b = (passing(line.multipliers_of_rows([[t]])[0], -1.0) for t in (0.0, 1.0))
+        c, t, width, error = enclosed(line, line, lambda mu: passing(mu, -1.0), a, b, K.PERIOD_DOUBLING)
+        assert t == pytest.approx(0.4, abs=1e-12) and c.x[1] == pytest.approx(3.8)
+        assert width <= 1e-6 and 1e-13 * 7.8 <= error < 1e-5
+    jump = Line(lambda t: [-0.9 if t > 0.4 else -1.1, 0.1])
+    assert enclosed(jump, jump, lambda mu: passing(mu, -1.0), -0.1, 0.1, K.PERIOD_DOUBLING) is None
+    broken = Line(lambda t: [np.nan, 0.1])
+    assert enclosed(broken, broken, lambda mu: passing(mu, -1.0), -0.1, 0.1, K.PERIOD_DOUBLING) is None
+    broken.at = lambda t: None
+    assert enclosed(broken, broken, lambda mu: passing(mu, -1.0), -0.1, 0.1, K.PERIOD_DOUBLING) is None
+
+
+# special points
+
+PROBLEM = SimpleNamespace(scale=np.array([1.0, 2.0]), signature="a", measure_names=("m", "n"), parameters=lambda x: {"p": x[-1]},
+                          measure=lambda name, xs: np.array([{"m": 1.0, "n": 2.0}[name] * x[0] for x in xs]))
+
+
+def point(kind=K.FOLD, s=1.0, p=2.0, error=1e-9, name="", problem=PROBLEM, **more):
+    return SpecialPoint(kind, p, error, s, (s, s), np.array([0.5, p]), np.array([0.6, 0.8]), name=name, problem=problem, **more)
+
+
+def test_points_found_from_both_sides_are_one():
+    a, b = point(s=1.0), point(s=1.0 + 0.9e-6, p=2.0 + 1.9e-9)
+    assert unique([b, a]) == [a]
+    assert len(unique([a, point(s=1.0 + 1.1e-6)])) == 2
+    assert len(unique([a, point(s=1.0 + 1e-7, p=2.0 + 3e-9)])) == 2  # farther apart than both errors
+    assert len(unique([a, point(kind=K.PEAK)])) == 2 and len(unique([a, point(name="other")])) == 2
+    between = [point(kind=kind, s=1.0 + 1e-7) for kind in (K.PEAK, K.GRAZING, K.USER)]
+    assert len(unique([a, *between, b])) == 4
+    assert [item.s for item in unique([point(s=3.0), point(s=-1.0), point(s=2.0)])] == [-1.0, 2.0, 3.0]
+    sure = point(error=0.0), point(s=1.0 + 1e-8, p=2.0 + 1e-12, error=0.0)
+    assert len(unique(sure)) == 1  # rounding of the parameter's scale
+
+
+def test_lists_of_points_select_by_kind():
+    points = SpecialPoints([point(), point(kind=K.PEAK, s=2.0), point(s=3.0)])
+    assert [item.s for item in points.of("fold")] == [1.0, 3.0] and isinstance(points.of(K.PEAK), SpecialPoints)
+    assert repr(points).count("SpecialPoint(") == 3
+    with pytest.raises(ValueError):
+        points.of("nothing")
+    assert "fold at 2 +- 1.0e-09, s = 1)" in repr(points[0])
+    doubtful = point(name="gap", status=LocationStatus.GUESS, reverses=True)
+    assert "fold gap at 2 +-" in repr(doubtful) and repr(doubtful).endswith("s = 1, reverses, guess)")
+    assert points[0].u.tolist() == [0.5] and points[0].parameters == {"p": 2.0}
+
+
+def test_points_of_the_other_half_are_turned():
+    successor = SimpleNamespace(signature="b")
+    found = SimpleNamespace(part=SimpleNamespace(problem=PROBLEM), successor=successor, low=1.0, high=1.5, s=1.25, kind=K.GRAZING,
+                            tangent=np.array([0.6, -0.8]), x=np.array([0.5, 2.0]), error=1e-8, status=LocationStatus.LOCATED,
+                            reverses=True, name="n", directions=None, recorded={"r": 4.0})
+    there, back = special_point(found, 1), special_point(found, -1)
+    assert (there.s, there.bracket, there.before, there.after) == (1.25, (1.0, 1.5), "a", "b")
+    assert (back.s, back.bracket, back.before, back.after) == (-1.25, (-1.5, -1.0), "b", "a")
+    np.testing.assert_array_equal(there.tangent, [0.6, -0.8])
+    np.testing.assert_array_equal(back.tangent, [-0.6, 0.8])
+    assert there.recorded == {"r": 4.0} and there.parameter == 2.0 and there.reverses and there.problem is PROBLEM
+    found.successor, found.s, found.low, found.high, found.recorded = None, 0.0, 0.0, 0.0, None
+    start = special_point(found, -1)
+    assert math.copysign(1.0, start.s) == 1.0 and start.bracket == (0.0, 0.0) and (start.before, start.after) == ("a", "a")
+
+
+def test_measures_of_a_point_are_its_problems_and_what_was_recorded():
+    measures = point(recorded={"r": 4.0, "m": 9.0}).measures
+    assert list(measures) == ["m", "n", "r"] and len(measures) == 3 and "n" in measures and "z" not in measures
+    assert measures["m"] == 9.0 and measures["n"] == 1.0 and measures["r"] == 4.0
+    with pytest.raises(KeyError, match="no measure 'z'; there are m, n, r"):
+        measures["z"]
+    assert isinstance(measures, Measures)
+
+
+# parity
+
+def test_changes_of_direction_are_counted_against_reversing_points():
+    s, slope = np.arange(6.0), np.array([1.0, 0.5, -0.3, -1.0, 0.4, 1.0])
+    part, problems = np.zeros(6, int), [PROBLEM]
+
+    def at(where, reverses=True, **more):
+        return SimpleNamespace(s=where, reverses=reverses, problem=PROBLEM, successor=None, **more)
+    assert parity_violations(s, slope, part, [at(1.5), at(3.5)], problems) == ()
+    assert parity_violations(s, slope, part, [at(1.5)], problems) == ((3.0, 4.0),)
+    assert parity_violations(s, slope, part, [at(1.5), at(3.5), at(4.5)], problems) == ((4.0, 5.0),)
+    assert parity_violations(s, slope, part, [at(1.5), at(3.5), at(4.5), at(4.6)], problems) == ()
+    assert parity_violations(s, slope, part, [at(1.5), at(3.5, reverses=False)], problems) == ((3.0, 4.0),)
+    assert parity_violations(s, slope, part, [at(1.5), at(3.5), at(-1.0), at(9.0)], problems) == ()
+    unclear = slope.copy()
+    unclear[2] = 0.5 * BOUNDARY_BAND  # passed over: the interval is (1, 3)
+    assert parity_violations(s, unclear, part, [], problems) == ((1.0, 3.0), (3.0, 4.0))
+    assert parity_violations(s, 0.0 * slope, part, [at(1.5)], problems) == ()
+    # on a boundary two rows stand at one arclength: the point lies between them, from whichever side it was found
+    other = SimpleNamespace()
+    double_s, parts = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0, 0, 1, 1])
+    for one, two in ((PROBLEM, other), (other, PROBLEM)):
+        border = SimpleNamespace(s=1.0, reverses=True, problem=one, successor=two)
+        assert parity_violations(double_s, np.array([1.0, 0.5, -0.5, -1.0]), parts, [border], [PROBLEM, other]) == ()
+
+
+def test_slopes_on_boundaries_count_where_the_chord_agrees():
+    arrays = {"slope": np.array([0.5, -0.2, -0.3, 0.4, 0.6]), "part": np.array([0, 0, 1, 1, 1]),
+              "s": np.array([0.0, 1.0, 1.0, 2.0, 3.0]), "parameter": np.array([0.0, 1.0, 1.0, 2.0, 1.5])}
+    before = arrays["slope"].copy()
+    assert told_slopes(arrays).tolist() == [0.5, 0.0, 0.0, 0.4, 0.6]  # only rows on the boundary
+    np.testing.assert_array_equal(arrays["slope"], before)
+    arrays["parameter"] = np.array([2.0, 1.0, 1.0, 0.5, 1.5])
+    assert told_slopes(arrays).tolist() == [0.5, -0.2, -0.3, 0.4, 0.6]
+
+
+def test_an_audit_is_well_where_nothing_speaks_against_it():
+    def audit(**more):
+        return Audit(**{"parity": True, "violations": (), "angles": np.zeros(7), "n_points": 9, "n_rejected": 2,
+                        "worst_residual": 1e-13, "unresolved": (), **more})
+    again = SimpleNamespace(not_repeated=(), unexplained=(), rows=0, seconds=0.0)
+    assert audit().ok and audit(resimulated=again).ok and "Audit(ok, 9 points, 2 rejected, worst residual 1.0e-13)" == repr(audit())
+    for wrong in ({"parity": False, "violations": ((0.0, 1.0),)}, {"unresolved": (("fold", 1.0, 2.0),)},
+                  {"resimulated": SimpleNamespace(not_repeated=(1,), unexplained=(), rows=3, seconds=0.5)},
+                  {"resimulated": SimpleNamespace(not_repeated=(), unexplained=(1, 2), rows=3, seconds=0.5)}):
+        assert not audit(**wrong).ok
+    assert "0 parity violations, 0 unresolved, 1 rows not repeated, 0 changes" in repr(audit(
+        resimulated=SimpleNamespace(not_repeated=(1,), unexplained=(), rows=3, seconds=0.5)))
+
+
+# branches
+
+def drawn(p, y):
+    problem = SimpleNamespace(measure_names=("m",), measure=lambda name, xs: xs[:, 0], scale=np.ones(2), signature="-")
+    p, y = np.array(p, float), np.array(y, float)
+    arrays = {"parameter": p, "s": np.arange(p.size, dtype=float), "x": np.column_stack([y, p]).ravel(),
+              "part": np.zeros(p.size, int), "offsets": 2 * np.arange(p.size + 1), "iterations": np.arange(p.size),
+              "residual": np.zeros(p.size), "angle": np.zeros(p.size), "recorded/r": 10.0 + y}
+    return Branch("p", [problem], arrays, [], (), (0.0, 9.0), {})
+
+
+def test_distances_of_points_from_a_branch():
+    """A branch that turns back: the nearest of its parts counts; between rows it is a line."""
+    branch = drawn([0.0, 2.0, 2.0, 1.0], [0.0, 4.0, 6.0, 10.0])
+    found = branch.distance([(1.0, 2.5), (1.5, 8.0), (2.0, 5.0), (0.5, 0.0), (3.0, 1.0), (-0.1, 0.0)], "m")
+    np.testing.assert_allclose(found, [0.5, 0.0, 1.0, 1.0, np.inf, np.inf])
+    for wrong in ([1.0, 2.0], [[1.0, 2.0, 3.0]], [[np.nan, 1.0]]):
+        with pytest.raises(ValueError, match="finite pairs"):
+            branch.distance(wrong, "m")
+
+
+def test_columns_are_copies_in_the_order_of_arclength():
+    branch = drawn([0.0, 2.0, 1.0], [3.0, 4.0, 6.0])
+    assert branch.column_names == ("step", "s", "p", "m", "r", "iterations", "residual", "angle") and len(branch) == 3
+    for name, want in (("step", [0, 1, 2]), ("p", [0, 2, 1]), ("parameter", [0, 2, 1]), ("m", [3, 4, 6]), ("r", [13, 14, 16]),
+                       ("iterations", [0, 1, 2])):
+        column = branch.column(name)
+        assert column.tolist() == want
+        column[:] = -1
+        assert branch.column(name).tolist() == want
+    x = branch.x(-1)
+    assert x.tolist() == [6.0, 1.0]
+    x[:] = 0.0
+    assert branch.x(2).tolist() == [6.0, 1.0]
+    with pytest.raises(KeyError, match="no column 'z'; there are step, s, p, m, r"):
+        branch.column("z")
+    with pytest.raises(IndexError):
+        branch.x(3)
+
+
+def test_a_branch_that_is_read_is_the_branch_that_was_written(tmp_path):
+    problem = pitchfork(p0=-1.0, u0=0.0)
+    branch = bf.trace(problem, bounds=(-1.0, 1.0), record=lambda row: {"twice": 2.0 * row.parameter})
+    branch.save(tmp_path / "b.npz")
+    again = Branch.load(tmp_path / "b.npz", problem=problem)
+    for name in branch.column_names:
+        np.testing.assert_array_equal(again.column(name), branch.column(name))
+    np.testing.assert_array_equal(branch.column("twice"), 2.0 * branch.column("parameter"))
+    assert repr(again) == repr(branch) and again.ends == branch.ends and again.bounds == branch.bounds
+    for a, b in zip(again.special_points, branch.special_points, strict=True):
+        assert repr(a) == repr(b) and a.bracket == b.bracket and a.recorded == b.recorded
+        np.testing.assert_array_equal(a.tangent, b.tangent)
+        np.testing.assert_array_equal(a.directions, b.directions)
+    for a, b in zip(again.rows(), branch.rows(), strict=True):
+        for name in ("tests", "det_sign", "det_log", "ds", "angle", "iterations", "s", "p", "singular"):
+            assert getattr(a, name) == getattr(b, name)
+    with pytest.raises(ValueError, match="class 'Scalar', got"):
+        Branch.load(tmp_path / "b.npz", problem=_Other())
+    missing = Branch.load(tmp_path / "b.npz")
+    np.testing.assert_array_equal(missing.column("parameter"), branch.column("parameter"))
+    with pytest.raises(ValueError, match="holds no code"):
+        missing.extend(bounds=(-1.0, 2.0))
+
+
+class _Other(Scalar):
+    def __init__(self):
+        super().__init__(lambda u, p: u, None, 0.0, 0.0)
+
+
+# what is watched
+
+def test_monitors_and_peaks_are_named_or_refused():
+    problem = pitchfork()
+    assert with_monitors(problem, None) is problem and with_monitors(problem, {}) is problem
+    for bad, said in (({"": abs}, "no free name"), ({"bound": abs}, "no free name"), ({3: abs}, "no free name"),
+                      ({"a": 4}, "must be a function of a solution")):
+        with pytest.raises(ValueError, match=said):
+            with_monitors(problem, bad)
+    assert value_of("a", lambda s: s + 1, 2) == 3.0 and math.isnan(value_of("a", lambda s: math.nan, 2))
+    with pytest.raises(ValueError, match="monitor 'a' must return a number, got 'x'"):
+        value_of("a", lambda s: "x", 2)
+    made = SimpleNamespace(measure_names=("h1_0", "stable", "period", "multiplier_1", "n_events"), monitors=())
+    assert with_peaks(made, None) is made and with_peaks(made, ()) is made
+    assert with_peaks(made, "h1_0").peaks == ("h1_0",)
+    for bad in ("stable", "multiplier_1", "period", "n_events", "h1_9", ["h1_0", "stable"]):
+        with pytest.raises(ValueError, match="is no amplitude measure of this branch; there are h1_0$"):
+            with_peaks(made, bad)
+    with pytest.raises(ValueError, match="must be the name of a measure"):
+        with_peaks(made, 3)
+
+
+def test_a_start_on_another_branch_leads_away_from_the_known_one():
+    problem = SimpleNamespace(scale=np.array([2.0, 0.5]))
+    here = SimpleNamespace(x=np.array([1.0, 1.0]), tangent=np.array([0.0, 1.0]))
+
+    def leads(move, tangent, distance=0.1):
+        c = SimpleNamespace(x=here.x + problem.scale * np.array(move), tangent=np.array(tangent))
+        return leads_away(problem, here, c, distance)
+    assert leads([0.1, 0.0], [1.0, 0.0]) and leads([0.19, 0.0], [1.0, 0.0]) and leads([0.06, 0.0], [1.0, 0.0])
+    assert not leads([0.21, 0.0], [1.0, 0.0]) and not leads([0.04, 0.0], [1.0, 0.0])
+    assert not leads([0.0, 0.1], [0.0, 1.0]) and not leads([0.07, 0.07], [0.6, -0.8])
+
+
+# cycles of maps
+
+@pytest.mark.parametrize("made", [SquareRootMap(lam=0.3, mu=0.2), NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.1)])
+def test_equations_of_a_cycle_and_their_derivative(made, rng):
+    n, d, symbols = 3, made.dimension, "IOI"
+    U = rng.uniform(0.1, 0.6, n * d)
+    F, J = cycle_equations(made, symbols, U)
+    rows = U.reshape(n, d)
+    for i in range(n):
+        k = (i + 1) % n
+        want = made.pieces[symbols[i]].image(rows[i], made)[0] - made.pieces[symbols[k]].place(rows[k])[0]
+        np.testing.assert_allclose(F[i * d:(i + 1) * d], want)
+    h = 1e-6
+    sides = [[cycle_equations(made, symbols, U + sign * h * e)[0] for sign in (1.0, -1.0)] for e in np.eye(n * d)]
+    slopes = np.column_stack([(above - below) / (2.0 * h) for above, below in sides])
+    np.testing.assert_allclose(J, slopes, atol=1e-8)
+    turned = cycle_equations(made, symbols, U, mu=-1.0)[1]
+    wanted = J.copy()
+    wanted[(n - 1) * d:, :d] *= -1.0  # only the closing point
+    np.testing.assert_allclose(turned, wanted, atol=1e-15)
+
+
+def test_multipliers_of_a_cycle_are_those_of_the_product_of_slopes():
+    made = NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.15)
+    cycle = made.find(2, itinerary="IO")
+    product = made.slope(cycle.points[1]) @ made.slope(cycle.points[0])
+    mu = np.linalg.eigvals(product)
+    np.testing.assert_allclose(np.sort_complex(cycle.multipliers), np.sort_complex(mu), atol=1e-12)
+    assert abs(cycle.multipliers[0]) >= abs(cycle.multipliers[1])
+    assert cycle.stable == (abs(mu).max() < 1.0) and cycle.period == 2
+    np.testing.assert_allclose(made.iterate(cycle.points[0], 2)[2], cycle.points[0], atol=1e-12)
+    for status, stable in ((MapOrbitStatus.CONVERGED, cycle.stable), (MapOrbitStatus.INADMISSIBLE, None),
+                           (MapOrbitStatus.NOT_CONVERGED, None)):
+        item = MapOrbit(made, cycle.itinerary, cycle.u, status, 0.0)
+        assert item.stable is stable and item.success is (status is MapOrbitStatus.CONVERGED) and item.message == status.sentence
+    border = MapOrbit(SquareRootMap(lam=0.2, mu=0.0), "I", np.array([[0.0]]), MapOrbitStatus.CONVERGED, 0.0)
+    assert np.isinf(border.multipliers).all() and border.stable is False
+    neutral = SmoothMap(lambda x, a: -x + a, 1, a=0.4).find(1, guess=0.2)
+    assert neutral.stable is None
+
+
+def test_cycles_begin_at_the_rarest_symbol_and_bad_requests_are_named():
+    cycle = SquareRootMap(lam=0.2, mu=0.005).find(3)
+    assert cycle.itinerary == "IOO"
+    given = SquareRootMap(lam=0.2, mu=0.005).find(3, guess=cycle.points[1])
+    assert given.itinerary == "OOI"
+    for n in (0, 1.5, -1):
+        with pytest.raises(ValueError, match="whole number of at least 1"):
+            SquareRootMap(lam=0.2, mu=0.1).find(n)
+    with pytest.raises(ValueError, match="3 of the symbols"):
+        SquareRootMap(lam=0.2, mu=0.1).find(3, itinerary="IO")
+    lost = SmoothMap(lambda x, a: x * x + a, 1, a=4.0).find(1, guess=30.0)  # no real fixed point
+    assert lost.status is MapOrbitStatus.NOT_CONVERGED and lost.stable is None
+
+
+def test_a_map_with_another_parameter_and_its_slopes_by_differences(rng):
+    made = NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.1)
+    other = made.with_parameters(rho=0.3)
+    assert (made.rho, other.rho, other.alpha) == (0.1, 0.3, 0.6) and other.parameters["rho"] == 0.3
+    assert repr(other) == "NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.3)"
+    henon = SmoothMap(lambda x, a, b: np.stack([1.0 - a * x[..., 0]**2 + x[..., 1], b * x[..., 0]], axis=-1), 2, a=1.2, b=0.3)
+    x = rng.normal(size=(5, 2))
+    want = np.array([[[-2.4 * u, 1.0], [0.3, 0.0]] for u in x[:, 0]])
+    np.testing.assert_allclose(henon.slope(x), want, atol=1e-12)
+
+    def real(x, a, b):
+        if np.iscomplexobj(x):
+            raise TypeError
+        return np.stack([1.0 - a * x[..., 0]**2 + x[..., 1], b * x[..., 0]], axis=-1)
+    np.testing.assert_allclose(SmoothMap(real, 2, a=1.2, b=0.3).slope(x), want, atol=1e-9)
+    given = SmoothMap(real, 2, slope=lambda x, a, b: np.broadcast_to(np.eye(2) * a, (*x.shape, 2)), a=1.2, b=0.3)
+    np.testing.assert_allclose(given.slope(x), np.broadcast_to(1.2 * np.eye(2), (5, 2, 2)))
+
+
+# codimension two
+
+class Pencil:
+    """J(mu) of two unknowns; the closing columns carry mu."""
+
+    scale = np.array([2.0, 0.5, 1.0])
+
+    def __init__(self, multipliers, pencil=None):
+        self.A, self.of, self.poly = np.array([[1.0, 0.7], [0.3, 2.0]]), multipliers, pencil
+
+    def wrapped_jacobian(self, x, mu):
+        return self.A - mu * np.array([[0.4, x[0]], [0.0, 0.6]])
+
+    def pencil(self, x):
+        return self.poly
+
+    def multipliers_at(self, x):
+        return np.array(self.of, complex)
+
+
+def test_tests_of_a_further_and_of_a_double_multiplier():
+    problem, x = Pencil([]), np.array([0.2, 0.0, 0.0])
+    for mu in (1.0, -1.0):
+        J = problem.wrapped_jacobian(x, mu) * problem.scale[:2]
+        sigma = np.linalg.svd(J, compute_uv=False)
+        assert second(mu)(problem, x) == pytest.approx(np.linalg.det(J) / sigma[0])
+        C = -np.array([[0.4, 0.2], [0.0, 0.6]]) * problem.scale[:2]
+        u, _, vt = np.linalg.svd(J)
+        sign = np.linalg.det(u) * np.linalg.det(vt)
+        assert double(mu)(problem, x) == pytest.approx(sign * u[:, -1] @ C @ vt[-1])
+
+
+def test_cosines_of_the_pair_nearest_to_the_circle():
+    x, theta = np.zeros(3), 2.0 * np.pi / 3.0
+    for size in (1.0, 1.1):
+        problem = Pencil([0.2, size * np.exp(1j * theta), size * np.exp(-1j * theta)])
+        want = size * math.cos(theta)
+        np.testing.assert_allclose(cosines(problem, x), [want - 1.0, -1.0 - want, want + 0.5, want], atol=1e-12)
+    quadratic = Pencil(None, np.array([1.0, -2.0 * 0.4 * 3.0, 3.0]))  # 3 z^2 - 2.4 z + 1
+    np.testing.assert_allclose(cosines(quadratic, x), [0.4 - 1.0, -1.4, 0.9, 0.4], atol=1e-12)
+    cubic = np.poly([0.1, np.exp(1j), np.exp(-1j)]).real[::-1]
+    assert cosines(Pencil(None, cubic), x)[3] == pytest.approx(math.cos(1.0))
+
+
+def test_the_cubic_coefficient_of_a_flip_is_zero_where_it_is_generalised():
+    """x' = -x + b x^2 + c x^3 doubles to x - 2 (b^2 + c) x^3: the coefficient vanishes at c = -b^2 and has its sign."""
+    values = []
+    for c in (-0.5, -0.36, 0.2):
+        made = SmoothMap(lambda x, a, c=c: -(1.0 + a) * x + 0.6 * x * x + c * x**3, 1, a=0.0)
+        cycle = MapOrbit(made, "-", np.array([[0.0]]), MapOrbitStatus.CONVERGED, 0.0)
+        from bifurc.continuation.maps import CycleProblem
+        problem = CycleProblem(cycle, "a", (-0.5, 0.5))
+        values.append(cubic_coefficient(problem, np.array([0.0, 0.0])))
+    assert values[1] == pytest.approx(0.0, abs=1e-9)
+    assert values[0] / values[2] == pytest.approx((0.36 - 0.5) / (0.36 + 0.2), rel=1e-6)
+
+
+# numbers of a grazing
+
+def contraction(rng, n=3):
+    E = rng.normal(size=(n, n))
+    return 0.8 * E / np.abs(np.linalg.eigvals(E)).max(), rng.normal(size=n), rng.normal(size=n)
+
+
+def test_impacts_in_powers_of_the_linear_map(rng):
+    E, h, B = contraction(rng)
+    s, sizes = powers(E, h, B)
+    want = [h @ np.linalg.matrix_power(E, k) @ B for k in range(1, len(s) + 1)]
+    norms = [np.linalg.norm(np.linalg.matrix_power(E, k), 2) for k in range(1, len(s) + 1)]
+    np.testing.assert_allclose(s, want, atol=1e-12)
+    np.testing.assert_allclose(sizes, np.linalg.norm(h) * np.linalg.norm(B) * np.array(norms), rtol=1e-9)
+    assert norms[-1] < 1e-8 <= norms[-2]
+    assert len(powers(E, h, B, 5)[0]) == 5 and len(powers(3.0 * E / 0.8, h, B)[0]) < MOST  # growing powers end at 1e8
+    assert len(powers(np.zeros((2, 2)), np.ones(2), np.ones(2))[0]) == 1
+
+
+def test_sides_of_birth_and_admissibility(rng):
+    E, h, B = contraction(rng)
+    births, good = born(E, h, B, 40)
+    assert len(births) == len(good) == 24  # at most
+    for n in range(1, 25):
+        left = np.linalg.solve(np.eye(3) - np.linalg.matrix_power(E, n).T, h)
+        passes = [left @ np.linalg.matrix_power(E, k) @ B for k in range(1, n + 1)]
+        assert births[n - 1] == pytest.approx(passes[-1], rel=1e-9, abs=1e-12)
+        assert good[n - 1] == all(p > passes[-1] for p in passes[:-1])
+    assert good[0] and len(born(E, h, B, 0)[0]) == 1
+    flip = np.diag([-1.0, 0.3])
+    births, good = born(flip, np.ones(2), np.ones(2), 4)
+    assert np.isfinite(births[[0, 2]]).all() and np.isnan(births[[1, 3]]).all() and not good[[1, 3]].any()
+
+
+def test_the_leading_multiplier_is_the_largest_that_is_excited_and_seen():
+    P = np.array([[1.0, 0.3, -0.2], [0.0, 1.0, 0.5], [0.4, 0.0, 1.0]])
+    E = P @ np.diag([0.9, -0.5, 0.2]) @ np.linalg.inv(P)
+    left, right = np.linalg.inv(P), P.T
+    every = leading_multiplier(E, left.sum(axis=0), right.sum(axis=0))
+    assert every[0] == pytest.approx(0.9) and every[1] == pytest.approx(1.0) and isinstance(every[0], float)
+    assert leading_multiplier(E, left[1] + left[2], right.sum(axis=0))[0] == pytest.approx(-0.5)  # .9 is not seen
+    assert leading_multiplier(E, left.sum(axis=0), 2.0 * right[2]) == (pytest.approx(0.2), pytest.approx(2.0))  # alone excited
+    assert leading_multiplier(E, left[0], right[1]) == (0.0, 0.0)
+    turn = 0.7 * np.array([[np.cos(1), -np.sin(1)], [np.sin(1), np.cos(1)]])
+    value, _ = leading_multiplier(turn, np.ones(2), np.ones(2))
+    assert isinstance(value, complex) and abs(value) == pytest.approx(0.7)
+
+
+def touch(E, h, B, apex=-2.0, restitution=0.5, size=1.0):
+    n = len(h)
+    scene = SimpleNamespace()
+    T = SimpleNamespace(GT=np.full((1, 1, n, 3), size / (2.0 * n)))
+    problem = SimpleNamespace(sequence=SimpleNamespace(kept=lambda s: []), scene=scene, weights=np.ones(n))
+    return SimpleNamespace(problem=problem, E=np.array(E, float), h=np.array(h, float), B=np.array(B, float), apex=apex,
+                           restitution=restitution, tables=T, mode=0, guard=0, state=np.ones(n), time=0.0,
+                           joined=lambda state, time: np.ones(n))
+
+
+@pytest.mark.parametrize(("multipliers", "h", "verdict", "words"), [
+    ((0.2, 0.1), (1.0, 1.0), "PERIOD_ADDING", "leading multiplier is 0.2"),
+    ((0.2499999, 0.1), (1.0, 1.0), "PERIOD_ADDING", ""), ((0.25, 0.1), (1.0, 1.0), "WINDOWS_AND_CHAOS", "is 0.25"),
+    ((0.66, 0.1), (1.0, 1.0), "WINDOWS_AND_CHAOS", ""), ((0.67, 0.1), (1.0, 1.0), "IMMEDIATE_CHAOS", "is 0.67"),
+    ((-0.3, 0.1), (1.0, 1.0), "JUMP", "s_1 = -0.2 is the first below 0"),
+    ((0.3, 0.6), (1.0, -0.2), "JUMP", "s_3 = -0.0162 is the first"),
+    ((0.2, -0.4), (1.0, 0.5), "DEGENERATE", "s_1 = 0: a resonant grazing"),
+    ((1.2, 0.1), (1.0, 1.0), "UNSTABLE", "has the modulus 1.2"), ((-1.2, 0.1), (1.0, 1.0), "UNSTABLE", "1.2"),
+    ((1.0, 0.1), (1.0, 1.0), "DEGENERATE", "grazing meets a fold"), ((-1.0, 0.1), (1.0, 1.0), "DEGENERATE", "on the unit circle"),
+    ((1.0 + 1e-6, 0.1), (1.0, 1.0), "UNSTABLE", ""),
+])
+def test_verdicts(multipliers, h, verdict, words):
+    found = classified(touch(np.diag(multipliers), h, (1.0, 1.0)))
+    assert found.verdict is GrazingVerdict[verdict] and words in found.sentence
+    assert found.sentence.startswith(found.verdict.sentence)
+    if verdict not in ("UNSTABLE", "DEGENERATE"):
+        np.testing.assert_allclose(found.s[:2], [np.dot(h, np.array(multipliers)**k) for k in (1, 2)])
+    assert found.hysteresis == (verdict == "JUMP" and bool(found.births[0] < 0.0))
+
+
+def test_elastic_and_flat_touches():
+    elastic = classified(touch(np.diag([0.2, 0.1]), (1.0, 1.0), (1.0, 1.0), restitution=None))
+    assert elastic.verdict is GrazingVerdict.PERSISTENCE and len(elastic.births) == 1
+    flat = classified(touch(np.diag([0.2, 0.1]), (1.0, 1.0), (1.0, 1.0), apex=-1e-8))
+    assert flat.verdict is GrazingVerdict.DEGENERATE and "A_g = -1e-08 is zero: a flat touch" in flat.sentence
+    small = classified(touch(np.diag([0.2, 0.1]), (1.0, 1.0), (1.0, 1.0), apex=-1e-8, size=1e-3))
+    assert small.verdict is GrazingVerdict.PERIOD_ADDING
+    odd = classified(touch(np.diag([0.2, np.nan]), (1.0, 1.0), (1.0, 1.0)))
+    assert "another event at the same instant" in odd.sentence
+    assert "does not begin as that of a spring" in classified(touch(np.diag([0.2, 0.1]), (1.0, 1.0), (1.0, np.inf))).sentence
+    assert flat.expected(1e-6) is None
