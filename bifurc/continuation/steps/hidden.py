@@ -6,7 +6,6 @@ from ...solve.steplaw import AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE
 from ..kinds import SpecialPointKind
 from .rows import Curve, Row, tests_of
 
-ROUNDING = 1e-13  # arclength of a step whose chord and bend are rounding: the corrector leaves places known to no less
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
 BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
@@ -37,15 +36,16 @@ def growth(before, row, new):
     return sorted((first, second, 0.0))[1] if math.isfinite(first + second) else 0.0
 
 
-def dip(half, row, new):
-    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none.
+def dip(half, row, new, known=0.0):
+    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none, or if the step is
+    no longer than the arclength to which its end on a boundary is ``known``: then both of its ends are that place.
 
     Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
     touches zero to rounding is noted in ``half.unresolved``.  The row may lie before ``row``.
     """
     length = new.s - row.s
     part = row.part
-    if length <= ROUNDING:  # the row lies on the boundary that ends the step
+    if length <= known:
         return None
     a, b = row.tests[0], new.tests[0]
     t = two_folds(a, b, (new.p - row.p) / (float(part.scale[-1]) * length))
