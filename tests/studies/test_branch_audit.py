@@ -122,9 +122,12 @@ def test_a_bound_that_is_met_at_no_angle_is_reached(number):
 
 
 @pytest.mark.parametrize(("kind", "number"), [("two_stops", 2001), ("two_stops", 4030), ("belt", 2002), ("two_masses", 3014),
-                                              ("two_masses", 4029)])
+                                              ("two_masses", 4029), ("stop_and_friction", 15074)])
 def test_scenes_whose_audit_once_was_not_ok(kind, number):
-    """Every change of multipliers has its special point, every special point a place."""
+    """Every change of multipliers has its special point, every special point a place.
+
+    Towards restitution 0 the distance of a peak from the stop falls like its square to rounding, of which no minimum is looked for.
+    """
     system, name, bounds = branch_audit.scene(kind, number)
     branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
     assert branch.audit.ok, branch.audit
