@@ -52,6 +52,7 @@ def test_points_without_a_partner_are_seen():
                                               ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042),
                                               ("two_stops", 11038), ("clearances", 15028),
                                               ("stop_and_friction", 15019), ("clearances", 16076), ("two_stops", 17036),
+                                              ("belt", 12073),
                                               pytest.param("clearances", 11028, marks=pytest.mark.slow),
                                               pytest.param("clearances", 11030, marks=pytest.mark.slow)])
 def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
@@ -61,7 +62,8 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     beside such a birth, whose equations have all but lost a rank, goes along their null vector.
     A sequence that lives for 3e-8 of the frequency begins where the shortest of its intervals does; a multiplier that comes to -1
     and goes back within two steps flips twice; orbits that become those of their parent where a contact ends merge there, also when
-    the parameter is one of that contact.
+    the parameter is one of that contact.  Where dp/ds = 0 on the end of a sequence that lives for 9e-9, the old equations know that
+    place to less.
     """
     row = branch_audit.audited(kind, number)
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
@@ -122,9 +124,12 @@ def test_a_bound_that_is_met_at_no_angle_is_reached(number):
 
 
 @pytest.mark.parametrize(("kind", "number"), [("two_stops", 2001), ("two_stops", 4030), ("belt", 2002), ("two_masses", 3014),
-                                              ("two_masses", 4029)])
+                                              ("two_masses", 4029), ("stop_and_friction", 15074)])
 def test_scenes_whose_audit_once_was_not_ok(kind, number):
-    """Every change of multipliers has its special point, every special point a place."""
+    """Every change of multipliers has its special point, every special point a place.
+
+    Towards restitution 0 the distance of a peak from the stop falls like its square to rounding, of which no minimum is looked for.
+    """
     system, name, bounds = branch_audit.scene(kind, number)
     branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
     assert branch.audit.ok, branch.audit

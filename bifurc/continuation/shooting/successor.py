@@ -42,6 +42,7 @@ ROUNDING = 1e-12  # value of a monitor that tells nothing
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
+HALVINGS = 30  # of the length in which a short validity ends
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
 VALID = 1e-9  # value of a monitor that is zero there
 SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
@@ -485,15 +486,29 @@ def leads_back(point, new, x, tangent) -> bool:
 
 
 def _nearer(problem, point, new, signature, found):
-    """Return what `_from` makes of the sequence of ``new`` from that end of its validity which is at the parameter of the old end;
-    ``found`` where it has none there."""
-    x = found[1].copy()
-    x[-1] = point.x[-1]
-    c = new.correct(x, np.eye(1, x.size, x.size - 1)[0], True)
-    begin = _first_valid(new, c.x, c.p, CLOSE) if c.converged else None
-    if begin is None or abs(begin[-1] - point.x[-1]) > NEXT * new.parameter_scale:
+    """Return what `_from` makes of the sequence of ``new`` from the other end of a short validity, where that is nearer to the
+    parameter of the old end; ``found`` where it is not.
+
+    It is looked for along the branch and not at that parameter: where an event is born dp/ds = 0, and what rounding leaves of the
+    old end may lie beyond.
+    """
+    x, way = found[1:]
+    made = {step: new.correct(x + step * new.scale * way, way) for step in sorted(INSIDE)}
+    valid = [c.converged and inside(new, c) for c in made.values()]
+    last = valid.index(False) if False in valid else 0
+    if last == 0 or not list(made.values())[last].converged:
         return found
-    return _from(problem, point, signature, begin, False) or found
+    low, high = list(made)[last - 1:last + 1]
+    for _ in range(HALVINGS):
+        c = new.correct(x + 0.5 * (low + high) * new.scale * way, way)
+        if not c.converged:
+            return found
+        low, high = (0.5 * (low + high), high) if inside(new, c) else (low, 0.5 * (low + high))
+    begin = _first_valid(new, c.x, float(point.x[-1]), CLOSE)
+    if begin is None:
+        return found
+    away, further = (abs(at[-1] - point.x[-1]) for at in (begin, x))
+    return _from(problem, point, signature, begin, False) or found if away < further - NEXT * new.parameter_scale else found
 
 
 def nearest(problem, c) -> float:

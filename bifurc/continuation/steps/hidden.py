@@ -6,10 +6,10 @@ from ...solve.steplaw import AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE
 from ..kinds import SpecialPointKind
 from .rows import Curve, Row, tests_of
 
-ROUNDING = 1e-13  # arclength of a step whose chord and bend are rounding: the corrector leaves places known to no less
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
 BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
+STATES = 1e-3  # of the test of a boundary, which is scaled: the least size of the states that it is made of
 LOOKS = 6  # places in a step at which it is looked whether an interval lasts no time, at most
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
@@ -37,15 +37,16 @@ def growth(before, row, new):
     return sorted((first, second, 0.0))[1] if math.isfinite(first + second) else 0.0
 
 
-def dip(half, row, new):
-    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none.
+def dip(half, row, new, known=0.0):
+    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none, or if the step is
+    no longer than the arclength to which its end on a boundary is ``known``: then both of its ends are that place.
 
     Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
     touches zero to rounding is noted in ``half.unresolved``.  The row may lie before ``row``.
     """
     length = new.s - row.s
     part = row.part
-    if length <= ROUNDING:  # the row lies on the boundary that ends the step
+    if length <= known:
         return None
     a, b = row.tests[0], new.tests[0]
     t = two_folds(a, b, (new.p - row.p) / (float(part.scale[-1]) * length))
@@ -66,6 +67,8 @@ def dip(half, row, new):
     for j in range(1, part.count + 1 if falls else part.count):
         if j < part.count:
             f0, a, b = before.tests[j], row.tests[j], new.tests[j]
+            if j in part.boundary and max(abs(f0), abs(a), abs(b)) <= rounding(half, j):
+                continue  # as of impacts without restitution
         else:  # the determinant
             f0, a, b = (r.det_sign * math.exp(min(r.det_log - before.det_log - rate * (r.s - before.s), 50.0))
                         if r.det_sign else 0.0 for r in (before, row, new))
@@ -85,7 +88,7 @@ def beyond(half, row, new):
     """Return a row of the step at which a boundary is passed though it is at neither end, where the problem knows of such a place
     (`Problem.leaves`); None if there is none."""
     part, spans = row.part, [(row, new)]
-    ends = [j for j in part.boundary if abs(new.tests[j]) <= MONITOR_BAND * max(half.sizes[j], 1e-3)]
+    ends = [j for j in part.boundary if abs(new.tests[j]) <= rounding(half, j)]
     for t in BEFORE_END if len(ends) > 1 else ():  # which of them ends validity first is seen before they are all zero
         c = Curve(row, new).at(t)
         if c is not None and any(float(c.monitors[j - 1]) > part.touch for j in ends):
@@ -100,7 +103,7 @@ def beyond(half, row, new):
             continue
         s = a.s + t * (b.s - a.s)
         middle = Row(c, part, s, new.angle * (s - row.s) / (new.s - row.s), tests_of(c), b.s - s)
-        if any(middle.tests[j] > min(MONITOR_BAND * max(half.sizes[j], 1e-3), part.touch) for j in part.boundary):
+        if any(middle.tests[j] > min(rounding(half, j), part.touch) for j in part.boundary):
             return middle
         spans += [(a, middle), (middle, b)]
     return None
@@ -203,4 +206,10 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None):
 
 def on_boundary(half, row) -> bool:
     """Whether a row lies on a boundary of its equations, to rounding."""
-    return any(abs(row.tests[j]) <= MONITOR_BAND * max(half.sizes[j], 1e-3) for j in row.part.boundary)
+    return any(abs(row.tests[j]) <= rounding(half, j) for j in row.part.boundary)
+
+
+def rounding(half, j) -> float:
+    """Return the value of the test of a boundary that tells nothing: it is a difference of states, and not smaller where all of its
+    values are."""
+    return MONITOR_BAND * max(half.sizes[j], STATES)
