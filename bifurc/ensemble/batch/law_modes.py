@@ -354,7 +354,7 @@ def cross(N, I, m, k, x, room, tally):
 @njit
 def meet(W, index, c, e, m, k, steps, P, numbers, I, room, limit, spare):
     """Take entry ``e`` of the list of mode ``m`` through the events of substep ``k``; return how many starts leave their lists."""
-    x, tally = spare[0], spare[6]
+    x, tally = spare[0], spare[1]
     l, a = index[AT_IDS + m * AT_CAP + e], AT_LISTS + m * AT_STATE + e
     for i in range(2 * AT_N):
         x[i] = W[a + i * AT_CAP]

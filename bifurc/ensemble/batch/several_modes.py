@@ -30,7 +30,6 @@ ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15
 MANY = ORDER + 1
 NOISE = 7e-15  # of the sum of all terms of the polynomial of a guard: values below it are zero
 FAR = 1e150  # of a state; beyond it the motion is lost
-ANY, NONE = -1, -2  # in place of the mode of the batch step: all; none, so that all starts take the scalar integrator
 # integers of a mode: its guards; then of each guard: what it does (KICKS, STOPS), whether it counts as a hit, its candidates,
 # then they
 CANDIDATES = 6
@@ -85,6 +84,10 @@ class Places(NamedTuple):
     def rows(self) -> int:
         """Rows of scratch behind those of the driver."""
         return len(SINGLE) + self.ns * len(EACH)
+
+
+ONE = Places(1, 1)  # of one mass whose modes have one guard
+FLOW_OF_ONE, FORCED_OF_ONE, PER_MODE_OF_ONE, PER_STEP_OF_ONE = ONE.flow, ONE.forced, ONE.mode, ONE.substep
 
 
 def layout(n: int, guards: int, size: int) -> dict[str, float]:
@@ -185,7 +188,7 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "ARRIVE": [f"W[b + {c} * AT_CAP + n] = W[AT_MY + {c} * AT_CAP + i]" for c in states],
         "LEAVE_LIST": [f"y{c} = W[a + {c} * AT_CAP + i]" for c in states],
         "NEAR": [f"near = {' and '.join(f'abs(y{c}) < AT_FAR' for c in states)}"],
-        "RETAKE": (_DEFER if n == 1 else _RETAKE).split("\n"),
+        "RETAKE": _RETAKE.split("\n"),
         "STATE_BEFORE": [f"y[{c}] = W[start + {c} * AT_CAP + place]" for c in states],
         "STATE_AFTER": [f"W[AT_MY + {c} * AT_CAP + c] = y[{c}]" for c in states],
         "WRITE_STATE": [f"W[{c} * AT_SIZE + l] = y{c}" for c in states],
@@ -238,19 +241,12 @@ def fused(function):
     """Compile with products and sums fused: bounds are far above rounding."""
     return _with_twin(function, fastmath={"contract"})
 '''
-_DEFER = '''@njit
-def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
-    """Leave the whole period of a start to the certified integrator."""
-    W[AT_ASIDE + l] = 1.0
-    return c
-
-'''
 _RETAKE = '''@njit
 def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
     """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
     if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
         return c
-    y, tally = spare[0], spare[6]
+    y, tally = spare[0], spare[1]
     STATE_BEFORE
     status, target = substep(P, k, steps, numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
@@ -385,7 +381,7 @@ def fill(W, first, rows, count):
 
 RETAKE
 @njit
-def follow(W, index, c, count, m, at, start, after, k, steps, P, numbers, grid, I, first, limit, spare):
+def follow(W, index, c, count, m, at, start, after, k, steps, P, numbers, grid, I, limit, spare):
     """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
 
     ``at`` is the place of the event in the integers of mode ``m``, ``start`` and ``after`` those of the mode's list before and
@@ -400,7 +396,7 @@ def follow(W, index, c, count, m, at, start, after, k, steps, P, numbers, grid, 
         fill(W, AT_LS, 1, count)
         full = (count + 7) // 8 * 8
         back(W, full, numbers, o, grid, t)
-        for g in range(I[target, first]):
+        for g in range(I[target, 0]):
             admit(W, full, g, numbers, o, grid, t)
         left = 0
         for e in range(count):
@@ -430,9 +426,9 @@ def follow(W, index, c, count, m, at, start, after, k, steps, P, numbers, grid, 
 
 
 @njit
-def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare):
+def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, limit, spare):
     """Take those of the ``near`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait."""
-    guards, ids, start = I[m, first], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
+    guards, ids, start = I[m, 0], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
     after = AT_LISTS + (2 * m + 1 - now) * AT_STATE
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
@@ -453,7 +449,7 @@ def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, lim
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
     o = m * AT_PER_MODE
     roots(W, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
-    at, i = first + 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
+    at, i = 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
     what = I[m, at]
     todo = 0
     for e in range(count):
@@ -474,13 +470,13 @@ def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, lim
         W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
         index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
         todo += 1
-    return follow(W, index, c, todo, m, at, start, after, k, steps, P, numbers, grid, I, first, limit, spare)
+    return follow(W, index, c, todo, m, at, start, after, k, steps, P, numbers, grid, I, limit, spare)
 
 
 @njit
 def period_step(W, index, count, P, numbers, grid, I, modes, limit):
     """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
-    many, first, spare = I.shape[0], 3 + GUARDS * (4 + I[0, 2]), scratch()
+    many, spare = I.shape[0], scratch()
     steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
     for m in range(many):
         index[counts + m] = 0
@@ -500,7 +496,7 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             if n == 0:
                 continue
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
-            screen((n + 7) // 8 * 8, I[m, first], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
+            screen((n + 7) // 8 * 8, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
                    (m * steps + k) * AT_PER_STEP)
             near = 0
             for l in range(n):
@@ -509,8 +505,8 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             if near == 0:
                 continue
             begun = c
-            for g in range(I[m, first]):
-                c = meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare)
+            for g in range(I[m, 0]):
+                c = meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, limit, spare)
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:

@@ -15,7 +15,6 @@ from . import law_modes
 from . import tables as plan
 from .packing import MOST_HARMONICS, Numbers
 from .runge_kutta import Method, nystrom
-from .several_modes import ANY
 from .stages import Acts, Kind, Step, mode_numbers, pattern_of, seen, stage_loads, stage_times
 from .writing import DEFERRED, SIZE, written
 
@@ -57,13 +56,13 @@ def kind_of(scene: Scene, method: Method = Method.RK8) -> Kind | None:
 
 def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
     """Return what the kernels read; ``steps`` a period."""
-    h, none, phases = 2.0 * np.pi / float(T.flat[0]) / steps, np.zeros(1), np.zeros(1)
+    h = 2.0 * np.pi / float(T.flat[0]) / steps
     if kind.guards:
         numbers, grid = law_modes.step_numbers(T, kind, steps, h)
-        return Numbers(T, plan.plan_of(T, kind.guards), T.harmonics, none, none, ANY, numbers, grid)
+        return Numbers(T, plan.plan_of(T, kind.guards), numbers, grid)
     found, loads = mode_numbers(T, kind, 0, h)
     grid = stage_loads(T, loads, stage_times(kind, steps)).reshape(steps, -1)
-    return Numbers(np.zeros((1, 1)), np.zeros((1, 1), np.int64), np.zeros(1, np.int64), phases, none, 0,
+    return Numbers(T, np.zeros((1, 1), np.int64),
                    np.array(found + Step(kind, kind.acts[0], given=True).coefficients(h)), grid)
 
 
