@@ -20,6 +20,7 @@ def step_text(guards: int, size: int) -> str:
     """Return the source of ``period_step``; other modes of the scene may have up to so many ``guards``."""
     numbers = layout(1, guards, size)
     at = Places(1, guards)
+    numbers |= {"FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode, "PER_STEP": at.substep}
     numbers["KICK"] = at.flow + 4 * at.ns + 3  # what an impact adds to the velocity
     numbers |= {name: numbers["FIRST"] + i * numbers["CAP"] for i, name in enumerate(ROWS)}
     place = 1 + 4 + MANY  # of the column of the velocity
