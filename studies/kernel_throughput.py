@@ -24,7 +24,7 @@ from bifurc._jit import njit
 from bifurc.basins import PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import kernels
-from bifurc.ensemble.batch import packing, several_modes, smooth
+from bifurc.ensemble.batch import packing, smooth
 from bifurc.ensemble.batch.runge_kutta import Method
 from bifurc.ensemble.initial_conditions import begin
 from bifurc.flow.scan import DONE, MODE, STATE, TAU, run, workspace
@@ -220,8 +220,8 @@ def mode_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
         kind = packing.kind_of(scene)
         module, numbers = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
         modes = PeriodMap(system)._integrator.begin(X)[1]
-        for what, home in (("batch", several_modes.ANY), ("march", several_modes.NONE)):
-            given = module, numbers._replace(home=home), modes
+        for what, scalar in (("batch", False), ("march", True)):
+            given = module, numbers._replace(scalar=scalar), modes
             calls[f"{name}, {what}"] = lambda Y, n, given=given: side_by_side(*given[:2], Y, n, given[2])
             starts[f"{name}, {what}"] = X
     return calls, starts

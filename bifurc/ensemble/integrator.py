@@ -20,41 +20,12 @@ from ..flow.trajectory import Trajectory
 from . import scalar
 from .batch import packing, smooth
 from .initial_conditions import begin, unloaded
-from .outcomes import ASK, BEYOND, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED
-from .proximity import STAY, boxed, nearest
+from .outcomes import ASK, BEYOND, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED, Cells
+from .proximity import Targets, boxed, nearest
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
 BLOCK = 32  # forcing periods that the general integration does at a time
 FAILED = {Status.TOO_MANY_EVENTS: CROWDED, Status.DIVERGED: DIVERGED, Status.INCONSISTENT: STUCK}
-
-
-class Targets(NamedTuple):
-    """Attractors as the kernels see them, see `bifurc.ensemble.proximity`."""
-
-    inverse: np.ndarray  # (ns,) 1 / scale
-    points: np.ndarray  # (P, ns) section points of periodic attractors, scaled
-    squares: np.ndarray  # (P,) squared radii
-    owner: np.ndarray  # (P,) label
-    width: float  # of the boxes of chaotic attractors, scaled
-    keys: np.ndarray  # (K,) sorted hashes of their boxes, uint64
-    keepers: np.ndarray  # (K,) label
-    stay: int = STAY  # consecutive section points in boxes before their attractor counts as reached
-
-
-class Cells(NamedTuple):
-    """What became of starts, one entry each."""
-
-    labels: np.ndarray  # int64, -1: none
-    periods: np.ndarray  # int64, forcing periods until it was near the attractor
-    impacts: np.ndarray  # int64, impacts and elastic contacts until then
-    states: np.ndarray  # int64, code of `CellState`
-    speeds: np.ndarray  # float, least speed of arrival at a stop until then; 0: a complete chattering; inf: no impact
-
-    @classmethod
-    def blank(cls, size: int, label: int = -1, state: int = ASK) -> "Cells":
-        """Return cells of which nothing is known yet."""
-        labels, periods, impacts, states = (np.full(size, value, np.int64) for value in (label, 0, 0, state))
-        return cls(labels, periods, impacts, states, np.full(size, np.inf))
 
 
 class Images(NamedTuple):

@@ -1,5 +1,6 @@
 """What became of a start."""
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,3 +46,19 @@ def coded(labels: np.ndarray, states: np.ndarray) -> np.ndarray:
     return np.where(states == OUTSIDE, NO_START, np.where(states == DIVERGED, INFINITY, labels))
 BEYOND = -1  # in place of the mode of a start: it lies beyond a rigid stop
 UNCLEAR = -2  # it lies on a surface, or no mode is clear: all elements decide together
+
+
+class Cells(NamedTuple):
+    """What became of starts, one entry each."""
+
+    labels: np.ndarray  # int64, -1: none
+    periods: np.ndarray  # int64, forcing periods until it was near the attractor
+    impacts: np.ndarray  # int64, impacts and elastic contacts until then
+    states: np.ndarray  # int64, code of `CellState`
+    speeds: np.ndarray  # float, least speed of arrival at a stop until then; 0: a complete chattering; inf: no impact
+
+    @classmethod
+    def blank(cls, size: int, label: int = -1, state: int = ASK) -> "Cells":
+        """Return cells of which nothing is known yet."""
+        labels, periods, impacts, states = (np.full(size, value, np.int64) for value in (label, 0, 0, state))
+        return cls(labels, periods, impacts, states, np.full(size, np.inf))

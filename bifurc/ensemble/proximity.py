@@ -5,12 +5,33 @@ chaotic one is the set of boxes that its sample visits, kept as sorted hashes of
 consecutive section points in its boxes count, since a trajectory may pass a few on its way elsewhere: one where nothing
 leaves the boxes (`bifurc.basins.attractors.trapping`), STAY where that is not known.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from .._jit import njit
 
 STAY = 32  # consecutive section points in the boxes of a chaotic attractor before it is reached, if they may be left
 _FACTOR = np.uint64(0x9E3779B97F4A7C15)  # of multiplicative hashing (Knuth), 2**64 / golden ratio
+
+
+class Targets(NamedTuple):
+    """Attractors as the kernels see them, see the head of this file."""
+
+    inverse: np.ndarray  # (ns,) 1 / scale
+    points: np.ndarray  # (P, ns) section points of periodic attractors, scaled
+    squares: np.ndarray  # (P,) squared radii
+    owner: np.ndarray  # (P,) label
+    width: float  # of the boxes of chaotic attractors, scaled
+    keys: np.ndarray  # (K,) sorted hashes of their boxes, uint64
+    keepers: np.ndarray  # (K,) label
+    stay: int = STAY  # consecutive section points in boxes before their attractor counts as reached
+
+    @classmethod
+    def none(cls, states: int) -> "Targets":
+        """Return no attractors at all."""
+        whole = np.zeros(0, np.int64)
+        return cls(np.ones(states), np.zeros((0, states)), np.zeros(0), whole, 1.0, np.zeros(0, np.uint64), whole)
 
 
 @njit

@@ -20,7 +20,7 @@ def until(T, begin, whole, end, m, room, limit):
 
     Writes the tally.
     """
-    y, x, floats, record, ints, rows, tally = room
+    y, tally, x, floats, record, ints, rows = room
     begin_at(m, y, ints, floats, x)
     floats[TAU] = begin
     forcing(T, begin, x)
@@ -35,7 +35,7 @@ def until(T, begin, whole, end, m, room, limit):
 @njit
 def period(given, m, room, limit):
     """Integrate ``room[0]`` (ns,) in place over the forcing period that starts at phase 0; return status and mode."""
-    return until(given.P, 0.0, 1, 0.0, m, room, limit)
+    return until(given.T, 0.0, 1, 0.0, m, room, limit)
 
 
 @njit
@@ -47,6 +47,6 @@ def substep(T, k, steps, h, m, room, limit):
 
 @njit
 def scratch():
-    """Return what `period` works on: its arrays from the state to the tally."""
-    return (np.zeros(NS), np.zeros(NS + FORCINGS), np.zeros(SLOPES + GUARDS), np.zeros((RECORDED, STATE + 2 * NS)),
-            np.zeros(ORDERS + GUARDS, np.int64), np.zeros((RECORDED, 5), np.int64), np.zeros(3))
+    """Return what `period` works on: its the state, the tally, and room."""
+    return (np.zeros(NS), np.zeros(3), np.zeros(NS + FORCINGS), np.zeros(SLOPES + GUARDS), np.zeros((RECORDED, STATE + 2 * NS)),
+            np.zeros(ORDERS + GUARDS, np.int64), np.zeros((RECORDED, 5), np.int64))

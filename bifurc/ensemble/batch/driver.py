@@ -6,15 +6,14 @@ The image of a start is that of the batch step or that of `period`; which one is
 depend on neighbours, order, chunks or workers.
 """
 import numpy as np
-from numba.core.types import Tuple
 
-from ..._jit import FLAG, WHOLE, apart, njit
+from ..._jit import NOTHING, apart, njit
 from ...flow.scan import DONE, LIMIT, LOST
-from ..outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED
-from ..proximity import boxed
+from ..outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED, Cells
+from ..proximity import Targets, boxed
 from .blank import FLOATS, FLOATS_A_MODE, NS, SIZE, WHOLES_A_MODE, WHOLES_USED, period_step
-from .certified import EVENTS, HITS, LEAST, period, scratch
-from .several_modes import ANY, FAR, NONE
+from .deferred import EVENTS, HITS, LEAST, period, scratch
+from .several_modes import FAR
 
 # rows that the batch step does not know; it knows those before: see `bifurc.ensemble.batch.several_modes.layout`
 # the states, then those at the start of the period
@@ -23,48 +22,21 @@ STEP_HITS, STEP_LEAST, DEFERRED = ((2 * NS + i) * SIZE for i in range(3))
 ALL_HITS, ALL_LEAST, FOUND, ROWS = ((2 * NS + i) * SIZE for i in range(10, 14))
 
 
-@njit
-def load(W, l, X, i):
-    """Put start ``i`` into column ``l`` of the batch."""
-    for c in range(NS):
-        W[c * SIZE + l] = X[i, c]
-    W[ALL_HITS + l], W[ALL_LEAST + l] = 0.0, np.inf
+@apart(NOTHING)
+def advance(given, W, index, active, modes, room, limit):
+    """Take the batch over a period: by its step, those that it defers by `period`, which also takes those with too many events.
 
-
-@njit
-def move(W, to, source):
-    """Copy a column."""
-    for c in range(NS):
-        W[c * SIZE + to] = W[c * SIZE + source]
-    for at in (ALL_HITS, ALL_LEAST):
-        W[at + to] = W[at + source]
-
-
-@njit
-def unload(W, l, X, i):
-    """Write the state in column ``l`` to start ``i``."""
-    for c in range(NS):
-        X[i, c] = W[c * SIZE + l]
-
-
-@apart(WHOLE)
-def around(W, index, active, P, numbers, grid, I, home, strangers, modes, limit):
-    """Take the batch over a period by its step; return how many are deferred: also other modes, too many events, the lost.
-
-    ``home`` is the mode of the batch step, ANY, or NONE.
+    ``given`` are `packing.Numbers`, ``room`` is `scratch`.  The row FOUND becomes 0, -2 - status where `period` fails.
     """
+    y, tally = room[0], room[1]
     for c in range(NS):
         for l in range(active):
             W[BEGUN + c * SIZE + l] = W[c * SIZE + l]
-    if home == NONE:
+    if given.scalar:
         for l in range(active):
-            W[DEFERRED + l], W[FOUND + l] = 1.0, 0.0
-        return active
-    period_step(W, index, active, P, numbers, grid, I, modes, limit)
-    if strangers and home != ANY:
-        for l in range(active):
-            if modes[l] != home:
-                W[DEFERRED + l] = 1.0
+            W[DEFERRED + l] = 1.0
+    else:
+        period_step(W, index, active, given.T, given.numbers, given.grid, given.I, modes, limit)
     count = 0
     for l in range(active):
         lost = not W[STEP_HITS + l] <= limit
@@ -73,26 +45,12 @@ def around(W, index, active, P, numbers, grid, I, home, strangers, modes, limit)
         W[DEFERRED + l] = 1.0 if lost else W[DEFERRED + l]
         W[FOUND + l] = 0.0
         count += W[DEFERRED + l] > 0.0
-    return count
-
-
-@apart(Tuple((FLAG, WHOLE)))
-def mend(given, modes, W, active, room, limit):
-    """Take the period of all starts that are deferred again; the row FOUND gets -2 - status where it fails.
-
-    ``given`` are `packing.Numbers`, ``room`` is `scratch`.  Returns whether any start is now in another mode than that of the batch
-    step, and how many failed.
-    """
-    y, tally = room[0], room[6]
-    strangers, failed = False, 0
-    for l in range(active):
+    for l in range(active if count > 0 else 0):
         if W[DEFERRED + l] > 0.0:
             for c in range(NS):
                 y[c] = W[BEGUN + c * SIZE + l]
             tally[EVENTS], tally[HITS], tally[LEAST] = 0.0, 0.0, np.inf
-            status, mode = period(given, modes[l], room, limit)
-            modes[l] = mode
-            strangers = strangers or mode != given.home
+            status, modes[l] = period(given, modes[l], room, limit)
             W[STEP_HITS + l], W[STEP_LEAST + l] = tally[HITS], tally[LEAST]
             for c in range(NS):
                 if status == DONE and not abs(y[c]) < FAR:
@@ -101,13 +59,6 @@ def mend(given, modes, W, active, room, limit):
                 W[c * SIZE + l] = y[c] if status == DONE else W[BEGUN + c * SIZE + l]
             if status != DONE:
                 W[FOUND + l] = -2.0 - status
-                failed += 1
-    return strangers, failed
-
-
-@njit
-def counted(W, active):
-    """Add impacts and speeds of the batch step to those of the start."""
     for l in range(active):
         W[ALL_HITS + l] += W[STEP_HITS + l]
         W[ALL_LEAST + l] = min(W[ALL_LEAST + l], W[STEP_LEAST + l])
@@ -121,79 +72,35 @@ def outcome(found):
 
 
 @njit
-def carry(given, modes, X, limit, periods, outcomes, impacts, speeds):
-    """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
-
-    ``given`` are `packing.Numbers`.  Starts with a negative mode are left to the caller; where a motion ends early, ``X`` is its
-    last section point.
-    """
-    P, I, home, numbers, grid = given.P, given.I, given.home, given.numbers, given.grid
-    W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * I.shape[0])
-    index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * I.shape[0], np.int64)
-    room = scratch()
-    at, ids = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
-    following = 0
-    while following < X.shape[0]:
-        active, strangers = 0, False
-        while following < X.shape[0] and active < SIZE:
-            if modes[following] >= 0:
-                ids[active], at[active] = following, modes[following]
-                strangers = strangers or at[active] != home
-                load(W, active, X, following)
-                active += 1
-            following += 1
-        for _ in range(periods):
-            count, failed = around(W, index, active, P, numbers, grid, I, home, strangers, at, limit), 0
-            if count > 0:
-                strangers, failed = mend(given, at, W, active, room, limit)
-            counted(W, active)
-            l = active if failed > 0 else 0
-            while l > 0:  # those that failed go, the last start takes their place
-                l -= 1
-                if W[FOUND + l] < 0.0:
-                    i = ids[l]
-                    unload(W, l, X, i)
-                    impacts[i], speeds[i], outcomes[i] = W[ALL_HITS + l], W[ALL_LEAST + l], outcome(W[FOUND + l])
-                    active -= 1
-                    ids[l], at[l] = ids[active], at[active]
-                    move(W, l, active)
-        for l in range(active):
-            i = ids[l]
-            unload(W, l, X, i)
-            impacts[i], speeds[i], outcomes[i] = W[ALL_HITS + l], W[ALL_LEAST + l], REACHED
-
-
-@njit
 def label(given, modes, X, limit, most, targets, cells):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
-    ``given`` are `packing.Numbers`, ``targets`` and ``cells`` the records `Targets` and `Cells` of `bifurc.ensemble.integrator`.
-    Writes what became of each start; those with a negative mode are left to the caller.  The column of a start that is done takes
-    the next one.
+    ``given`` are `packing.Numbers`, ``targets`` and ``cells`` the records `Targets` and `Cells`.  Writes what became of each start;
+    those with a negative mode are left to the caller.  The column of a start that is done takes the next one.
     """
-    P, I, home, numbers, grid = given.P, given.I, given.home, given.numbers, given.grid
     inverse, points, squares, owner, width, keys, keepers, stay = targets
     labels, periods, impacts, states, speeds = cells
-    W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * I.shape[0])
-    index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * I.shape[0], np.int64)
+    many = given.I.shape[0]
+    W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * many)
+    index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * many, np.int64)
     room = scratch()
     y = room[0]
-    at, ids, ages = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
+    at, ids, begun = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     visits, guests = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
-    following, active, strangers = 0, 0, False
+    following, active, now = 0, 0, 0
     while True:
         while following < X.shape[0] and active < SIZE:
             if modes[following] >= 0:
-                ids[active], at[active], ages[active], visits[active], guests[active] = following, modes[following], 0, 0, -1
-                strangers = strangers or at[active] != home
-                load(W, active, X, following)
+                ids[active], at[active], begun[active], visits[active], guests[active] = following, modes[following], now, 0, -1
+                for c in range(NS):
+                    W[c * SIZE + active] = X[following, c]
+                W[ALL_HITS + active], W[ALL_LEAST + active] = 0.0, np.inf
                 active += 1
             following += 1
         if active == 0:
             return
-        if around(W, index, active, P, numbers, grid, I, home, strangers, at, limit) > 0:
-            strangers, _ = mend(given, at, W, active, room, limit)
-        counted(W, active)
+        advance(given, W, index, active, at, room, limit)
+        now += 1
         for t in range(points.shape[0]):
             square, number = squares[t], 1.0 + owner[t]
             for l in range(active):
@@ -203,11 +110,13 @@ def label(given, modes, X, limit, most, targets, cells):
                     away += d * d
                 close = (away <= square) & (W[FOUND + l] == 0.0)
                 W[FOUND + l] = number if close else W[FOUND + l]
-        l = active
+        ended = 0
+        for l in range(active):
+            ended += (W[FOUND + l] != 0.0) | (now - begun[l] >= most)
+        l = active if ended > 0 or keys.shape[0] > 0 else 0
         while l > 0:
             l -= 1
-            i, found = ids[l], W[FOUND + l]
-            ages[l] += 1
+            found = W[FOUND + l]
             if found == 0.0:
                 if keys.shape[0] > 0:
                     for c in range(NS):
@@ -217,15 +126,24 @@ def label(given, modes, X, limit, most, targets, cells):
                     guests[l] = keeper
                     if visits[l] >= stay:
                         found = 1.0 + keeper
-                if found == 0.0 and ages[l] < most:
+                if found == 0.0 and now - begun[l] < most:
                     continue
+            i = ids[l]
             labels[i], states[i] = -1, UNSETTLED
             if found > 0.0:
                 labels[i], states[i] = np.int64(found) - 1, REACHED
             elif found < 0.0:
                 states[i] = outcome(found)
-            periods[i], impacts[i], speeds[i] = ages[l], W[ALL_HITS + l], W[ALL_LEAST + l]
-            unload(W, l, X, i)
+            periods[i], impacts[i], speeds[i] = now - begun[l], W[ALL_HITS + l], W[ALL_LEAST + l]
             active -= 1
-            ids[l], at[l], ages[l], visits[l], guests[l] = ids[active], at[active], ages[active], visits[active], guests[active]
-            move(W, l, active)
+            for c in range(NS):
+                X[i, c], W[c * SIZE + l] = W[c * SIZE + l], W[c * SIZE + active]
+            W[ALL_HITS + l], W[ALL_LEAST + l] = W[ALL_HITS + active], W[ALL_LEAST + active]
+            ids[l], at[l], begun[l], visits[l], guests[l] = ids[active], at[active], begun[active], visits[active], guests[active]
+
+
+def carry(given, modes, X, limit, periods, outcomes, impacts, speeds):
+    """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each: `label` without attractors."""
+    cells = Cells(np.empty_like(outcomes), np.empty_like(outcomes), impacts, outcomes, speeds)
+    label(given, modes, X, limit, periods, Targets.none(NS), cells)
+    outcomes[outcomes == UNSETTLED] = REACHED

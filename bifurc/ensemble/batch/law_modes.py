@@ -1,40 +1,45 @@
 """The text of a one-period batch step of one or two masses under laws, through modes: stops and dry friction beside them.
 
-Every mode has a list of its own of the starts that are in it, and a substep is one Runge-Kutta step of a whole list.  A guard
-follows the cubic through its values and slopes at both ends; the distance between the two is h^4/384 times the fourth derivative
-(Birkhoff and Priver 1967), which is not bounded but estimated, from accelerations at four stages, and counts `SAFETY` times.
-A start whose guards stay below zero by that is done.  The others are taken one by one: the root is found by Newton's method on
-Runge-Kutta steps to the event, each from the start of the substep, and the candidates of the guard are tried in order from there.
-
-A start stays in the batch only where the same rules as in `several_modes` find each event, and what follows it, clear.  Otherwise
-the scalar integrator takes the substep, or where that fails the period.  It also takes modes with a guard that feels a law.
-
-One file, because it is the text of one kernel, written in the order in which it runs.
+Lists and events are those of `several_modes`; a substep is one Runge-Kutta step of a whole list, and so is the way to an event and
+on from it.  A guard follows the cubic through its values and slopes at both ends; the distance between the two is h^4/384 times
+the fourth derivative (Birkhoff and Priver 1967), which is not bounded but estimated, from accelerations at four stages, and counts
+`SAFETY` times.  A zero is first that of the polynomial which the cubic through these accelerations gives, then found by Newton's
+method on Runge-Kutta steps from the start of the substep.  Modes with a guard that feels a law are left to the scalar integrator.
 """
 import numpy as np
 
 from ...compose.tables import Tables
-from ...flow.affine.polynomial import SLOPE_ERROR
 from . import tables as plan
-from .several_modes import CANDIDATES, FAR, FUSED, GUESSES, KICKS, NOISE, STOPS, UNKNOWN
+from .several_modes import LISTS, MANY, NOISE, dot, filled, horner, layout
 from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
 
 SAFETY = 3.0  # of the estimated fourth derivative
-FINAL = 1e-6  # of a substep is the last step to a root: by the Taylor series of second order it leaves its cube
-REFINED = 2  # steps to the root along the cubic acceleration, before it
-TURNS = 6  # of Newton's method
-MOST_EVENTS = 4  # of a start on a substep
+WITHIN, FINAL = 1e-2, 1e-6  # of a substep are the two steps to a zero; the last leaves its cube, by the series of second order
 SAMPLED = (0.0, 0.25, 0.6, 1.0)  # of a step: accelerations there are those of stages that are nearly as accurate as its end
+# rows of scratch: from when and how long a step goes; its accelerations at both ends, bounds on their second and third
+# derivatives, the further coefficients of their cubic
+STEPS = {"f0_": "A0", "b_": "A1", "second": "SECOND", "third": "THIRD", "slope": "LINEAR", "bend": "SQUARE", "d30_": "CUBE"}
 
 
-def spaces(kind: Kind, size: int) -> tuple[int, int, int, int]:
-    """Return the floats and whole numbers of scratch of the step: behind the rows of the driver, and those for each mode."""
-    cap = size + 8
-    return (4 * kind.n + 1) * cap, 2 * kind.n * cap, 3 * cap, cap + 1
+def rows_of(kind: Kind, size: int) -> dict[str, float]:
+    """Return `several_modes.layout` of the step."""
+    numbers = layout(kind.n, kind.guards, size, (("TAU", 1), ("SPAN", 1), *((name, kind.n) for name in STEPS.values())))
+    n, step = kind.n, Step(kind, kind.acts[0])
+    forced = len(step.method.c) * kind.loads
+    loads = forced + kind.guards * (4 + MANY)
+    return numbers | {"FLOW": kind.places["GUARDS"], "FORCED": forced, "OF_GUARD": 4 * n + 3, "OF_GUARD_FORCED": 4 + MANY,
+                      "LOADS": loads, "PER_MODE": kind.places["SIZE"] + len(step.coefficients(1.0)),
+                      "PER_STEP": loads + kind.loads * MANY, "CONSTANT": 2 * n, "ADDED": 2 * n + 3, "WITHIN": WITHIN,
+                      "FINAL": FINAL, "SAFETY": SAFETY / 384.0, "NOISE": NOISE}
 
 
 def step_numbers(T: Tables, kind: Kind, steps: int, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``numbers`` of the modes and ``grid`` of the substeps, flat: the loads at all stages, the guards at both ends."""
+    """Return ``numbers`` of the modes and ``grid`` of the substeps, flat.
+
+    Of a guard its row, the forcing's constant, the fourth derivative of the forcing, its noise, and what an event adds; on a
+    substep the loads at all stages, of the guards what forcing gives to value and slope h/3 at both ends and its polynomial, and
+    the polynomials of the loads.
+    """
     ns, omega = 2 * kind.n, float(T.flat[0])
     numbers, grid = [], []
     times, ends = stage_times(kind, steps), 2.0 * np.pi * np.arange(steps + 1) / steps
@@ -52,34 +57,64 @@ def step_numbers(T: Tables, kind: Kind, steps: int, h: float) -> tuple[np.ndarra
                 c = 1 + 2 * i
                 rise[c], rise[c + 1] = k * omega * row[ns + c + 1], -k * omega * row[ns + c]
                 fourth += np.hypot(row[ns + c], row[ns + c + 1]) * (k * omega) ** 4
-            own += [*row, *rise, fourth, *added]
+            own += [*row[:ns], row[ns], fourth, NOISE * np.abs(row[ns:]).sum(), *added]
             both = stage_loads(T, np.array([row[ns:], rise]), ends) * [1.0, h / 3.0]
-            parts.append(np.hstack((both[:-1], both[1:])))
+            parts += [both[:-1], both[1:], _polynomials(T, row[None, ns:], steps, h)]
         numbers.append(own + Step(kind, kind.acts[0], given=True).coefficients(h))
-        grid.append(np.hstack(parts))
+        grid.append(np.hstack([*parts, _polynomials(T, loads, steps, h)]))
     return np.array(numbers).ravel(), np.array(grid).ravel()
+
+
+def _polynomials(T: Tables, loads: np.ndarray, steps: int, h: float) -> np.ndarray:
+    """Return the coefficients (steps, loads MANY) of polynomials in time on every substep, through Chebyshev's points."""
+    u = 0.5 - 0.5 * np.cos(np.pi * (np.arange(MANY) + 0.5) / MANY)
+    values = stage_loads(T, loads, 2.0 * np.pi * (np.arange(steps)[:, None] + u) / steps)
+    found = np.linalg.solve(np.vander(u, increasing=True), values) / h ** np.arange(MANY)[:, None]
+    return found.transpose(0, 2, 1).reshape(steps, -1)
 
 
 def modes_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for ``size`` starts in a batch."""
-    n, ns, w, cap, at = kind.n, 2 * kind.n, kind.forcings, size + 8, kind.places
-    step = Step(kind, kind.acts[0])
-    stages = len(step.method.c)
-    first = (4 * n + 13) * size
-    numbers = {"N": n, "NW": w, "HARMONICS": (w - 1) // 2, "RATES": at["RATES"], "CAP": cap, "MOST_GUARDS": kind.guards,
-               "PER_MODE": at["SIZE"] + len(step.coefficients(1.0)), "OF_GUARDS": at["GUARDS"], "OF_GUARD": 4 * n + 2 * w + 1,
-               "PER_STEP": stages * kind.loads + 4 * kind.guards, "WHOLE": 3 + CANDIDATES, "UNKNOWN": UNKNOWN, "KICKS": KICKS,
-               "STOPS": STOPS, "GUESSES": GUESSES, "NOISE": NOISE, "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0,
-               "FINAL": FINAL, "TURNS": TURNS, "REFINED": REFINED,
-               "MOST_EVENTS": MOST_EVENTS, "SAFETY": SAFETY / 384.0, "FAR": FAR,
-               "NEW": first, "MY": first + ns * cap, "TOP": first + 2 * ns * cap, "LISTS": first + (2 * ns + 1) * cap}
-    numbers |= {name: i * cap for i, name in enumerate(("GONE", "INTO", "WAITING", "IDS"))}
-    numbers |= {name: (2 * ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS"))}
-    numbers |= {"SIZE": size, "STATE": ns * cap}
-    head = "\n".join(f"AT_{name} = {value!r}" for name, value in numbers.items())
-    made = "\n\n\n".join(_many(kind, v) + "\n\n\n" + _one(kind, v) for v in range(len(kind.acts)))
-    return (f"{FUSED}\n\n{kind.laws}\n\n{head}\nACTS = np.array({list(kind.modes)})\n"
-            f"WATCHED = np.array({[acts.watched for acts in kind.acts]})\n\n\n{_TURN}\n\n{made}\n\n\n{_choice(kind)}\n\n\n{_TEXT}")
+    n, ns, numbers = kind.n, 2 * kind.n, rows_of(kind, size)
+    made = "\n\n\n".join(_screen(kind, numbers, v) + "\n\n\n" + _along(kind, numbers, v) for v in range(len(kind.acts)))
+    head = (f"{kind.laws}\n\nACTS = np.array({list(kind.modes)})\n"
+            f"WATCHED = np.array({[acts.watched for acts in kind.acts]})[ACTS]\n\n\n{made}\n\n\n{_choice(kind)}\n\n\n")
+
+    def rate(state: str, acc: str) -> str:
+        """What state and accelerations give to the slope of a guard."""
+        return dot([f"g{c}" for c in range(ns)], [*(f"{state}{n + c}" for c in range(n)), *(f"{acc}{c}" for c in range(n))])
+
+    def value(state: str) -> str:
+        return dot([f"g{c}" for c in range(ns)], [f"{state}{c}" for c in range(ns)], "value")
+
+    def taken(kind: str, name: str) -> str:
+        return ", ".join(f"{kind}{c}" for c in range(ns)) + " = " + ", ".join(f"W[AT_{name} + {c} * AT_CAP + l]" for c in range(ns))
+
+    def row(parts: str) -> str:
+        """Sum over the part of a guard's row that sees coordinates ("q") or velocities."""
+        return dot([f"g{c if parts[0] == 'q' else n + c}" for c in range(n)], [f"{parts[1:]}{c}" for c in range(n)])
+
+    terms = {0: "(left - p)", 1: rate("y", "a"), 2: f"0.5 * ({row('qa')}) + 0.5 * per * ({row('vl')})",
+             3: f"per / 6.0 * ({row('ql')}) + per**2 / 3.0 * ({row('vw')})",
+             4: f"per**2 / 12.0 * ({row('qw')}) + per**3 / 4.0 * ({row('vk')})", 5: f"per**3 / 20.0 * ({row('qk')})"}
+    return filled(head + _TEXT + LISTS, n, numbers, {
+        "LOAD_ROW": [f"{', '.join(f'g{c}' for c in range(ns))}, constant, fourth, least = "
+                     f"{', '.join(f'N[i + {c}]' for c in range(ns + 3))}",
+                     "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
+                     *(f"f_{k} = F[j + {4 + k}]" for k in range(MANY))],
+        "TAKE_END": [taken("x", "BY")], "TAKE_START": [taken("y", "LY")],
+        "TAKE_STEP": [f"{short}{c} = W[AT_{name} + {c} * AT_CAP + l]"
+                      for short, name in zip("aebtlwk", STEPS.values(), strict=True) for c in range(n)],
+        "WRITE_YS": [f"W[AT_YS + {c} * AT_CAP + l] = x{c}" for c in range(ns)],
+        "MOVE": [f"x{c}, x{n + c} = x{c} + step * (x{n + c} + 0.5 * step * e{c}), x{n + c} + step * e{c}" for c in range(n)],
+        "RISE0": [f"rise0 = slope0 + third * ({rate('y', 'a')})"], "RISE1": [f"rise1 = slope1 + third * ({rate('x', 'e')})"],
+        "BOUND": ["bound = AT_SAFETY * (fourth * span**4 + " + " + ".join(
+            f"span**2 * abs(g{c}) * b{c} + span * abs(g{n + c}) * t{c}" for c in range(n)) + ")"],
+        "NOISE": ["noise = AT_NOISE * (" + " + ".join(f"abs(g{c} * y{c})" for c in range(ns)) + ") + least"],
+        "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
+        "FORCED_AT": horner("f", "s", "value", "slope"), "VALUE_Y": [f"value = {value('y')}"], "VALUE_X": [f"value = {value('x')}"],
+        "SLOPE_Y": [f"slope = slope + ({rate('y', 'a')})"], "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
+    })
 
 
 def _ends(kind: Kind, step: Step, load: str) -> list[str]:
@@ -101,53 +136,49 @@ def _ends(kind: Kind, step: Step, load: str) -> list[str]:
     return lines
 
 
-def _many(kind: Kind, v: int) -> str:
+def _screen(kind: Kind, numbers: dict[str, float], v: int) -> str:
     """Return the function that takes a list over a substep."""
-    step, n, ns, w = Step(kind, kind.acts[v], given=True), kind.n, 2 * kind.n, kind.forcings
+    step, n, ns = Step(kind, kind.acts[v], given=True), kind.n, 2 * kind.n
     last = step.nearest(1.0)
-    head = [*step.head, *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads)),
-            f"t += {len(step.method.c) * kind.loads}"]
+    head = [*step.head, *step.products,
+            *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads))]
     for g in range(kind.guards):
-        i = kind.places["GUARDS"] + g * (4 * n + 2 * w + 1)
-        head += [*(f"row{g}_{c} = N[o + {i + c}]" for c in range(ns)), f"fourth{g} = N[o + {i + ns + 2 * w}] * hh * hh",
-                 *(f"{name}{g} = F[t + {4 * g + k}]" for k, name in enumerate(("left", "rise", "right", "fall")))]
+        i, j = (f"{numbers[place] + g * numbers[size]}" for place, size in (("FLOW", "OF_GUARD"), ("FORCED", "OF_GUARD_FORCED")))
+        head += [*(f"row{g}_{c} = N[o + {i} + {c}]" for c in range(ns)), f"fourth{g} = N[o + {i} + {ns + 1}] * hh * hh",
+                 *(f"{name}{g} = F[t + {j} + {k}]" for k, name in enumerate(("left", "rise", "right", "fall")))]
     body = [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body, *_ends(kind, step, f"g{last}"), "most = -np.inf"]
     for g in range(kind.guards):
         for side, state, acc, add in (("left", "y", "f0_", "rise"), ("right", "z", "b_", "fall")):
             body += [f"{side} = {side}{g} + " + " + ".join(f"row{g}_{c} * {state}{c}" for c in range(ns)),
-                     f"{add} = {add}{g} + third * (" + " + ".join(
+                     f"{add} = {add}{g} + h / 3.0 * (" + " + ".join(
                          f"row{g}_{c} * {state}{n + c} + row{g}_{n + c} * {acc}{c}" for c in range(n)) + ")"]
         bound = " + ".join(f"hh * abs(row{g}_{c}) * second{c} + h * abs(row{g}_{n + c}) * third{c}" for c in range(n))
-        body += [f"most = max(most, max(max(left, right), max(left + rise, right - fall)) + AT_SAFETY * (fourth{g} + {bound}))"]
-    body += [f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)]
-    body += ["top[l] = np.inf" if kind.acts[v].watched else "top[l] = most"]
-    return _function(f"ahead_{v}(full, old, new, top, N, o, F, t)",
-                     "Carry a list over a substep; write the largest value that a guard may take.",
-                     ["h = N[o]", "third = h / 3.0", *head], ["for l in range(full):", *(f"    {line}" for line in body)])
+        body += [f"largest = max(max(left, right), max(left + rise, right - fall)) + AT_SAFETY * (fourth{g} + {bound})",
+                 *(["largest = np.inf"] if kind.acts[v].watched else []),
+                 f"top[{g} * AT_CAP + l], most = largest, max(most, largest)"]
+    body += [*(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)), "top[AT_MOST + l] = most"]
+    return _function(f"screen_{v}(full, old, new, top, N, o, F, t)",
+                     "Carry a list over a substep; write the largest values that the guards may take.",
+                     ["h = N[o]", *head], ["for l in range(full):", *(f"    {line}" for line in body)])
 
 
-def _one(kind: Kind, v: int) -> str:
-    """Return the function that takes one start over any time up to a substep."""
-    step, n, ns, w, at = Step(kind, kind.acts[v]), kind.n, 2 * kind.n, kind.forcings, kind.places
-    harmonics, last, lines = range((w - 1) // 2), step.nearest(1.0), []
-    lines += [f"r{i} = h * N[o + {at['RATES'] + i}]" for i in harmonics]
-    lines += [f"load{c}_{j} = N[o + {at['LOADS'] + c * w + j}]" for c in range(kind.loads) for j in range(w)]
-    for i, time in enumerate(step.method.c.tolist()):
-        same = step.method.c.tolist().index(time)
-        if same < i:
-            lines += [f"g{i}_{c} = g{same}_{c}" for c in range(kind.loads)]
-            continue
-        for j in harmonics:
-            lines += [f"cos, sin = turn({time!r} * r{j})", f"e{j} = cos * w[{1 + 2 * j}] - sin * w[{2 + 2 * j}]",
-                      f"o{j} = cos * w[{2 + 2 * j}] + sin * w[{1 + 2 * j}]"]
-        lines += [f"g{i}_{c} = load{c}_0" + "".join(
-            f" + load{c}_{1 + 2 * j} * e{j} + load{c}_{2 + 2 * j} * o{j}" for j in harmonics) for c in range(kind.loads)]
-    lines += [f"y{c} = x[{c}]" for c in range(ns)] + step.head + step.body + _ends(kind, step, f"g{last}")
-    lines += [f"out[{c}] = z{c}" for c in range(ns)]
-    for k, name in enumerate(("f0_", "b_", "second", "third", "slope", "bend", "d30_")):
-        lines += [f"out[{ns + k * n + c}] = {name}{c}" for c in range(n)]
-    return _function(f"along_{v}(N, o, w, h, x, out)", "Carry a start from forcing states ``w`` over ``h``: state, accelerations, "
-                     "bounds.", [], lines)
+def _along(kind: Kind, numbers: dict[str, float], v: int) -> str:
+    """Return the function that takes a list over times of its own within a substep."""
+    step, n, ns = Step(kind, kind.acts[v]), kind.n, 2 * kind.n
+    times = step.method.c.tolist()
+    head = [*step.head, *(f"p{c}_{j} = F[t + {numbers['LOADS'] + c * MANY + j}]" for c in range(kind.loads) for j in range(MANY))]
+    body = ["tau, h = W[AT_TAU + l], W[AT_SPAN + l]", *step.products]
+    for i, time in enumerate(times):
+        first = times.index(time)
+        body += [f"s = tau + {time!r} * h"] if first == i else []
+        for c in range(kind.loads):
+            body += horner(f"p{c}", "s", f"g{i}_{c}") if first == i else [f"g{i}_{c} = g{first}_{c}"]
+    body += [*(f"y{c} = W[source + {c} * AT_CAP + l]" for c in range(ns)), *step.body,
+             *_ends(kind, step, f"g{step.nearest(1.0)}"), *(f"W[target + {c} * AT_CAP + l] = z{c}" for c in range(ns)),
+             *(f"W[AT_{row} + {c} * AT_CAP + l] = {name}{c}" for name, row in STEPS.items() for c in range(n))]
+    return _function(f"along_{v}(W, full, source, target, N, o, F, t)",
+                     "Carry rows of states from TAU over SPAN; write accelerations and bounds.", head,
+                     ["for l in range(full):", *(f"    {line}" for line in body)])
 
 
 def _choice(kind: Kind) -> str:
@@ -156,285 +187,105 @@ def _choice(kind: Kind) -> str:
         return [line for v in range(len(kind.acts))
                 for line in (f"{'el' if v else ''}if ACTS[m] == {v}:", f"    {name}_{v}({arguments})")]
 
-    return "\n\n\n".join(
-        _function(f"{name}(m, {arguments})", "Take the step of mode ``m``.", [], dispatch(name, arguments), "@njit")
-        for name, arguments in (("ahead", "full, old, new, top, N, o, F, t"), ("along", "N, o, w, h, x, out")))
+    return "\n\n\n".join((
+        _function("screen(m, full, guards, old, new, top, N, o, F, t)", "Take a list of mode ``m`` over a substep.", [],
+                  dispatch("screen", "full, old, new, top, N, o, F, t"), "@njit"),
+        _function("along(m, W, full, source, target, N, o, F, t)", "Take rows of states along mode ``m``.", [],
+                  dispatch("along", "W, full, source, target, N, o, F, t"), "@njit")))
 
 
 def _function(signature: str, sentence: str, head: list[str], body: list[str], decorator: str = "@fused") -> str:
     return "\n".join([decorator, f"def {signature}:", f'    """{sentence}"""', *(f"    {line}" for line in [*head, *body])])
 
 
-_TURN = '''@fused
-def turn(a):
-    """Cosine and sine of a small angle, by their series."""
-    if abs(a) > 0.7:
-        return np.cos(a), np.sin(a)
-    b = a * a
-    cos = b * (1.0 / 182.0)
-    for k in (132.0, 90.0, 56.0, 30.0, 12.0, 2.0):
-        cos = b * (1.0 - cos) * (1.0 / k)
-    sin = b * (1.0 / 210.0)
-    for k in (156.0, 110.0, 72.0, 42.0, 20.0, 6.0):
-        sin = b * (1.0 - sin) * (1.0 / k)
-    return 1.0 - cos, a * (1.0 - sin)
-'''
 _TEXT = '''@fused
-def forced(N, o, w, s, w1):
-    """Write the forcing states a time ``s`` after ``w``."""
-    w1[0] = 1.0
-    for i in range(AT_HARMONICS):
-        cos, sin = turn(N[o + AT_RATES + i] * s)
-        w1[1 + 2 * i], w1[2 + 2 * i] = cos * w[1 + 2 * i] - sin * w[2 + 2 * i], cos * w[2 + 2 * i] + sin * w[1 + 2 * i]
+def crossing(W, full, g, N, o, F, t):
+    """Find the zero of guard ``g`` along the cubic of the accelerations of a step; verdicts as in `roots`."""
+    h = span = N[o]
+    third, per = h / 3.0, 1.0 / h
+    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    LOAD_ROW
+    for l in range(full):
+        TAKE_EY
+        TAKE_END
+        TAKE_STEP
+        GUARD_OVER
+        ROOT
+        W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
+        W[AT_SPAN + l] = min(max(s, 0.0), h)
 
 
 @fused
-def guard(N, i, x, out, a, w):
-    """Value and slope of a guard at a state with accelerations ``out[a:]``."""
-    value = slope = 0.0
-    for c in range(AT_N):
-        value += N[i + c] * x[c] + N[i + AT_N + c] * x[AT_N + c]
-        slope += N[i + c] * x[AT_N + c] + N[i + AT_N + c] * out[a + c]
-    for c in range(AT_NW):
-        value += N[i + 2 * AT_N + c] * w[c]
-        slope += N[i + 2 * AT_N + AT_NW + c] * w[c]
-    return value, slope
-
-
-@fused
-def look(N, i, x, out, w, w1, h):
-    """What a guard does over ``h``: -1: stays inside, else its root as a part of h; -2: outside at the start, -3: unclear."""
-    left, rise0 = guard(N, i, x, out, 2 * AT_N, w)
-    right, rise1 = guard(N, i, out, out, 3 * AT_N, w1)
-    rise0, rise1 = rise0 * h / 3.0, rise1 * h / 3.0
-    bound, noise = N[i + 2 * AT_N + 2 * AT_NW] * h * h * h * h, 0.0
-    for c in range(AT_N):
-        bound += h * h * abs(N[i + c]) * out[4 * AT_N + c] + h * abs(N[i + AT_N + c]) * out[5 * AT_N + c]
-        noise += abs(N[i + c] * x[c]) + abs(N[i + AT_N + c] * x[AT_N + c])
-    for c in range(AT_NW):
-        noise += abs(N[i + 2 * AT_N + c])
-    bound, noise = AT_SAFETY * bound, AT_NOISE * noise
-    inner0, inner1, allow = left + rise0, right - rise1, AT_ALLOW * bound
-    if left > noise:
-        return -2.0
-    if left >= -noise:
-        return -1.0 if inner0 <= noise and inner1 + allow < -noise and right < -noise else -3.0
-    if max(max(left, right), max(inner0, inner1)) + bound < 0.0:
-        return -1.0
-    bend0, bend1 = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right
-    steep, middle = AT_STEEP * bound, inner1 - inner0
-    concave, convex = bend0 < -allow and bend1 < -allow, bend0 > allow and bend1 > allow
-    rising = rise0 > steep and middle > steep and rise1 > steep
-    falling = rise0 < -steep and middle < -steep and rise1 < -steep
-    if right < -bound and (convex or rising or falling or (concave and (rise0 <= 0.0 or rise1 >= 0.0))):
-        return -1.0
-    if not (concave or (right > bound and (convex or rising))):
-        return -3.0
-    d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic
-    u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
-    for _ in range(AT_GUESSES):
-        u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))
-        u = min(max(u, 0.0), 1.0)
-    return u if u >= 0.0 else -3.0
-
-
-@fused
-def refined(N, o, i, x, out, w, u, h, w1):
-    """Root near ``u`` of a guard along the motion whose acceleration is the cubic through that of four stages."""
-    for _ in range(AT_REFINED):
-        value = slope = 0.0
-        for c in range(AT_N):
-            a0, a1, a2, a3 = out[2 * AT_N + c], out[6 * AT_N + c], out[7 * AT_N + c], out[8 * AT_N + c]
-            a = a0 + u * (a1 + u * (a2 + u * a3))
-            v = x[AT_N + c] + h * u * (a0 + u * (a1 / 2.0 + u * (a2 / 3.0 + u * a3 / 4.0)))
-            q = x[c] + h * u * (x[AT_N + c] + h * u * (a0 / 2.0 + u * (a1 / 6.0 + u * (a2 / 12.0 + u * a3 / 20.0))))
-            value += N[i + c] * q + N[i + AT_N + c] * v
-            slope += N[i + c] * v + N[i + AT_N + c] * a
-        forced(N, o, w, u * h, w1)
-        for c in range(AT_NW):
-            value += N[i + 2 * AT_N + c] * w1[c]
-            slope += N[i + 2 * AT_N + AT_NW + c] * w1[c]
-        u = min(max(u - value / (h * slope), 0.0), 1.0)
-    return u
-
-
-@njit
-def arrive(N, m, i, x, w, s, h, y, out, w1):
-    """Take a start to the root of a guard near ``s``: state in ``y``; return time and slope there, the slope 0 where unclear."""
-    o = m * AT_PER_MODE
-    for _ in range(AT_TURNS):
-        along(m, N, o, w, s, x, out)
-        forced(N, o, w, s, w1)
-        value, slope = guard(N, i, out, out, 3 * AT_N, w1)
-        if not slope > 0.0:
-            return s, 0.0
+def refine(W, full, g, within, N, o, F, t):
+    """Take a step of Newton's method from the ends of steps to a zero, which may be so long; write state, time and speed there."""
+    h = N[o]
+    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    LOAD_ROW
+    for l in range(full):
+        s = W[AT_SPAN + l]
+        TAKE_END
+        TAKE_STEP
+        FORCED_AT
+        VALUE_X
+        SLOPE_X
         step = -value / slope
-        if abs(step) <= AT_FINAL * h:
-            s += step
-            for c in range(AT_N):
-                y[c] = out[c] + step * (out[AT_N + c] + 0.5 * step * out[3 * AT_N + c])
-                y[AT_N + c] = out[AT_N + c] + step * out[3 * AT_N + c]
-            forced(N, o, w, s, w1)
-            return s, guard(N, i, y, out, 3 * AT_N, w1)[1] if 0.0 <= s <= h else 0.0
-        if not 0.0 <= s + step <= h:
-            return s, 0.0
-        s += step
-    return s, 0.0
+        s = s + step
+        MOVE
+        FORCED_AT
+        SLOPE_X
+        close = (abs(step) <= within * h) & (s >= 0.0) & (s <= h) & (slope > 0.0)
+        W[AT_VERDICT + l] = -1.0 if (W[AT_VERDICT + l] > 0.0) & (not close) else W[AT_VERDICT + l]
+        W[AT_S + l], W[AT_SPEED + l], W[AT_SPAN + l] = s, slope, min(max(s, 0.0), h)
+        WRITE_YS
 
 
 @njit
-def cross(N, I, m, k, x, room, tally):
-    """Carry the start ``x`` (ns,) over substep ``k`` through its events; return its mode then, -1 where one is not clear."""
-    h = N[0]
-    w, w1, w2, y, out = room[0], room[1], room[2], room[3], room[4]
-    w[0] = 1.0
-    for i in range(AT_HARMONICS):
-        angle = N[AT_RATES + i] * h * k
-        w[1 + 2 * i], w[2 + 2 * i] = np.cos(angle), np.sin(angle)
-    along(m, N, m * AT_PER_MODE, w, h, x, out)
-    for event in range(AT_MOST_EVENTS + 1):
-        o = m * AT_PER_MODE
-        forced(N, o, w, h, w1)
-        g, s = -1, np.inf
-        for j in range(I[m, 0]):
-            u = look(N, o + AT_OF_GUARDS + j * AT_OF_GUARD, x, out, w, w1, h)
-            if u < -1.5 or (u >= 0.0 and g >= 0):  # which of two comes first is left open
-                return -1
-            if u >= 0.0:
-                g, s = j, u
-        if g < 0:
-            for c in range(2 * AT_N):
-                x[c] = out[c]
-            return m
-        i, at = o + AT_OF_GUARDS + g * AT_OF_GUARD, 1 + g * AT_WHOLE
-        what = I[m, at]
-        if event == AT_MOST_EVENTS or what == AT_UNKNOWN:
-            return -1
-        s = h * refined(N, o, i, x, out, w, s, h, w1)
-        s, speed = arrive(N, m, i, x, w, s, h, y, out, w1)
-        if not speed > 0.0:
-            return -1
-        added, away = i + 2 * AT_N + 2 * AT_NW + 1, 0.0
-        if what == AT_KICKS:
-            away = speed
-        elif what == AT_STOPS:
-            away = -N[i + 2 * AT_N]
-            for c in range(2 * AT_N):
-                away -= N[i + c] * y[c]
-        for c in range(2 * AT_N):
-            x[c] = y[c] + away * N[added + c]
-        h -= s
-        target = -1
-        for j in range(I[m, at + 2]):
-            target = I[m, at + 3 + j]
-            b = target * AT_PER_MODE
-            along(target, N, b, w1, h, x, out)
-            forced(N, b, w1, h, w2)
-            for q in range(I[target, 0]):
-                u = look(N, b + AT_OF_GUARDS + q * AT_OF_GUARD, x, out, w1, w2, h)
-                if u == -3.0:
-                    return -1
-                if u == -2.0:
-                    target = -1
-                    break
-            if target >= 0:
-                tally[EVENTS] += 2.0 if j > 0 and what == AT_KICKS else 1.0  # friction turns round at the same instant
-                break
-        if target < 0:
-            return -1
-        if I[m, at + 1] == 1:
-            tally[HITS] += 1.0
-            tally[LEAST] = min(tally[LEAST], speed)
-        m = target
-        for c in range(AT_NW):
-            w[c] = w1[c]
-    return -1
+def roots(W, m, full, g, N, o, F, t):
+    """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
+    for l in range(full):
+        W[AT_VERDICT + l], W[AT_TAU + l], W[AT_SPAN + l] = -1.0, 0.0, N[o]
+    if WATCHED[m]:
+        return
+    along(m, W, full, AT_EY, AT_BY, N, o, F, t)
+    crossing(W, full, g, N, o, F, t)
+    for within in (AT_WITHIN, AT_FINAL):
+        along(m, W, full, AT_EY, AT_BY, N, o, F, t)
+        refine(W, full, g, within, N, o, F, t)
+
+
+@fused
+def admit(W, full, g, N, o, F, t):
+    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
+    h = N[o]
+    third, per = h / 3.0, 1.0 / h
+    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    LOAD_ROW
+    for l in range(full):
+        s, span = W[AT_TAU + l], W[AT_SPAN + l]
+        TAKE_START
+        TAKE_LE
+        TAKE_STEP
+        FORCED_AT
+        VALUE_Y
+        SLOPE_Y
+        BOUND
+        NOISE
+        RIGHT
+        RISE1
+        inner, outer, later = span * slope / 3.0, right - span * per * rise1, bound
+        JUDGE
 
 
 @njit
-def meet(W, index, c, e, m, k, steps, P, numbers, I, room, limit, spare):
-    """Take entry ``e`` of the list of mode ``m`` through the events of substep ``k``; return how many starts leave their lists."""
-    x, tally = spare[0], spare[6]
-    l, a = index[AT_IDS + m * AT_CAP + e], AT_LISTS + m * AT_STATE + e
-    for i in range(2 * AT_N):
-        x[i] = W[a + i * AT_CAP]
-    tally[EVENTS], tally[HITS], tally[LEAST] = 0.0, 0.0, np.inf
-    target = -1 if WATCHED[ACTS[m]] else cross(numbers, I, m, k, x, room, tally)
-    if target >= 0 and WATCHED[ACTS[target]]:
-        target = -1
-    if target < 0:
-        for i in range(2 * AT_N):
-            x[i] = W[a + i * AT_CAP]
-        status, target = substep(P, k, steps, numbers[0], m, spare, limit)
-        if status != DONE:
-            target = -1
-            W[AT_ASIDE + l] = 1.0
-    W[AT_EVENTS + l] += tally[EVENTS]
-    W[AT_HITS + l] += tally[HITS]
-    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[LEAST])
-    if target == m:
-        for i in range(2 * AT_N):
-            W[AT_NEW + i * AT_CAP + e] = x[i]
-        return c
-    for i in range(2 * AT_N):
-        W[AT_MY + i * AT_CAP + c] = x[i]
-    index[AT_GONE + c], index[AT_INTO + c], index[AT_WAITING + c] = e, target, l
-    return c + 1
+def onward(W, m, full, guards, N, o, F, t):
+    """Take states at s to the end of the substep in mode ``m``; write their fate, see `admit`."""
+    for l in range(full):
+        W[AT_TAU + l], W[AT_SPAN + l], W[AT_FATE + l] = W[AT_LS + l], N[o] - W[AT_LS + l], 0.0 if WATCHED[m] else 1.0
+    if WATCHED[m]:
+        return
+    along(m, W, full, AT_LY, AT_LE, N, o, F, t)
+    for g in range(guards):
+        admit(W, full, g, N, o, F, t)
 
 
-@njit
-def period_step(W, index, count, P, numbers, grid, I, modes, limit):
-    """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
-    many, spare = I.shape[0], scratch()
-    room = np.zeros((5, max(9 * AT_N, AT_NW)))
-    steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
-    top, new = W[AT_TOP:AT_LISTS], W[AT_NEW:AT_MY]
-    for m in range(many):
-        index[counts + m] = 0
-    for l in range(count):
-        W[AT_HITS + l], W[AT_LEAST + l], W[AT_ASIDE + l], W[AT_EVENTS + l] = 0.0, np.inf, 0.0, 0.0
-        m = modes[l]
-        for i in range(2 * AT_N):
-            W[AT_LISTS + m * AT_STATE + i * AT_CAP + index[counts + m]] = W[i * AT_SIZE + l]
-        index[AT_IDS + m * AT_CAP + index[counts + m]] = l
-        index[counts + m] += 1
-    for k in range(steps):
-        c = 0
-        for m in range(many):
-            n, a, ids, begun = index[counts + m], AT_LISTS + m * AT_STATE, AT_IDS + m * AT_CAP, c
-            if n == 0:
-                continue
-            ahead(m, (n + 7) // 8 * 8, W[a:a + AT_STATE], new, top, numbers, m * AT_PER_MODE, grid, (m * steps + k) * AT_PER_STEP)
-            for e in range(n):
-                if top[e] >= 0.0:
-                    c = meet(W, index, c, e, m, k, steps, P, numbers, I, room, limit, spare)
-            for i in range(2 * AT_N):
-                for e in range(n):
-                    W[a + i * AT_CAP + e] = new[i * AT_CAP + e]
-            for j in range(c - 1, begun - 1, -1):  # the last start fills the last gap
-                n -= 1
-                place = index[AT_GONE + j]
-                for i in range(2 * AT_N):
-                    W[a + i * AT_CAP + place] = W[a + i * AT_CAP + n]
-                index[ids + place] = index[ids + n]
-            index[counts + m] = n
-        for j in range(c):
-            m = index[AT_INTO + j]
-            if m >= 0:
-                n = index[counts + m]
-                for i in range(2 * AT_N):
-                    W[AT_LISTS + m * AT_STATE + i * AT_CAP + n] = W[AT_MY + i * AT_CAP + j]
-                index[AT_IDS + m * AT_CAP + n] = index[AT_WAITING + j]
-                index[counts + m] += 1
-    for m in range(many):
-        for e in range(index[counts + m]):
-            l, near = index[AT_IDS + m * AT_CAP + e], True
-            for i in range(2 * AT_N):
-                value = W[AT_LISTS + m * AT_STATE + i * AT_CAP + e]
-                near = near and abs(value) < AT_FAR
-                W[i * AT_SIZE + l] = value
-            if near and W[AT_EVENTS + l] <= limit:
-                modes[l] = m
-            else:
-                W[AT_ASIDE + l] = 1.0
 '''

@@ -7,7 +7,9 @@ has to be kept.  It is 1.6 times as fast as `several_modes` (24.9 to 15.6 millio
 
 Nothing is taken on trust, by the bounds of `several_modes`: a start stays in the batch only while they prove that it met the stop
 not at all, or once, and left it for the rest of the substep.  All others (grazes, repeated impacts, rest) are marked in the row
-ASIDE, and the caller takes their whole period again.  The numbers are those of the mode in `bifurc.ensemble.batch.tables`.
+ASIDE, as are those in another mode, and the caller takes their whole period again by `bifurc.ensemble.batch.certified`: the rule
+of the general integration at the events of this one stop, twice as fast where the mass comes to rest.  The numbers are those of
+the mode in `bifurc.ensemble.batch.tables`.
 """
 from .several_modes import MANY, Places, filled, horner, layout
 
@@ -18,6 +20,7 @@ def step_text(guards: int, size: int) -> str:
     """Return the source of ``period_step``; other modes of the scene may have up to so many ``guards``."""
     numbers = layout(1, guards, size)
     at = Places(1, guards)
+    numbers |= {"FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode, "PER_STEP": at.substep}
     numbers["KICK"] = at.flow + 4 * at.ns + 3  # what an impact adds to the velocity
     numbers |= {name: numbers["FIRST"] + i * numbers["CAP"] for i, name in enumerate(ROWS)}
     place = 1 + 4 + MANY  # of the column of the velocity
@@ -32,15 +35,17 @@ def spaces(size: int) -> tuple[int, int, int, int]:
 
 
 _TEXT = '''@fused
-def period_step(W, index, count, P, N, F, I, modes, limit):
+def period_step(W, index, count, T, numbers, grid, I, modes, limit):
     """Carry the first ``count`` starts over a forcing period in their free mode."""
+    home, size = I[0, 0], grid.size // I[0, 1]
+    N, F = numbers[home * AT_PER_MODE:(home + 1) * AT_PER_MODE], grid[home * size:(home + 1) * size]
     o, i, h = 0, AT_FLOW, N[0]
     per, kick = 1.0 / h, N[AT_KICK]
     for l in range(count):
         W[AT_HITS + l] = 0.0
         W[AT_LEAST + l] = np.inf
-        W[AT_ASIDE + l] = 0.0
-    for k in range(F.size // AT_PER_STEP):
+        W[AT_ASIDE + l] = 1.0 if modes[l] != home else 0.0
+    for k in range(size // AT_PER_STEP):
         t = k * AT_PER_STEP
         j = t + AT_FORCED
         LOAD_FLOW

@@ -30,7 +30,6 @@ ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15
 MANY = ORDER + 1
 NOISE = 7e-15  # of the sum of all terms of the polynomial of a guard: values below it are zero
 FAR = 1e150  # of a state; beyond it the motion is lost
-ANY, NONE = -1, -2  # in place of the mode of the batch step: all; none, so that all starts take the scalar integrator
 # integers of a mode: its guards; then of each guard: what it does (KICKS, STOPS), whether it counts as a hit, its candidates,
 # then they
 CANDIDATES = 6
@@ -81,31 +80,39 @@ class Places(NamedTuple):
         """Numbers of a mode on a substep."""
         return self.forced + self.guards * self.guard_forced
 
-    @property
-    def rows(self) -> int:
-        """Rows of scratch behind those of the driver."""
-        return len(SINGLE) + self.ns * len(EACH)
+
+ONE = Places(1, 1)  # of one mass whose modes have one guard
+FLOW_OF_ONE, FORCED_OF_ONE, PER_MODE_OF_ONE, PER_STEP_OF_ONE = ONE.flow, ONE.forced, ONE.mode, ONE.substep
 
 
-def layout(n: int, guards: int, size: int) -> dict[str, float]:
-    """Return by name the places and bounds that the text of a step for ``size`` starts in a batch has in common."""
-    at = Places(n, guards)
-    return {"SIZE": size, "CAP": size + 8, "FIRST": (4 * n + 13) * size, "FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode,
-            "PER_STEP": at.substep, "ALLOW": 16.0 / 3.0, "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING,
-            **{name: (2 * at.ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}}
+def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = ()) -> dict[str, float]:
+    """Return by name the places and bounds that the text of a step for ``size`` starts in a batch has in common.
+
+    ``extra`` are names and numbers of rows of scratch of a text's own.
+    """
+    ns, cap, first = 2 * n, size + 8, (4 * n + 13) * size
+    numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap, "MOST": guards * cap, "ALLOW": 16.0 / 3.0,
+               "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR, "WHOLE": 3 + CANDIDATES,
+               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS}
+    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards + 1), ("LISTS", 0))
+    for name, many in rows:
+        numbers[name] = first
+        first += many * cap
+    numbers |= {name: (2 * ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
+    return numbers | {name: i * cap for i, name in enumerate(("LIST", "NEAR", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
 
 
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
     at, numbers = Places(n, guards), layout(n, guards, size)
-    cap, first = numbers["CAP"], numbers["FIRST"]
-    numbers |= {"OF_GUARD": at.guard, "OF_GUARD_FORCED": at.guard_forced, "WHOLE": 3 + CANDIDATES, "UNKNOWN": UNKNOWN,
-                "KICKS": KICKS, "STOPS": STOPS, "TOPS": first + at.rows * cap, "MOST": guards * cap,
-                "LISTS": first + (at.rows + guards + 1) * cap, "STATE": at.ns * cap, "FAR": FAR}
-    numbers |= {name: first + i * cap for i, name in enumerate(SINGLE)}
-    numbers |= {name: first + (len(SINGLE) + at.ns * i) * cap for i, name in enumerate(EACH)}
-    numbers |= {name: i * cap for i, name in enumerate(("LIST", "NEAR", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
-    return filled(_TEXT, n, numbers, {})
+    numbers |= {"FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode, "PER_STEP": at.substep, "OF_GUARD": at.guard,
+                "OF_GUARD_FORCED": at.guard_forced, "ADDED": 4 * at.ns + 2, "CONSTANT": 5 * at.ns + 2}
+    return filled(_AFFINE + LISTS, n, numbers, {})
+
+
+def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
+    """Return the floats and whole numbers of scratch of the step: behind the rows of the driver, and those for each mode."""
+    return int(numbers["LISTS"] - numbers["FIRST"]), int(2 * numbers["STATE"]), int(7 * numbers["CAP"]), int(numbers["CAP"]) + 1
 
 
 def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[str]]) -> str:
@@ -129,7 +136,7 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
 
     def end(kind: str) -> list[str]:
         """The state at the end of the substep from that at its start."""
-        return [f"x{i} = {_dot([f'e{i}_{c}' for c in states], names[kind], f'w{i}')}" for i in states]
+        return [f"x{i} = {dot([f'e{i}_{c}' for c in states], names[kind], f'w{i}')}" for i in states]
 
     sizes = [f"abs({name})" for name in names["y"]]
     flow = [f"e{i}_{c} = N[o + {1 + ns * i + c}]" for i in states for c in states] + [f"w{i} = F[t + {i}]" for i in states]
@@ -151,44 +158,28 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "NEW": [f"x{c} = new[{c} * AT_CAP + l]" for c in states],
         "WRITE_NEW": [f"new[{c} * AT_CAP + l] = x{c}" for c in states],
         "ENDS": end("y"),
-        "LEFT": [f"left = {_dot(names['g'], names['y'], 'p')}"], "RIGHT": [f"right = {_dot(names['g'], names['x'], 'n')}"],
-        "RISE0": [f"rise0 = {_dot(names['s'], names['y'], 'slope0')}"],
-        "RISE1": [f"rise1 = {_dot(names['s'], names['x'], 'slope1')}"],
-        "BOUND": [f"bound = {_dot(names['r'], sizes, 'rest')}"], "NOISE": [f"noise = {_dot(names['z'], sizes, 'least')}"],
+        "LEFT": [f"left = {dot(names['g'], names['y'], 'p')}"], "RIGHT": [f"right = {dot(names['g'], names['x'], 'n')}"],
+        "RISE0": [f"rise0 = {dot(names['s'], names['y'], 'slope0')}"],
+        "RISE1": [f"rise1 = {dot(names['s'], names['x'], 'slope1')}"],
+        "BOUND": [f"bound = {dot(names['r'], sizes, 'rest')}"], "NOISE": [f"noise = {dot(names['z'], sizes, 'least')}"],
         "TAKE_EY": [rows("y", "EY")], "TAKE_BY": [rows("y", "BY")], "TAKE_LE": [rows("x", "LE")], "TAKE_LY": [rows("m", "LY")],
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
-        "SUM_GUARD": [f"g_{j} = {_dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
+        "SUM_GUARD": [f"g_{j} = {dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
         "GUARD_OVER": ["LEFT", "RIGHT", "RISE0", "RISE1", "BOUND"], "ROOT": _ROOT.strip().split("\n"),
+        "JUDGE": _JUDGE.strip().split("\n"),
         "GUARD_AT": horner("g", "s", "value", "slope"),
         "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
-            *(f"p_{j} = {_dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
+            *(f"p_{j} = {dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
             *horner("p", "s", f"x{i}", f"x{n + i}"))],
         "WRITE_YS": [put("YS", "x")],
         "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")),
                  *(f"m{c} = m{c} - v{c}" for c in states), *back,
-                 *(f"y{i} = {'' if i < n else '-'}({_dot([f'u{i}_{c}' for c in states], names['m'])})" for i in states)],
-        "VALUE_AT": [*horner("k", "s", "value"), f"value = {_dot(names['g'], names['m'], 'value')}"],
-        "RISE_AT": [*horner("l", "s", "rise"), f"rise = {_dot(names['s'], names['m'], 'rise')}"],
+                 *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], names['m'])})" for i in states)],
+        "VALUE_AT": [*horner("k", "s", "value"), f"value = {dot(names['g'], names['m'], 'value')}"],
+        "RISE_AT": [*horner("l", "s", "rise"), f"rise = {dot(names['s'], names['m'], 'rise')}"],
         "WRITE_BY": [put("BY", "y")], "WRITE_LE": [put("LE", "x")],
-        "ENTER_LIST": [f"W[start + {c} * AT_CAP + n] = W[{c} * AT_SIZE + l]" for c in states],
-        "WAIT": [f"W[AT_MY + {c} * AT_CAP + c] = W[AT_LE + {c} * AT_CAP + e]" for c in states],
-        "STAY": [f"W[after + {c} * AT_CAP + place] = W[AT_LE + {c} * AT_CAP + e]" for c in states],
-        "KEEP": [f"W[AT_LY + {c} * AT_CAP + left] = W[AT_LY + {c} * AT_CAP + e]" for c in states],
-        "CHOOSE": [f"W[AT_EY + {c} * AT_CAP + e] = W[start + {c} * AT_CAP + l]" for c in states],
-        "TAKE_YS": [rows("y", "YS", "e")], "WRITE_LY": [put("LY", "y", "todo")],
-        "KICK": [f"y{c} += numbers[i + {4 * ns + 2 + c}] * speed" for c in states],
-        "AWAY": [f"away = {_dot([f'numbers[i + {c}]' for c in states], names['y'], f'numbers[i + {5 * ns + 2}]')}",
-                 *(f"y{c} -= numbers[i + {4 * ns + 2 + c}] * away" for c in states)],
-        "FILL_GAP": [f"W[b + {c} * AT_CAP + place] = W[b + {c} * AT_CAP + n]" for c in states],
-        "ARRIVE": [f"W[b + {c} * AT_CAP + n] = W[AT_MY + {c} * AT_CAP + i]" for c in states],
-        "LEAVE_LIST": [f"y{c} = W[a + {c} * AT_CAP + i]" for c in states],
-        "NEAR": [f"near = {' and '.join(f'abs(y{c}) < AT_FAR' for c in states)}"],
-        "RETAKE": (_DEFER if n == 1 else _RETAKE).split("\n"),
-        "STATE_BEFORE": [f"y[{c}] = W[start + {c} * AT_CAP + place]" for c in states],
-        "STATE_AFTER": [f"W[AT_MY + {c} * AT_CAP + c] = y[{c}]" for c in states],
-        "WRITE_STATE": [f"W[{c} * AT_SIZE + l] = y{c}" for c in states],
         **words,
     }
 
@@ -204,13 +195,7 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
     return "\n".join([FUSED, *(f"AT_{name} = {value!r}" for name, value in numbers.items()), "\n", text])
 
 
-def spaces(n: int, guards: int, size: int) -> tuple[int, int, int, int]:
-    """Return the floats and whole numbers of scratch of the step: behind the rows of the driver, and those for each mode."""
-    cap = size + 8
-    return (Places(n, guards).rows + guards + 1) * cap, 4 * n * cap, 7 * cap, cap + 1
-
-
-def _dot(factors: list[str], values: list[str], last: str | None = None) -> str:
+def dot(factors: list[str], values: list[str], last: str | None = None) -> str:
     """Return the text of a sum of products, added from its end."""
     pairs = list(zip(factors, values, strict=True))
     text = last if last is not None else "{} * {}".format(*pairs.pop())
@@ -238,33 +223,6 @@ def fused(function):
     """Compile with products and sums fused: bounds are far above rounding."""
     return _with_twin(function, fastmath={"contract"})
 '''
-_DEFER = '''@njit
-def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
-    """Leave the whole period of a start to the certified integrator."""
-    W[AT_ASIDE + l] = 1.0
-    return c
-
-'''
-_RETAKE = '''@njit
-def retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare):
-    """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
-    if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
-        return c
-    y, tally = spare[0], spare[6]
-    STATE_BEFORE
-    status, target = substep(P, k, steps, numbers[0], m, spare, limit)
-    W[AT_TAKEN + l] = k
-    if status != DONE:
-        W[AT_ASIDE + l] = 1.0
-        return c
-    W[AT_EVENTS + l] += tally[EVENTS]
-    W[AT_HITS + l] += tally[HITS]
-    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[LEAST])
-    index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
-    STATE_AFTER
-    return c + 1
-
-'''
 _ROOT = '''inner0, inner1 = left + rise0, right - rise1
 SUM_GUARD
 bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
@@ -289,8 +247,13 @@ found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(
          & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
 none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
 '''
-_TEXT = '''@fused
-def screen(full, guards, old, new, top, N, o, F, t):
+_JUDGE = '''apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
+leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
+sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
+W[AT_FATE + l] = min(W[AT_FATE + l], sign)
+'''
+_AFFINE = '''@fused
+def screen(m, full, guards, old, new, top, N, o, F, t):
     """Carry the starts of a mode over a substep; write the largest value that each guard may take, and that of all of them."""
     LOAD_FLOW
     for l in range(full):
@@ -311,7 +274,7 @@ def screen(full, guards, old, new, top, N, o, F, t):
 
 
 @fused
-def roots(W, full, g, N, o, F, t):
+def roots(W, m, full, g, N, o, F, t):
     """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
     h = N[o]
     i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
@@ -368,13 +331,19 @@ def admit(W, full, g, N, o, F, t):
         short = rest_of * rest_of
         later = short * short * bound
         inner, outer = rise * rest_of, right - rest_of * rise1
-        apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
-        leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
-        sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
-        W[AT_FATE + l] = min(W[AT_FATE + l], sign)
+        JUDGE
 
 
 @njit
+def onward(W, m, full, guards, N, o, F, t):
+    """Take states at s to the end of the substep in mode ``m``; write their fate, see `admit`."""
+    back(W, full, N, o, F, t)
+    for g in range(guards):
+        admit(W, full, g, N, o, F, t)
+
+
+'''
+LISTS = '''@njit
 def fill(W, first, rows, count):
     """Repeat the last entry of lists one after the other to a whole number of vectors."""
     for r in range(rows):
@@ -383,56 +352,82 @@ def fill(W, first, rows, count):
             W[at + e] = W[at + count - 1]
 
 
-RETAKE
 @njit
-def follow(W, index, c, count, m, at, start, after, k, steps, P, numbers, grid, I, first, limit, spare):
+def retake(W, index, c, l, place, m, k, start, given, limit, spare):
+    """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
+    if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
+        return c
+    y, tally = spare[0], spare[1]
+    for i in range(AT_NS):
+        y[i] = W[start + i * AT_CAP + place]
+    T, numbers, grid, many = given
+    status, target = substep(T, k, grid.size // (many * AT_PER_STEP), numbers[0], m, spare, limit)
+    W[AT_TAKEN + l] = k
+    if status != DONE:
+        W[AT_ASIDE + l] = 1.0
+        return c
+    W[AT_EVENTS + l] += tally[EVENTS]
+    W[AT_HITS + l] += tally[HITS]
+    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[LEAST])
+    index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
+    for i in range(AT_NS):
+        W[AT_MY + i * AT_CAP + c] = y[i]
+    return c + 1
+
+
+@njit
+def follow(W, index, c, count, m, k, at, start, after, given, I, limit, spare):
     """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
 
     ``at`` is the place of the event in the integers of mode ``m``, ``start`` and ``after`` those of the mode's list before and
     after the substep, ``c`` how many starts wait already.  A start that stays in its mode stays in its place.
     """
-    for i in range(I[m, at + 2]):
+    _, numbers, grid, many = given
+    steps = grid.size // (many * AT_PER_STEP)
+    for j in range(I[m, at + 2]):
         if count == 0:
             break
-        target = I[m, at + 3 + i]
+        target = I[m, at + 3 + j]
         o, t = target * AT_PER_MODE, (target * steps + k) * AT_PER_STEP
         fill(W, AT_LY, AT_STATE // AT_CAP, count)
         fill(W, AT_LS, 1, count)
         full = (count + 7) // 8 * 8
-        back(W, full, numbers, o, grid, t)
-        for g in range(I[target, first]):
-            admit(W, full, g, numbers, o, grid, t)
+        onward(W, target, full, I[target, 0], numbers, o, grid, t)
         left = 0
         for e in range(count):
             l, place = index[AT_TODO + e], index[AT_PLACE + e]
             if W[AT_FATE + e] > 0.0:
-                W[AT_EVENTS + l] += 2.0 if i > 0 and I[m, at] == AT_KICKS else 1.0  # friction turns round at the same instant
+                W[AT_EVENTS + l] += 2.0 if j > 0 and I[m, at] == AT_KICKS else 1.0  # friction turns round at the same instant
                 if I[m, at + 1] == 1:
                     W[AT_HITS + l] += 1.0
                     W[AT_LEAST + l] = min(W[AT_LEAST + l], W[AT_LSPEED + e])
                 if target == m:
-                    STAY
+                    for i in range(AT_NS):
+                        W[after + i * AT_CAP + place] = W[AT_LE + i * AT_CAP + e]
                 else:
                     index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
-                    WAIT
+                    for i in range(AT_NS):
+                        W[AT_MY + i * AT_CAP + c] = W[AT_LE + i * AT_CAP + e]
                     c += 1
             elif W[AT_FATE + e] == 0.0:
-                c = retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare)
+                c = retake(W, index, c, l, place, m, k, start, given, limit, spare)
             else:
                 index[AT_TODO + left], index[AT_PLACE + left] = l, place
-                KEEP
+                for i in range(AT_NS):
+                    W[AT_LY + i * AT_CAP + left] = W[AT_LY + i * AT_CAP + e]
                 W[AT_LS + left], W[AT_LSPEED + left] = W[AT_LS + e], W[AT_LSPEED + e]
                 left += 1
         count = left
     for e in range(count):
-        c = retake(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], start, m, k, steps, P, numbers, limit, spare)
+        c = retake(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], m, k, start, given, limit, spare)
     return c
 
 
 @njit
-def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare):
+def meet(W, index, c, near, m, k, g, now, given, I, limit, spare):
     """Take those of the ``near`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait."""
-    guards, ids, start = I[m, first], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
+    _, numbers, grid, many = given
+    steps, guards, ids, start = grid.size // (many * AT_PER_STEP), I[m, 0], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
     after = AT_LISTS + (2 * m + 1 - now) * AT_STATE
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
@@ -444,7 +439,8 @@ def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, lim
         return c
     for e in range(count):
         l = index[e]
-        CHOOSE
+        for i in range(AT_NS):
+            W[AT_EY + i * AT_CAP + e] = W[start + i * AT_CAP + l]
         busy = 0.0
         for other in range(guards):
             if other != g and W[AT_TOPS + other * AT_CAP + l] >= 0.0:
@@ -452,8 +448,8 @@ def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, lim
         W[AT_BUSY + e] = busy
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
     o = m * AT_PER_MODE
-    roots(W, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
-    at, i = first + 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
+    roots(W, m, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
+    at, i = 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
     what = I[m, at]
     todo = 0
     for e in range(count):
@@ -462,26 +458,27 @@ def meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, lim
         place = index[e]
         l = index[ids + place]
         if W[AT_VERDICT + e] < 0.0 or W[AT_BUSY + e] > 0.0 or what == AT_UNKNOWN:
-            c = retake(W, index, c, l, place, start, m, k, steps, P, numbers, limit, spare)
+            c = retake(W, index, c, l, place, m, k, start, given, limit, spare)
             continue
         speed = W[AT_SPEED + e]
-        TAKE_YS
-        if what == AT_KICKS:
-            KICK
-        elif what == AT_STOPS:
-            AWAY
-        WRITE_LY
+        amount = speed if what == AT_KICKS else 0.0  # of what the event adds
+        if what == AT_STOPS:
+            amount = -numbers[i + AT_CONSTANT]
+            for j in range(AT_NS):
+                amount -= numbers[i + j] * W[AT_YS + j * AT_CAP + e]
+        for j in range(AT_NS):
+            W[AT_LY + j * AT_CAP + todo] = W[AT_YS + j * AT_CAP + e] + amount * numbers[i + AT_ADDED + j]
         W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
         index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
         todo += 1
-    return follow(W, index, c, todo, m, at, start, after, k, steps, P, numbers, grid, I, first, limit, spare)
+    return follow(W, index, c, todo, m, k, at, start, after, given, I, limit, spare)
 
 
 @njit
-def period_step(W, index, count, P, numbers, grid, I, modes, limit):
+def period_step(W, index, count, T, numbers, grid, I, modes, limit):
     """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
-    many, first, spare = I.shape[0], 3 + GUARDS * (4 + I[0, 2]), scratch()
-    steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
+    many, spare = I.shape[0], scratch()
+    steps, counts, given = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP, (T, numbers, grid, many)
     for m in range(many):
         index[counts + m] = 0
     for l in range(count):
@@ -489,7 +486,8 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
         W[AT_TAKEN + l] = -1.0
         m = modes[l]
         n, start = index[counts + m], AT_LISTS + 2 * m * AT_STATE
-        ENTER_LIST
+        for i in range(AT_NS):
+            W[start + i * AT_CAP + n] = W[i * AT_SIZE + l]
         index[AT_IDS + m * AT_CAP + n] = l
         index[counts + m] += 1
     now, top = 0, W[AT_TOPS:AT_LISTS]
@@ -500,7 +498,7 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             if n == 0:
                 continue
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
-            screen((n + 7) // 8 * 8, I[m, first], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
+            screen(m, (n + 7) // 8 * 8, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
                    (m * steps + k) * AT_PER_STEP)
             near = 0
             for l in range(n):
@@ -509,8 +507,8 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             if near == 0:
                 continue
             begun = c
-            for g in range(I[m, first]):
-                c = meet(W, index, c, near, m, g, now, k, steps, P, numbers, grid, I, first, limit, spare)
+            for g in range(I[m, 0]):
+                c = meet(W, index, c, near, m, k, g, now, given, I, limit, spare)
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:
@@ -521,13 +519,15 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
             for i in range(c - 1, begun - 1, -1):  # the last start fills the last gap
                 n -= 1
                 place = index[AT_GONE + i]
-                FILL_GAP
+                for j in range(AT_NS):
+                    W[b + j * AT_CAP + place] = W[b + j * AT_CAP + n]
                 index[ids + place] = index[ids + n]
             index[counts + m] = n
         for i in range(c):
             m = index[AT_INTO + i]
             n, b = index[counts + m], AT_LISTS + (2 * m + 1 - now) * AT_STATE
-            ARRIVE
+            for j in range(AT_NS):
+                W[b + j * AT_CAP + n] = W[AT_MY + j * AT_CAP + i]
             index[AT_IDS + m * AT_CAP + n] = index[AT_WAITING + i]
             index[counts + m] += 1
         now = 1 - now
@@ -535,10 +535,12 @@ def period_step(W, index, count, P, numbers, grid, I, modes, limit):
         a = AT_LISTS + (2 * m + now) * AT_STATE
         for i in range(index[counts + m]):
             l = index[AT_IDS + m * AT_CAP + i]
-            LEAVE_LIST
-            NEAR
+            near = True
+            for j in range(AT_NS):
+                near = near and abs(W[a + j * AT_CAP + i]) < AT_FAR
             if W[AT_ASIDE + l] == 0.0 and near and W[AT_EVENTS + l] <= limit:
-                WRITE_STATE
+                for j in range(AT_NS):
+                    W[j * AT_SIZE + l] = W[a + j * AT_CAP + i]
                 modes[l] = m
             else:
                 W[AT_ASIDE + l] = 1.0

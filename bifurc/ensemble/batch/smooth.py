@@ -15,7 +15,7 @@ from . import law_modes
 from . import tables as plan
 from .packing import MOST_HARMONICS, Numbers
 from .runge_kutta import Method, nystrom
-from .several_modes import ANY
+from .several_modes import spaces
 from .stages import Acts, Kind, Step, mode_numbers, pattern_of, seen, stage_loads, stage_times
 from .writing import DEFERRED, SIZE, written
 
@@ -57,13 +57,13 @@ def kind_of(scene: Scene, method: Method = Method.RK8) -> Kind | None:
 
 def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
     """Return what the kernels read; ``steps`` a period."""
-    h, none, phases = 2.0 * np.pi / float(T.flat[0]) / steps, np.zeros(1), np.zeros(1)
+    h = 2.0 * np.pi / float(T.flat[0]) / steps
     if kind.guards:
         numbers, grid = law_modes.step_numbers(T, kind, steps, h)
-        return Numbers(T, plan.plan_of(T, kind.guards), T.harmonics, none, none, ANY, numbers, grid)
+        return Numbers(T, plan.plan_of(T, kind.guards), numbers, grid)
     found, loads = mode_numbers(T, kind, 0, h)
     grid = stage_loads(T, loads, stage_times(kind, steps)).reshape(steps, -1)
-    return Numbers(np.zeros((1, 1)), np.zeros((1, 1), np.int64), np.zeros(1, np.int64), phases, none, 0,
+    return Numbers(T, np.zeros((1, 1), np.int64),
                    np.array(found + Step(kind, kind.acts[0], given=True).coefficients(h)), grid)
 
 
@@ -71,7 +71,7 @@ def module_of(kind: Kind):
     """Return the written module of a kind."""
     if kind.guards:
         return written(law_modes.modes_text(kind, SIZE), 2 * kind.n, kind.guards, kind.forcings, DEFERRED,
-                       law_modes.spaces(kind, SIZE), laws=True)
+                       spaces(law_modes.rows_of(kind, SIZE)), laws=True)
     return written(step_text(kind), 2 * kind.n, 1, kind.forcings, None)
 
 
@@ -149,7 +149,7 @@ def period_step(W, index, count, P, N, grid, I, modes, limit):
     """Take starts over a forcing period by Runge-Kutta steps."""
     HITS, LEAST, ASIDE = {2 * ns * SIZE}, {(2 * ns + 1) * SIZE}, {(2 * ns + 2) * SIZE}
     o, h = 0, N[0]
-{chr(10).join(f"    {line}" for line in step.head)}
+{chr(10).join(f"    {line}" for line in step.head + step.products)}
     for l in range(count):
         W[HITS + l] = 0.0
         W[LEAST + l] = np.inf

@@ -48,9 +48,9 @@ class Kind(NamedTuple):
     @property
     def places(self) -> dict[str, int]:
         """Where the numbers of a mode are; SIZE: how many they are."""
-        rows, n, w = sum(self.rows), self.n, self.forcings
-        sizes = {"STEP": 1, "RATES": (w - 1) // 2, "FIELD": 2 * n * n, "VALUES": sum(self.values), "U": rows * n, "S": rows * n,
-                 "P": rows * n, "LOADS": self.loads * w, "GUARDS": self.guards * (4 * n + 2 * w + 1), "SIZE": 0}
+        rows, n = sum(self.rows), self.n
+        sizes = {"STEP": 1, "FIELD": 2 * n * n, "VALUES": sum(self.values), "U": rows * n, "S": rows * n,
+                 "P": rows * n, "GUARDS": self.guards * (4 * n + 3), "SIZE": 0}
         return dict(zip(sizes, np.cumsum([0, *sizes.values()])[:-1].tolist(), strict=True))
 
 
@@ -73,8 +73,8 @@ def mode_numbers(T: Tables, kind: Kind, m: int, h: float) -> tuple[list[float], 
         values += T.law[first:first + count].tolist()
         at += count * keys
     loads = np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
-    return [h, *(T.harmonics * T.flat[0]), *T.A[m, n:ns, :ns].ravel(), *values, *U[:, :n].ravel(), *S[:, n:ns].ravel(),
-            *T.LP[m, :len(U)].ravel(), *loads.ravel()], loads
+    return [h, *T.A[m, n:ns, :ns].ravel(), *values, *U[:, :n].ravel(), *S[:, n:ns].ravel(),
+            *T.LP[m, :len(U)].ravel()], loads
 
 
 def stage_times(kind: Kind, steps: int) -> np.ndarray:
@@ -92,7 +92,8 @@ def stage_loads(T: Tables, loads: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 class Step:
-    """Lines of a step: ``head`` names numbers, ``body`` takes y0, y1, ... to z0, z1, ... with the stages' accelerations f0_0, ....
+    """Lines of a step: ``head`` names numbers, ``products`` those of the step ``h``, ``body`` takes y0, y1, ... to z0, z1, ... with
+    the stages' accelerations f0_0, ....
 
     Parameters
     ----------
@@ -106,7 +107,9 @@ class Step:
 
     def __init__(self, kind: Kind, acts: Acts, given: bool = False):
         self.kind, self.acts, self.method, self.given = kind, acts, nystrom(kind.method), given
-        self.head, self.body = ["hh = h * h"], []
+        self.head: list[str] = []
+        self.body: list[str] = []
+        self.products = ["hh = h * h"]
         self._known: dict[tuple[str, float], str] = {}
         n, at, rows = kind.n, kind.places, range(sum(kind.rows))
         self.head += [f"k{c}_{j} = N[o + {at['FIELD'] + 2 * n * c + j}]" for c in range(n) for j in range(2 * n)]
@@ -146,7 +149,10 @@ class Step:
         if (power, weight) not in self._known:
             self._known[power, weight] = name = f"{power}_{len(self._known)}"
             place = self.kind.places["SIZE"] + len(self._known) - 1
-            self.head.append(f"{name} = N[o + {place}]" if self.given else f"{name} = {power} * {weight!r}")
+            if self.given:
+                self.head.append(f"{name} = N[o + {place}]")
+            else:
+                self.products.append(f"{name} = {power} * {weight!r}")
         return self._known[power, weight]
 
     def _summed(self, start: str, power: str, weights: np.ndarray, c: int) -> str:
