@@ -84,9 +84,11 @@ class Forms:
         if length == 0.0:
             return np.zeros((2, self.size))
         values = np.array([self.field(self.radius * t * direction / length) for t in self._nodes])
-        power = np.array([np.polynomial.chebyshev.cheb2poly(column) for column in (self._fit @ values).T]).T
+        power = np.zeros((DEGREE + 1, self.size))
+        for k, column in enumerate((self._fit @ values).T):
+            found = np.polynomial.chebyshev.cheb2poly(column)  # leaves out the zeros it would end with
+            power[: len(found), k] = found
         scale = length / self.radius
-        power = np.vstack([power, np.zeros((max(0, 4 - len(power)), self.size))])
         return np.array([2.0 * power[2] * scale**2, 6.0 * power[3] * scale**3])
 
     def B(self, u, v) -> np.ndarray:

@@ -1,0 +1,116 @@
+"""Modal coordinates against the matrix exponential: turns of any length, derivatives, series, blocks that have no eigenvectors."""
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import bifurc as bf
+from bifurc.compose.modal import give_modal, separated
+from bifurc.compose.scene import scene_of
+from bifurc.compose.tables import ORDER
+from bifurc.elements import HarmonicForce, RigidStop
+from bifurc.flow.modal import states, steps
+
+
+def system(kind):
+    rng, n = np.random.default_rng(5), 5
+    M = np.eye(n) + 0.1 * (lambda a: a @ a.T)(rng.normal(size=(n, n)))
+    K = np.diag([3.0, 1.0, 6.0, 40.0, 2.0]) + 0.2 * rng.normal(size=(n, n))
+    C = 0.1 * np.eye(n) + 0.05 * rng.normal(size=(n, n))
+    if kind == "overdamped":
+        C = C + np.diag([9.0, 0.0, 8.0, 0.0, 0.0])
+    if kind == "free":
+        K, C = np.zeros((n, n)), np.zeros((n, n))
+        K[:2, :2] = [[2.0, -1.0], [-1.0, 2.0]]
+        M = np.eye(n)
+    return bf.System(M, C, K, [HarmonicForce(0.7, phase=0.4), HarmonicForce(0.2, 3, 0.3, dof=2), RigidStop(50.0, dof=1)], omega=1.3)
+
+
+@pytest.fixture(scope="module", params=["plain", "overdamped", "free"])
+def modes(request):
+    scene = scene_of(system(request.param))
+    give_modal(scene.tables)
+    m = next(m for m in range(len(scene.keys)) if scene.tables.n_holds[m] == 0)
+    A = np.vstack([scene.tables.A[m], np.hstack([np.zeros((scene.nw, scene.ns)), scene.frame.W])])
+    assert scene.tables.blocks[m, 3] > 0
+    return scene, m, A
+
+
+def starts(scene, rng, count=3):
+    for _ in range(count):
+        yield np.concatenate([rng.normal(size=scene.ns), scene.forcing(rng.uniform(0.0, 9.0, 1))[0]])
+
+
+def test_coordinates_there_and_back(modes, rng):
+    scene, m, A = modes
+    T = scene.tables
+    assert T.V[m] @ T.L[m] == pytest.approx(np.eye(len(A)), abs=1e-9)
+    for x in starts(scene, rng):
+        xi, y = np.empty(x.size), np.empty(x.size)
+        steps.to_modal(T, m, x, xi)
+        steps.from_modal(T, m, xi, y)
+        assert xi == pytest.approx(T.L[m] @ x, abs=1e-11) and y == pytest.approx(x, abs=1e-10)
+
+
+@pytest.mark.parametrize("span", [0.0, 0.3, 2.0, 7.7])
+def test_turns_are_the_matrix_exponential(modes, rng, span):
+    scene, m, A = modes
+    T, E = scene.tables, expm(A * span)
+    size = np.abs(E).max()
+    for x in starts(scene, rng):
+        xi, y = T.L[m] @ x, np.empty(x.size)
+        steps.turn(T, m, span, xi)
+        steps.from_modal(T, m, xi, y)
+        assert y == pytest.approx(E @ x, abs=1e-10 * size * np.abs(x).max())
+        y1, Phi = np.empty(scene.ns), np.empty((scene.ns, scene.ns))
+        states.modal_arc(T, m, x, span, y1, Phi)
+        assert y1 == pytest.approx((E @ x)[:scene.ns], abs=1e-10 * size * np.abs(x).max())
+        assert Phi == pytest.approx(E[:scene.ns, :scene.ns], abs=1e-10 * size)
+
+
+def test_steps_of_levels(modes, rng):
+    scene, m, A = modes
+    T = scene.tables
+    short = np.flatnonzero(T.level[m, :int(T.blocks[m, 3])] < 20.0)  # a longer turn has the rounding of its angle
+    for level in {0, int(short[-1]) // 2, int(short[-1])}:
+        for x in starts(scene, rng, 2):
+            xi, y = T.L[m] @ x, np.empty(x.size)
+            steps.turn_level(T, m, level, xi)
+            steps.from_modal(T, m, xi, y)
+            E = expm(A * T.level[m, level])
+            assert y == pytest.approx(E @ x, abs=1e-9 * np.abs(E).max() * np.abs(x).max())
+
+
+def test_series_of_states_hold_as_far_as_they_reach(modes, rng):
+    scene, m, A = modes
+    T, a = scene.tables, np.empty(ORDER + 1)
+    for x in starts(scene, rng):
+        reach = states.modal_reach(T, m, x)
+        assert reach in T.level[m]
+        later = expm(A * reach) @ x
+        for i in range(scene.ns):
+            states.modal_state_series(T, m, i, x, a)
+            rows = [x[i], (A @ x)[i], 0.5 * (A @ A @ x)[i], (A @ A @ A @ x)[i] / 6.0]
+            assert a[:4] == pytest.approx(rows, abs=1e-9 * max(1.0, np.abs(rows).max()))
+            assert np.polyval(a[::-1], reach) == pytest.approx(later[i], abs=1e-9 * max(1.0, np.abs(later).max()))
+
+
+def test_guards_over_modes_are_those_of_the_tables(modes, rng):
+    scene, m, A = modes
+    T = scene.tables
+    for g in range(T.n_guards[m]):
+        for x in starts(scene, rng, 2):
+            xi = T.L[m] @ x
+            row = T.G[m, g]
+            for j in range(4):
+                value = row @ np.linalg.matrix_power(A, j) @ x / np.prod(np.arange(1.0, j + 1))
+                assert T.GS[m, g, :, j] @ xi == pytest.approx(value, abs=1e-8 * max(1.0, abs(value)))
+
+
+def test_what_has_no_modal_coordinates():
+    still = scene_of(bf.System(np.eye(5), np.zeros((5, 5)), np.zeros((5, 5)), [RigidStop(1.0)]))
+    few = scene_of(bf.System(np.eye(4), np.eye(4), np.eye(4), [RigidStop(1.0)]))
+    assert few.tables.V.size == 0 and still.tables.V.size
+    m = still.index(("free",))
+    assert separated(still.tables, m) is None
+    give_modal(still.tables)
+    assert still.tables.blocks[m, 3] == -1
