@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from bifurc.continuation import conditions
 from bifurc.continuation.conditions import (
@@ -176,31 +177,25 @@ def test_values_and_gradients_of_conditions(name, monkeypatch):
 
 
 def test_an_extremum_of_a_measure_along_the_branch():
-    """g = m' t; its gradient holds on the branch, where F = 0: moved along its tangent, and to the solution at another b."""
+    """g = m' t; where it is zero its gradient is that along the branch, and to the solutions at another b."""
     condition = Extremum(None, "m")
-    x = X.copy()
-    for _ in range(30):  # onto F = 0 at these a and b
-        x[:2] -= np.linalg.solve(At(x[3]).jacobian(x[:2], x[2])[0], At(x[3]).residual(x[:2], x[2]))
+
+    def solved(a, b, start=(0.990, -0.717)):
+        u = np.array(start)
+        for _ in range(40):
+            u = u - np.linalg.solve(At(b).jacobian(u, a)[0], At(b).residual(u, a))
+        return np.array([*u, a, b])
 
     def value(y):
         t = null_vector(wide(y), SCALE[:3])[0]
         return float(np.array([2.0 * y[0] * y[2] + y[3] * y[1], y[3] * y[0], y[0]**2]) * SCALE[:3] @ t)
+    x = solved(brentq(lambda a: value(solved(a, 0.6)), 0.75, 0.8, xtol=1e-14), 0.6)
     g, gradient = condition.linearised(FAMILY, x, wide(x))
-    assert condition.value(FAMILY, x) == pytest.approx(value(x)) and g == pytest.approx(value(x))
-    t = SCALE[:3] * null_vector(wide(x), SCALE[:3])[0]
-
-    def on_branch(s, da, db):
-        y = x.copy()
-        y[:3] += s * t
-        y[2] += da
-        y[3] += db
-        for _ in range(20):
-            y[:2] -= np.linalg.solve(At(y[3]).jacobian(y[:2], y[2])[0], At(y[3]).residual(y[:2], y[2]))
-        return y
-    for move in ((1e-4, 0.0, 0.0), (0.0, 0.0, 1e-4), (0.0, 1e-4, 0.0)):
-        above, below = on_branch(*move), on_branch(*(-v for v in move))
-        # the multiplier was fitted in the plane across t: where m' t is not zero the gradient is that of g up to g itself
-        assert gradient @ (above - below) == pytest.approx(value(above) - value(below), abs=2e-4 * (0.02 + abs(g)))
+    assert g == pytest.approx(0.0, abs=1e-10) and condition.value(FAMILY, x) == pytest.approx(0.0, abs=1e-10)
+    h = 1e-5
+    for move in ((h, 0.0), (0.0, h)):
+        above, below = solved(x[2] + move[0], 0.6 + move[1], x[:2]), solved(x[2] - move[0], 0.6 - move[1], x[:2])
+        assert gradient @ (above - below) / h == pytest.approx((value(above) - value(below)) / h, rel=1e-4, abs=1e-6)
 
 
 def test_gradients_of_measures_are_the_problems_own_or_differenced():

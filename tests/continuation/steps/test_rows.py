@@ -297,6 +297,8 @@ def test_a_crossing_is_located_with_both_of_its_directions():
     other = other_direction(found.directions, first)
     assert abs(other @ second) == pytest.approx(1.0, abs=1e-6)
     assert abs(other_direction(found.directions, -second) @ first) == pytest.approx(1.0, abs=1e-6)
+    pair = Crossing("located", directions=np.array([[0.6, 0.0, -0.8], [0.8, 0.6, 0.0]]))
+    np.testing.assert_array_equal(first_direction(pair), [-0.6, 0.0, 0.8])
     leading = first_direction(found)
     assert leading[-1] == pytest.approx(0.8, abs=1e-6) and abs(leading @ first) == pytest.approx(1.0, abs=1e-6)
 
