@@ -121,9 +121,9 @@ def lowest(a, b, slope_a, slope_b):
 def two_zeros(f0, a, b, back, length):
     """Return the place at which a test may have two zeros: in (0, 1) of this step, in (-1, 0] of the one before, 2 where not.
 
-    The parabola goes through the test ``f0``, ``a``, ``b`` at three rows, ``back`` and ``length`` apart.  Where it has none, a sharper
-    peak may: the sharpest that three values tell is a corner with the slope of the other step on both of its sides, as of a
-    multiplier that comes to -1 and goes back within two steps.
+    The parabola goes through the test ``f0``, ``a``, ``b`` at three rows, ``back`` and ``length`` apart.  Where it has none, a
+    sharper peak may: the sharpest that three values tell is a corner with the slope of the other step on both of its sides, as of
+    a multiplier that comes to -1 and goes back within two steps.
     """
     if not (a * b > 0.0 and f0 * a > 0.0 and (abs(a) < abs(f0) or abs(a) < abs(b))):
         return 2.0
@@ -139,9 +139,9 @@ def two_zeros(f0, a, b, back, length):
     if slope - 2.0 * bend * back < 0.0 <= slope and least < SHALLOW * min(abs(a), abs(f0)):
         return -0.5 * slope / (bend * back)
     if abs(a) + abs(b) <= -first * length:
-        return 0.5 * (1.0 + sign * (b - a) / (first * length))
+        return 0.5 * (1.0 + second / first)
     if abs(a) + abs(f0) <= second * back:
-        return -0.5 * (1.0 + sign * (f0 - a) / (-second * back))
+        return -0.5 * (1.0 + first / second)
     return 2.0
 
 

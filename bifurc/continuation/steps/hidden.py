@@ -38,8 +38,8 @@ def growth(before, row, new):
 
 
 def dip(half, row, new, known=0.0):
-    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none, or if the step is
-    no longer than the arclength to which its end on a boundary is ``known``: then both of its ends are that place.
+    """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none, or if the step
+    is no longer than the arclength to which its end on a boundary is ``known``: then both of its ends are that place.
 
     Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
     touches zero to rounding is noted in ``half.unresolved``.  The row may lie before ``row``.
