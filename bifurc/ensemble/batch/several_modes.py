@@ -19,7 +19,8 @@ their whole period again.  The numbers are those of `bifurc.ensemble.batch.table
 One file, because it is the text of one kernel, written in the order in which it runs.
 """
 import re
-from typing import NamedTuple
+
+import numpy as np
 
 from ...flow.affine.polynomial import SLOPE_ERROR
 
@@ -39,51 +40,37 @@ SINGLE = ("BUSY", "S", "SPEED", "VERDICT", "LS", "LSPEED", "FATE")  # rows of sc
 EACH = ("EY", "YS", "LY", "BY", "LE", "MY")
 
 
-class Places(NamedTuple):
-    """Where the numbers of a batch step are, for ``n`` masses and so many guards."""
+def records(n: int, guards: int) -> tuple[np.dtype, np.dtype]:
+    """Return what the step reads of a mode, and of a mode on a substep, for ``n`` masses and so many guards.
 
-    n: int
-    guards: int
-
-    @property
-    def ns(self) -> int:
-        """States."""
-        return 2 * self.n
-
-    @property
-    def flow(self) -> int:
-        """Of a mode: 1 substep, the state after it by the state before (ns, ns), A(s), A(-s) (n, ns, MANY); then the guards'."""
-        return 1 + self.ns**2 + 2 * self.n * self.ns * MANY
-
-    @property
-    def forced(self) -> int:
-        """Of a mode on a substep: what the forcing adds to the state after it (ns), C (n, MANY); then the guards'."""
-        return self.ns + self.n * MANY
-
-    @property
-    def guard(self) -> int:
-        """Of a guard: by every state value, slope h/3, bound and 1, noise and 1; what it adds (ns), its constant; D (ns, MANY)."""
-        return 5 * self.ns + 3 + self.ns * MANY
-
-    @property
-    def guard_forced(self) -> int:
-        """Of a guard on a substep: what the forcing adds to value and slope h/3 at both ends (4), F (MANY); then what its
-        states at s add to value and slope h/3 at s (MANY each)."""
-        return 4 + 3 * MANY
-
-    @property
-    def mode(self) -> int:
-        """Numbers of a mode."""
-        return self.flow + self.guards * self.guard
-
-    @property
-    def substep(self) -> int:
-        """Numbers of a mode on a substep."""
-        return self.forced + self.guards * self.guard_forced
+    ``flow`` gives the state after the substep, ``place`` A(s) and C, ``back`` A(-s).  Of a guard, by every state and then 1, value,
+    slope h/3, bound and noise; what it adds; the constant of its value; D.  Of a guard on a substep what the forcing adds to value
+    and slope h/3 at both ends; F; then what its states at s add to value and slope h/3 at s.
+    """
+    ns = 2 * n
+    guard = [("value", float, ns), ("slope", float, ns), ("bound", float, ns + 1), ("noise", float, ns + 1), ("added", float, ns),
+             ("constant", float), ("series", float, (ns, MANY))]
+    forced = [("ends", float, (2, 2)), ("series", float, MANY), ("value", float, MANY), ("slope", float, MANY)]
+    mode = np.dtype([("h", float), ("flow", float, (ns, ns)), ("place", float, (n, ns, MANY)), ("back", float, (n, ns, MANY)),
+                     ("guards", guard, (guards,))])
+    return mode, np.dtype([("flow", float, ns), ("place", float, (n, MANY)), ("guards", forced, (guards,))])
 
 
-ONE = Places(1, 1)  # of one mass whose modes have one guard
-FLOW_OF_ONE, FORCED_OF_ONE, PER_MODE_OF_ONE, PER_STEP_OF_ONE = ONE.flow, ONE.forced, ONE.mode, ONE.substep
+def place(record: np.dtype, name: str) -> int:
+    """Return how many numbers of a record stand in front of a part."""
+    assert record.fields is not None
+    return record.fields[name][1] // 8
+
+
+def strides(mode: np.dtype, substep: np.dtype) -> dict[str, int]:
+    """Return by name where lists and events find what they read of the records of a mode, and of a mode on a substep."""
+    guard, forced = mode["guards"].base, substep["guards"].base
+    return {"PER_MODE": mode.itemsize // 8, "PER_STEP": substep.itemsize // 8, "GUARDS": place(mode, "guards"),
+            "FORCED": place(substep, "guards"), "OF_GUARD": guard.itemsize // 8, "OF_GUARD_FORCED": forced.itemsize // 8,
+            "CONSTANT": place(guard, "constant"), "ADDED": place(guard, "added")}
+
+
+ONE = strides(*records(1, 1))  # of one mass whose modes have one guard
 
 
 def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = ()) -> dict[str, float]:
@@ -105,10 +92,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
 
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
-    at, numbers = Places(n, guards), layout(n, guards, size)
-    numbers |= {"FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode, "PER_STEP": at.substep, "OF_GUARD": at.guard,
-                "OF_GUARD_FORCED": at.guard_forced, "ADDED": 4 * at.ns + 2, "CONSTANT": 5 * at.ns + 2}
-    return filled(_AFFINE + LISTS, n, numbers, {})
+    return filled(_AFFINE + LISTS, n, layout(n, guards, size) | strides(*records(n, guards)), {})
 
 
 def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
@@ -125,9 +109,14 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
     states, positions = range(ns), range(n)
     names = {kind: [f"{kind}{c}" for c in states] for kind in ("y", "x", "g", "s", "r", "z", "d", "b", "w", "v", "m")}
 
-    def taken(kind: str, array: str, place: str) -> str:
-        """One line that takes a number for each state."""
-        return f"{', '.join(names[kind])} = {', '.join(f'{array}[{place} + {c}]' for c in states)}"
+    def loaded(name: str, array: str, start: str, record: np.dtype, part: str) -> list[str]:
+        """Lines that name the numbers of a part of a record."""
+        shape, at = record[part].shape, place(record, part)
+        return [f"{name}{'_'.join(map(str, index))} = {array}[{start} + {at + i}]" for i, index in enumerate(np.ndindex(shape))]
+
+    def polynomial(name: str, part: str) -> list[str]:
+        """Lines that name the coefficients of what a guard has on a substep."""
+        return [f"{name}_{j} = F[j + {place(of_forced, part) + j}]" for j in range(MANY)]
 
     def rows(kind: str, name: str, entry: str = "l") -> str:
         return f"{', '.join(names[kind])} = {', '.join(f'W[AT_{name} + {c} * AT_CAP + {entry}]' for c in states)}"
@@ -139,22 +128,20 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         """The state at the end of the substep from that at its start."""
         return [f"x{i} = {dot([f'e{i}_{c}' for c in states], names[kind], f'w{i}')}" for i in states]
 
+    mode, substep = records(n, 1)
+    of_guard, of_forced = mode["guards"].base, substep["guards"].base
     sizes = [f"abs({name})" for name in names["y"]]
-    flow = [f"e{i}_{c} = N[o + {1 + ns * i + c}]" for i in states for c in states] + [f"w{i} = F[t + {i}]" for i in states]
-    place = [f"a{i}_{c}_{j} = N[o + {1 + ns**2 + (i * ns + c) * MANY + j}]" for i in positions for c in states for j in range(MANY)]
-    before = [f"b{i}_{c}_{j} = N[o + {1 + ns**2 + ((n + i) * ns + c) * MANY + j}]" for i in positions for c in states
-              for j in range(MANY)]
-    forced = [f"c{i}_{j} = F[t + {ns + i * MANY + j}]" for i in positions for j in range(MANY)]
-    at_s = [f"{name}_{j} = F[j + {4 + (1 + k) * MANY + j}]" for k, name in enumerate("kl") for j in range(MANY)]
-    series = [f"d{c}_{j} = N[i + {5 * ns + 3 + c * MANY + j}]" for c in states for j in range(MANY)]
-    series += [f"f_{j} = F[j + {4 + j}]" for j in range(MANY)]
-    guard = [taken("g", "N", "i"), taken("s", "N", f"i + {ns}"), taken("r", "N", f"i + {2 * ns}"), f"rest = N[i + {3 * ns}]",
-             "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
+    flow = loaded("e", "N", "o", mode, "flow") + loaded("w", "F", "t", substep, "flow")
+    forced = loaded("c", "F", "t", substep, "place")
+    guard = [*loaded("g", "N", "i", of_guard, "value"), *loaded("s", "N", "i", of_guard, "slope"),
+             *loaded("r", "N", "i", of_guard, "bound"), "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
     back = [line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")]
     lines = {
-        "LOAD_FLOW": flow, "LOAD_PLACE": place + forced, "LOAD_BACK": before + forced,
-        "LOAD_SERIES": series, "LOAD_AT_S": at_s, "LOAD_GUARD": guard,
-        "LOAD_NOISE": [taken("z", "N", f"i + {3 * ns + 1}"), f"least = N[i + {4 * ns + 1}]"],
+        "LOAD_FLOW": flow, "LOAD_PLACE": loaded("a", "N", "o", mode, "place") + forced,
+        "LOAD_BACK": loaded("b", "N", "o", mode, "back") + forced,
+        "LOAD_SERIES": loaded("d", "N", "i", of_guard, "series") + polynomial("f", "series"), "LOAD_GUARD": guard,
+        "LOAD_AT_S": polynomial("k", "value") + polynomial("l", "slope"),
+        "LOAD_NOISE": loaded("z", "N", "i", of_guard, "noise"),
         "OLD": [f"y{c} = old[{c} * AT_CAP + l]" for c in states],
         "NEW": [f"x{c} = new[{c} * AT_CAP + l]" for c in states],
         "WRITE_NEW": [f"new[{c} * AT_CAP + l] = x{c}" for c in states],
@@ -162,7 +149,7 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "LEFT": [f"left = {dot(names['g'], names['y'], 'p')}"], "RIGHT": [f"right = {dot(names['g'], names['x'], 'n')}"],
         "RISE0": [f"rise0 = {dot(names['s'], names['y'], 'slope0')}"],
         "RISE1": [f"rise1 = {dot(names['s'], names['x'], 'slope1')}"],
-        "BOUND": [f"bound = {dot(names['r'], sizes, 'rest')}"], "NOISE": [f"noise = {dot(names['z'], sizes, 'least')}"],
+        "BOUND": [f"bound = {dot(names['r'], sizes, f'r{ns}')}"], "NOISE": [f"noise = {dot(names['z'], sizes, f'z{ns}')}"],
         "TAKE_EY": [rows("y", "EY")], "TAKE_BY": [rows("y", "BY")], "TAKE_LE": [rows("x", "LE")], "TAKE_LY": [rows("m", "LY")],
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
@@ -265,7 +252,7 @@ def screen(m, full, guards, old, new, top, N, o, F, t):
         WRITE_NEW
         top[AT_MOST + l] = -np.inf
     for g in range(guards):
-        i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+        i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
         LOAD_GUARD
         u, most = top[g * AT_CAP:(g + 1) * AT_CAP], top[AT_MOST:]
         for l in range(full):
@@ -280,7 +267,7 @@ def screen(m, full, guards, old, new, top, N, o, F, t):
 def roots(W, m, full, g, N, o, F, t):
     """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
     h = N[o]
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_FLOW
     LOAD_PLACE
     LOAD_GUARD
@@ -315,7 +302,7 @@ def back(W, full, N, o, F, t):
 def admit(W, full, g, N, o, F, t):
     """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
     per = 1.0 / N[o]
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_GUARD
     LOAD_NOISE
     LOAD_AT_S
@@ -452,7 +439,7 @@ def meet(W, index, c, near, m, k, g, now, given, I, limit, spare):
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
     o = m * AT_PER_MODE
     roots(W, m, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
-    at, i = 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
+    at, i = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD
     what = I[m, at]
     todo = 0
     for e in range(count):
