@@ -86,12 +86,6 @@ def modes_text(kind: Kind, size: int) -> str:
         """What state and accelerations give to the slope of a guard."""
         return dot([f"g{c}" for c in range(ns)], [*(f"{state}{n + c}" for c in range(n)), *(f"{acc}{c}" for c in range(n))])
 
-    def value(state: str) -> str:
-        return dot([f"g{c}" for c in range(ns)], [f"{state}{c}" for c in range(ns)], "value")
-
-    def taken(kind: str, name: str) -> str:
-        return ", ".join(f"{kind}{c}" for c in range(ns)) + " = " + ", ".join(f"W[AT_{name} + {c} * AT_CAP + l]" for c in range(ns))
-
     def row(parts: str) -> str:
         """Sum over the part of a guard's row that sees coordinates ("q") or velocities."""
         return dot([f"g{c if parts[0] == 'q' else n + c}" for c in range(n)], [f"{parts[1:]}{c}" for c in range(n)])
@@ -99,24 +93,22 @@ def modes_text(kind: Kind, size: int) -> str:
     terms = {0: "(left - p)", 1: rate("y", "a"), 2: f"0.5 * ({row('qa')}) + 0.5 * per * ({row('vl')})",
              3: f"per / 6.0 * ({row('ql')}) + per**2 / 3.0 * ({row('vw')})",
              4: f"per**2 / 12.0 * ({row('qw')}) + per**3 / 4.0 * ({row('vk')})", 5: f"per**3 / 20.0 * ({row('qk')})"}
-    return filled(head + _TEXT + LISTS, n, numbers, {
+    return filled(_TEXT + LISTS, n, numbers, {
         "LOAD_ROW": [f"{', '.join(f'g{c}' for c in range(ns))}, constant, fourth, least = "
                      f"{', '.join(f'N[i + {c}]' for c in range(ns + 3))}",
                      "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
                      *(f"f_{k} = F[j + {4 + k}]" for k in range(MANY))],
-        "TAKE_END": [taken("x", "BY")], "TAKE_START": [taken("y", "LY")],
         "TAKE_STEP": [f"{short}{c} = W[AT_{name} + {c} * AT_CAP + l]"
                       for short, name in zip("aebtlwk", STEPS.values(), strict=True) for c in range(n)],
-        "WRITE_YS": [f"W[AT_YS + {c} * AT_CAP + l] = x{c}" for c in range(ns)],
         "MOVE": [f"x{c}, x{n + c} = x{c} + step * (x{n + c} + 0.5 * step * e{c}), x{n + c} + step * e{c}" for c in range(n)],
         "RISE0": [f"rise0 = slope0 + third * ({rate('y', 'a')})"], "RISE1": [f"rise1 = slope1 + third * ({rate('x', 'e')})"],
         "BOUND": ["bound = AT_SAFETY * (fourth * span**4 + " + " + ".join(
             f"span**2 * abs(g{c}) * b{c} + span * abs(g{n + c}) * t{c}" for c in range(n)) + ")"],
-        "NOISE": ["noise = AT_NOISE * (" + " + ".join(f"abs(g{c} * y{c})" for c in range(ns)) + ") + least"],
+        "NOISE": ["noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
         "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
-        "FORCED_AT": horner("f", "s", "value", "slope"), "VALUE_Y": [f"value = {value('y')}"], "VALUE_X": [f"value = {value('x')}"],
+        "FORCED_AT": horner("f", "s", "value", "slope"),
         "SLOPE_Y": [f"slope = slope + ({rate('y', 'a')})"], "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
-    })
+    }, head)
 
 
 def _ends(kind: Kind, step: Step, load: str) -> list[str]:
@@ -208,8 +200,8 @@ def crossing(W, full, g, N, o, F, t):
     i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_ROW
     for l in range(full):
-        TAKE_EY
-        TAKE_END
+        y{k} = W[AT_EY + {k} * AT_CAP + l]
+        x{k} = W[AT_BY + {k} * AT_CAP + l]
         TAKE_STEP
         GUARD_OVER
         ROOT
@@ -225,10 +217,10 @@ def refine(W, full, g, within, N, o, F, t):
     LOAD_ROW
     for l in range(full):
         s = W[AT_SPAN + l]
-        TAKE_END
+        x{k} = W[AT_BY + {k} * AT_CAP + l]
         TAKE_STEP
         FORCED_AT
-        VALUE_X
+        value = SUM[ g{c} * x{c} ; value ]
         SLOPE_X
         step = -value / slope
         s = s + step
@@ -238,7 +230,7 @@ def refine(W, full, g, within, N, o, F, t):
         close = (abs(step) <= within * h) & (s >= 0.0) & (s <= h) & (slope > 0.0)
         W[AT_VERDICT + l] = -1.0 if (W[AT_VERDICT + l] > 0.0) & (not close) else W[AT_VERDICT + l]
         W[AT_S + l], W[AT_SPEED + l], W[AT_SPAN + l] = s, slope, min(max(s, 0.0), h)
-        WRITE_YS
+        W[AT_YS + {k} * AT_CAP + l] = x{k}
 
 
 @njit
@@ -264,15 +256,15 @@ def admit(W, full, g, N, o, F, t):
     LOAD_ROW
     for l in range(full):
         s, span = W[AT_TAU + l], W[AT_SPAN + l]
-        TAKE_START
-        TAKE_LE
+        y{k} = W[AT_LY + {k} * AT_CAP + l]
+        x{k} = W[AT_LE + {k} * AT_CAP + l]
         TAKE_STEP
         FORCED_AT
-        VALUE_Y
+        value = SUM[ g{c} * y{c} ; value ]
         SLOPE_Y
         BOUND
         NOISE
-        RIGHT
+        right = SUM[ g{c} * x{c} ; n ]
         RISE1
         inner, outer, later = span * slope / 3.0, right - span * per * rise1, bound
         JUDGE

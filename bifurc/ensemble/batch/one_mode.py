@@ -50,7 +50,7 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         LOAD_GUARD
         for l in range(count):
             y0, y1 = W[l], W[AT_SIZE + l]
-            ENDS
+            x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
             GUARD_OVER
             W[AT_TOP + l] = max(max(left, right), max(left + rise0, right - rise1)) + bound
         c = 0
@@ -61,7 +61,7 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
             W[AT_EQ + e], W[AT_EV + e] = W[index[e]], W[AT_SIZE + index[e]]
         for l in range(count):
             y0, y1 = W[l], W[AT_SIZE + l]
-            ENDS
+            x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
             W[l], W[AT_SIZE + l] = x0, x1
         if c == 0:
             continue
@@ -72,13 +72,13 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         LOAD_SERIES
         for e in range(full):
             y0, y1 = W[AT_EQ + e], W[AT_EV + e]
-            ENDS
+            x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
             GUARD_OVER
             ROOT
             dv, span = kick * speed, h - s
             COLUMN_AT
             x0, x1 = x0 + value * dv, x1 + slope * dv
-            RIGHT
+            right = SUM[ g{c} * x{c} ; n ]
             RISE1
             rest_of = span * per
             later = AT_ALLOW * rest_of**4 * (bound + r1 * abs(dv))
