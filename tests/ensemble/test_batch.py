@@ -337,11 +337,11 @@ def test_what_is_packed_bounds_the_guards(elements, rng):
     """The cubic through both ends of a substep errs by no more than the packed bound, in any phase of the forcing."""
     scene = scene_of(bf.System(1.0, 0.1, 1.0, [FORCE, *elements], omega=1.3))
     T, kind = scene.tables, packing.kind_of(scene)
-    at, numbers = several_modes.Places(1, kind.guards), packing.numbers_of(T, kind).numbers
-    h, tightest, t = numbers[0], 0.0, np.linspace(0.0, 1.0, 41)
+    numbers = packing.numbers_of(T, kind).numbers.view(several_modes.records(1, kind.guards)[0])
+    h, tightest, t = numbers["h"][0], 0.0, np.linspace(0.0, 1.0, 41)
     for m, guards in enumerate(T.n_guards):
         for g in range(guards):
-            bound = numbers[m * at.mode + at.flow + g * at.guard:][4:7]
+            bound = numbers["guards"][m, g]["bound"]
             states = rng.uniform(-1.0, 1.0, (60, 2)) * rng.choice([1e-3, 1.0, 3.0], (60, 1))
             for y, tau in zip(states, rng.uniform(0.0, 5.0, 60), strict=True):
                 a = T.GT[m, g].T @ np.append(y, scene.forcing(np.array([tau]))[0])  # Taylor coefficients of the guard

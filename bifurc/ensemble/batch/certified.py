@@ -14,10 +14,11 @@ from ...flow.affine.polynomial import EPS, first_zero, horner
 from ...flow.rule import broken_hold, inside, jumped, sizes
 from ...flow.scan import DONE, LIMIT, closing, project
 from .blank import FORCINGS
-from .several_modes import FLOW_OF_ONE, FORCED_OF_ONE, PER_MODE_OF_ONE, PER_STEP_OF_ONE
+from .several_modes import ONE
 
 ASIDE = 100  # what `period` does not decide: the caller takes the simulation
 NX = 2 + FORCINGS
+PER_MODE, PER_STEP, OF_GUARDS, FORCED = (ONE[name] for name in ("PER_MODE", "PER_STEP", "GUARDS", "FORCED"))
 EVENTS, HITS, LEAST = range(3)  # tally: events, impacts, least speed of arrival
 
 
@@ -121,11 +122,11 @@ def period(given, m, room, limit):
     T, N, F = given.T, given.numbers, given.grid
     y, x, modes, h = room[0], room[2], T.n_guards.size, N[0]
     q, v = y[0], y[1]
-    steps = F.size // (modes * PER_STEP_OF_ONE)
+    steps = F.size // (modes * PER_STEP)
     order, known, fresh, right, rise1 = -1, np.nan, True, 0.0, 0.0
     for k in range(steps):
-        o, t = m * PER_MODE_OF_ONE, (m * steps + k) * PER_STEP_OF_ONE
-        i, j = o + FLOW_OF_ONE, t + FORCED_OF_ONE
+        o, t = m * PER_MODE, (m * steps + k) * PER_STEP
+        i, j = o + OF_GUARDS, t + FORCED
         if order < 0:
             q1 = N[o + 1] * q + (N[o + 2] * v + F[t])
             v1 = N[o + 3] * q + (N[o + 4] * v + F[t + 1])

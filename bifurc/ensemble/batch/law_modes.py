@@ -10,7 +10,8 @@ import numpy as np
 
 from ...compose.tables import Tables
 from . import tables as plan
-from .several_modes import LISTS, MANY, NOISE, dot, filled, horner, layout
+from .runge_kutta import nystrom
+from .several_modes import LISTS, MANY, NOISE, dot, filled, horner, layout, place, strides
 from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
 
 SAFETY = 3.0  # of the estimated fourth derivative
@@ -24,71 +25,66 @@ STEPS = {"f0_": "A0", "b_": "A1", "second": "SECOND", "third": "THIRD", "slope":
 def rows_of(kind: Kind, size: int) -> dict[str, float]:
     """Return `several_modes.layout` of the step."""
     numbers = layout(kind.n, kind.guards, size, (("TAU", 1), ("SPAN", 1), *((name, kind.n) for name in STEPS.values())))
-    n, step = kind.n, Step(kind, kind.acts[0])
-    forced = len(step.method.c) * kind.loads
-    loads = forced + kind.guards * (4 + MANY)
-    return numbers | {"FLOW": kind.places["GUARDS"], "FORCED": forced, "OF_GUARD": 4 * n + 3, "OF_GUARD_FORCED": 4 + MANY,
-                      "LOADS": loads, "PER_MODE": kind.places["SIZE"] + len(step.coefficients(1.0)),
-                      "PER_STEP": loads + kind.loads * MANY, "CONSTANT": 2 * n, "ADDED": 2 * n + 3, "WITHIN": WITHIN,
-                      "FINAL": FINAL, "SAFETY": SAFETY / 384.0, "NOISE": NOISE}
+    own = strides(kind.record, substep_of(kind))
+    own["PER_MODE"] += len(Step(kind, kind.acts[0]).coefficients(1.0))
+    return numbers | own | {"WITHIN": WITHIN, "FINAL": FINAL, "SAFETY": SAFETY / 384.0, "NOISE": NOISE}
+
+
+def substep_of(kind: Kind) -> np.dtype:
+    """Return what the step reads of a mode on a substep.
+
+    That are the loads at all stages; of a guard what forcing gives to value and slope h/3 at both ends, and its polynomial; the
+    polynomials of the loads.
+    """
+    guard = [("ends", float, (2, 2)), ("series", float, MANY)]
+    return np.dtype([("stages", float, (len(nystrom(kind.method).c), kind.loads)), ("guards", guard, (kind.guards,)),
+                     ("loads", float, (kind.loads, MANY))])
 
 
 def step_numbers(T: Tables, kind: Kind, steps: int, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``numbers`` of the modes and ``grid`` of the substeps, flat.
-
-    Of a guard its row, the forcing's constant, the fourth derivative of the forcing, its noise, and what an event adds; on a
-    substep the loads at all stages, of the guards what forcing gives to value and slope h/3 at both ends and its polynomial, and
-    the polynomials of the loads.
-    """
-    ns, omega = 2 * kind.n, float(T.flat[0])
-    numbers, grid = [], []
+    """Return `Kind.record` and coefficients of all modes, and `substep_of` of all modes on the substeps of a period, flat."""
+    ns, modes, omega = 2 * kind.n, len(T.n_guards), float(T.flat[0])
+    numbers: list[np.ndarray] = []
+    grid = np.zeros((modes, steps), substep_of(kind))
     times, ends = stage_times(kind, steps), 2.0 * np.pi * np.arange(steps + 1) / steps
-    for m in range(len(T.n_guards)):
+    coefficients = Step(kind, kind.acts[0], given=True).coefficients(h)
+    for m in range(modes):
         own, loads = mode_numbers(T, kind, m, h)
-        parts = [stage_loads(T, loads, times).reshape(steps, -1)]
-        for g in range(kind.guards):
-            if g < T.n_guards[m]:
-                row, added = T.G[m, g], plan.added(T, m, g)
-            else:  # a place without a guard
-                row, added = np.zeros(T.G.shape[2]), np.zeros(ns)
-                row[ns] = -1.0
-            rise, fourth = np.zeros(kind.forcings), 0.0
+        grid[m]["stages"], grid[m]["loads"] = stage_loads(T, loads, times), _polynomials(T, loads, steps, h)
+        own["guards"]["constant"] = grid["guards"]["ends"][m, :, :, :, 0] = -1.0  # a place without a guard
+        for g in range(T.n_guards[m]):
+            guard, row, rise, fourth = own["guards"][0, g], T.G[m, g], np.zeros(kind.forcings), 0.0
             for i, k in enumerate(T.harmonics):
                 c = 1 + 2 * i
                 rise[c], rise[c + 1] = k * omega * row[ns + c + 1], -k * omega * row[ns + c]
                 fourth += np.hypot(row[ns + c], row[ns + c + 1]) * (k * omega) ** 4
-            own += [*row[:ns], row[ns], fourth, NOISE * np.abs(row[ns:]).sum(), *added]
+            guard["value"], guard["constant"], guard["fourth"] = row[:ns], row[ns], fourth
+            guard["least"], guard["added"] = NOISE * np.abs(row[ns:]).sum(), plan.added(T, m, g)
             both = stage_loads(T, np.array([row[ns:], rise]), ends) * [1.0, h / 3.0]
-            parts += [both[:-1], both[1:], _polynomials(T, row[None, ns:], steps, h)]
-        numbers.append(own + Step(kind, kind.acts[0], given=True).coefficients(h))
-        grid.append(np.hstack([*parts, _polynomials(T, loads, steps, h)]))
-    return np.array(numbers).ravel(), np.array(grid).ravel()
+            grid[m]["guards"]["ends"][:, g] = np.stack((both[:-1], both[1:]), axis=1)
+            grid[m]["guards"]["series"][:, g] = _polynomials(T, row[None, ns:], steps, h)[:, 0]
+        numbers += [own.view(float).ravel(), np.array(coefficients)]
+    return np.concatenate(numbers), grid.view(float).ravel()
 
 
 def _polynomials(T: Tables, loads: np.ndarray, steps: int, h: float) -> np.ndarray:
-    """Return the coefficients (steps, loads MANY) of polynomials in time on every substep, through Chebyshev's points."""
+    """Return the coefficients (steps, loads, MANY) of polynomials in time on every substep, through Chebyshev's points."""
     u = 0.5 - 0.5 * np.cos(np.pi * (np.arange(MANY) + 0.5) / MANY)
     values = stage_loads(T, loads, 2.0 * np.pi * (np.arange(steps)[:, None] + u) / steps)
     found = np.linalg.solve(np.vander(u, increasing=True), values) / h ** np.arange(MANY)[:, None]
-    return found.transpose(0, 2, 1).reshape(steps, -1)
+    return found.transpose(0, 2, 1)
 
 
 def modes_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for ``size`` starts in a batch."""
     n, ns, numbers = kind.n, 2 * kind.n, rows_of(kind, size)
-    made = "\n\n\n".join(_screen(kind, numbers, v) + "\n\n\n" + _along(kind, numbers, v) for v in range(len(kind.acts)))
+    made = "\n\n\n".join(_screen(kind, numbers, v) + "\n\n\n" + _along(kind, v) for v in range(len(kind.acts)))
     head = (f"{kind.laws}\n\nACTS = np.array({list(kind.modes)})\n"
             f"WATCHED = np.array({[acts.watched for acts in kind.acts]})[ACTS]\n\n\n{made}\n\n\n{_choice(kind)}\n\n\n")
 
     def rate(state: str, acc: str) -> str:
         """What state and accelerations give to the slope of a guard."""
         return dot([f"g{c}" for c in range(ns)], [*(f"{state}{n + c}" for c in range(n)), *(f"{acc}{c}" for c in range(n))])
-
-    def value(state: str) -> str:
-        return dot([f"g{c}" for c in range(ns)], [f"{state}{c}" for c in range(ns)], "value")
-
-    def taken(kind: str, name: str) -> str:
-        return ", ".join(f"{kind}{c}" for c in range(ns)) + " = " + ", ".join(f"W[AT_{name} + {c} * AT_CAP + l]" for c in range(ns))
 
     def row(parts: str) -> str:
         """Sum over the part of a guard's row that sees coordinates ("q") or velocities."""
@@ -97,24 +93,22 @@ def modes_text(kind: Kind, size: int) -> str:
     terms = {0: "(left - p)", 1: rate("y", "a"), 2: f"0.5 * ({row('qa')}) + 0.5 * per * ({row('vl')})",
              3: f"per / 6.0 * ({row('ql')}) + per**2 / 3.0 * ({row('vw')})",
              4: f"per**2 / 12.0 * ({row('qw')}) + per**3 / 4.0 * ({row('vk')})", 5: f"per**3 / 20.0 * ({row('qk')})"}
-    return filled(head + _TEXT + LISTS, n, numbers, {
+    return filled(_TEXT + LISTS, n, numbers, {
         "LOAD_ROW": [f"{', '.join(f'g{c}' for c in range(ns))}, constant, fourth, least = "
                      f"{', '.join(f'N[i + {c}]' for c in range(ns + 3))}",
                      "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
                      *(f"f_{k} = F[j + {4 + k}]" for k in range(MANY))],
-        "TAKE_END": [taken("x", "BY")], "TAKE_START": [taken("y", "LY")],
         "TAKE_STEP": [f"{short}{c} = W[AT_{name} + {c} * AT_CAP + l]"
                       for short, name in zip("aebtlwk", STEPS.values(), strict=True) for c in range(n)],
-        "WRITE_YS": [f"W[AT_YS + {c} * AT_CAP + l] = x{c}" for c in range(ns)],
         "MOVE": [f"x{c}, x{n + c} = x{c} + step * (x{n + c} + 0.5 * step * e{c}), x{n + c} + step * e{c}" for c in range(n)],
         "RISE0": [f"rise0 = slope0 + third * ({rate('y', 'a')})"], "RISE1": [f"rise1 = slope1 + third * ({rate('x', 'e')})"],
         "BOUND": ["bound = AT_SAFETY * (fourth * span**4 + " + " + ".join(
             f"span**2 * abs(g{c}) * b{c} + span * abs(g{n + c}) * t{c}" for c in range(n)) + ")"],
-        "NOISE": ["noise = AT_NOISE * (" + " + ".join(f"abs(g{c} * y{c})" for c in range(ns)) + ") + least"],
+        "NOISE": ["noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
         "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
-        "FORCED_AT": horner("f", "s", "value", "slope"), "VALUE_Y": [f"value = {value('y')}"], "VALUE_X": [f"value = {value('x')}"],
+        "FORCED_AT": horner("f", "s", "value", "slope"),
         "SLOPE_Y": [f"slope = slope + ({rate('y', 'a')})"], "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
-    })
+    }, head)
 
 
 def _ends(kind: Kind, step: Step, load: str) -> list[str]:
@@ -143,7 +137,7 @@ def _screen(kind: Kind, numbers: dict[str, float], v: int) -> str:
     head = [*step.head, *step.products,
             *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads))]
     for g in range(kind.guards):
-        i, j = (f"{numbers[place] + g * numbers[size]}" for place, size in (("FLOW", "OF_GUARD"), ("FORCED", "OF_GUARD_FORCED")))
+        i, j = (f"{numbers[place] + g * numbers[size]}" for place, size in (("GUARDS", "OF_GUARD"), ("FORCED", "OF_GUARD_FORCED")))
         head += [*(f"row{g}_{c} = N[o + {i} + {c}]" for c in range(ns)), f"fourth{g} = N[o + {i} + {ns + 1}] * hh * hh",
                  *(f"{name}{g} = F[t + {j} + {k}]" for k, name in enumerate(("left", "rise", "right", "fall")))]
     body = [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body, *_ends(kind, step, f"g{last}"), "most = -np.inf"]
@@ -162,11 +156,11 @@ def _screen(kind: Kind, numbers: dict[str, float], v: int) -> str:
                      ["h = N[o]", *head], ["for l in range(full):", *(f"    {line}" for line in body)])
 
 
-def _along(kind: Kind, numbers: dict[str, float], v: int) -> str:
+def _along(kind: Kind, v: int) -> str:
     """Return the function that takes a list over times of its own within a substep."""
     step, n, ns = Step(kind, kind.acts[v]), kind.n, 2 * kind.n
-    times = step.method.c.tolist()
-    head = [*step.head, *(f"p{c}_{j} = F[t + {numbers['LOADS'] + c * MANY + j}]" for c in range(kind.loads) for j in range(MANY))]
+    times, loads = step.method.c.tolist(), place(substep_of(kind), "loads")
+    head = [*step.head, *(f"p{c}_{j} = F[t + {loads + c * MANY + j}]" for c in range(kind.loads) for j in range(MANY))]
     body = ["tau, h = W[AT_TAU + l], W[AT_SPAN + l]", *step.products]
     for i, time in enumerate(times):
         first = times.index(time)
@@ -203,11 +197,11 @@ def crossing(W, full, g, N, o, F, t):
     """Find the zero of guard ``g`` along the cubic of the accelerations of a step; verdicts as in `roots`."""
     h = span = N[o]
     third, per = h / 3.0, 1.0 / h
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_ROW
     for l in range(full):
-        TAKE_EY
-        TAKE_END
+        y{k} = W[AT_EY + {k} * AT_CAP + l]
+        x{k} = W[AT_BY + {k} * AT_CAP + l]
         TAKE_STEP
         GUARD_OVER
         ROOT
@@ -219,14 +213,14 @@ def crossing(W, full, g, N, o, F, t):
 def refine(W, full, g, within, N, o, F, t):
     """Take a step of Newton's method from the ends of steps to a zero, which may be so long; write state, time and speed there."""
     h = N[o]
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_ROW
     for l in range(full):
         s = W[AT_SPAN + l]
-        TAKE_END
+        x{k} = W[AT_BY + {k} * AT_CAP + l]
         TAKE_STEP
         FORCED_AT
-        VALUE_X
+        value = SUM[ g{c} * x{c} ; value ]
         SLOPE_X
         step = -value / slope
         s = s + step
@@ -236,7 +230,7 @@ def refine(W, full, g, within, N, o, F, t):
         close = (abs(step) <= within * h) & (s >= 0.0) & (s <= h) & (slope > 0.0)
         W[AT_VERDICT + l] = -1.0 if (W[AT_VERDICT + l] > 0.0) & (not close) else W[AT_VERDICT + l]
         W[AT_S + l], W[AT_SPEED + l], W[AT_SPAN + l] = s, slope, min(max(s, 0.0), h)
-        WRITE_YS
+        W[AT_YS + {k} * AT_CAP + l] = x{k}
 
 
 @njit
@@ -258,19 +252,19 @@ def admit(W, full, g, N, o, F, t):
     """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
     h = N[o]
     third, per = h / 3.0, 1.0 / h
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_ROW
     for l in range(full):
         s, span = W[AT_TAU + l], W[AT_SPAN + l]
-        TAKE_START
-        TAKE_LE
+        y{k} = W[AT_LY + {k} * AT_CAP + l]
+        x{k} = W[AT_LE + {k} * AT_CAP + l]
         TAKE_STEP
         FORCED_AT
-        VALUE_Y
+        value = SUM[ g{c} * y{c} ; value ]
         SLOPE_Y
         BOUND
         NOISE
-        RIGHT
+        right = SUM[ g{c} * x{c} ; n ]
         RISE1
         inner, outer, later = span * slope / 3.0, right - span * per * rise1, bound
         JUDGE

@@ -11,20 +11,18 @@ ASIDE, as are those in another mode, and the caller takes their whole period aga
 of the general integration at the events of this one stop, twice as fast where the mass comes to rest.  The numbers are those of
 the mode in `bifurc.ensemble.batch.tables`.
 """
-from .several_modes import MANY, Places, filled, horner, layout
+from .several_modes import MANY, filled, horner, layout, place, records, strides
 
 ROWS = ("EQ", "EV", "FQ", "FV", "SPEED", "FAIL", "TOP")  # of scratch: states before and after an event, what is known of it
 
 
 def step_text(guards: int, size: int) -> str:
     """Return the source of ``period_step``; other modes of the scene may have up to so many ``guards``."""
-    numbers = layout(1, guards, size)
-    at = Places(1, guards)
-    numbers |= {"FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode, "PER_STEP": at.substep}
-    numbers["KICK"] = at.flow + 4 * at.ns + 3  # what an impact adds to the velocity
+    mode = records(1, guards)[0]
+    numbers = layout(1, guards, size) | strides(*records(1, guards))
     numbers |= {name: numbers["FIRST"] + i * numbers["CAP"] for i, name in enumerate(ROWS)}
-    place = 1 + 4 + MANY  # of the column of the velocity
-    words = {"LOAD_COLUMN": [f"b_{j} = N[o + {place + j}]" for j in range(MANY)],
+    column = place(mode, "place") + MANY  # of the velocity
+    words = {"LOAD_COLUMN": [f"b_{j} = N[o + {column + j}]" for j in range(MANY)],
              "COLUMN_AT": horner("b", "span", "value", "slope")}
     return filled(_TEXT, 1, numbers, words)
 
@@ -39,8 +37,8 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
     """Carry the first ``count`` starts over a forcing period in their free mode."""
     home, size = I[0, 0], grid.size // I[0, 1]
     N, F = numbers[home * AT_PER_MODE:(home + 1) * AT_PER_MODE], grid[home * size:(home + 1) * size]
-    o, i, h = 0, AT_FLOW, N[0]
-    per, kick = 1.0 / h, N[AT_KICK]
+    o, i, h = 0, AT_GUARDS, N[0]
+    per, kick = 1.0 / h, N[AT_GUARDS + AT_ADDED + 1]
     for l in range(count):
         W[AT_HITS + l] = 0.0
         W[AT_LEAST + l] = np.inf
@@ -52,7 +50,7 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         LOAD_GUARD
         for l in range(count):
             y0, y1 = W[l], W[AT_SIZE + l]
-            ENDS
+            x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
             GUARD_OVER
             W[AT_TOP + l] = max(max(left, right), max(left + rise0, right - rise1)) + bound
         c = 0
@@ -63,7 +61,7 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
             W[AT_EQ + e], W[AT_EV + e] = W[index[e]], W[AT_SIZE + index[e]]
         for l in range(count):
             y0, y1 = W[l], W[AT_SIZE + l]
-            ENDS
+            x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
             W[l], W[AT_SIZE + l] = x0, x1
         if c == 0:
             continue
@@ -74,13 +72,13 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         LOAD_SERIES
         for e in range(full):
             y0, y1 = W[AT_EQ + e], W[AT_EV + e]
-            ENDS
+            x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
             GUARD_OVER
             ROOT
             dv, span = kick * speed, h - s
             COLUMN_AT
             x0, x1 = x0 + value * dv, x1 + slope * dv
-            RIGHT
+            right = SUM[ g{c} * x{c} ; n ]
             RISE1
             rest_of = span * per
             later = AT_ALLOW * rest_of**4 * (bound + r1 * abs(dv))

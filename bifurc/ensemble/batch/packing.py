@@ -4,7 +4,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compose.scene import Scene
-from ...compose.tables import ORDER as TERMS_ORDER
 from ...compose.tables import Tables, rate
 from . import one_mode, several_modes
 from . import tables as plan
@@ -30,7 +29,7 @@ class Numbers(NamedTuple):
 
     T: Tables
     I: np.ndarray  # (modes, ...) int64, see `bifurc.ensemble.batch.tables.plan_of`
-    numbers: np.ndarray  # of the batch step, flat, see `several_modes.Places`
+    numbers: np.ndarray  # of the batch step, flat, see `several_modes.records`
     grid: np.ndarray  # the same on every substep
     scalar: bool = False  # leaves all starts to the scalar integrator
 
@@ -66,32 +65,8 @@ def substeps(T: Tables) -> int:
 
 def numbers_of(T: Tables, kind: Kind) -> Numbers:
     """Return what the kernels read of the tables of a scene."""
-    steps = substeps(T)
-    omega, harmonics = float(T.flat[0]), T.harmonics
-    h = 2.0 * np.pi / omega / steps
-    angles = 2.0 * np.pi * np.arange(steps + 1) / steps
-    phases = np.ones((steps + 1, kind.forcings))
-    for i, k in enumerate(harmonics):
-        phases[:, 1 + 2 * i], phases[:, 2 + 2 * i] = np.cos(k * angles), np.sin(k * angles)
-    phases[-1] = phases[0]
-    powers = h ** np.arange(TERMS_ORDER + 1)
-    flow = T.YT @ powers  # (modes, ns, nx) state after h
-    numbers, grid = plan.step_numbers(T, kind.guards, h, flow, phases, _bounds(T, h))
-    if kind.one_stop:
-        return Numbers(T, np.array([[home_of(T), len(T.n_guards)]]), numbers, grid)
-    return Numbers(T, plan.plan_of(T, kind.guards), numbers, grid)
-
-
-def _bounds(T: Tables, h: float) -> np.ndarray:
-    """Return `_bound` of every guard of every mode (modes, guards, nx)."""
-    return np.array([[_bound(T.GT[m, g], h) for g in range(T.GT.shape[1])] for m in range(len(T.n_guards))])
-
-
-def _bound(rows: np.ndarray, h: float) -> np.ndarray:
-    """Return h^4/384 times the bound on the fourth derivative over [0, h], per unit of each component of x."""
-    j = np.arange(rows.shape[1])
-    falling = j * (j - 1.0) * (j - 2.0) * (j - 3.0)
-    return (np.abs(rows[:, 4:]) * falling[4:] * h ** (j[4:] - 4.0)).sum(axis=1) * h**4 / 384.0
+    I = np.array([[home_of(T), len(T.n_guards)]]) if kind.one_stop else plan.plan_of(T, kind.guards)
+    return Numbers(T, I, *plan.step_numbers(T, kind.guards, substeps(T)))
 
 
 def module_of(kind: Kind):

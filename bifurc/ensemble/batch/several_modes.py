@@ -12,13 +12,16 @@ forward to its end; the guards at s and h and their bound decide of [s, h].  The
 Nothing is taken on trust.  A guard differs from the cubic through its values and slopes at both ends by at most h^4/384 times the
 bound on its fourth derivative (Birkhoff and Priver 1967); a start stays in the batch only while that proves that it met no guard,
 or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no guard of the one taken is
-met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or
-second order: leaving a stop, leaving stick).  All other starts are marked in the row ASIDE, and the scalar integrator takes
-their whole period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
+met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order: leaving a stop,
+leaving stick).  For all others the scalar integrator takes the substep; where that fails they are marked in the row ASIDE, and it
+takes their whole period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
 
-One file, because it is the text of one kernel, written in the order in which it runs.
+`LISTS` is also the text of the batch step under laws: a text of motion (here `_AFFINE`) gives it ``screen``, ``roots`` and
+``onward``.  One file, because it is the text of one kernel, written in the order in which it runs.
 """
-from typing import NamedTuple
+import re
+
+import numpy as np
 
 from ...flow.affine.polynomial import SLOPE_ERROR
 
@@ -38,51 +41,37 @@ SINGLE = ("BUSY", "S", "SPEED", "VERDICT", "LS", "LSPEED", "FATE")  # rows of sc
 EACH = ("EY", "YS", "LY", "BY", "LE", "MY")
 
 
-class Places(NamedTuple):
-    """Where the numbers of a batch step are, for ``n`` masses and so many guards."""
+def records(n: int, guards: int) -> tuple[np.dtype, np.dtype]:
+    """Return what the step reads of a mode, and of a mode on a substep, for ``n`` masses and so many guards.
 
-    n: int
-    guards: int
-
-    @property
-    def ns(self) -> int:
-        """States."""
-        return 2 * self.n
-
-    @property
-    def flow(self) -> int:
-        """Of a mode: 1 substep, the state after it by the state before (ns, ns), A(s), A(-s) (n, ns, MANY); then the guards'."""
-        return 1 + self.ns**2 + 2 * self.n * self.ns * MANY
-
-    @property
-    def forced(self) -> int:
-        """Of a mode on a substep: what the forcing adds to the state after it (ns), C (n, MANY); then the guards'."""
-        return self.ns + self.n * MANY
-
-    @property
-    def guard(self) -> int:
-        """Of a guard: by every state value, slope h/3, bound and 1, noise and 1; what it adds (ns), its constant; D (ns, MANY)."""
-        return 5 * self.ns + 3 + self.ns * MANY
-
-    @property
-    def guard_forced(self) -> int:
-        """Of a guard on a substep: what the forcing adds to value and slope h/3 at both ends (4), F (MANY); then what its
-        states at s add to value and slope h/3 at s (MANY each)."""
-        return 4 + 3 * MANY
-
-    @property
-    def mode(self) -> int:
-        """Numbers of a mode."""
-        return self.flow + self.guards * self.guard
-
-    @property
-    def substep(self) -> int:
-        """Numbers of a mode on a substep."""
-        return self.forced + self.guards * self.guard_forced
+    ``flow`` gives the state after the substep, ``place`` A(s) and C, ``back`` A(-s).  Of a guard, by every state and then 1, value,
+    slope h/3, bound and noise; what it adds; the constant of its value; D.  Of a guard on a substep what the forcing adds to value
+    and slope h/3 at both ends; F; then what its states at s add to value and slope h/3 at s.
+    """
+    ns = 2 * n
+    guard = [("value", float, ns), ("slope", float, ns), ("bound", float, ns + 1), ("noise", float, ns + 1), ("added", float, ns),
+             ("constant", float), ("series", float, (ns, MANY))]
+    forced = [("ends", float, (2, 2)), ("series", float, MANY), ("value", float, MANY), ("slope", float, MANY)]
+    mode = np.dtype([("h", float), ("flow", float, (ns, ns)), ("place", float, (n, ns, MANY)), ("back", float, (n, ns, MANY)),
+                     ("guards", guard, (guards,))])
+    return mode, np.dtype([("flow", float, ns), ("place", float, (n, MANY)), ("guards", forced, (guards,))])
 
 
-ONE = Places(1, 1)  # of one mass whose modes have one guard
-FLOW_OF_ONE, FORCED_OF_ONE, PER_MODE_OF_ONE, PER_STEP_OF_ONE = ONE.flow, ONE.forced, ONE.mode, ONE.substep
+def place(record: np.dtype, name: str) -> int:
+    """Return how many numbers of a record stand in front of a part."""
+    assert record.fields is not None
+    return record.fields[name][1] // 8
+
+
+def strides(mode: np.dtype, substep: np.dtype) -> dict[str, int]:
+    """Return by name where lists and events find what they read of the records of a mode, and of a mode on a substep."""
+    guard, forced = mode["guards"].base, substep["guards"].base
+    return {"PER_MODE": mode.itemsize // 8, "PER_STEP": substep.itemsize // 8, "GUARDS": place(mode, "guards"),
+            "FORCED": place(substep, "guards"), "OF_GUARD": guard.itemsize // 8, "OF_GUARD_FORCED": forced.itemsize // 8,
+            "CONSTANT": place(guard, "constant"), "ADDED": place(guard, "added")}
+
+
+ONE = strides(*records(1, 1))  # of one mass whose modes have one guard
 
 
 def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = ()) -> dict[str, float]:
@@ -104,10 +93,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
 
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
-    at, numbers = Places(n, guards), layout(n, guards, size)
-    numbers |= {"FLOW": at.flow, "FORCED": at.forced, "PER_MODE": at.mode, "PER_STEP": at.substep, "OF_GUARD": at.guard,
-                "OF_GUARD_FORCED": at.guard_forced, "ADDED": 4 * at.ns + 2, "CONSTANT": 5 * at.ns + 2}
-    return filled(_AFFINE + LISTS, n, numbers, {})
+    return filled(_AFFINE + LISTS, n, layout(n, guards, size) | strides(*records(n, guards)), {})
 
 
 def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
@@ -115,84 +101,69 @@ def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
     return int(numbers["LISTS"] - numbers["FIRST"]), int(2 * numbers["STATE"]), int(7 * numbers["CAP"]), int(numbers["CAP"]) + 1
 
 
-def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[str]]) -> str:
-    """Return the source: names of ``numbers``, then ``text`` with the lines for ``n`` masses in the places of words in capitals.
+def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[str]], head: str = "") -> str:
+    """Return the source: names of ``numbers``, ``head``, then ``text`` for ``n`` masses.
 
-    ``words`` are lines of a text's own.
+    A line with {k} is written for every state, SUM[ term ; last ] is the sum over states {c} added from its end, and a word in
+    capitals stands for the lines below, or those of a text's own ``words``.
     """
     ns = 2 * n
     states, positions = range(ns), range(n)
-    names = {kind: [f"{kind}{c}" for c in states] for kind in ("y", "x", "g", "s", "r", "z", "d", "b", "w", "v", "m")}
+    mode, substep = records(n, 1)
+    of_guard, of_forced = mode["guards"].base, substep["guards"].base
 
-    def taken(kind: str, array: str, place: str) -> str:
-        """One line that takes a number for each state."""
-        return f"{', '.join(names[kind])} = {', '.join(f'{array}[{place} + {c}]' for c in states)}"
+    def loaded(name: str, array: str, start: str, record: np.dtype, part: str) -> list[str]:
+        """Lines that name the numbers of a part of a record."""
+        shape, at = record[part].shape, place(record, part)
+        return [f"{name}{'_'.join(map(str, index))} = {array}[{start} + {at + i}]" for i, index in enumerate(np.ndindex(shape))]
 
-    def rows(kind: str, name: str, entry: str = "l") -> str:
-        return f"{', '.join(names[kind])} = {', '.join(f'W[AT_{name} + {c} * AT_CAP + {entry}]' for c in states)}"
+    def polynomial(name: str, part: str) -> list[str]:
+        """Lines that name the coefficients of what a guard has on a substep."""
+        return [f"{name}_{j} = F[j + {place(of_forced, part) + j}]" for j in range(MANY)]
 
-    def put(name: str, kind: str, entry: str = "l") -> str:
-        return f"{', '.join(f'W[AT_{name} + {c} * AT_CAP + {entry}]' for c in states)} = {', '.join(names[kind])}"
-
-    def end(kind: str) -> list[str]:
-        """The state at the end of the substep from that at its start."""
-        return [f"x{i} = {dot([f'e{i}_{c}' for c in states], names[kind], f'w{i}')}" for i in states]
-
-    sizes = [f"abs({name})" for name in names["y"]]
-    flow = [f"e{i}_{c} = N[o + {1 + ns * i + c}]" for i in states for c in states] + [f"w{i} = F[t + {i}]" for i in states]
-    place = [f"a{i}_{c}_{j} = N[o + {1 + ns**2 + (i * ns + c) * MANY + j}]" for i in positions for c in states for j in range(MANY)]
-    before = [f"b{i}_{c}_{j} = N[o + {1 + ns**2 + ((n + i) * ns + c) * MANY + j}]" for i in positions for c in states
-              for j in range(MANY)]
-    forced = [f"c{i}_{j} = F[t + {ns + i * MANY + j}]" for i in positions for j in range(MANY)]
-    at_s = [f"{name}_{j} = F[j + {4 + (1 + k) * MANY + j}]" for k, name in enumerate("kl") for j in range(MANY)]
-    series = [f"d{c}_{j} = N[i + {5 * ns + 3 + c * MANY + j}]" for c in states for j in range(MANY)]
-    series += [f"f_{j} = F[j + {4 + j}]" for j in range(MANY)]
-    guard = [taken("g", "N", "i"), taken("s", "N", f"i + {ns}"), taken("r", "N", f"i + {2 * ns}"), f"rest = N[i + {3 * ns}]",
-             "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"]
-    back = [line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")]
+    forced = loaded("c", "F", "t", substep, "place")
     lines = {
-        "LOAD_FLOW": flow, "LOAD_PLACE": place + forced, "LOAD_BACK": before + forced,
-        "LOAD_SERIES": series, "LOAD_AT_S": at_s, "LOAD_GUARD": guard,
-        "LOAD_NOISE": [taken("z", "N", f"i + {3 * ns + 1}"), f"least = N[i + {4 * ns + 1}]"],
-        "OLD": [f"y{c} = old[{c} * AT_CAP + l]" for c in states],
-        "NEW": [f"x{c} = new[{c} * AT_CAP + l]" for c in states],
-        "WRITE_NEW": [f"new[{c} * AT_CAP + l] = x{c}" for c in states],
-        "ENDS": end("y"),
-        "LEFT": [f"left = {dot(names['g'], names['y'], 'p')}"], "RIGHT": [f"right = {dot(names['g'], names['x'], 'n')}"],
-        "RISE0": [f"rise0 = {dot(names['s'], names['y'], 'slope0')}"],
-        "RISE1": [f"rise1 = {dot(names['s'], names['x'], 'slope1')}"],
-        "BOUND": [f"bound = {dot(names['r'], sizes, 'rest')}"], "NOISE": [f"noise = {dot(names['z'], sizes, 'least')}"],
-        "TAKE_EY": [rows("y", "EY")], "TAKE_BY": [rows("y", "BY")], "TAKE_LE": [rows("x", "LE")], "TAKE_LY": [rows("m", "LY")],
+        "LOAD_FLOW": loaded("e", "N", "o", mode, "flow") + loaded("w", "F", "t", substep, "flow"),
+        "LOAD_PLACE": loaded("a", "N", "o", mode, "place") + forced, "LOAD_BACK": loaded("b", "N", "o", mode, "back") + forced,
+        "LOAD_GUARD": [*loaded("g", "N", "i", of_guard, "value"), *loaded("s", "N", "i", of_guard, "slope"),
+                       *loaded("r", "N", "i", of_guard, "bound"), "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"],
+        "LOAD_SERIES": loaded("d", "N", "i", of_guard, "series") + polynomial("f", "series"),
+        "LOAD_AT_S": polynomial("k", "value") + polynomial("l", "slope"), "LOAD_NOISE": loaded("z", "N", "i", of_guard, "noise"),
+        "GUARD_OVER": ["left = SUM[ g{c} * y{c} ; p ]", "right = SUM[ g{c} * x{c} ; n ]", "RISE0", "RISE1", "BOUND"],
+        "RISE0": ["rise0 = SUM[ s{c} * y{c} ; slope0 ]"], "RISE1": ["rise1 = SUM[ s{c} * x{c} ; slope1 ]"],
+        "BOUND": [f"bound = SUM[ r{{c}} * abs(y{{c}}) ; r{ns} ]"], "NOISE": [f"noise = SUM[ z{{c}} * abs(y{{c}}) ; z{ns} ]"],
+        "ROOT": _ROOT.strip().split("\n"), "JUDGE": _JUDGE.strip().split("\n"),
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
-        "SUM_GUARD": [f"g_{j} = {dot([f'd{c}_{j}' for c in states], names['y'], f'f_{j}')}" for j in range(MANY)],
-        "GUARD_OVER": ["LEFT", "RIGHT", "RISE0", "RISE1", "BOUND"], "ROOT": _ROOT.strip().split("\n"),
-        "JUDGE": _JUDGE.strip().split("\n"),
-        "GUARD_AT": horner("g", "s", "value", "slope"),
-        "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
+        "SUM_GUARD": [f"g_{j} = SUM[ d{{c}}_{j} * y{{c}} ; f_{j} ]" for j in range(MANY)],
+        "GUARD_AT": horner("g", "s", "value", "slope"), "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
-            *(f"p_{j} = {dot([f'a{i}_{c}_{j}' for c in states], names['y'], f'c{i}_{j}')}" for j in range(MANY)),
-            *horner("p", "s", f"x{i}", f"x{n + i}"))],
-        "WRITE_YS": [put("YS", "x")],
-        "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")),
-                 *(f"m{c} = m{c} - v{c}" for c in states), *back,
-                 *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], names['m'])})" for i in states)],
-        "VALUE_AT": [*horner("k", "s", "value"), f"value = {dot(names['g'], names['m'], 'value')}"],
-        "RISE_AT": [*horner("l", "s", "rise"), f"rise = {dot(names['s'], names['m'], 'rise')}"],
-        "WRITE_BY": [put("BY", "y")], "WRITE_LE": [put("LE", "x")],
+            *(f"p_{j} = SUM[ a{i}_{{c}}_{j} * y{{c}} ; c{i}_{j} ]" for j in range(MANY)), *horner("p", "s", f"x{i}", f"x{n + i}"))],
+        "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")), "m{k} = m{k} - v{k}",
+                 *(line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")),
+                 *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], [f'm{c}' for c in states])})"
+                   for i in states)],
+        "VALUE_AT": [*horner("k", "s", "value"), "value = SUM[ g{c} * m{c} ; value ]"],
+        "RISE_AT": [*horner("l", "s", "rise"), "rise = SUM[ s{c} * m{c} ; rise ]"],
         **words,
     }
 
-    def spelled(line: str) -> str:
-        word = line.strip()
-        if word not in lines:
-            return line
-        indent = line[:len(line) - len(line.lstrip())]
-        return "\n".join(indent + made for made in lines[word])
+    def summed(found: re.Match) -> str:
+        made = found[2]
+        for c in reversed(states):
+            made = f"{found[1].replace('{c}', str(c))} + ({made})"
+        return made
 
-    for _ in range(2):  # words within words
-        text = "\n".join(map(spelled, text.split("\n")))
-    return "\n".join([FUSED, *(f"AT_{name} = {value!r}" for name, value in numbers.items()), "\n", text])
+    def spelled(line: str) -> list[str]:
+        word = line.strip()
+        if word in lines:
+            indent = line[:len(line) - len(line.lstrip())]
+            return [made for inner in lines[word] for made in spelled(indent + inner)]
+        line = _SUM.sub(summed, line)
+        return [line.replace("{k}", str(k)) for k in states] if "{k}" in line else [line]
+
+    named = (f"AT_{name} = {value!r}" for name, value in numbers.items())
+    return "\n".join([FUSED, *named, "\n", head, *(made for line in text.split("\n") for made in spelled(line))])
 
 
 def dot(factors: list[str], values: list[str], last: str | None = None) -> str:
@@ -216,6 +187,7 @@ def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> l
     return [*lines, f"{value} = {value} * {at} + {name}_0"]
 
 
+_SUM = re.compile(r"SUM\[ (.*?) ; (.*?) \]")
 FUSED = '''from bifurc._jit import _with_twin
 
 
@@ -257,17 +229,17 @@ def screen(m, full, guards, old, new, top, N, o, F, t):
     """Carry the starts of a mode over a substep; write the largest value that each guard may take, and that of all of them."""
     LOAD_FLOW
     for l in range(full):
-        OLD
-        ENDS
-        WRITE_NEW
+        y{k} = old[{k} * AT_CAP + l]
+        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+        new[{k} * AT_CAP + l] = x{k}
         top[AT_MOST + l] = -np.inf
     for g in range(guards):
-        i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+        i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
         LOAD_GUARD
         u, most = top[g * AT_CAP:(g + 1) * AT_CAP], top[AT_MOST:]
         for l in range(full):
-            OLD
-            NEW
+            y{k} = old[{k} * AT_CAP + l]
+            x{k} = new[{k} * AT_CAP + l]
             GUARD_OVER
             largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
             u[l], most[l] = largest, max(most[l], largest)
@@ -277,20 +249,20 @@ def screen(m, full, guards, old, new, top, N, o, F, t):
 def roots(W, m, full, g, N, o, F, t):
     """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
     h = N[o]
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_FLOW
     LOAD_PLACE
     LOAD_GUARD
     LOAD_SERIES
     for l in range(full):
-        TAKE_EY
-        ENDS
+        y{k} = W[AT_EY + {k} * AT_CAP + l]
+        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
         GUARD_OVER
         ROOT
         STATE_AT
         W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
         W[AT_S + l], W[AT_SPEED + l] = s, speed
-        WRITE_YS
+        W[AT_YS + {k} * AT_CAP + l] = x{k}
 
 
 @fused
@@ -300,11 +272,11 @@ def back(W, full, N, o, F, t):
     LOAD_BACK
     for l in range(full):
         s = W[AT_LS + l]
-        TAKE_LY
+        m{k} = W[AT_LY + {k} * AT_CAP + l]
         BACK
-        ENDS
-        WRITE_BY
-        WRITE_LE
+        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+        W[AT_BY + {k} * AT_CAP + l] = y{k}
+        W[AT_LE + {k} * AT_CAP + l] = x{k}
         W[AT_FATE + l] = 1.0
 
 
@@ -312,20 +284,20 @@ def back(W, full, N, o, F, t):
 def admit(W, full, g, N, o, F, t):
     """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
     per = 1.0 / N[o]
-    i, j = o + AT_FLOW + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_GUARD
     LOAD_NOISE
     LOAD_AT_S
     for l in range(full):
         s = W[AT_LS + l]
-        TAKE_BY
-        TAKE_LE
-        TAKE_LY
+        y{k} = W[AT_BY + {k} * AT_CAP + l]
+        x{k} = W[AT_LE + {k} * AT_CAP + l]
+        m{k} = W[AT_LY + {k} * AT_CAP + l]
         VALUE_AT
         RISE_AT
         BOUND
         NOISE
-        RIGHT
+        right = SUM[ g{c} * x{c} ; n ]
         RISE1
         rest_of = 1.0 - s * per
         short = rest_of * rest_of
@@ -358,10 +330,9 @@ def retake(W, index, c, l, place, m, k, start, given, limit, spare):
     if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
         return c
     y, tally = spare[0], spare[1]
-    for i in range(AT_NS):
-        y[i] = W[start + i * AT_CAP + place]
-    T, numbers, grid, many = given
-    status, target = substep(T, k, grid.size // (many * AT_PER_STEP), numbers[0], m, spare, limit)
+    y[{k}] = W[start + {k} * AT_CAP + place]
+    T, numbers, grid, I = given
+    status, target = substep(T, k, grid.size // (I.shape[0] * AT_PER_STEP), numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
     if status != DONE:
         W[AT_ASIDE + l] = 1.0
@@ -370,20 +341,19 @@ def retake(W, index, c, l, place, m, k, start, given, limit, spare):
     W[AT_HITS + l] += tally[HITS]
     W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[LEAST])
     index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
-    for i in range(AT_NS):
-        W[AT_MY + i * AT_CAP + c] = y[i]
+    W[AT_MY + {k} * AT_CAP + c] = y[{k}]
     return c + 1
 
 
 @njit
-def follow(W, index, c, count, m, k, at, start, after, given, I, limit, spare):
+def follow(W, index, c, count, m, k, at, start, after, given, limit, spare):
     """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
 
     ``at`` is the place of the event in the integers of mode ``m``, ``start`` and ``after`` those of the mode's list before and
     after the substep, ``c`` how many starts wait already.  A start that stays in its mode stays in its place.
     """
-    _, numbers, grid, many = given
-    steps = grid.size // (many * AT_PER_STEP)
+    _, numbers, grid, I = given
+    steps = grid.size // (I.shape[0] * AT_PER_STEP)
     for j in range(I[m, at + 2]):
         if count == 0:
             break
@@ -402,19 +372,16 @@ def follow(W, index, c, count, m, k, at, start, after, given, I, limit, spare):
                     W[AT_HITS + l] += 1.0
                     W[AT_LEAST + l] = min(W[AT_LEAST + l], W[AT_LSPEED + e])
                 if target == m:
-                    for i in range(AT_NS):
-                        W[after + i * AT_CAP + place] = W[AT_LE + i * AT_CAP + e]
+                    W[after + {k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
                 else:
                     index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
-                    for i in range(AT_NS):
-                        W[AT_MY + i * AT_CAP + c] = W[AT_LE + i * AT_CAP + e]
+                    W[AT_MY + {k} * AT_CAP + c] = W[AT_LE + {k} * AT_CAP + e]
                     c += 1
             elif W[AT_FATE + e] == 0.0:
                 c = retake(W, index, c, l, place, m, k, start, given, limit, spare)
             else:
                 index[AT_TODO + left], index[AT_PLACE + left] = l, place
-                for i in range(AT_NS):
-                    W[AT_LY + i * AT_CAP + left] = W[AT_LY + i * AT_CAP + e]
+                W[AT_LY + {k} * AT_CAP + left] = W[AT_LY + {k} * AT_CAP + e]
                 W[AT_LS + left], W[AT_LSPEED + left] = W[AT_LS + e], W[AT_LSPEED + e]
                 left += 1
         count = left
@@ -424,10 +391,11 @@ def follow(W, index, c, count, m, k, at, start, after, given, I, limit, spare):
 
 
 @njit
-def meet(W, index, c, near, m, k, g, now, given, I, limit, spare):
+def meet(W, index, c, near, m, k, g, now, given, limit, spare):
     """Take those of the ``near`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait."""
-    _, numbers, grid, many = given
-    steps, guards, ids, start = grid.size // (many * AT_PER_STEP), I[m, 0], AT_IDS + m * AT_CAP, AT_LISTS + (2 * m + now) * AT_STATE
+    _, numbers, grid, I = given
+    steps, guards, ids = grid.size // (I.shape[0] * AT_PER_STEP), I[m, 0], AT_IDS + m * AT_CAP
+    start = AT_LISTS + (2 * m + now) * AT_STATE
     after = AT_LISTS + (2 * m + 1 - now) * AT_STATE
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
@@ -439,8 +407,7 @@ def meet(W, index, c, near, m, k, g, now, given, I, limit, spare):
         return c
     for e in range(count):
         l = index[e]
-        for i in range(AT_NS):
-            W[AT_EY + i * AT_CAP + e] = W[start + i * AT_CAP + l]
+        W[AT_EY + {k} * AT_CAP + e] = W[start + {k} * AT_CAP + l]
         busy = 0.0
         for other in range(guards):
             if other != g and W[AT_TOPS + other * AT_CAP + l] >= 0.0:
@@ -449,7 +416,7 @@ def meet(W, index, c, near, m, k, g, now, given, I, limit, spare):
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
     o = m * AT_PER_MODE
     roots(W, m, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
-    at, i = 1 + g * AT_WHOLE, o + AT_FLOW + g * AT_OF_GUARD
+    at, i = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD
     what = I[m, at]
     todo = 0
     for e in range(count):
@@ -464,21 +431,19 @@ def meet(W, index, c, near, m, k, g, now, given, I, limit, spare):
         amount = speed if what == AT_KICKS else 0.0  # of what the event adds
         if what == AT_STOPS:
             amount = -numbers[i + AT_CONSTANT]
-            for j in range(AT_NS):
-                amount -= numbers[i + j] * W[AT_YS + j * AT_CAP + e]
-        for j in range(AT_NS):
-            W[AT_LY + j * AT_CAP + todo] = W[AT_YS + j * AT_CAP + e] + amount * numbers[i + AT_ADDED + j]
+            amount -= numbers[i + {k}] * W[AT_YS + {k} * AT_CAP + e]
+        W[AT_LY + {k} * AT_CAP + todo] = W[AT_YS + {k} * AT_CAP + e] + amount * numbers[i + AT_ADDED + {k}]
         W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
         index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
         todo += 1
-    return follow(W, index, c, todo, m, k, at, start, after, given, I, limit, spare)
+    return follow(W, index, c, todo, m, k, at, start, after, given, limit, spare)
 
 
 @njit
 def period_step(W, index, count, T, numbers, grid, I, modes, limit):
     """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
     many, spare = I.shape[0], scratch()
-    steps, counts, given = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP, (T, numbers, grid, many)
+    steps, counts, given = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP, (T, numbers, grid, I)
     for m in range(many):
         index[counts + m] = 0
     for l in range(count):
@@ -486,8 +451,7 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         W[AT_TAKEN + l] = -1.0
         m = modes[l]
         n, start = index[counts + m], AT_LISTS + 2 * m * AT_STATE
-        for i in range(AT_NS):
-            W[start + i * AT_CAP + n] = W[i * AT_SIZE + l]
+        W[start + {k} * AT_CAP + n] = W[{k} * AT_SIZE + l]
         index[AT_IDS + m * AT_CAP + n] = l
         index[counts + m] += 1
     now, top = 0, W[AT_TOPS:AT_LISTS]
@@ -508,7 +472,7 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
                 continue
             begun = c
             for g in range(I[m, 0]):
-                c = meet(W, index, c, near, m, k, g, now, given, I, limit, spare)
+                c = meet(W, index, c, near, m, k, g, now, given, limit, spare)
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:
@@ -519,15 +483,13 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
             for i in range(c - 1, begun - 1, -1):  # the last start fills the last gap
                 n -= 1
                 place = index[AT_GONE + i]
-                for j in range(AT_NS):
-                    W[b + j * AT_CAP + place] = W[b + j * AT_CAP + n]
+                W[b + {k} * AT_CAP + place] = W[b + {k} * AT_CAP + n]
                 index[ids + place] = index[ids + n]
             index[counts + m] = n
         for i in range(c):
             m = index[AT_INTO + i]
             n, b = index[counts + m], AT_LISTS + (2 * m + 1 - now) * AT_STATE
-            for j in range(AT_NS):
-                W[b + j * AT_CAP + n] = W[AT_MY + j * AT_CAP + i]
+            W[b + {k} * AT_CAP + n] = W[AT_MY + {k} * AT_CAP + i]
             index[AT_IDS + m * AT_CAP + n] = index[AT_WAITING + i]
             index[counts + m] += 1
         now = 1 - now
@@ -536,11 +498,9 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         for i in range(index[counts + m]):
             l = index[AT_IDS + m * AT_CAP + i]
             near = True
-            for j in range(AT_NS):
-                near = near and abs(W[a + j * AT_CAP + i]) < AT_FAR
+            near = near and abs(W[a + {k} * AT_CAP + i]) < AT_FAR
             if W[AT_ASIDE + l] == 0.0 and near and W[AT_EVENTS + l] <= limit:
-                for j in range(AT_NS):
-                    W[j * AT_SIZE + l] = W[a + j * AT_CAP + i]
+                W[{k} * AT_SIZE + l] = W[a + {k} * AT_CAP + i]
                 modes[l] = m
             else:
                 W[AT_ASIDE + l] = 1.0

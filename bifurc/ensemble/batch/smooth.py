@@ -64,7 +64,7 @@ def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
     found, loads = mode_numbers(T, kind, 0, h)
     grid = stage_loads(T, loads, stage_times(kind, steps)).reshape(steps, -1)
     return Numbers(T, np.zeros((1, 1), np.int64),
-                   np.array(found + Step(kind, kind.acts[0], given=True).coefficients(h)), grid)
+                   np.append(found.view(float), Step(kind, kind.acts[0], given=True).coefficients(h)), grid)
 
 
 def module_of(kind: Kind):

@@ -10,6 +10,7 @@ import numpy as np
 from ...compose.tables import Tables
 from ...flow.laws.calls import SOURCE
 from .runge_kutta import Method, nystrom
+from .several_modes import place
 
 NONE, ONE, NUMBER = range(3)  # what is written of a coefficient: nothing, no factor, a number
 Pattern = tuple[tuple[int, ...], ...]
@@ -46,12 +47,12 @@ class Kind(NamedTuple):
         return self.n + len(self.moving)
 
     @property
-    def places(self) -> dict[str, int]:
-        """Where the numbers of a mode are; SIZE: how many they are."""
-        rows, n = sum(self.rows), self.n
-        sizes = {"STEP": 1, "FIELD": 2 * n * n, "VALUES": sum(self.values), "U": rows * n, "S": rows * n,
-                 "P": rows * n, "GUARDS": self.guards * (4 * n + 3), "SIZE": 0}
-        return dict(zip(sizes, np.cumsum([0, *sizes.values()])[:-1].tolist(), strict=True))
+    def record(self) -> np.dtype:
+        """What the step reads of a mode; behind it the method's coefficients times powers of the step, see `Step`."""
+        rows, n = (sum(self.rows), self.n), self.n
+        guard = [("value", float, 2 * n), ("constant", float), ("fourth", float), ("least", float), ("added", float, 2 * n)]
+        return np.dtype([("h", float), ("field", float, (n, 2 * n)), ("values", float, (sum(self.values),)), ("u", float, rows),
+                         ("s", float, rows), ("p", float, rows), ("guards", guard, (self.guards,))])
 
 
 def pattern_of(matrix: np.ndarray) -> Pattern:
@@ -64,17 +65,18 @@ def seen(T: Tables) -> tuple[np.ndarray, np.ndarray]:
     return T.LU[T.owners[SOURCE]], T.LS[T.owners[SOURCE]]
 
 
-def mode_numbers(T: Tables, kind: Kind, m: int, h: float) -> tuple[list[float], np.ndarray]:
-    """Return the numbers of a mode up to its guards, and what the forcing states give to its loads (loads, nw)."""
+def mode_numbers(T: Tables, kind: Kind, m: int, h: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the `Kind.record` of a mode without its guards, and what the forcing states give to its loads (loads, nw)."""
     n, ns = kind.n, 2 * kind.n
     (U, S), values, at = seen(T), [], 0
     for i, (count, keys) in enumerate(zip(kind.values, kind.keys, strict=True)):
         first = at + (max(int(T.acts[m, i]), 1) - 1) * count
         values += T.law[first:first + count].tolist()
         at += count * keys
-    loads = np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
-    return [h, *T.A[m, n:ns, :ns].ravel(), *values, *U[:, :n].ravel(), *S[:, n:ns].ravel(),
-            *T.LP[m, :len(U)].ravel()], loads
+    own = np.zeros(1, kind.record)
+    own["h"], own["field"], own["values"], own["u"], own["s"], own["p"] = (
+        h, T.A[m, n:ns, :ns], values, U[:, :n], S[:, n:ns], T.LP[m, :len(U)])
+    return own, np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
 
 
 def stage_times(kind: Kind, steps: int) -> np.ndarray:
@@ -111,11 +113,11 @@ class Step:
         self.body: list[str] = []
         self.products = ["hh = h * h"]
         self._known: dict[tuple[str, float], str] = {}
-        n, at, rows = kind.n, kind.places, range(sum(kind.rows))
-        self.head += [f"k{c}_{j} = N[o + {at['FIELD'] + 2 * n * c + j}]" for c in range(n) for j in range(2 * n)]
+        n, rows, at = kind.n, range(sum(kind.rows)), {name: place(kind.record, name) for name in kind.record.names or ()}
+        self.head += [f"k{c}_{j} = N[o + {at['field'] + 2 * n * c + j}]" for c in range(n) for j in range(2 * n)]
         first = np.cumsum([0, *kind.values]).tolist()
-        self.head += [f"w{i} = N[o + {at['VALUES'] + i}]" for law in acts.laws for i in range(first[law], first[law + 1])]
-        self.head += [f"{name}{r}_{c} = N[o + {at[name.upper()] + n * r + c}]"
+        self.head += [f"w{i} = N[o + {at['values'] + i}]" for law in acts.laws for i in range(first[law], first[law + 1])]
+        self.head += [f"{name}{r}_{c} = N[o + {at[name] + n * r + c}]"
                       for name, pattern in (("u", kind.coordinates), ("s", kind.speeds), ("p", acts.pushes))
                       for r in rows for c in range(n) if pattern[r][c] == NUMBER]
         method = self.method
@@ -148,9 +150,9 @@ class Step:
             return "h"
         if (power, weight) not in self._known:
             self._known[power, weight] = name = f"{power}_{len(self._known)}"
-            place = self.kind.places["SIZE"] + len(self._known) - 1
+            behind = self.kind.record.itemsize // 8 + len(self._known) - 1
             if self.given:
-                self.head.append(f"{name} = N[o + {place}]")
+                self.head.append(f"{name} = N[o + {behind}]")
             else:
                 self.products.append(f"{name} = {power} * {weight!r}")
         return self._known[power, weight]
@@ -165,7 +167,7 @@ class Step:
         """Lines for the accelerations ``name``_0, ... at a state under the loads ``load``_0, ...."""
         kind, n, row, value, lines = self.kind, self.kind.n, 0, 0, []
         force: dict[int, str] = {}
-        moved = {place: f" + {load}_{n + e}" for e, place in enumerate(kind.moving)}
+        moved = {row: f" + {load}_{n + e}" for e, row in enumerate(kind.moving)}
         for i, (rows, values) in enumerate(zip(kind.rows, kind.values, strict=True)):
             own = range(row, row + rows)
             if i in self.acts.laws:

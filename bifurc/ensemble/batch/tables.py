@@ -4,55 +4,49 @@ from functools import cache
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from ...compose.tables import Tables
+from ...compose.tables import ORDER, Tables
 from ...elements import EventKind
-from .several_modes import CANDIDATES, KICKS, MANY, NOISE, NOTHING, STOPS, UNKNOWN, Places
+from .several_modes import CANDIDATES, KICKS, MANY, NOISE, NOTHING, STOPS, UNKNOWN, records
 
 PARALLEL = 1e-12  # rows that differ by less are the same row
 
 
-def step_numbers(T: Tables, most: int, h: float, flow: np.ndarray, phases: np.ndarray,
-                 bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``numbers`` and ``grid``, flat, in the places of `several_modes.Places`.
-
-    Parameters
-    ----------
-    T : Tables
-    most : int
-        Largest number of guards of a mode.
-    h : float
-        Substep.
-    flow : ndarray
-        State after h (modes, ns, nx).
-    phases : ndarray
-        Forcing states on the grid (substeps + 1, nw).
-    bounds : ndarray
-        Largest distance of a guard from its cubic, per unit of every component (modes, guards, nx).
-    """
-    modes, steps, ns, n = len(T.n_guards), len(phases) - 1, T.A.shape[1], T.LP.shape[2]
-    at = Places(n, most)
-    numbers, grid = np.zeros((modes, at.mode)), np.zeros((modes, steps, at.substep))
-    before, after = phases[:-1], phases[1:]
+def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the `several_modes.records` of all modes, and of all modes on the substeps of a period, flat; ``most`` guards."""
+    modes, ns, n = len(T.n_guards), T.A.shape[1], T.LP.shape[2]
+    mode, substep = records(n, most)
+    numbers, grid = np.zeros(modes, mode), np.zeros((modes, steps), substep)
+    h, angles, phases = 2.0 * np.pi / float(T.flat[0]) / steps, 2.0 * np.pi * np.arange(steps + 1) / steps, np.ones((steps + 1, 1))
+    for k in T.harmonics:
+        phases = np.column_stack((phases, np.cos(k * angles), np.sin(k * angles)))
+    phases[-1] = phases[0]
+    before, after, powers = phases[:-1], phases[1:], h ** np.arange(ORDER + 1)
     for m in range(modes):
-        states, signs = T.YT[m], (-1.0) ** np.arange(T.YT.shape[3])
+        own, forced, states, flow = numbers[m], grid[m], T.YT[m], T.YT[m] @ powers
         place = economised(states[:n], h)
-        numbers[m, :at.flow] = (h, *flow[m, :, :ns].ravel(), *place[:, :ns].ravel(),
-                                *economised(signs * states[:n, :ns], h).ravel())
-        grid[m, :, :ns] = before @ flow[m, :, ns:].T
-        grid[m, :, ns:at.forced] = np.einsum("kc,icj->kij", before, place[:, ns:]).reshape(steps, -1)
+        own["h"], own["flow"], own["place"] = h, flow[:, :ns], place[:, :ns]
+        own["back"] = economised((-1.0) ** np.arange(ORDER + 1) * states[:n, :ns], h)
+        forced["flow"], forced["place"] = before @ flow[:, ns:].T, np.einsum("kc,icj->kij", before, place[:, ns:])
         for g in range(T.n_guards[m]):
-            whole = T.GT[m, g]
+            guard, on_grid, whole = own["guards"][g], forced["guards"][:, g], T.GT[m, g]
             value, slope, series = T.G[m, g], whole[:, 1] * (h / 3.0), economised(whole, h)
-            bound, size = bounds[m, g], NOISE * (np.abs(whole) @ h ** np.arange(whole.shape[1]))
-            rates = np.pad(whole[:, 1:] * np.arange(1, whole.shape[1]), ((0, 0), (0, 1))) * (h / 3.0)
-            at_s = [economised(along[ns:] - np.tensordot(row[:ns], states[:, ns:], 1), h)
-                    for along, row in ((whole, value), (rates, slope))]
-            i, j = at.flow + g * at.guard, at.forced + g * at.guard_forced
-            numbers[m, i:i + at.guard] = (*value[:ns], *slope[:ns], *bound[:ns], bound[ns:].sum(), *size[:ns], size[ns:].sum(),
-                                          *added(T, m, g), value[ns], *series[:ns].ravel())
-            grid[m, :, j:j + 4] = np.column_stack([phase @ row[ns:] for phase in (before, after) for row in (value, slope)])
-            grid[m, :, j + 4:j + at.guard_forced] = np.hstack([before @ rows for rows in (series[ns:], *at_s)])
-    return numbers.ravel(), grid.ravel()
+            rates = np.pad(whole[:, 1:] * np.arange(1, ORDER + 1), ((0, 0), (0, 1))) * (h / 3.0)
+            guard["value"], guard["slope"], guard["constant"], guard["added"] = value[:ns], slope[:ns], value[ns], added(T, m, g)
+            for name, size in (("bound", fourth(whole, h)), ("noise", NOISE * (np.abs(whole) @ powers))):
+                guard[name] = (*size[:ns], size[ns:].sum())  # forcing counts with its amplitude
+            guard["series"] = series[:ns]
+            on_grid["ends"] = np.stack([phase @ np.stack((value, slope))[:, ns:].T for phase in (before, after)], axis=1)
+            on_grid["series"] = before @ series[ns:]
+            for name, along, row in (("value", whole, value), ("slope", rates, slope)):
+                on_grid[name] = before @ economised(along[ns:] - np.tensordot(row[:ns], states[:, ns:], 1), h)
+    return numbers.view(float).ravel(), grid.view(float).ravel()
+
+
+def fourth(rows: np.ndarray, h: float) -> np.ndarray:
+    """Return h^4/384 times the bound on the fourth derivative over [0, h], per unit of each component of x."""
+    j = np.arange(rows.shape[1])
+    falling = j * (j - 1.0) * (j - 2.0) * (j - 3.0)
+    return (np.abs(rows[:, 4:]) * falling[4:] * h ** (j[4:] - 4.0)).sum(axis=1) * h**4 / 384.0
 
 
 def economised(series: np.ndarray, h: float, order: int = MANY - 1) -> np.ndarray:
@@ -167,11 +161,6 @@ def followers(T: Tables, m: int, g: int) -> list[int]:
                 found += [int(d) for d in T.then[c, k]
                           if d >= 0 and d not in found and T.n_holds[d] == 0 and _same_guard(T, m, d, g)]
     return found
-
-
-def keeps_guard(T: Tables, m: int, g: int) -> bool:
-    """Return whether guard ``g`` is the same in all modes without held rows that may follow it."""
-    return all(_same_guard(T, m, c, g) for c in followers(T, m, g) if c >= 0 and T.n_holds[c] == 0)
 
 
 def _same_guard(T: Tables, m: int, c: int, g: int) -> bool:
