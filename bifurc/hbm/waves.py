@@ -89,32 +89,29 @@ def size(a):
 
 
 @leaf
-def spectrum(T, waves, place, m, out):
-    """Add to ``out`` (slots, mi) how multiplication by a signal with spectrum ``T`` acts: Toeplitz and Hankel parts.
+def spectrum_row(T, waves, a, out):
+    """Write how multiplication by a signal with spectrum ``T`` acts on slot ``a``: ``out`` (mi,), Toeplitz and Hankel parts.
 
     T (L, 2) holds (1/2 pi) times the integrals of signal cos l theta and signal sin l theta, l up to twice the top harmonic.
     """
-    for i in range(m):
-        a = place[i]
-        j = waves[a]
-        sine = a > 0 and a % 2 == 0
-        if a == 0:
-            out[i, 0] += T[0, 0]
-            for b in range(1, waves.size, 2):
-                k = waves[b]
-                out[i, b] += T[k, 0]
-                out[i, b + 1] += T[k, 1]
-        elif sine:
-            out[i, 0] += 2.0 * T[j, 1]
-            for b in range(1, waves.size, 2):
-                k = waves[b]
-                d = j - k
-                out[i, b] += T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
-                out[i, b + 1] += T[abs(d), 0] - T[j + k, 0]
-        else:
-            out[i, 0] += 2.0 * T[j, 0]
-            for b in range(1, waves.size, 2):
-                k = waves[b]
-                d = k - j
-                out[i, b] += T[abs(d), 0] + T[j + k, 0]
-                out[i, b + 1] += T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
+    j = waves[a]
+    if a == 0:
+        out[0] = T[0, 0]
+        for b in range(1, waves.size, 2):
+            k = waves[b]
+            out[b] = T[k, 0]
+            out[b + 1] = T[k, 1]
+    elif a % 2 == 0:  # sine
+        out[0] = 2.0 * T[j, 1]
+        for b in range(1, waves.size, 2):
+            k = waves[b]
+            d = j - k
+            out[b] = T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
+            out[b + 1] = T[abs(d), 0] - T[j + k, 0]
+    else:
+        out[0] = 2.0 * T[j, 0]
+        for b in range(1, waves.size, 2):
+            k = waves[b]
+            d = k - j
+            out[b] = T[abs(d), 0] + T[j + k, 0]
+            out[b + 1] = T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])

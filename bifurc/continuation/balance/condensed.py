@@ -77,7 +77,7 @@ class CondensedProblem(BalanceProblem):
     def __init__(self, condensed: Condensed, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
         self.condensed, self._along = condensed, Along(condensed, path)
         super().__init__(condensed.forces, method, path, x0, scale, listed)
-        self.whole, self.size = condensed.balance, condensed.size
+        self.whole, self.size, self.follows = condensed.balance, condensed.size, False
 
     # equations
 

@@ -9,6 +9,7 @@ from ...compose.modal import give_modal
 from ...compose.scene import Scene
 from ...compose.tables import rebuild
 from ...compose.writer import kernels
+from ...solve.steprun import MADE, TOLD
 from . import motion, sequence
 from .path import ParameterPath
 from .signature import Signature, divided
@@ -111,10 +112,10 @@ class Equations:
         most : int
         """
         U, predicted, tangent, info = x.copy(), before.copy(), tangent.copy(), np.zeros(sequence.INFO)
-        rows = np.empty((most, 2 * x.size + tests.shape[1] + sequence.TOLD))
+        rows = np.empty((most, 2 * x.size + tests.shape[1] + TOLD))
         status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), 1.0, info, TOLERANCE, MAX_ITERATIONS,
                                     (reads, run, tests, rows))
-        return status, U, predicted, tangent, info, rows[:int(run[sequence.MADE])]
+        return status, U, predicted, tangent, info, rows[:int(run[MADE])]
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""
