@@ -1,6 +1,7 @@
-"""One compiled call for many continuation steps, or for one: Newton in the bordered system, the tangent, the determinant, margins.
+"""One compiled call for one continuation step or many: Newton in the bordered system, tangent, determinant, margins of events.
 
-The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it; and steps in which nothing lies, one after the other, by the rules of `solve.steprun`.
+The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it; and steps in which
+nothing lies, one after the other, by the rules of `solve.steprun`.
 """
 from typing import NamedTuple
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed, Point
+from ...hbm.condensation.receptance import FEW
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import views
 from ...hbm.tables import Series, numbers_at
@@ -23,21 +24,23 @@ KEPT = 4  # sets of rows whose motions are kept, for the columns of a table
 
 def condensed_along(balance: Balance, path: BalancePath, like: Condensed | None = None) -> Condensed:
     """Return the equations in few coordinates for a branch along ``path``."""
-    sweep = bool((path.index == 0).any()) and not _moves(balance, path)
-    return Condensed(balance, True, sweep, like)
+    changed = changed_along(balance, path)
+    sweep = bool((path.index == 0).any()) if not len(changed) else len(changed) <= FEW
+    return Condensed(balance, True, sweep, like, changed)
 
 
-def _moves(balance: Balance, path: BalancePath) -> bool:
-    """Return whether mass, damping or stiffness change along a path."""
+def changed_along(balance: Balance, path: BalancePath) -> np.ndarray:
+    """Return the coordinates among which mass, damping or stiffness change along a path."""
     n = balance.layout.n  # they follow the frequency, see `hbm.parts.Numbers`
-    return bool(((path.index > 0) & (path.index <= 3 * n * n)).any())
+    entries = path.index[(path.index > 0) & (path.index <= 3 * n * n)] - 1
+    return np.unique(np.concatenate([entries // n % n, entries % n]))
 
 
 class Along:
     """Numbers of a condensed balance along a path, with what was asked last."""
 
     def __init__(self, condensed: Condensed, path: BalancePath):
-        self.condensed, self.path, self.moved = condensed, path, _moves(condensed.balance, path)
+        self.condensed, self.path, self.moved = condensed, path, len(changed_along(condensed.balance, path)) > 0
         self.flat, self._dflat = path.base.copy(), np.zeros_like(path.base)
         shape = condensed.balance.parts.shape
         self._named = views(self.flat, shape), views(self._dflat, shape)
