@@ -96,8 +96,12 @@ def excitation(waves, excited, cosines, sines, excite, dexcite):
 
 
 @leaf
-def arose(contact, samples, segments, n, a):
-    """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch."""
+def arose(contact, grid, segments, n, a, slopes):
+    """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch.
+
+    ``a`` (mi,) and ``slopes`` (grid + 1,) are overwritten.
+    """
+    samples, cosines, sines = grid
     waves, A = contact.waves, contact.A
     m, g, stop = segments.path[n, MODE], segments.path[n, GUARD], segments.ends[n, 0]
     guard_of(contact, m, g, segments.zs[n, :A[A.shape[0] - 1, 0, MEMORY]], a)
@@ -105,7 +109,7 @@ def arose(contact, samples, segments, n, a):
     if bound == 0.0:
         return 0.0
     if samples == 0:
-        return overshoot(waves, a, stop)
+        return overshoot(waves, a, stop, cosines, sines, slopes)
     h = 2.0 * np.pi / samples
     top = value(waves, a, stop)
     if top[1] <= 0.0:
@@ -115,12 +119,12 @@ def arose(contact, samples, segments, n, a):
 
 
 @njit
-def threshold(contact, samples, segments, wanted):
+def threshold(contact, grid, segments, wanted, slopes):
     """Return the height up to which events are ignored so that about ``wanted`` of them are left."""
     events = segments.counts[0] - 1
     a, heights = np.empty(contact.waves.size), np.empty(events)
     for n in range(events):
-        heights[n] = arose(contact, samples, segments, n, a)
+        heights[n] = arose(contact, grid, segments, n, a, slopes)
     for i in range(1, events):  # by insertion
         n = i
         while n > 0 and heights[n - 1] > heights[n]:
@@ -164,7 +168,8 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     M, G = contacts.shape[1] - 1, contacts.shape[2] - 1
     scratch, flags = np.empty((8, max(waves.size, M, G, zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
     p, tables = np.empty((waves[-1] + 1, 2)), np.empty((2, M, max(G, zs.shape[2]), nodes))
-    tabulated, space = Tabulated(U, V, dU, ddU, excite, dexcite), Space(scratch, flags, p, tables)
+    tabulated = Tabulated(U, V, dU, ddU, excite, dexcite, cosines, sines)
+    space = Space(scratch, flags, p, tables, np.empty(nodes))
     for k in range(len(contacts)):
         skip, touch, contact = 0.0, 0.0, Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
         segments = Segments(room.paths[k], room.ends[k], zs[k], sources[k], counts[k])
@@ -188,7 +193,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
                 if wanted == 0 and by < 0:
                     new = ALL
                 else:
-                    new = threshold(contact, samples, segments, wanted)
+                    new = threshold(contact, grid, segments, wanted, space.line)
                 if new <= skip:
                     break
                 skip = new

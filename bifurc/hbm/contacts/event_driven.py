@@ -184,9 +184,9 @@ def crest_on(waves, a, t, cosines, sines, slopes):
 
 
 @leaf
-def overshoot(waves, a, t):
-    """Return how high a guard would rise behind its zero at ``t``, as part of its size."""
-    return value(waves, a, crest(waves, a, t))[0] / size(a)
+def overshoot(waves, a, t, cosines, sines, slopes):
+    """Return how high a guard would rise behind its zero at ``t``, as part of its size; ``slopes`` as of `crest_on`."""
+    return value(waves, a, crest_on(waves, a, t, cosines, sines, slopes))[0] / size(a)
 
 
 @leaf
@@ -250,9 +250,9 @@ def exact(contact, tabulated, skip, touch, segments, space):
         Code of a `ContactStatus`.
     """
     waves, _, A, X, _, c, _ = contact
-    U, V, dU, dV, excite, dexcite = tabulated
+    U, V, dU, dV, excite, dexcite, cosines, sines = tabulated
     path, ends, zs, source, count = segments
-    scratch, flags, p, tables = space
+    scratch, flags, p, tables, line = space
     grid, most, own = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0]
     whole, Q = 2.0 * np.pi, own[PAIRS]
     a, g0, d0, g1, d1, offset = scratch[0, :waves.size], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
@@ -306,8 +306,9 @@ def exact(contact, tabulated, skip, touch, segments, space):
                         if not nearly:
                             continue
                         found = top
-                    if found < np.inf and ((skip > 0.0 and not nearly and overshoot(waves, a, found) < skip) or (
-                            period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
+                    if found < np.inf and (
+                            (skip > 0.0 and not nearly and overshoot(waves, a, found, cosines, sines, line) < skip) or (
+                                period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
                         ignored[g] = 1 if g1[g] >= 0.0 else 0
                         continue
                     if found < soonest:

@@ -11,7 +11,7 @@ from ..residual import arose
 from ..tables import GUARDS, KIND, MEMORY, SILENT
 from ..waves import size, value
 from .common import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, resting, virgin, writer
-from .event_driven import TURNED, crest_on, slopes_on, summit
+from .event_driven import TURNED, slopes_on, summit
 
 KINDS = 8  # of events, see `elements.EventKind`
 COUNT, OVERSHOOT, MISS, FIELDS = 0, 1, 2, 3
@@ -47,13 +47,7 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
         if n < count - 1 and A[m, 1 + path[n, GUARD], SILENT] == 0:
             kind = A[m, 1 + path[n, GUARD], KIND]
             out[kind, COUNT] += 1.0
-            if samples:
-                top = arose(contact, samples, segments, n, a)
-            else:
-                guard_of(contact, m, path[n, GUARD], zs[n, :Z], a)
-                top = size(a)
-                top = value(waves, a, crest_on(waves, a, stop, cosines, sines, slopes))[0] / top if top > 0.0 else 0.0
-            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], top)
+            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(contact, grid, segments, n, a, slopes))
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] > 0:
                 continue
