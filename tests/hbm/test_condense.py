@@ -8,7 +8,7 @@ from bifurc.elements import BaseMotion, CubicSpring, ElasticStop, HarmonicForce,
 from bifurc.elements.driven import Driven
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.condensation.condensed import Condensed
-from bifurc.hbm.condensation.receptance import BLOCKS, FACTORS, MODES, POLES
+from bifurc.hbm.condensation.receptance import BLOCKS, FACTORS, MODES, POLES, Changed
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.status import BalanceStatus, ContactStatus
 from bifurc.orbits.balance.harmonic_orbit import relative_residual
@@ -172,7 +172,7 @@ def test_core_that_changes_in_few_coordinates(damping, change):
     name, entries = CHANGES[change]
     system = chain(CONTACTS["two"][0], damping)
     changed = np.unique([place for i, j, _ in entries for place in (i, j)])
-    condensed = condensed_of(system, drives=True, sweep=True, changed=changed)
+    condensed = condensed_of(system, drives=True, sweep=True, changed=Changed(changed, ()))
     factors = condensed_of(system, drives=True)
 
     def moved(amount, omega):
@@ -188,6 +188,34 @@ def test_core_that_changes_in_few_coordinates(damping, change):
         for mine, true in zip(own[:4], other[:4], strict=True):
             np.testing.assert_allclose(mine, true, atol=1e-11 * np.abs(true).max())
         assert own.sign == other.sign and own.regular and not own.shift.any()
+
+
+def test_core_that_changes_and_keeps_its_modes():
+    """All of the damping and of the stiffness change with one number: only the numbers of the modes are new."""
+    system = chain(CONTACTS["two"][0])
+    M, C, K = system.mass, system.damping, system.stiffness
+    matrices = tuple(np.array([X, weight * X]) for X, weight in ((M, 0.0), (C, 1.0), (K, 1.0)))
+    condensed = condensed_of(system, drives=True, changed=Changed(np.arange(10), matrices))
+    assert condensed.linear._same_modes
+    factors = condensed_of(system, drives=True)
+    rng = np.random.default_rng(2)
+    load, none = rng.standard_normal((6, 10)) * (1.0 - 0.4j), np.zeros(6)
+
+    def moved(amount, omega):
+        return condensed.balance.parts.flat_of(System(M, (1.0 + amount) * C, (1.0 + amount**2) * K, system.elements, omega=omega))
+    for amount, omega in ((0.0, 0.3), (1.5, 0.3), (-0.6, 0.8)):
+        step = 1e-3
+        near = [moved(amount + i * step, omega * (1.0 + i * step)) for i in (-2, -1, 1, 2)]
+        slope = (near[0] - near[3] + 8.0 * (near[2] - near[1])) / (12.0 * step)
+        mine, true = (c.point(moved(amount, omega), slope, True) for c in (condensed, factors))
+        for own, other in zip(mine.linear[:4], true.linear[:4], strict=True):
+            np.testing.assert_allclose(own, other, atol=1e-11 * np.abs(other).max())
+        assert mine.linear.sign == true.linear.sign
+        np.testing.assert_allclose(condensed.linear.motion(mine.T, load, none, True), factors.linear.motion(true.T, load, none, True),
+                                   rtol=1e-9)
+    bent = np.array([K, np.diag(np.arange(10.0))])
+    other = condensed_of(system, changed=Changed(np.arange(10), (*matrices[:2], bent)))
+    assert not other.linear._same_modes
 
 
 def test_a_free_body_has_a_pole_at_zero_and_a_harmonic_on_it_is_held():

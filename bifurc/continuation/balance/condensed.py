@@ -10,7 +10,7 @@ import numpy as np
 
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed, Point
-from ...hbm.condensation.receptance import FEW
+from ...hbm.condensation.receptance import Changed
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import views
 from ...hbm.tables import Series, numbers_at
@@ -25,22 +25,33 @@ KEPT = 4  # sets of rows whose motions are kept, for the columns of a table
 def condensed_along(balance: Balance, path: BalancePath, like: Condensed | None = None) -> Condensed:
     """Return the equations in few coordinates for a branch along ``path``."""
     changed = changed_along(balance, path)
-    sweep = bool((path.index == 0).any()) if not len(changed) else len(changed) <= FEW
-    return Condensed(balance, True, sweep, like, changed)
+    sweep = changed.few if _moves(balance, path) else bool((path.index == 0).any())
+    return Condensed(balance, True, sweep, like, changed if _moves(balance, path) else None)
 
 
-def changed_along(balance: Balance, path: BalancePath) -> np.ndarray:
-    """Return the coordinates among which mass, damping or stiffness change along a path."""
+def _moves(balance: Balance, path: BalancePath) -> bool:
+    """Return whether mass, damping or stiffness change along a path."""
     n = balance.layout.n  # they follow the frequency, see `hbm.parts.Numbers`
-    entries = path.index[(path.index > 0) & (path.index <= 3 * n * n)] - 1
-    return np.unique(np.concatenate([entries // n % n, entries % n]))
+    return bool(((path.index > 0) & (path.index <= 3 * n * n)).any())
+
+
+def changed_along(balance: Balance, path: BalancePath) -> Changed:
+    """Return how mass, damping and stiffness change along a path, by the coefficients of its series."""
+    n = balance.layout.n
+    core = (path.index > 0) & (path.index <= 3 * n * n)
+    entries = path.index[core] - 1
+    matrices = np.zeros((path.series.shape[1], 3 * n * n))
+    matrices[0] = path.base[1:1 + 3 * n * n]
+    matrices[:, entries] = path.series[core].T
+    coordinates = np.unique(np.concatenate([entries // n % n, entries % n]))
+    return Changed(coordinates, tuple(matrices.reshape(-1, 3, n, n).swapaxes(0, 1)))
 
 
 class Along:
     """Numbers of a condensed balance along a path, with what was asked last."""
 
     def __init__(self, condensed: Condensed, path: BalancePath):
-        self.condensed, self.path, self.moved = condensed, path, len(changed_along(condensed.balance, path)) > 0
+        self.condensed, self.path, self.moved = condensed, path, _moves(condensed.balance, path)
         self.flat, self._dflat = path.base.copy(), np.zeros_like(path.base)
         shape = condensed.balance.parts.shape
         self._named = views(self.flat, shape), views(self._dflat, shape)

@@ -17,7 +17,7 @@ from ..balance import Balance
 from ..layout import Layout
 from ..parts import Numbers, Parts, length, views
 from ..status import ContactStatus
-from .receptance import LinearPart, Receptance, packed, phasors
+from .receptance import Changed, LinearPart, Receptance, packed, phasors
 
 DEPENDENT = 1e-12  # relative size below which a row is a combination of others
 
@@ -48,8 +48,8 @@ class Condensed:
         Whether many frequencies will be asked, see `LinearPart`.
     like : Condensed, optional
         Whose eigenvectors are shared if the core is the same.
-    changed : ndarray of int, optional
-        Coordinates among which the core will change, see `LinearPart`.
+    changed : Changed, optional
+        How the core will change, see `LinearPart`.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Condensed:
     linear: LinearPart
 
     def __init__(self, balance: Balance, drives: bool = False, sweep: bool = False, like: "Condensed | None" = None,
-                 changed=None):
+                 changed: Changed | None = None):
         parts = balance.parts
         if parts.held:
             raise ValueError(f"Condensed: {parts.held[0].name} is set-valued; use hbm.setvalued_condensed")

@@ -14,7 +14,8 @@ Four ways, for n degrees of freedom, m rows and K harmonics, all exact:
 * one factorisation a harmonic, O(K n^3): for a single frequency, and where none of the others is accurate.
 
 Where a parameter changes the core in r coordinates alone, the first three serve the core as it was, and the rest is a system of
-size r a harmonic (Woodbury).
+size r a harmonic (Woodbury); where it changes all of it but leaves the modes as they are (a damping ratio, a modulus), only the
+numbers of the modes are new.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -228,9 +229,27 @@ def _first_order(M, C, K) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return A, shapes, size
 
 
+def _diagonal(matrices) -> bool:
+    """Whether matrices (k, n, n) are diagonal but for the rounding of the largest."""
+    rest = matrices * (1.0 - np.eye(matrices.shape[-1]))
+    return float(np.abs(rest).max()) <= MODAL * float(np.abs(matrices).max())
+
+
 def _clean(matrix) -> np.ndarray:
     """Return a matrix without entries that are rounding, to which the eigenvalue solver's scaling would give weight."""
     return np.where(np.abs(matrix) > 4e-16 * np.abs(matrix).max(), matrix, 0.0)
+
+
+class Changed(NamedTuple):
+    """How mass, damping and stiffness change along a parameter."""
+
+    coordinates: np.ndarray  # int (r,) among which they do
+    matrices: tuple[np.ndarray, ...]  # (k, n, n) of mass, damping, stiffness: those along the parameter are their combinations
+
+    @property
+    def few(self) -> bool:
+        """Whether an update pays."""
+        return 0 < len(self.coordinates) <= FEW
 
 
 class LinearPart:
@@ -250,12 +269,12 @@ class LinearPart:
         Whether many frequencies will be asked, for which poles pay.
     like : LinearPart, optional
         Whose eigenvectors are shared if the core is the same.
-    changed : ndarray of int, optional
-        Coordinates among which mass, damping and stiffness will change, where that is known; few of them.
+    changed : Changed, optional
+        How mass, damping and stiffness will change, where that is known.
     """
 
     def __init__(self, T: Numbers, layout: Layout, rows, outputs, sweep: bool = False, like: "LinearPart | None" = None,
-                 changed=None):
+                 changed: "Changed | None" = None):
         self.M, self.C, self.K, self.layout, self.rows, self.outputs = T.M, T.C, T.K, layout, rows, outputs
         self.harmonics = np.array(layout.harmonics) * 1.0
         known: Terms | None = like.terms if like is not None and self.same_core(like) else None
@@ -270,9 +289,11 @@ class LinearPart:
         self._spring = np.where(self.harmonics == 0.0, top, 1j * top)  # constant, or its slopes would be needed
         self._kept: tuple | None = None
         self.changed, self._before = np.empty(0, int), None
-        if changed is not None and 0 < len(changed) <= FEW and self.terms is not None:  # their receptances in the core as it is
-            self.changed, m = np.asarray(changed), len(rows)
-            inner = np.concatenate([rows, np.eye(len(self.M))[changed]])
+        self._same_modes = bool(changed is not None and changed.matrices and self.terms is not None and self.terms.name == MODES
+                                and all(_diagonal(self.terms.into @ X @ self.terms.out) for X in changed.matrices))
+        if changed is not None and changed.few and self.terms is not None and not self._same_modes:
+            self.changed, m = changed.coordinates, len(rows)  # their receptances in the core as it is
+            inner = np.concatenate([rows, np.eye(len(self.M))[self.changed]])
             self._before = LinearPart(T, layout, inner, np.concatenate([inner, outputs[m:]]), True, self)
             static = self.stiffnesses(T, False) if layout.mean else ()
             self._static_sign = next((float(np.linalg.slogdet(Z.real)[0]) for Z in static), 1.0)
@@ -293,6 +314,8 @@ class LinearPart:
 
         ``moved``: the core is that of ``T`` and changes with ``dT``; else both are taken to be the own core, and still.
         """
+        if moved and self._same_modes:
+            return self._summed(T, dT, self._renewed(T), self._renewed(dT), True)
         if moved:
             return self._direct(T, dT, range(len(self.harmonics)), True) if self._before is None else self._updated(T, dT)
         if self._kept is not None and all(np.array_equal(a, b) for a, b in zip(self._kept[0], (T.omega, dT.omega, T.E, dT.E),
@@ -315,12 +338,24 @@ class LinearPart:
             worst = max(worst, float((np.abs(Z @ X - self.rows.T).max(axis=0) / (np.abs(Z) @ np.abs(X)).max(axis=0)).max()))
         return worst
 
-    def _summed(self, T, dT) -> Receptance:
-        """Return receptances from the terms; harmonics at an undamped resonance from direct solutions."""
-        terms = self.terms
-        assert terms is not None
-        left, pairs = self._seen(terms)
-        d, near, slope = terms.divisors(self.harmonics * T.omega[0])
+    def _renewed(self, T) -> Terms:
+        """Return the terms of modes for other matrices, which they diagonalise, or for derivatives of such matrices."""
+        assert self.terms is not None
+        ones = self.terms.out.sum(axis=1)  # of a diagonal matrix times ones is its diagonal
+        a, b, c = (self.terms.into @ (X @ ones) for X in (T.K, T.C, T.M))
+        return replace(self.terms, a=a, b=b, c=c)
+
+    def _summed(self, T, dT, terms: Terms | None = None, change: Terms | None = None, moved: bool = False) -> Receptance:
+        """Return receptances from the terms; harmonics at an undamped resonance from direct solutions.
+
+        ``terms``, ``change``: those of ``T`` and their derivatives, where the core moves.
+        """
+        own = self.terms
+        assert own is not None
+        terms = own if terms is None else terms
+        left, pairs = self._seen(own)
+        w = self.harmonics * T.omega[0]
+        d, near, slope = terms.divisors(w)
         inverse = 1.0 / d
         o, m = len(self.outputs), len(self.rows)
         H, free = (inverse @ pairs).reshape(-1, o, m), np.zeros((len(d), o), complex)
@@ -329,16 +364,20 @@ class LinearPart:
         excited, turned = load.any(axis=1), turn.any(axis=1)  # few of the harmonics
         load = load[excited] @ terms.into.T
         free[excited] = (inverse[excited] * load) @ left.T
-        if dT.omega[0]:
-            change = (-dT.omega[0] * self.harmonics)[:, None] * slope * inverse * inverse
-            dH, dfree[excited] = (change @ pairs).reshape(-1, o, m), (change[excited] * load) @ left.T
+        if dT.omega[0] or change is not None:
+            slope = (dT.omega[0] * self.harmonics)[:, None] * slope
+            if change is not None:
+                slope = slope + change.a - np.multiply.outer(w * w, change.c) + 1j * np.multiply.outer(w, change.b)
+            slope = -slope * inverse * inverse
+            dH, dfree[excited] = (slope @ pairs).reshape(-1, o, m), (slope[excited] * load) @ left.T
         if turned.any():
             dfree[turned] += (inverse[turned] * (turn[turned] @ terms.into.T)) @ left.T
         if terms.clusters is not None:
             self._clustered(T, dT, terms.clusters, H, free, dH, dfree)
-        found = Receptance(H, free, dH, dfree, np.zeros(len(d), complex), True, 1.0)
+        sign = 1.0 if not moved or np.count_nonzero(terms.a < 0.0) % 2 == 0 else -1.0
+        found = Receptance(H, free, dH, dfree, np.zeros(len(d), complex), True, sign)
         if near.any():
-            other = self._direct(T, dT, np.flatnonzero(near), False, True)
+            other = self._direct(T, dT, np.flatnonzero(near), moved, True)
             for mine, others in zip(found[:5], other[:5], strict=True):
                 mine[near] = others[near]
             found = found._replace(regular=other.regular)
@@ -488,8 +527,8 @@ class LinearPart:
     def motion(self, T: Numbers, load, shift, moved: bool, transposed: bool = False) -> np.ndarray:
         """Return q (K, n) with (Z_k + shift_k B^T B) q_k = load_k (K, n), or the same with the transposed matrix."""
         out, left = np.zeros((len(load), len(self.M)), complex), np.ones(len(load), bool)
-        if self.terms is not None and not moved:
-            d, near, _ = self.terms.divisors(self.harmonics * T.omega[0])
+        if self.terms is not None and (not moved or self._same_modes):
+            d, near, _ = (self._renewed(T) if moved else self.terms).divisors(self.harmonics * T.omega[0])
             into, back = (self.terms.out.T, self.terms.into.T) if transposed else (self.terms.into, self.terms.out)
             out = ((load @ into.T) / d) @ back.T
             if self.terms.clusters is not None:

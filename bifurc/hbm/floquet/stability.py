@@ -77,7 +77,7 @@ def multipliers_along(problem, xs) -> np.ndarray | None:
             alike.setdefault(kept[i].tobytes(), []).append(i)
         for where in alike.values():
             place = np.flatnonzero(kept[where[0]])
-            own = matrices[where] if len(place) == matrices.shape[1] else matrices[np.ix_(where, place, place)]
+            own = matrices[where] if len(place) == matrices.shape[1] else matrices[where][:, place[:, None], place]
             for j, mu in zip(where, ordered(np.linalg.eigvals(own)), strict=True):
                 found[first + j] = mu
     out = np.zeros((len(rows), max((len(mu) for mu in found if mu is not None), default=0)), complex)
