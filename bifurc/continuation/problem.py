@@ -487,7 +487,7 @@ class Problem:
         Returns
         -------
         made : list of Row
-            Behind the last row, in order (`steps.rows.followed`); see `solve.steplaw` for the rules. No sign changes in them.
+            Behind the last row, in order (`steps.rows.followed`); see `solve.steprun` for the rules. No sign changes in them.
         corrected : Corrected or None
             Correction of the step that comes next, which needs a look; None where it was not tried.
         """

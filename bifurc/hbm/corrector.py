@@ -1,21 +1,25 @@
-"""One compiled call a continuation step: Newton in the bordered system, the tangent, the determinant, margins of events.
+"""One compiled call for one continuation step or many: Newton in the bordered system, tangent, determinant, margins of events.
 
-The same iteration as `continuation.problem.Problem.correct`, whose stopping rules it shares.
+The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it; and steps in which
+nothing lies, one after the other, by the rules of `solve.steprun`.
 """
 from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import both, leaf
+from .._jit import both, inlined, leaf
 from ..solve.dense import lu, lu_solve
+from ..solve.steprun import BACK, BEYOND, HIGH, LAST_ROW, LENGTH, LOW, MADE, MOST, foretold, looked_at, taken
 from .contacts.common import FOLLOWED, Contact, Segments
-from .contacts.margins import FAR, margins
+from .contacts.margins import FAR, MISS, OVERSHOOT, margins
 from .residual import kept, linearised, motion
 from .tables import Grid, Room, Series, expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
 SMALL = 1e-10  # a correction this small is followed by one of the order of its square
+TAIL = 100.0  # times rounding: a correction this small is the last, and leaves derivatives and tangent as they are
+UNSEEN = -0.05  # monitors are cut off below: far from zero they are constant, so that no pair of zeros is looked for
 CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, CONTACTS, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
 
@@ -29,9 +33,22 @@ class Found(NamedTuple):
     events: np.ndarray  # (KINDS, FIELDS) margins of events at the point
 
 
-@both
-def correct(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, fixed, scale, found: Found):
-    """Correct ``start`` (size + 1,) onto the branch; write what is ``found``.
+class Run(NamedTuple):
+    """What a run of steps reads and writes, see `solve.steprun`; without ``rows`` one point is corrected."""
+
+    before: np.ndarray  # (2, size + 1) point and tangent of the row before the one where it begins
+    kinds: np.ndarray  # int (k,): of the events whose margins are monitors
+    run: np.ndarray
+    tests: np.ndarray  # (TESTS, 1 + 2 k)
+    rows: np.ndarray  # (most, 2 (size + 1) + 1 + 2 k + TOLD)
+
+
+ONCE = Run(np.empty((0, 0)), np.empty(0, np.int64), np.empty(0), np.empty((0, 0)), np.empty((0, 0)))
+
+
+@inlined
+def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale, found):
+    """Correct ``start`` (size + 1,), in a plane through ``plane`` (size + 1,), onto the branch; write what is ``found``.
 
     Parameters
     ----------
@@ -78,13 +95,8 @@ def correct(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent,
             return CONTACTS
         biggest, small, size_log = 0.0, True, 0.0
         for i in range(size):
-            floor, f, top = 0.0, abs(room.f[i]), 1e-300
-            for j in range(size + 1):
-                w = room.wide[i, j]
-                floor += abs(w * x[j])
-                w *= scale[j]
-                matrix[i, j] = w
-                top = max(top, abs(w))
+            floor, top = scaled(room.wide[i], x, scale, matrix[i])
+            f = abs(room.f[i])
             size_log += np.log(top)
             if not np.isfinite(f + floor):
                 return NOT_FINITE
@@ -118,6 +130,8 @@ def correct(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent,
             x[i] -= scale[i] * right[i]
         if fixed:
             x[size] = p
+        if length <= TAIL * rounding:  # the next would be below rounding, and the derivatives are as good
+            break
     if not kept(listed, room.sources, room.counts):
         return OTHER_ORDER
     if fixed and sign != 0.0:
@@ -138,11 +152,79 @@ def correct(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent,
             sign, log = 0.0, -np.inf
     moved = 0.0
     for i in range(size + 1):
-        moved += ((x[i] - start[i]) / scale[i])**2
+        moved += ((x[i] - plane[i]) / scale[i])**2
     # the determinant of rows of unit size: that of the plain one grows by orders in a step, with the squares of harmonics
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = contraction, np.sqrt(moved), sign, log - size_log
     watched(S, R, flat, dflat, x[:size], grid, room, events)
     return CONVERGED
+
+
+@both
+def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, fixed, scale, found: Found, steps: Run):
+    """`correct` once where ``steps`` has no rows; otherwise go step by step along the branch until one needs a look.
+
+    The run begins at ``start`` with the tangent there; arguments else as of `correct`.  At the end ``found`` belongs to the step
+    that needs a look.
+
+    Returns
+    -------
+    int
+        As `correct`; BEYOND, LAST_ROW.
+    """
+    before, kinds, run, tests, rows = steps
+    x, new, info, events = found
+    most = rows.shape[0]
+    if most == 0:
+        return correct(S, R, along, grid, listed, room, start, start, tangent, fixed, scale, found)
+    last, old, n = start.copy(), tangent.copy(), start.size - 1
+    predicted, guess, values = start.copy(), start.copy(), np.empty(tests.shape[1])
+    for made in range(most):
+        run[MADE] = made
+        run[LENGTH] = min(run[LENGTH], run[MOST])
+        foretold(before[0], before[1], last, old, scale, run[BACK], run[LENGTH], predicted, guess)
+        if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
+            return BEYOND
+        status = correct(S, R, along, grid, listed, room, guess, predicted, old, fixed, scale, found)
+        if status != CONVERGED or info[DET_SIGN] == 0.0:
+            return status
+        values[0] = new[n]
+        for k in range(kinds.size):
+            values[1 + 2 * k] = max(events[kinds[k], MISS], UNSEEN)
+            values[2 + 2 * k] = max(-events[kinds[k], OVERSHOOT], UNSEEN)
+        count, sign, log = int(info[ITERATIONS]), info[DET_SIGN], info[DET_LOG]
+        length, angle, misfit = looked_at(last, old, x, predicted, new, scale, values, count, sign, log, run, tests)
+        if length == 0.0:
+            return status
+        taken(x, new, values, length, angle, misfit, count, info[RESIDUAL], sign, log, run, tests, rows[made])
+        for j in range(n + 1):
+            before[0, j], before[1, j] = last[j], old[j]
+            last[j], old[j] = x[j], new[j]
+    run[MADE] = most
+    return LAST_ROW
+
+
+@leaf
+def scaled(row, x, scale, out):
+    """Write a row of derivatives by scaled unknowns; return the size of its terms at ``x``, and its largest entry."""
+    n = out.size
+    m = n - n % 4
+    f0, f1, f2, f3 = 0.0, 0.0, 0.0, 0.0
+    t0, t1, t2, t3 = 1e-300, 1e-300, 1e-300, 1e-300
+    for j in range(0, m, 4):
+        f0 += abs(row[j] * x[j])
+        f1 += abs(row[j + 1] * x[j + 1])
+        f2 += abs(row[j + 2] * x[j + 2])
+        f3 += abs(row[j + 3] * x[j + 3])
+    for j in range(m, n):
+        f0 += abs(row[j] * x[j])
+    for j in range(n):
+        out[j] = row[j] * scale[j]
+    for j in range(0, m, 4):
+        t0, t1 = max(t0, abs(out[j])), max(t1, abs(out[j + 1]))
+        t2, t3 = max(t2, abs(out[j + 2])), max(t3, abs(out[j + 3]))
+    for j in range(m, n):
+        t0 = max(t0, abs(out[j]))
+    return (f0 + f1) + (f2 + f3), max(max(t0, t1), max(t2, t3))
 
 
 @leaf

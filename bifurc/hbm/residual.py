@@ -7,6 +7,7 @@ Derivatives are exact, also that by a parameter of the system, given the derivat
 import numpy as np
 
 from .._jit import both, leaf, njit
+from ..solve.dense import lessened
 from .contacts.common import (
     FOLLOWED,
     GUARD,
@@ -36,40 +37,48 @@ ALL = 2.0  # above the height of any event
 
 
 @leaf
-def synthesised(waves, cosines, sines, c, U, dU, ddU, twice, half):
+def summed(factors, table, count, out):
+    """Write the sum of the first ``count`` columns of a table's rows (nk, .) with ``factors`` (nk,); four rows at a time."""
+    m = factors.size - factors.size % 4
+    for n in range(count):
+        out[n] = 0.0
+    for i in range(0, m, 4):
+        a0, a1, a2, a3 = factors[i], factors[i + 1], factors[i + 2], factors[i + 3]
+        t0, t1, t2, t3 = table[i], table[i + 1], table[i + 2], table[i + 3]
+        for n in range(count):
+            out[n] += a0 * t0[n] + a1 * t1[n] + a2 * t2[n] + a3 * t3[n]
+    for i in range(m, factors.size):
+        a0, t0 = factors[i], table[i]
+        for n in range(count):
+            out[n] += a0 * t0[n]
+
+
+@leaf
+def synthesised(waves, cosines, sines, c, U, dU, ddU, twice, half, factors):
     """Write values and derivatives by phase of the rows ``c`` (nr, mi) on a grid, from its tables (nk, grid + 1).
 
     The grid is its own mirror image about half the period: there cosines repeat, and sines change their sign.
-    ``half`` (6, grid // 2 + 1) is overwritten.
+    ``half`` (6, grid // 2 + 1) and ``factors`` (6, nk) are overwritten.
     """
     last = cosines.shape[1] - 1
     count = last // 2 + 1
     even, odd, deven, dodd, ddeven, ddodd = half[0], half[1], half[2], half[3], half[4], half[5]
     for row in range(len(c)):
-        for n in range(count):
-            even[n], odd[n], deven[n], dodd[n], ddeven[n], ddodd[n] = c[row, 0], 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(1, waves.size, 2):
             k, i = waves[j], j // 2
             a, b = c[row, j], c[row, j + 1]
-            if a == 0.0 and b == 0.0:
-                continue
-            ka, kb = k * a, k * b
-            for n in range(count):
-                co, si = cosines[i, n], sines[i, n]
-                even[n] += a * co
-                odd[n] += b * si
-                deven[n] += kb * co
-                dodd[n] += ka * si
-            if twice:
-                ka *= k
-                kb *= k
-                for n in range(count):
-                    ddeven[n] += ka * cosines[i, n]
-                    ddodd[n] += kb * sines[i, n]
+            factors[0, i], factors[1, i], factors[2, i], factors[3, i] = a, b, k * b, k * a
+            factors[4, i], factors[5, i] = k * (k * a), k * (k * b)
+        summed(factors[0], cosines, count, even)
+        summed(factors[1], sines, count, odd)
+        summed(factors[2], cosines, count, deven)
+        summed(factors[3], sines, count, dodd)
         for n in range(count):
-            U[row, last - n], dU[row, last - n] = even[n] - odd[n], deven[n] + dodd[n]
-            U[row, n], dU[row, n] = even[n] + odd[n], deven[n] - dodd[n]
+            U[row, last - n], dU[row, last - n] = c[row, 0] + (even[n] - odd[n]), deven[n] + dodd[n]
+            U[row, n], dU[row, n] = c[row, 0] + (even[n] + odd[n]), deven[n] - dodd[n]
         if twice:
+            summed(factors[4], cosines, count, ddeven)
+            summed(factors[5], sines, count, ddodd)
             for n in range(count):
                 ddU[row, last - n], ddU[row, n] = ddodd[n] - ddeven[n], -ddeven[n] - ddodd[n]
 
@@ -87,8 +96,12 @@ def excitation(waves, excited, cosines, sines, excite, dexcite):
 
 
 @leaf
-def arose(contact, samples, segments, n, a):
-    """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch."""
+def arose(contact, grid, segments, n, a, slopes):
+    """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch.
+
+    ``a`` (mi,) and ``slopes`` (grid + 1,) are overwritten.
+    """
+    samples, cosines, sines = grid
     waves, A = contact.waves, contact.A
     m, g, stop = segments.path[n, MODE], segments.path[n, GUARD], segments.ends[n, 0]
     guard_of(contact, m, g, segments.zs[n, :A[A.shape[0] - 1, 0, MEMORY]], a)
@@ -96,7 +109,7 @@ def arose(contact, samples, segments, n, a):
     if bound == 0.0:
         return 0.0
     if samples == 0:
-        return overshoot(waves, a, stop)
+        return overshoot(waves, a, stop, cosines, sines, slopes)
     h = 2.0 * np.pi / samples
     top = value(waves, a, stop)
     if top[1] <= 0.0:
@@ -106,12 +119,12 @@ def arose(contact, samples, segments, n, a):
 
 
 @njit
-def threshold(contact, samples, segments, wanted):
+def threshold(contact, grid, segments, wanted, slopes):
     """Return the height up to which events are ignored so that about ``wanted`` of them are left."""
     events = segments.counts[0] - 1
     a, heights = np.empty(contact.waves.size), np.empty(events)
     for n in range(events):
-        heights[n] = arose(contact, samples, segments, n, a)
+        heights[n] = arose(contact, grid, segments, n, a, slopes)
     for i in range(1, events):  # by insertion
         n = i
         while n > 0 and heights[n - 1] > heights[n]:
@@ -141,7 +154,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     X, loose = expressions(S, flat)
     grids = np.empty((4, nr, nodes))
     U, dU, ddU, V = grids[0], grids[1], grids[2], grids[3]
-    synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0, np.empty((6, nodes // 2 + 1)))
+    synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0, np.empty((6, nodes // 2 + 1)), np.empty((6, len(cosines))))
     rate = flat[0]
     for row in range(nr):
         for n in range(nodes):
@@ -155,7 +168,8 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     M, G = contacts.shape[1] - 1, contacts.shape[2] - 1
     scratch, flags = np.empty((8, max(waves.size, M, G, zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
     p, tables = np.empty((waves[-1] + 1, 2)), np.empty((2, M, max(G, zs.shape[2]), nodes))
-    tabulated, space = Tabulated(U, V, dU, ddU, excite, dexcite), Space(scratch, flags, p, tables)
+    tabulated = Tabulated(U, V, dU, ddU, excite, dexcite, cosines, sines)
+    space = Space(scratch, flags, p, tables, np.empty(nodes))
     for k in range(len(contacts)):
         skip, touch, contact = 0.0, 0.0, Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
         segments = Segments(room.paths[k], room.ends[k], zs[k], sources[k], counts[k])
@@ -179,7 +193,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
                 if wanted == 0 and by < 0:
                     new = ALL
                 else:
-                    new = threshold(contact, samples, segments, wanted)
+                    new = threshold(contact, grid, segments, wanted, space.line)
                 if new <= skip:
                     break
                 skip = new
@@ -242,6 +256,14 @@ def assembled(S, R, flat, dflat, x, F, J, slopes, f, wide):
             f[i * n + a] = total
             wide[i * n + a, size] = slope
     if not slopes:
+        return
+    if n == 1 and m == mi:  # of one coordinate slots lie side by side
+        for r in range(nr):
+            for t in range(nr):
+                weight = R[r, 0] * R[t, 0]
+                if weight != 0.0:
+                    for i in range(m):
+                        lessened(wide[i, :m], weight, J[r, i, t, :m])
         return
     for r in range(nr):
         for a in range(n):
@@ -313,7 +335,7 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     if status != FOLLOWED:
         return status
     mi, L = waves.size, room.spectra.shape[3]
-    D, p, B = np.empty((L, 2)), np.empty((waves[-1] + 1, 2)), np.empty((place.size, mi))
+    D, p, line = np.empty((L, 2)), np.empty((waves[-1] + 1, 2)), np.empty(mi)
     Q = S[PAIRED]
     scratch = Scratch(np.empty((4, Q * mi + 1)), p, np.empty((S[MODES], L, 2)), np.empty((3, L, 2)),
                       np.empty((S[MEMORIES], Q * mi + 1)))
@@ -323,6 +345,6 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
         gather(Contact(waves, excited, contacts[k], X[k], loose[k], c, v), Slopes(dX[k], dloose[k], flat[0], cp, vp), place,
                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid.samples, D, slopes, sums,
                scratch)
-    joined(waves, place, flat[0], signals, slopes, sums, B)
+    joined(waves, place, flat[0], signals, slopes, sums, line)
     assembled(S, R, flat, dflat, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

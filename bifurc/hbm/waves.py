@@ -8,15 +8,19 @@ from .._jit import leaf
 def powers(theta, count, out):
     """Write e^{i l theta}, l = 0 .. count - 1, into ``out`` (count, 2) as cosine and sine.
 
-    Every eighth is computed, the others follow by rotation: no error grows along the list.
+    The list is doubled by one product until it is full: its error is that of rounding l theta.
     """
-    c1, s1 = np.cos(theta), np.sin(theta)
-    c, s = 1.0, 0.0
-    for l in range(count):
-        if l % 8 == 0:
-            c, s = np.cos(l * theta), np.sin(l * theta)
-        out[l, 0], out[l, 1] = c, s
-        c, s = c * c1 - s * s1, s * c1 + c * s1
+    out[0, 0], out[0, 1] = 1.0, 0.0
+    if count > 1:
+        out[1, 0], out[1, 1] = np.cos(theta), np.sin(theta)
+    known = 2
+    while known < count:
+        half = known // 2
+        c0, s0 = out[half, 0], out[half, 1]
+        c, s = c0 * c0 - s0 * s0, 2.0 * c0 * s0
+        for l in range(min(known, count - known)):
+            out[known + l, 0], out[known + l, 1] = out[l, 0] * c - out[l, 1] * s, out[l, 1] * c + out[l, 0] * s
+        known *= 2
 
 
 @leaf
@@ -48,6 +52,24 @@ def value(waves, a, theta):
     """Return value and first derivative by phase of the polynomial ``a`` (mi,) at one phase."""
     g0, g1 = a[0], 0.0
     c1, s1 = np.cos(theta), np.sin(theta)
+    n = a.size // 2
+    if waves[a.size - 1] == n:  # all harmonics: odd and even ones in turn, so that neither waits for the other
+        h0, h1 = 0.0, 0.0
+        c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
+        ca, sa, cb, sb = c1, s1, c2, s2
+        for j in range(1, a.size - 2, 4):
+            k = waves[j]
+            g0 += a[j] * ca + a[j + 1] * sa
+            g1 += k * (a[j + 1] * ca - a[j] * sa)
+            h0 += a[j + 2] * cb + a[j + 3] * sb
+            h1 += (k + 1) * (a[j + 3] * cb - a[j + 2] * sb)
+            ca, sa = ca * c2 - sa * s2, sa * c2 + ca * s2
+            cb, sb = cb * c2 - sb * s2, sb * c2 + cb * s2
+        if n % 2 == 1:
+            j = a.size - 2
+            g0 += a[j] * ca + a[j + 1] * sa
+            g1 += n * (a[j + 1] * ca - a[j] * sa)
+        return g0 + h0, g1 + h1
     c, s, last = 1.0, 0.0, 0
     for j in range(1, a.size, 2):
         k = waves[j]
@@ -82,39 +104,42 @@ def turn(waves, a, theta):
 @leaf
 def size(a):
     """Return a bound on the polynomial ``a`` (mi,)."""
-    total = abs(a[0])
-    for j in range(1, a.size, 2):
-        total += np.sqrt(a[j] * a[j] + a[j + 1] * a[j + 1])
-    return total
+    s0, s1, s2, s3 = abs(a[0]), 0.0, 0.0, 0.0
+    last = 1 + (a.size - 1) // 8 * 8
+    for j in range(1, last, 8):
+        s0 += np.sqrt(a[j] * a[j] + a[j + 1] * a[j + 1])
+        s1 += np.sqrt(a[j + 2] * a[j + 2] + a[j + 3] * a[j + 3])
+        s2 += np.sqrt(a[j + 4] * a[j + 4] + a[j + 5] * a[j + 5])
+        s3 += np.sqrt(a[j + 6] * a[j + 6] + a[j + 7] * a[j + 7])
+    for j in range(last, a.size, 2):
+        s0 += np.sqrt(a[j] * a[j] + a[j + 1] * a[j + 1])
+    return (s0 + s1) + (s2 + s3)
 
 
 @leaf
-def spectrum(T, waves, place, m, out):
-    """Add to ``out`` (slots, mi) how multiplication by a signal with spectrum ``T`` acts: Toeplitz and Hankel parts.
+def spectrum_row(T, waves, a, out):
+    """Write how multiplication by a signal with spectrum ``T`` acts on slot ``a``: ``out`` (mi,), Toeplitz and Hankel parts.
 
     T (L, 2) holds (1/2 pi) times the integrals of signal cos l theta and signal sin l theta, l up to twice the top harmonic.
     """
-    for i in range(m):
-        a = place[i]
-        j = waves[a]
-        sine = a > 0 and a % 2 == 0
-        if a == 0:
-            out[i, 0] += T[0, 0]
-            for b in range(1, waves.size, 2):
-                k = waves[b]
-                out[i, b] += T[k, 0]
-                out[i, b + 1] += T[k, 1]
-        elif sine:
-            out[i, 0] += 2.0 * T[j, 1]
-            for b in range(1, waves.size, 2):
-                k = waves[b]
-                d = j - k
-                out[i, b] += T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
-                out[i, b + 1] += T[abs(d), 0] - T[j + k, 0]
-        else:
-            out[i, 0] += 2.0 * T[j, 0]
-            for b in range(1, waves.size, 2):
-                k = waves[b]
-                d = k - j
-                out[i, b] += T[abs(d), 0] + T[j + k, 0]
-                out[i, b + 1] += T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
+    j = waves[a]
+    if a == 0:
+        out[0] = T[0, 0]
+        for b in range(1, waves.size, 2):
+            k = waves[b]
+            out[b] = T[k, 0]
+            out[b + 1] = T[k, 1]
+    elif a % 2 == 0:  # sine
+        out[0] = 2.0 * T[j, 1]
+        for b in range(1, waves.size, 2):
+            k = waves[b]
+            d = j - k
+            out[b] = T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
+            out[b + 1] = T[abs(d), 0] - T[j + k, 0]
+    else:
+        out[0] = 2.0 * T[j, 0]
+        for b in range(1, waves.size, 2):
+            k = waves[b]
+            d = k - j
+            out[b] = T[abs(d), 0] + T[j + k, 0]
+            out[b + 1] = T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])

@@ -5,7 +5,9 @@ does not spoil the pivot order.  Measured on 4 x 4: a threaded LAPACK call costs
 """
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf, njit
+
+BLOCKED = 24  # size from which on the arithmetic is more than the memory it walks through
 
 
 @njit
@@ -22,6 +24,8 @@ def lu(a, pivot):
         if not (0.0 < top < np.inf):
             return 0.0, -np.inf
         scale[i] = 1.0 / top
+    if n >= BLOCKED:
+        return blocked(a, pivot, scale)
     for k in range(n):
         best, row = -1.0, k
         for i in range(k, n):
@@ -49,6 +53,79 @@ def lu(a, pivot):
     return sign, log
 
 
+@leaf
+def blocked(a, pivot, scale):
+    """Do what `lu` does, four columns at a time: each number is the same, but rows are read and written a quarter as often."""
+    n = a.shape[0]
+    sign = 1.0
+    log = 0.0
+    for first in range(0, n, 4):
+        last = min(first + 4, n)
+        for k in range(first, last):
+            best, row = -1.0, k
+            for i in range(k, n):
+                size = abs(a[i, k]) * scale[i]
+                if size > best:
+                    best, row = size, i
+            pivot[k] = row
+            if row != k:
+                sign = -sign
+                scale[row] = scale[k]
+                for j in range(n):
+                    a[k, j], a[row, j] = a[row, j], a[k, j]
+            d = a[k, k]
+            if d == 0.0 or not np.isfinite(d):
+                return 0.0, -np.inf
+            if d < 0.0:
+                sign = -sign
+            log += np.log(abs(d))
+            for i in range(k + 1, n):
+                r = a[i, k] / d
+                a[i, k] = r
+                for j in range(k + 1, last):
+                    a[i, j] -= r * a[k, j]
+        if last == n:
+            break
+        for k in range(first + 1, last):
+            for i in range(first, k):
+                lessened(a[k, last:], a[k, i], a[i, last:])
+        for i in range(last, n):
+            lessened_by_four(a[i, last:], a[i, first:last], a[first, last:], a[first + 1, last:], a[first + 2, last:],
+                             a[first + 3, last:])
+    return sign, log
+
+
+@leaf
+def lessened(row, r, other):
+    """Subtract a multiple of another row."""
+    for j in range(row.size):
+        row[j] -= r * other[j]
+
+
+@leaf
+def lessened_by_four(row, r, u0, u1, u2, u3):
+    """Subtract multiples of four rows, one after the other."""
+    r0, r1, r2, r3 = r[0], r[1], r[2], r[3]
+    for j in range(row.size):
+        row[j] = row[j] - r0 * u0[j] - r1 * u1[j] - r2 * u2[j] - r3 * u3[j]
+
+
+@leaf
+def inner(a, b):
+    """Return the inner product of two vectors; four sums, as one would wait for itself."""
+    n = a.size
+    m = n - n % 4
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    for j in range(0, m, 4):
+        s0 += a[j] * b[j]
+        s1 += a[j + 1] * b[j + 1]
+        s2 += a[j + 2] * b[j + 2]
+        s3 += a[j + 3] * b[j + 3]
+    for j in range(m, n):
+        s0 += a[j] * b[j]
+    return (s0 + s1) + (s2 + s3)
+
+
 @njit
 def lu_solve(a, pivot, b):
     """Solve with the factors of `lu`; ``b`` (n,) is overwritten by the solution."""
@@ -57,6 +134,12 @@ def lu_solve(a, pivot, b):
         row = pivot[k]
         if row != k:
             b[k], b[row] = b[row], b[k]
+    if n >= BLOCKED:
+        for i in range(1, n):
+            b[i] -= inner(a[i, :i], b[:i])
+        for i in range(n - 1, -1, -1):
+            b[i] = (b[i] - inner(a[i, i + 1:], b[i + 1:])) / a[i, i]
+        return
     for i in range(1, n):
         total = b[i]
         for j in range(i):

@@ -8,7 +8,7 @@ from bifurc.elements import BaseMotion, CubicSpring, ElasticStop, HarmonicForce,
 from bifurc.elements.driven import Driven
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.condensation.condensed import Condensed
-from bifurc.hbm.condensation.receptance import FACTORS, MODES, POLES
+from bifurc.hbm.condensation.receptance import BLOCKS, FACTORS, MODES, POLES, Changed
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.status import BalanceStatus, ContactStatus
 from bifurc.orbits.balance.harmonic_orbit import relative_residual
@@ -120,18 +120,102 @@ def test_receptance_is_the_inverse_of_the_dynamic_stiffness(damping, sweep):
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-13, 1e-9, 1e-6, 1e-3])
-def test_critical_damping_has_no_poles_to_sum_and_is_factorised(gap):
+def test_critical_damping_has_no_poles_to_sum_but_a_block_of_them(gap):
     """A mass with two equal poles behind a spring that couples nothing: their eigenvectors are one. Nearby they nearly are."""
     K, C = np.diag([1.0, 4.0, 9.0]) + np.zeros((3, 3)), np.diag([0.1, 4.0 * (1.0 + gap), 0.3])
     C[0, 2] = C[2, 0] = 0.05
     system = System(np.eye(3), C, K, [HarmonicForce(1.0), Jenkins(1.0, 0.3, row=(1.0, 1.0, 1.0))], omega=0.7)
     condensed = condensed_of(system, sweep=True)
-    assert condensed.linear.way == (POLES if gap > 1e-8 else FACTORS)
+    assert condensed.linear.way == (POLES if gap > 1e-8 else BLOCKS)
     for omega in (0.7, 1.9, 2.0):
         there = at(condensed, omega)
         for k, H in zip(condensed.whole.harmonics, there.linear.H, strict=True):
             true = condensed.rows @ np.linalg.inv(K - (k * omega)**2 * np.eye(3) + 1j * k * omega * C) @ condensed.rows.T
             np.testing.assert_allclose(H, true, rtol=1e-11)
+
+
+@pytest.mark.parametrize("n", [4, 12])
+@pytest.mark.parametrize("coupled", [False, True])
+def test_receptances_and_their_slopes_where_many_poles_coincide(n, coupled):
+    """Equal masses with critical damping, all of them with the same two poles, coupled by a gyroscopic term or a dashpot."""
+    C = np.diag(np.full(n, 4.0))
+    C[0, 1] += 0.05
+    C[1, 0] -= 0.05
+    if coupled:
+        C += 0.01 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    B = np.ones(n)
+    B[1::2] = 0.3
+    system = System(np.eye(n), C, 4.0 * np.eye(n), [HarmonicForce(1.0, dof=n - 1), Jenkins(1.0, 0.3, row=tuple(B))], omega=0.7)
+    condensed = condensed_of(system, drives=True, sweep=True)
+    assert condensed.linear.way == BLOCKS
+    for omega in (0.7, 2.0):
+        there = at(condensed, omega)
+        true = condensed.linear._direct(there.T, there.dT, range(len(condensed.whole.harmonics)), False)
+        for own, other in zip(there.linear[:4], true[:4], strict=True):
+            np.testing.assert_allclose(own, other, atol=1e-12 * np.abs(other).max())
+    load = np.random.default_rng(1).standard_normal((len(condensed.whole.harmonics), n)) * (1.0 + 0.5j)
+    shift = np.zeros(len(load))
+    for transposed in (False, True):
+        q = condensed.linear.motion(there.T, load, shift, False, transposed)
+        for k, Z in enumerate(condensed.linear.stiffnesses(there.T, False)):
+            np.testing.assert_allclose((Z.T if transposed else Z) @ q[k], load[k], atol=1e-11)
+
+
+CHANGES = {"mass": ("M", [(2, 2, 0.3)]), "dashpot": ("C", [(1, 1, 0.5)]), "gyroscopic": ("C", [(0, 3, 0.2), (3, 0, -0.2)]),
+           "spring": ("K", [(4, 4, 0.7), (4, 5, -0.7), (5, 4, -0.7), (5, 5, 0.7)])}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("damping", ["modal", "local"])
+def test_core_that_changes_in_few_coordinates(damping, change):
+    """Receptances, their derivatives by the change with the frequency on the way, and the sign of the mean's stiffness."""
+    name, entries = CHANGES[change]
+    system = chain(CONTACTS["two"][0], damping)
+    changed = np.unique([place for i, j, _ in entries for place in (i, j)])
+    condensed = condensed_of(system, drives=True, sweep=True, changed=Changed(changed, ()))
+    factors = condensed_of(system, drives=True)
+
+    def moved(amount, omega):
+        M, C, K = (np.array(matrix, float) for matrix in (system.mass, system.damping, system.stiffness))
+        for i, j, value in entries:
+            {"M": M, "C": C, "K": K}[name][i, j] += amount * value
+        return condensed.balance.parts.flat_of(System(M, C, K, system.elements, omega=omega))
+    for amount, omega in ((0.0, 0.3), (1.0, 0.3), (-0.6, 0.8), (3.0, 1.4)):
+        step = 1e-3
+        near = [moved(amount + i * step, omega * (1.0 + i * step)) for i in (-2, -1, 1, 2)]
+        slope = (near[0] - near[3] + 8.0 * (near[2] - near[1])) / (12.0 * step)
+        own, other = (c.point(moved(amount, omega), slope, True).linear for c in (condensed, factors))
+        for mine, true in zip(own[:4], other[:4], strict=True):
+            np.testing.assert_allclose(mine, true, atol=1e-11 * np.abs(true).max())
+        assert own.sign == other.sign and own.regular and not own.shift.any()
+
+
+def test_core_that_changes_and_keeps_its_modes():
+    """All of the damping and of the stiffness change with one number: only the numbers of the modes are new."""
+    system = chain(CONTACTS["two"][0])
+    M, C, K = system.mass, system.damping, system.stiffness
+    matrices = tuple(np.array([X, weight * X]) for X, weight in ((M, 0.0), (C, 1.0), (K, 1.0)))
+    condensed = condensed_of(system, drives=True, changed=Changed(np.arange(10), matrices))
+    assert condensed.linear._same_modes
+    factors = condensed_of(system, drives=True)
+    rng = np.random.default_rng(2)
+    load, none = rng.standard_normal((6, 10)) * (1.0 - 0.4j), np.zeros(6)
+
+    def moved(amount, omega):
+        return condensed.balance.parts.flat_of(System(M, (1.0 + amount) * C, (1.0 + amount**2) * K, system.elements, omega=omega))
+    for amount, omega in ((0.0, 0.3), (1.5, 0.3), (-0.6, 0.8)):
+        step = 1e-3
+        near = [moved(amount + i * step, omega * (1.0 + i * step)) for i in (-2, -1, 1, 2)]
+        slope = (near[0] - near[3] + 8.0 * (near[2] - near[1])) / (12.0 * step)
+        mine, true = (c.point(moved(amount, omega), slope, True) for c in (condensed, factors))
+        for own, other in zip(mine.linear[:4], true.linear[:4], strict=True):
+            np.testing.assert_allclose(own, other, atol=1e-11 * np.abs(other).max())
+        assert mine.linear.sign == true.linear.sign
+        np.testing.assert_allclose(condensed.linear.motion(mine.T, load, none, True), factors.linear.motion(true.T, load, none, True),
+                                   rtol=1e-9)
+    bent = np.array([K, np.diag(np.arange(10.0))])
+    other = condensed_of(system, changed=Changed(np.arange(10), (*matrices[:2], bent)))
+    assert not other.linear._same_modes
 
 
 def test_a_free_body_has_a_pole_at_zero_and_a_harmonic_on_it_is_held():

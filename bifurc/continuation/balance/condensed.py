@@ -10,6 +10,7 @@ import numpy as np
 
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed, Point
+from ...hbm.condensation.receptance import Changed
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import views
 from ...hbm.tables import Series, numbers_at
@@ -23,14 +24,27 @@ KEPT = 4  # sets of rows whose motions are kept, for the columns of a table
 
 def condensed_along(balance: Balance, path: BalancePath, like: Condensed | None = None) -> Condensed:
     """Return the equations in few coordinates for a branch along ``path``."""
-    sweep = bool((path.index == 0).any()) and not _moves(balance, path)
-    return Condensed(balance, True, sweep, like)
+    changed = changed_along(balance, path)
+    sweep = changed.few if _moves(balance, path) else bool((path.index == 0).any())
+    return Condensed(balance, True, sweep, like, changed if _moves(balance, path) else None)
 
 
 def _moves(balance: Balance, path: BalancePath) -> bool:
     """Return whether mass, damping or stiffness change along a path."""
     n = balance.layout.n  # they follow the frequency, see `hbm.parts.Numbers`
     return bool(((path.index > 0) & (path.index <= 3 * n * n)).any())
+
+
+def changed_along(balance: Balance, path: BalancePath) -> Changed:
+    """Return how mass, damping and stiffness change along a path, by the coefficients of its series."""
+    n = balance.layout.n
+    core = (path.index > 0) & (path.index <= 3 * n * n)
+    entries = path.index[core] - 1
+    matrices = np.zeros((path.series.shape[1], 3 * n * n))
+    matrices[0] = path.base[1:1 + 3 * n * n]
+    matrices[:, entries] = path.series[core].T
+    coordinates = np.unique(np.concatenate([entries // n % n, entries % n]))
+    return Changed(coordinates, tuple(matrices.reshape(-1, 3, n, n).swapaxes(0, 1)))
 
 
 class Along:
@@ -77,7 +91,7 @@ class CondensedProblem(BalanceProblem):
     def __init__(self, condensed: Condensed, method: HarmonicBalance, path: BalancePath, x0, scale, listed=None):
         self.condensed, self._along = condensed, Along(condensed, path)
         super().__init__(condensed.forces, method, path, x0, scale, listed)
-        self.whole, self.size = condensed.balance, condensed.size
+        self.whole, self.size, self.follows = condensed.balance, condensed.size, False
 
     # equations
 

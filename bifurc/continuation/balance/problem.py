@@ -14,7 +14,7 @@ from ...hbm import corrector
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
 from ...hbm.contacts.margins import FIELDS, KINDS
-from ...hbm.corrector import INFO, watched
+from ...hbm.corrector import INFO, UNSEEN, watched
 from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
 from ...hbm.residual import kept, order_of
@@ -25,16 +25,17 @@ from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
 from ...orbits.shooting.path import DEGREES, PAD, sampled_over
 from ...solve.bordered import factor, null_vectors
+from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from ..steps.rows import followed
 
 BIRTH, DEATH = "birth", "death"
 AHEAD = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # arclengths behind a boundary at which the new order of events is read
 BESIDE = 1e-5  # arclength behind a boundary at which the new order must hold
 POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
-FAR = -0.05  # monitors are cut off below
 CORNER = 4.0  # most of these parts, seen
 
 
@@ -107,14 +108,15 @@ class BalanceProblem(Problem):
         self.corner = CORNER * 2.0 * math.pi / balance.samples if balance.samples and len(balance.contacts) else 0.0
         self._info, self._events = np.zeros(INFO), np.zeros((KINDS, FIELDS))
         self._law, self._size_log = bool(balance.parts.laws), 0.0
+        self.follows = not self._law  # what is sampled in Python is looked up in every step
         self._multipliers: tuple[bytes, BalancePath, np.ndarray | None] | None = None
         self._flat, self._dflat = np.empty_like(path.base), np.empty_like(path.base)
         shape = balance.parts.shape
         kinds = sorted({int(shape.kinds[k, m, g]) for k in range(len(shape.modes)) for m in range(int(shape.modes[k]))
                         for g in range(int(shape.guards[k, m])) if not shape.silent[k, m, g]})
-        self._kinds = [kind for kind in kinds if tuple(EventKind)[kind] in POINT]
+        self._kinds = np.array([kind for kind in kinds if tuple(EventKind)[kind] in POINT], np.int64)
         self.monitors = tuple(Monitor(POINT[tuple(EventKind)[kind]], name, boundary=True)
-                              for kind in self._kinds for name in (BIRTH, DEATH))
+                              for kind in self._kinds.tolist() for name in (BIRTH, DEATH))
         self.listed = np.array(listed, np.int64) if listed is not None else self._counted(self.x0)
         self.signature = self._words()
 
@@ -129,12 +131,19 @@ class BalanceProblem(Problem):
         """See `Problem.correct`; one compiled call where no law is sampled."""
         if self._law:
             return self._in_order(super().correct(x, tangent, fixed))
-        balance, info = self.balance, self._info
+        return self._corrected(tangent, *self._called(x, tangent, fixed, corrector.ONCE))
+
+    def _called(self, x, tangent, fixed, steps) -> tuple[int, np.ndarray, np.ndarray]:
+        """Return status, point and tangent of a call of `hbm.corrector.follow`; the rest is in ``_info`` and ``_events``."""
+        balance, parts = self.balance, self.balance.parts
         point, new = np.empty(self.size + 1), np.empty(self.size + 1)
-        parts = balance.parts
-        status = corrector.correct(parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room, x,
-                                   tangent, fixed, self.scale, corrector.Found(point, new, info, self._events))
-        count, residual, contraction, distance, sign, log, _ = info.tolist()
+        status = corrector.follow(parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room, x,
+                                  tangent, fixed, self.scale, corrector.Found(point, new, self._info, self._events), steps)
+        return status, point, new
+
+    def _corrected(self, tangent, status, point, new) -> Corrected:
+        """Return what `hbm.corrector` found."""
+        count, residual, contraction, distance, sign, log, _ = self._info.tolist()
         if status != corrector.CONVERGED:
             failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR,
                       corrector.OTHER_ORDER: CorrectorStatus.INADMISSIBLE}
@@ -142,6 +151,21 @@ class BalanceProblem(Problem):
                              math.inf, 0.0, -math.inf, NO_MONITORS)
         why = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
         return Corrected(point, new, True, why, int(count), residual, distance, contraction, sign, log, self._values())
+
+    def follow(self, before, row, signs, sizes, ds, most, limits, origin):
+        """See `Problem.follow`; one compiled call."""
+        if not (row.det_sign and before.det_sign and all(signs)):
+            return [], None
+        boundary = [self.touch] * len(self.monitors)
+        tests = np.array([before.tests, row.tests, signs, sizes, [-1.0, *boundary]])
+        run = run_of(before, row, ds, limits, origin, self.corner)
+        rows = np.empty((most, 2 * row.x.size + tests.shape[1] + TOLD))
+        steps = corrector.Run(np.array([before.x, before.tangent]), self._kinds, run, tests, rows)
+        status, point, new = self._called(row.x, row.tangent, False, steps)
+        made = followed(row, rows[:int(run[MADE])], tuple(signs))
+        sizes[:] = tests[SIZE].tolist()
+        # what fails from a guess ahead is tried again from the tangent
+        return made, self._corrected(row.tangent, status, point, new) if status == corrector.CONVERGED else None
 
     def _in_order(self, found: Corrected) -> Corrected:
         """Return what the general corrector found as `hbm.corrector` does: determinants of rows of unit size, no other order."""
@@ -174,7 +198,7 @@ class BalanceProblem(Problem):
 
     def monitor_values(self, u, p, tangent):
         """Return the values of ``monitors`` at a solution."""
-        if not self._kinds:
+        if not len(self._kinds):
             return NO_MONITORS
         self._margins(np.append(u, p), self.listed)
         return self._values()
@@ -197,10 +221,10 @@ class BalanceProblem(Problem):
 
     def _values(self) -> np.ndarray:
         """Return the monitors: for each kind the largest near miss, and minus the least overshoot; both negative inside."""
-        if not self._kinds:
+        if not len(self._kinds):
             return NO_MONITORS
-        events = self._events.tolist()  # far from zero they are constant, so that no pair of zeros is looked for
-        return np.array([max(value, FAR) for kind in self._kinds for value in (events[kind][2], -events[kind][1])])
+        events = self._events.tolist()
+        return np.array([max(value, UNSEEN) for kind in self._kinds.tolist() for value in (events[kind][2], -events[kind][1])])
 
     def _words(self) -> str:
         """Return how many events a period has."""

@@ -22,6 +22,7 @@ from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, par
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
+from ...solve.steprun import SIZE, run_of
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
@@ -205,17 +206,13 @@ class OrbitProblem(Problem):
         if not (row.det_sign and before.det_sign and all(signs)):
             return [], None
         tests = np.array([before.tests, row.tests, signs, sizes, self._touch])
-        run = np.array([ds, limits.ds_max, limits.low, limits.high, origin, self.corner, row.bend, row.s - before.s,
-                        before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
+        run = run_of(before, row, ds, limits, origin, self.corner)
         status, U, predicted, tangent, info, rows = self.equations.follow(before.tangent, row.x, row.tangent, self._reads, run,
                                                                           tests, most)
-        width, made, fixed = U.size, [], tuple(signs)
-        for line, numbers in zip(rows, rows[:, 2 * U.size:].tolist(), strict=True):
-            row = followed(row, line[:width], line[width:2 * width], numbers[:-sequence.TOLD], numbers[-sequence.TOLD:], fixed)
-            made.append(row)
+        made = followed(row, rows, tuple(signs))
         if made:
-            self._clear = row.x, row.tests[1]
-            sizes[:] = tests[sequence.SIZE].tolist()
+            self._clear = made[-1].x, made[-1].tests[1]
+            sizes[:] = tests[SIZE].tolist()
         return made, None if status > 1 else self._corrected(predicted, tangent, status, U, tangent, info)
 
     def zero(self, curve, test, ends, guess):

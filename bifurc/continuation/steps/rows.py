@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 
+from ...solve.steprun import TOLD
 from ..kinds import ERRORS, CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected
 
@@ -62,24 +63,24 @@ class Row:
         self.ds = ds
 
 
-def followed(before, x, tangent, values, told, signs):
-    """Return the row behind ``before`` of a step that a problem made itself, see `Problem.follow`.
+def followed(row, lines, signs) -> list:
+    """Return the rows behind ``row`` of steps that a problem made itself, see `Problem.follow`.
 
     Parameters
     ----------
-    x, tangent : ndarray (n + 1,)
-    values : list of float
-        Tests: dp/ds and the monitors.
-    told : tuple
-        Length, angle and misfit of the step, length of the next, Newton iterations, residual, sign and logarithm of the
-        determinant.
+    lines : ndarray (m, 2 (n + 1) + k + steprun.TOLD)
+        Points, tangents, tests (dp/ds and the monitors) and what `steprun` tells of the steps.
     signs : tuple of int
     """
-    length, angle, misfit, after, iterations, residual, sign, log = told
-    c = Corrected(x, tangent, True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0, sign, log, NO_MONITORS)
-    row = Row(c, before.part, before.s + length, angle, values, after)
-    row.bend, row.misfit, row.signs = angle / length, misfit, signs
-    return row
+    made, width = [], row.x.size
+    for line, numbers in zip(lines, lines[:, 2 * width:].tolist(), strict=True):
+        length, angle, misfit, after, iterations, residual, sign, log = numbers[-TOLD:]
+        c = Corrected(line[:width], line[width:2 * width], True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0,
+                      sign, log, NO_MONITORS)
+        row = Row(c, row.part, row.s + length, angle, numbers[:-TOLD], after)
+        row.bend, row.misfit, row.signs = angle / length, misfit, signs
+        made.append(row)
+    return made
 
 
 def reversed_row(row):

@@ -17,7 +17,7 @@ from ..balance import Balance
 from ..layout import Layout
 from ..parts import Numbers, Parts, length, views
 from ..status import ContactStatus
-from .receptance import LinearPart, Receptance, packed, phasors
+from .receptance import Changed, LinearPart, Receptance, packed, phasors
 
 DEPENDENT = 1e-12  # relative size below which a row is a combination of others
 
@@ -48,6 +48,8 @@ class Condensed:
         Whether many frequencies will be asked, see `LinearPart`.
     like : Condensed, optional
         Whose eigenvectors are shared if the core is the same.
+    changed : Changed, optional
+        How the core will change, see `LinearPart`.
 
     Attributes
     ----------
@@ -86,7 +88,8 @@ class Condensed:
 
     linear: LinearPart
 
-    def __init__(self, balance: Balance, drives: bool = False, sweep: bool = False, like: "Condensed | None" = None):
+    def __init__(self, balance: Balance, drives: bool = False, sweep: bool = False, like: "Condensed | None" = None,
+                 changed: Changed | None = None):
         parts = balance.parts
         if parts.held:
             raise ValueError(f"Condensed: {parts.held[0].name} is set-valued; use hbm.setvalued_condensed")
@@ -103,7 +106,7 @@ class Condensed:
             outputs, self._drives = _driven(phasors(self.whole, parts.numbers.E), self.rows, self.whole.harmonics)
         self.size = self.layout.size + 2 * len(self._drives)
         shared = None if like is None else like.linear
-        self.linear = LinearPart(parts.numbers, self.whole, self.rows, outputs, sweep, shared)
+        self.linear = LinearPart(parts.numbers, self.whole, self.rows, outputs, sweep, shared, changed)
         places = _moved(np.arange(1.0, len(parts.flat) + 1.0), parts, self.forces.parts).astype(np.int64)
         self._own, self._come = np.flatnonzero(places), places[places > 0] - 1
 

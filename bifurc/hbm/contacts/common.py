@@ -50,6 +50,8 @@ class Tabulated(NamedTuple):
     dV: np.ndarray
     excite: np.ndarray  # (nx, grid + 1) columns of excitation
     dexcite: np.ndarray
+    cosines: np.ndarray  # (nk, grid + 1) of the waves
+    sines: np.ndarray
 
 
 class Segments(NamedTuple):
@@ -69,6 +71,7 @@ class Space(NamedTuple):
     flags: np.ndarray  # int (3, .)
     p: np.ndarray  # (top + 1, 2)
     tables: np.ndarray  # (2, M, G, grid + 1)
+    line: np.ndarray  # (grid + 1,)
 
 
 @leaf

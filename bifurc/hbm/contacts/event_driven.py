@@ -40,13 +40,14 @@ from .common import (
 
 TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 SAME = 1e-14  # difference of phases that is none
+TOGETHER = 8  # points of a grid that are looked at in one go
 SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
 
 
 @leaf
 def root(waves, a, low, high, guess):
     """Return the zero of a polynomial that is negative at ``low`` and not at ``high``: Newton kept inside by halving."""
-    t = guess if low < guess < high else 0.5 * (low + high)
+    t, before = guess if low < guess < high else 0.5 * (low + high), 0.0  # step of Newton before, 0: none
     for _ in range(80):
         g, d = value(waves, a, t)
         if g < 0.0:
@@ -57,9 +58,24 @@ def root(waves, a, low, high, guess):
         if not low < new < high:
             if abs(new - t) <= 4e-16 * (1.0 + t):
                 return t
-            new = 0.5 * (low + high)
-        if abs(new - t) <= 4e-16 * (1.0 + t) or high - low <= 4e-16 * (1.0 + t):
-            return new
+            new, before = 0.5 * (low + high), 0.0
+        step = abs(new - t)
+        if step <= 4e-16 * (1.0 + t) or high - low <= 4e-16 * (1.0 + t) or step * step * step <= before * before * 1e-18:
+            return new  # the next step, which two steps of Newton foretell, would be below rounding
+        t, before = new, step
+    return t
+
+
+@leaf
+def zero_of_cubic(v0, d0, v1, d1):
+    """Return where in (0, 1) the cubic with the values ``v0`` < 0 <= ``v1`` and derivatives at the ends is zero, about."""
+    c2, c3 = 3.0 * (v1 - v0) - 2.0 * d0 - d1, 2.0 * (v0 - v1) + d0 + d1
+    t = v0 / (v0 - v1)
+    for _ in range(4):
+        slope = d0 + t * (2.0 * c2 + 3.0 * t * c3)
+        new = t - (v0 + t * (d0 + t * (c2 + t * c3))) / slope if slope > 0.0 else -1.0
+        if not 0.0 < new < 1.0:
+            break
         t = new
     return t
 
@@ -105,8 +121,10 @@ def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
         if value(waves, a, high)[0] < 0.0:
             return np.inf
         return root(waves, a, t0, high, 0.5 * (t0 + high))
-    low, guess = t0, t0 + h * v0 / (v0 - v1)
-    if fresh:
+    low, guess = t0, t0
+    if not fresh:
+        guess = t0 + h * zero_of_cubic(v0, h * d0, v1, h * d1)
+    else:
         step, small, rising = h, ROUNDING * waves[-1] * size(a), np.inf
         for _ in range(48):
             step *= 0.5
@@ -138,9 +156,37 @@ def crest(waves, a, t):
 
 
 @leaf
-def overshoot(waves, a, t):
-    """Return how high a guard would rise behind its zero at ``t``, as part of its size."""
-    return value(waves, a, crest(waves, a, t))[0] / size(a)
+def slopes_on(waves, a, cosines, sines, first, last, out):
+    """Write the derivative of a polynomial by phase at grid points ``first`` to ``last - 1``."""
+    for n in range(first, last):
+        out[n] = 0.0
+    for j in range(1, a.size, 2):
+        even, odd, i = waves[j] * a[j + 1], waves[j] * a[j], j // 2
+        for n in range(first, last):
+            out[n] += even * cosines[i, n] - odd * sines[i, n]
+
+
+@leaf
+def crest_on(waves, a, t, cosines, sines, slopes):
+    """Return what `crest` does, on a grid whose tables are there; ``slopes`` (grid + 1,) is overwritten."""
+    nodes = cosines.shape[1] - 1
+    h = 2.0 * np.pi / nodes
+    node = int(t / h) + 1
+    for _ in range(nodes // TOGETHER + 2):
+        first = node % nodes
+        last = min(first + TOGETHER, nodes)
+        slopes_on(waves, a, cosines, sines, first, last, slopes)
+        for n in range(first, last):
+            if slopes[n] <= 0.0:
+                return summit(waves, a, max((node - 1) * h, t), node * h)
+            node += 1
+    return summit(waves, a, t, t + h)
+
+
+@leaf
+def overshoot(waves, a, t, cosines, sines, slopes):
+    """Return how high a guard would rise behind its zero at ``t``, as part of its size; ``slopes`` as of `crest_on`."""
+    return value(waves, a, crest_on(waves, a, t, cosines, sines, slopes))[0] / size(a)
 
 
 @leaf
@@ -204,9 +250,9 @@ def exact(contact, tabulated, skip, touch, segments, space):
         Code of a `ContactStatus`.
     """
     waves, _, A, X, _, c, _ = contact
-    U, V, dU, dV, excite, dexcite = tabulated
+    U, V, dU, dV, excite, dexcite, cosines, sines = tabulated
     path, ends, zs, source, count = segments
-    scratch, flags, p, tables = space
+    scratch, flags, p, tables, line = space
     grid, most, own = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0]
     whole, Q = 2.0 * np.pi, own[PAIRS]
     a, g0, d0, g1, d1, offset = scratch[0, :waves.size], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
@@ -260,8 +306,9 @@ def exact(contact, tabulated, skip, touch, segments, space):
                         if not nearly:
                             continue
                         found = top
-                    if found < np.inf and ((skip > 0.0 and not nearly and overshoot(waves, a, found) < skip) or (
-                            period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
+                    if found < np.inf and (
+                            (skip > 0.0 and not nearly and overshoot(waves, a, found, cosines, sines, line) < skip) or (
+                                period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
                         ignored[g] = 1 if g1[g] >= 0.0 else 0
                         continue
                     if found < soonest:

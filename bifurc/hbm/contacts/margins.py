@@ -11,7 +11,7 @@ from ..residual import arose
 from ..tables import GUARDS, KIND, MEMORY, SILENT
 from ..waves import size, value
 from .common import GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, further, guard_of, resting, virgin, writer
-from .event_driven import TURNED, summit
+from .event_driven import TURNED, slopes_on, summit
 
 KINDS = 8  # of events, see `elements.EventKind`
 COUNT, OVERSHOOT, MISS, FIELDS = 0, 1, 2, 3
@@ -47,7 +47,7 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
         if n < count - 1 and A[m, 1 + path[n, GUARD], SILENT] == 0:
             kind = A[m, 1 + path[n, GUARD], KIND]
             out[kind, COUNT] += 1.0
-            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(contact, samples, segments, n, a))
+            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(contact, grid, segments, n, a, slopes))
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] > 0:
                 continue
@@ -76,14 +76,3 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
                         out[kind, MISS] = top
                 t, slope = after, turn
         start = stop
-
-
-@leaf
-def slopes_on(waves, a, cosines, sines, first, last, out):
-    """Write the derivative of a polynomial by phase at grid points ``first`` to ``last - 1``."""
-    for n in range(first, last):
-        out[n] = 0.0
-    for j in range(1, a.size, 2):
-        even, odd, i = waves[j] * a[j + 1], waves[j] * a[j], j // 2
-        for n in range(first, last):
-            out[n] += even * cosines[i, n] - odd * sines[i, n]

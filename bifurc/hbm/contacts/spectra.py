@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._jit import leaf, njit
+from ...solve.dense import inner
 from ..tables import ALGEBRAIC, FORGETS, MEMORY, PAIRS, ROWS, SILENT, WIDTH, moved, structure
-from ..waves import jet, powers, size, spectrum, turned
+from ..waves import jet, powers, size, spectrum_row, turned
 from .common import AFTER, GUARD, MODE, WROTE, expression
 
 NEGLIGIBLE = 1e-11  # relative: a force without jump, a memory without slope
@@ -347,11 +348,11 @@ def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch)
 
 
 @leaf
-def joined(waves, place, rate, signals, wanted, sums, B):
-    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``B`` (slots, mi)."""
+def joined(waves, place, rate, signals, wanted, sums, line):
+    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``line`` (mi,)."""
     c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     spectra, F, J = sums
-    mi, m_slots = waves.size, place.size
+    mi = waves.size
     for row in range(spectra.shape[1]):
         for target in range(spectra.shape[1]):
             for part in range(4):
@@ -359,28 +360,25 @@ def joined(waves, place, rate, signals, wanted, sums, B):
                 if part > 1 and not wanted or not nonzero(S):
                     continue
                 signal, shifted = (c[target], cp[target]) if part % 2 == 0 else (v[target], vp[target])
-                B[:] = 0.0
-                spectrum(S, waves, place, m_slots, B)
-                for i in range(m_slots):
-                    total, slope = 0.0, 0.0
-                    for b in range(mi):
-                        total += B[i, b] * signal[b]
-                        slope += B[i, b] * shifted[b]
+                moves = size(shifted) > 0.0
+                for i in range(place.size):
+                    spectrum_row(S, waves, place[i], line)
+                    total = inner(line, signal)
                     if part > 1:
                         J[row, i, 0, mi] += total
-                    else:
-                        F[row, i] += total
-                        J[row, i, 0, mi] += slope
-                if wanted and part == 0:
-                    for i in range(m_slots):
+                        continue
+                    F[row, i] += total
+                    if moves:
+                        J[row, i, 0, mi] += inner(line, shifted)
+                    if wanted and part == 0:
+                        onto = J[row, i, target]
                         for b in range(mi):
-                            J[row, i, target, b] += B[i, b]
-                elif wanted and part == 1:
-                    for i in range(m_slots):
+                            onto[b] += line[b]
+                    elif wanted:
                         for b in range(1, mi, 2):
                             turn = rate * waves[b]
-                            J[row, i, target, b] -= turn * B[i, b + 1]
-                            J[row, i, target, b + 1] += turn * B[i, b]
+                            J[row, i, target, b] -= turn * line[b + 1]
+                            J[row, i, target, b + 1] += turn * line[b]
 
 
 @njit

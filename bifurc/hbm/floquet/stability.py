@@ -72,10 +72,13 @@ def multipliers_along(problem, xs) -> np.ndarray | None:
     step = max(1, MOST // (2 * balance.layout.n + int(balance.parts.shape.memory.sum()))**2)
     for first in range(0, len(rows), step):
         codes, matrices, kept = _matrices(balance, rows[first:first + step], problem.path, problem.whole_numbers)
-        for pattern in np.unique(kept[codes > 0], axis=0):
-            where = np.flatnonzero((codes > 0) & (kept == pattern).all(axis=1))
-            place = np.flatnonzero(pattern)
-            for j, mu in zip(where.tolist(), ordered(np.linalg.eigvals(matrices[np.ix_(where, place, place)])), strict=True):
+        alike: dict[bytes, list[int]] = {}
+        for i in np.flatnonzero(codes > 0).tolist():
+            alike.setdefault(kept[i].tobytes(), []).append(i)
+        for where in alike.values():
+            place = np.flatnonzero(kept[where[0]])
+            own = matrices[where] if len(place) == matrices.shape[1] else matrices[where][:, place[:, None], place]
+            for j, mu in zip(where, ordered(np.linalg.eigvals(own)), strict=True):
                 found[first + j] = mu
     out = np.zeros((len(rows), max((len(mu) for mu in found if mu is not None), default=0)), complex)
     for i, mu in enumerate(found):

@@ -9,6 +9,7 @@ from ...compose.modal import give_modal
 from ...compose.scene import Scene
 from ...compose.tables import rebuild
 from ...compose.writer import kernels
+from ...solve.steprun import MADE, TOLD
 from ...solve.zeros import BOX
 from . import motion, sequence
 from .path import ParameterPath
@@ -111,10 +112,10 @@ class Equations:
         most : int
         """
         U, predicted, tangent, info = x.copy(), before.copy(), tangent.copy(), np.zeros(sequence.INFO)
-        rows = np.empty((most, 2 * x.size + tests.shape[1] + sequence.TOLD))
+        rows = np.empty((most, 2 * x.size + tests.shape[1] + TOLD))
         status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), info, TOLERANCE, MAX_ITERATIONS,
                                     (reads, run, tests, rows))
-        return status, U, predicted, tangent, info, rows[:int(run[sequence.MADE])]
+        return status, U, predicted, tangent, info, rows[:int(run[MADE])]
 
     def locate(self, hermite, bracket, place: int):
         """Find the zero of a test beside a cubic curve, see `sequence.locate`: status, x, the curve's point, tangent, info, box."""

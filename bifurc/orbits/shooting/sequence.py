@@ -42,22 +42,8 @@ from ...flow.affine.engine import (
 from ...flow.affine.peak import segment_peak
 from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
-from ...solve.steplaw import (
-    CLEAR,
-    CREDIBLE,
-    MANY,
-    MONITOR_BAND,
-    NEARLY_SINGULAR,
-    SLOPE_BAND,
-    arc_length,
-    crosses,
-    doubtful,
-    judged,
-    lowest,
-    next_length,
-    two_folds,
-    two_zeros,
-)
+from ...solve.steplaw import lowest
+from ...solve.steprun import BACK, BEYOND, HIGH, LAST_ROW, LENGTH, LOW, MADE, MOST, looked_at, taken
 from ...solve.zeros import DONE, PARAMETER, VALUE, enclosing, polishing
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
@@ -82,15 +68,6 @@ NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
-# places in the `run` array of `follow`: length of the step and its limit, bounds of the parameter and the place at which a closed
-# branch ends, bend of the last step, its length, and the determinants at the last two rows; steps made
-(LENGTH, MOST, LOW, HIGH, ORIGIN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(14)
-# rows of its `tests`: last two values, last clear sign, largest size, largest value at which a boundary counts as zero (-1: none)
-EARLIER, LATEST, CLEARLY, SIZE, TOUCHED, TESTS = range(6)
-# numbers behind point, tangent and tests in its `rows`: length, angle and misfit of the step, length of the next, iterations,
-# residual, sign and logarithm of the determinant
-TOLD = 8
-BEYOND, LAST_ROW = 2, 3  # `follow`: the next step leaves the bounds; all rows are filled
 UNKNOWN = 2  # `locate`: the kernel does not know the test there
 
 
@@ -815,53 +792,13 @@ def tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterati
 @njit
 def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests, row):
     """Whether nothing lies in the step from ``last`` to ``U`` that needs a look; writes the step into ``row`` and goes on to it."""
-    scales = data.scales
-    n, count, ds, sign, log = U.size - 1, tests.shape[1], run[LENGTH], info[DET_SIGN], info[DET_LOG]
-    iterations = int(info[ITERATIONS])
-    if iterations > MANY or not run[LOW] < U[n] < run[HIGH] or sign != run[SIGN] or log < run[LOG] - NEARLY_SINGULAR:
+    values = row[2 * U.size:2 * U.size + tests.shape[1]]
+    values[0] = tangent[U.size - 1]
+    for j in range(1, values.size):
+        values[j] = monitored(info, reads[j - 1])
+    iterations, sign, log = int(info[ITERATIONS]), info[DET_SIGN], info[DET_LOG]
+    length, angle, misfit = looked_at(last, old, U, predicted, tangent, data.scales, values, iterations, sign, log, run, tests)
+    if length == 0.0 or emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, length) > 0.0:
         return False
-    cosine, distance = 0.0, 0.0
-    for j in range(n + 1):
-        cosine += old[j] * tangent[j]
-        distance += ((U[j] - predicted[j]) / scales[j])**2
-    distance = np.sqrt(distance)
-    verdict, angle, misfit = judged(cosine, ds, distance, False)
-    length = arc_length(np.hypot(ds, distance), angle)
-    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
-        return False
-    values = row[2 * (n + 1):2 * (n + 1) + count]
-    for j in range(count):
-        value = tangent[n] if j == 0 else monitored(info, reads[j - 1])
-        band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(tests[SIZE, j], abs(value))
-        values[j] = value
-        touch = tests[TOUCHED, j]
-        if not np.isfinite(value) or (value > min(band, touch) if touch >= 0.0 else crosses(value, tests[CLEARLY, j], band)):
-            return False
-        if j > 0 and two_zeros(tests[EARLIER, j], tests[LATEST, j], value, run[BACK], length) != 2.0:
-            return False
-    if two_folds(tests[LATEST, 0], values[0], (U[n] - last[n]) / (scales[n] * length)) > 0.0:
-        return False
-    a, b = np.exp(min(run[LOG] - run[LOG_BEFORE], 50.0)), np.exp(min(log - run[LOG_BEFORE], 50.0))
-    falls = run[LOG] < run[LOG_BEFORE] or run[LOG] < log
-    if falls and two_zeros(run[SIGN_BEFORE], run[SIGN] * a, sign * b, run[BACK], length) != 2.0:
-        return False
-    if doubtful(misfit, run[CORNER], a, b, run[BACK], length, True) != CLEAR:
-        return False
-    if emptied(kick, data.nodes, data.span, last, old, U, tangent, scales, length) > 0.0:
-        return False
-    for j in range(count):
-        value, size = values[j], abs(values[j])
-        tests[EARLIER, j], tests[LATEST, j] = tests[LATEST, j], value
-        tests[SIZE, j] = max(tests[SIZE, j], size)
-        if size > (SLOPE_BAND if j == 0 else MONITOR_BAND * tests[SIZE, j]):
-            tests[CLEARLY, j] = 1.0 if value > 0.0 else -1.0
-    bend = angle / length
-    run[LENGTH] = next_length(ds, bend, run[BEND], iterations, run[MOST])
-    run[BEND], run[BACK] = bend, length
-    run[LOG_BEFORE], run[SIGN_BEFORE], run[LOG], run[SIGN] = run[LOG], run[SIGN], log, sign
-    for j in range(n + 1):
-        row[j], row[n + 1 + j] = U[j], tangent[j]
-    told = row[2 * (n + 1) + count:]
-    told[0], told[1], told[2], told[3], told[4] = length, angle, misfit, run[LENGTH], iterations
-    told[5], told[6], told[7] = info[RESIDUAL], sign, log
+    taken(U, tangent, values, length, angle, misfit, iterations, info[RESIDUAL], sign, log, run, tests, row)
     return True

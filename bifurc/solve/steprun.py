@@ -1,0 +1,125 @@
+"""Many steps of a branch in one compiled call: where the next point is foretold, and whether nothing lies in a step.
+
+The rules are those of `steplaw`; what a step is looked at for is what `continuation.steps` looks at, so that a step in which
+nothing lies is accepted there too.  Kernels of problems that make steps themselves (`Problem.follow`) share these functions.
+"""
+import math
+
+import numpy as np
+
+from .._jit import inlined, leaf
+from .steplaw import (
+    CLEAR,
+    CREDIBLE,
+    MANY,
+    MONITOR_BAND,
+    NEARLY_SINGULAR,
+    SLOPE_BAND,
+    arc_length,
+    crosses,
+    doubtful,
+    judged,
+    next_length,
+    two_folds,
+    two_zeros,
+)
+
+# places in the `run` array: length of the step and its limit, bounds of the parameter and the place at which a closed branch ends,
+# angle of corners, bend of the last step, its length, and the determinants at the last two rows; steps made
+(LENGTH, MOST, LOW, HIGH, ORIGIN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(14)
+# rows of `tests`: last two values, last clear sign, largest size, largest value at which a boundary counts as zero (-1: none)
+EARLIER, LATEST, CLEARLY, SIZE, TOUCHED, TESTS = range(6)
+# numbers behind point, tangent and tests in a row: length, angle and misfit of the step, length of the next, iterations, residual,
+# sign and logarithm of the determinant
+TOLD = 8
+BEYOND, LAST_ROW = 2, 3  # status of a run: the next step leaves the bounds; all rows are filled
+
+
+def run_of(before, row, ds, limits, origin, corner) -> np.ndarray:
+    """Return the ``run`` array of a run that begins behind two rows; arguments as of `Problem.follow`."""
+    return np.array([ds, limits.ds_max, limits.low, limits.high, origin, corner, row.bend, row.s - before.s, before.det_log,
+                     before.det_sign, row.det_log, row.det_sign, 0.0])
+
+
+@leaf
+def foretold(before, early, last, old, scales, back, length, predicted, guess):
+    """Write the end of the tangent at ``last`` into ``predicted`` (n + 1,), and into ``guess`` where the branch may be.
+
+    The guess is the cubic through the last two points, ``before`` and ``last``, a length ``back`` apart, with their tangents,
+    ``early`` and ``old``; at the place where it passes the plane orthogonal to the tangent at a ``length``, to the fourth order.
+    """
+    second, third = 0.0, 0.0  # parts along the tangent of the coefficients of the square and of the cube
+    for j in range(last.size):
+        chord = ((before[j] - last[j]) / scales[j] + back * old[j]) / (back * back)
+        slope = 0.5 * (old[j] - early[j]) / back
+        cube = 2.0 * (chord - slope) / back
+        third += cube * old[j]
+        second += (chord + back * cube) * old[j]
+    s = length - length * length * (second + length * third)
+    rest = length - s * (1.0 + s * (second + s * third))
+    for j in range(last.size):
+        chord = ((before[j] - last[j]) / scales[j] + back * old[j]) / (back * back)
+        slope = 0.5 * (old[j] - early[j]) / back
+        cube = 2.0 * (chord - slope) / back
+        predicted[j] = last[j] + length * (scales[j] * old[j])
+        guess[j] = last[j] + scales[j] * ((s + rest) * old[j] + s * s * (chord + back * cube + s * cube))
+
+
+@inlined
+def looked_at(last, old, point, predicted, tangent, scales, values, iterations, sign, log, run, tests):
+    """Return length, angle and misfit of the step from ``last`` to ``point``; length 0: something in it needs a look.
+
+    ``old`` and ``tangent`` are the tangents there (n + 1,), ``values`` (k,) the tests at the point, the first of them dp/ds.
+    """
+    n, count, ds = point.size - 1, values.size, run[LENGTH]
+    none = 0.0, 0.0, 0.0
+    if iterations > MANY or not run[LOW] < point[n] < run[HIGH] or sign != run[SIGN] or log < run[LOG] - NEARLY_SINGULAR:
+        return none
+    cosine, distance = 0.0, 0.0
+    for j in range(n + 1):
+        cosine += old[j] * tangent[j]
+        distance += ((point[j] - predicted[j]) / scales[j])**2
+    distance = math.sqrt(distance)
+    verdict, angle, misfit = judged(cosine, ds, distance, False)
+    length = arc_length(math.hypot(ds, distance), angle)
+    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
+        return none
+    for j in range(count):
+        value = values[j]
+        band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(tests[SIZE, j], abs(value))
+        touch = tests[TOUCHED, j]
+        if not np.isfinite(value) or (value > min(band, touch) if touch >= 0.0 else crosses(value, tests[CLEARLY, j], band)):
+            return none
+        if j > 0 and two_zeros(tests[EARLIER, j], tests[LATEST, j], value, run[BACK], length) != 2.0:
+            return none
+    if two_folds(tests[LATEST, 0], values[0], (point[n] - last[n]) / (scales[n] * length)) > 0.0:
+        return none
+    a, b = math.exp(min(run[LOG] - run[LOG_BEFORE], 50.0)), math.exp(min(log - run[LOG_BEFORE], 50.0))
+    falls = run[LOG] < run[LOG_BEFORE] or run[LOG] < log
+    if falls and two_zeros(run[SIGN_BEFORE], run[SIGN] * a, sign * b, run[BACK], length) != 2.0:
+        return none
+    if doubtful(misfit, run[CORNER], a, b, run[BACK], length, True) != CLEAR:
+        return none
+    return length, angle, misfit
+
+
+@leaf
+def taken(point, tangent, values, length, angle, misfit, iterations, residual, sign, log, run, tests, row):
+    """Write a step in which nothing lies into ``row``, and go on to its end."""
+    n, count = point.size - 1, values.size
+    for j in range(count):
+        value, size = values[j], abs(values[j])
+        tests[EARLIER, j], tests[LATEST, j] = tests[LATEST, j], value
+        tests[SIZE, j] = max(tests[SIZE, j], size)
+        if size > (SLOPE_BAND if j == 0 else MONITOR_BAND * tests[SIZE, j]):
+            tests[CLEARLY, j] = 1.0 if value > 0.0 else -1.0
+        row[2 * (n + 1) + j] = value
+    bend = angle / length
+    run[LENGTH] = next_length(run[LENGTH], bend, run[BEND], int(iterations), run[MOST])
+    run[BEND], run[BACK] = bend, length
+    run[LOG_BEFORE], run[SIGN_BEFORE], run[LOG], run[SIGN] = run[LOG], run[SIGN], log, sign
+    for j in range(n + 1):
+        row[j], row[n + 1 + j] = point[j], tangent[j]
+    told = row[2 * (n + 1) + count:]
+    told[0], told[1], told[2], told[3], told[4] = length, angle, misfit, run[LENGTH], iterations
+    told[5], told[6], told[7] = residual, sign, log
