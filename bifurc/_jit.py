@@ -9,10 +9,11 @@ import types  # noqa: E402
 import numba  # noqa: E402
 
 from ._apart import refuse_python, set_apart  # noqa: E402
+from ._typing import Pipeline  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
-OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": Pipeline}
 
 
 def _compiled(function, **options):
