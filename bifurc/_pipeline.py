@@ -1,14 +1,19 @@
-"""The compiler's search for what an operator returns, remembered: more than a third of the time that finding types takes.
+"""How numba is made to compile less: types of operators are remembered, and what is only linked is not translated.
 
 numba tries some ten templates, most of them for arrays, strings and dates, at every ``x + y`` of two numbers, twice a function.
-The answer depends on the operator and the types only.
+The answer depends on the operator and the types only: remembering it saves a third of the time that finding types takes.
+
+Functions that only compiled callers call are linked into them as LLVM's intermediate code.  numba makes machine code of each by
+itself, too, which nothing ever calls.
 """
 import math
 import operator
 
-from numba.core import compiler, types
+import llvmlite.binding
+from numba.core import codegen, compiler, types
 
 PLAIN = (types.Number, types.Boolean, types.Literal, types.Array, types.SliceType)
+ENVIRONMENT = "_ZN08NumbaEnv"  # how names of environments begin
 OPERATORS = frozenset([value for module in (operator, math) for name, value in vars(module).items()
                        if callable(value) and not name.startswith("_")] + [abs, bool, float, int, len, max, min, range])
 
@@ -24,6 +29,34 @@ class Pipeline(compiler.Compiler):
 
     def __init__(self, typing_context, *others):
         super().__init__(_remembering(typing_context), *others)
+
+
+class Linked(Pipeline):
+    """The pipeline of functions that only compiled callers call."""
+
+    def compile_extra(self, func):
+        """Compile a function into a library of intermediate code."""
+        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
+
+
+class _Library(codegen.JITCodeLibrary):
+    """The code of a function for its callers; of machine code only the places where numba keeps the globals of functions."""
+
+    def _finalize_final_module(self):
+        whole, places = self._final_module, []
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True  # the optimised code is what callers link
+        self._get_module_for_linking()
+        for variable in whole.global_variables:
+            if variable.name.startswith(ENVIRONMENT):
+                places.append(f"@{variable.name} = common global i64 0")
+        self._final_module = llvmlite.binding.parse_assembly("\n".join(places))
+        self._final_module.name, self._final_module.data_layout = whole.name, whole.data_layout
+        self._final_module.triple = whole.triple
+        super()._finalize_final_module()
 
 
 def _remembering(context):
