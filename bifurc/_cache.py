@@ -17,7 +17,7 @@ _IMPORT = re.compile(rb"^[ \t]*((?:from[ \t]+[\w.]+[ \t]+)?import[ \t]+(?:\([^)]
 _PACKAGE = pathlib.Path(__file__).resolve().parent
 # folders with compiled functions and constants they freeze
 KERNELS = ("solve", "compose", "flow", "hbm", "orbits", "ensemble", "basins")
-LONE = {"bifurc._jit": "bifurc._jit", "bifurc._apart": "bifurc._apart",
+LONE = {"bifurc._jit": "bifurc._jit", "bifurc._apart": "bifurc._apart", "bifurc._pipeline": "bifurc._pipeline",
         "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
 
 

@@ -9,13 +9,14 @@ import types  # noqa: E402
 import numba  # noqa: E402
 
 from ._apart import refuse_python, set_apart  # noqa: E402
+from ._pipeline import Linked, Pipeline  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
 OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
-def _compiled(function, **options):
+def _compiled(function, pipeline=Pipeline, **options):
     """Decorate a function; its cache is placed in the folder of its module, a choice that numba makes here and now.
 
     A literal argument of a compiled caller is a number like any other: numba would compile once more for each literal.
@@ -23,7 +24,7 @@ def _compiled(function, **options):
     whole = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(kernel_folder(function.__module__))
     try:
-        made = numba.njit(**OPTIONS, **options)(function)
+        made = numba.njit(**OPTIONS, pipeline_class=pipeline, **options)(function)
     finally:
         numba.config.CACHE_DIR = whole
     template = made.get_call_template
@@ -104,6 +105,6 @@ def _with_twin(function, **options):
     twin = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__,
                               function.__closure__)
     twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__ + "_called"
-    outer, inner = both(function), _compiled(twin, no_cpython_wrapper=True, **options)
+    outer, inner = both(function), _compiled(twin, Linked, no_cpython_wrapper=True, **options)
     outer.get_call_template, outer.get_overload = inner.get_call_template, inner.get_overload  # what compiled callers ask
     return outer

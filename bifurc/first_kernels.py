@@ -1,4 +1,4 @@
-"""What a first command calls, called once each: `warm` runs the two halves in a process of their own."""
+"""What a first command calls, called once each: `warm` runs `motions` in a process of its own, beside the others."""
 import numpy as np
 
 from .compose.scene import scene_of
@@ -10,6 +10,11 @@ from .orbits.solving import solve
 from .systems import impact_oscillator
 
 
+def scenes() -> None:
+    """Compile what makes tables of a system: both halves need it."""
+    scene_of(impact_oscillator(omega=1.4))
+
+
 def motions() -> None:
     """Compile what simulations and basin maps of one degree of freedom call."""
     system = impact_oscillator(omega=1.4)
@@ -18,7 +23,8 @@ def motions() -> None:
     targets = Targets(np.ones(2), np.zeros((1, 2)), np.zeros(1), np.zeros(1, np.int64), 1.0, none.astype(np.uint64), none)
     integrator = Integrator(scene_of(system), 100)
     integrator.label(np.zeros((2, 2)), targets, 2)
-    integrator.carry(np.zeros((2, 2)), 1)
+    starts = np.stack(np.meshgrid(np.linspace(-3.0, 1.0, 12), np.linspace(-4.0, 4.0, 12)), axis=-1).reshape(-1, 2)
+    integrator.carry(starts, 4)  # so many that the batch step defers some
 
 
 def orbits() -> None:

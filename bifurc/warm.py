@@ -1,4 +1,4 @@
-"""Compile the kernels of a first command in two processes at once: half of them each, into the shared disk cache.
+"""Compile the kernels of a first command in two processes at once: this one and a helper, into the shared disk cache.
 
 A kernel is compiled once a machine and version of the sources; on an empty cache that is most of the time of a first
 command.  The compiler holds a lock within a process, so that only processes run side by side.
@@ -17,25 +17,28 @@ LONGEST = 300.0  # seconds to wait for a helper process; what it has not compile
 def warm_up(say=print) -> bool:
     """Fill an empty kernel cache; return whether there was anything to do.
 
-    A process that fails costs nothing but its time: kernels that are still missing are compiled when they are called.
+    A helper that fails costs nothing but its time: kernels that are still missing are compiled when they are called.
     """
     marker = cache_folder() / DONE.format(source_hash())
     if marker.exists():
         return False
     say("compiling kernels for this machine (once, about half a minute)")
-    code = "from bifurc import first_kernels; first_kernels.{}()"
-    running = [subprocess.Popen([sys.executable, "-P", "-c", code.format(part)], env=same_package(), stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL) for part in ("motions", "orbits")]
+    code = "import sys; from bifurc import first_kernels; sys.stdin.read(); first_kernels.motions()"
+    helper = subprocess.Popen([sys.executable, "-P", "-c", code], env=same_package(), stdin=subprocess.PIPE,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        ended = [process.wait(LONGEST) == 0 for process in running]
+        from . import first_kernels  # loads most of the package: not for commands that have nothing to compile
+        first_kernels.scenes()
+        if helper.stdin is not None:
+            helper.stdin.close()  # its turn: what both need is on disk
+        first_kernels.orbits()
+        if helper.wait(LONGEST) == 0:
+            marker.touch()
     except subprocess.TimeoutExpired:
-        return True
+        pass
     finally:
-        for process in running:
-            if process.poll() is None:
-                process.kill()
-    if all(ended):
-        marker.touch()
+        if helper.poll() is None:
+            helper.kill()
     return True
 
 

@@ -1,0 +1,100 @@
+"""How numba is made to compile less: types of operators are remembered, and what is only linked is not translated.
+
+numba tries some ten templates, most of them for arrays, strings and dates, at every ``x + y`` of two numbers, twice a function.
+The answer depends on the operator and the types only: remembering it saves a third of the time that finding types takes.
+
+Functions that only compiled callers call are linked into them as LLVM's intermediate code.  numba makes machine code of each by
+itself, too, which nothing ever calls.
+"""
+import math
+import operator
+
+import llvmlite.binding
+from numba.core import codegen, compiler, types
+
+PLAIN = (types.Number, types.Boolean, types.Literal, types.Array, types.SliceType)
+ENVIRONMENT = "_ZN08NumbaEnv"  # how names of environments begin
+OPERATORS = frozenset([value for module in (operator, math) for name, value in vars(module).items()
+                       if callable(value) and not name.startswith("_")] + [abs, bool, float, int, len, max, min, range])
+
+
+def _plain(args) -> bool:
+    """Return whether no function of another package can be behind an operator on these types."""
+    return all(isinstance(arg, PLAIN) or isinstance(arg, types.UniTuple) and k > 0 and isinstance(arg.dtype, types.Integer)
+               for k, arg in enumerate(args))
+
+
+class Pipeline(compiler.Compiler):
+    """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
+
+    def __init__(self, typing_context, *others):
+        super().__init__(_remembering(typing_context), *others)
+
+
+class Linked(Pipeline):
+    """The pipeline of functions that only compiled callers call."""
+
+    def compile_extra(self, func):
+        """Compile a function into a library of intermediate code."""
+        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
+
+
+class _Library(codegen.JITCodeLibrary):
+    """The code of a function for its callers; of machine code only the places where numba keeps the globals of functions."""
+
+    def _finalize_final_module(self):
+        whole, places = self._final_module, []
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True  # the optimised code is what callers link
+        self._get_module_for_linking()
+        for variable in whole.global_variables:
+            if variable.name.startswith(ENVIRONMENT):
+                places.append(f"@{variable.name} = common global i64 0")
+        self._final_module = llvmlite.binding.parse_assembly("\n".join(places))
+        self._final_module.name, self._final_module.data_layout = whole.name, whole.data_layout
+        self._final_module.triple = whole.triple
+        super()._finalize_final_module()
+
+
+def _remembering(context):
+    """Return a typing context that shares everything with a given one, and remembers; the same one for each."""
+    found = vars(context).get("_bifurc_remembers")
+    if found is None:
+        kind = type(context)
+        made = type(f"Remembering{kind.__name__}", (_Memory, kind), {})
+        found = object.__new__(made)
+        context._bifurc_remembers = found
+        found.__dict__ = vars(context)
+    return found
+
+
+class _Memory:
+    """Signatures of operators, by the function type and the argument types; numba makes each of these once."""
+
+    def _recall(self, key, find):
+        """Return what is remembered under a key of objects, which stay alive with it, or find it."""
+        memory = self.__dict__.setdefault("_bifurc_signatures", {})
+        names = tuple(map(id, key))
+        found = memory.get(names)
+        if found is None:
+            signature = find()
+            if signature is None:
+                return None
+            found = memory[names] = signature, key
+        return found[0]
+
+    def resolve_function_type(self, func, args, kws):
+        """Return the signature of a call."""
+        if not kws and isinstance(func, types.Function) and func.typing_key in OPERATORS and _plain(args):
+            return self._recall((func, *args), lambda: super(_Memory, self).resolve_function_type(func, args, kws))
+        return super().resolve_function_type(func, args, kws)
+
+    def resolve_setitem(self, target, index, value):
+        """Return the signature of ``target[index] = value``."""
+        args = target, index, value
+        if _plain(args):
+            return self._recall((operator.setitem, *args), lambda: super(_Memory, self).resolve_setitem(*args))
+        return super().resolve_setitem(*args)
