@@ -61,6 +61,9 @@ def test_all_four_matrices_arrive_where_they_belong(tmp_path):
         assert model.source == str(tmp_path / source) and repr(model) == f"Model({model.source}: {model.structure.report})"
         assert model.dofs == dofs and model.structure.dofs == dofs
     assert bf.read(tmp_path / "a.npz", dofs=["x", "y", "z"]).dofs == ("x", "y", "z")
+    np.savez(tmp_path / "counted.npz", M=M, K=K, dofs=np.array([4, 5, 12]))
+    assert bf.read(tmp_path / "counted.npz").dofs == ("4", "5", "12")
+    assert reading.read_all(tmp_path / "counted.npz")[1] == ["4", "5", "12"]
     bare = bf.read(mass=tmp_path / "m.npy", stiffness=tmp_path / "k.npy")
     assert not bare.C.any() and not bare.G.any()
     np.save(tmp_path / "turning.npy", K + G)
@@ -155,6 +158,7 @@ def test_names_of_files_that_are_read_together(tmp_path):
     assert str(refused.value) == (
         "read: x has other degrees of freedom than the file before it (3 and 2); write all matrices with the same ones"
     )
+    assert reading._same_names(("a", "b"), a, "x") == ("a", "b") and reading._same_names(a, ("a", "b"), "x") == a
     with pytest.raises(ValueError, match="other degrees of freedom"):
         reading._same_names(a, b, "x")
     mass = text(tmp_path / "m.mas", "1 1 2.", "2 2 3.")
