@@ -51,7 +51,7 @@ def test_starts_of_a_balance(balance, rng):
 
 
 def test_loads_that_are_raised(balance):
-    """Linear equations: one iteration, as all later starts are scaled by the load; the load is what it was afterwards, also after a failure."""
+    """Linear equations: one iteration, as starts are scaled by the load; it is the old one afterwards, also after a failure."""
     method = HarmonicBalance(6)
     system = bf.System(M, C, K, PAIR.elements[:3], omega=1.1)
     linear = method.balance(system, method.layout(2))
