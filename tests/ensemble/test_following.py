@@ -239,6 +239,63 @@ def test_starts_without_a_clock_are_followed_from_section_to_section(rng):
     assert (never.labels == -1).all() and (never.states == outcomes.UNSETTLED).all() and (never.periods >= 10).all()
 
 
+def test_where_the_following_without_a_clock_ends(rng):
+    """Impacts before it, the state at the end of its block, boxes that must be met several times in a row, and every failure."""
+    ball = bf.System(1.0, 0.0, 4.0, [bf.elements.ConstantForce(1.0), RigidStop(0.5, 0.9)])  # about .25, up to .5
+    scene, section, unit = scene_of(ball), Section("v0", 0.0, 1), 2.0
+    T = Targets(np.array([2.0, 1.0]), np.array([[9.0, 9.0], [2.0, 3.0]]), np.array([0.01, 0.01]), np.array([4, 6]), 0.1,
+                np.empty(0, np.uint64), np.empty(0, np.int64))
+    found = SectionIntegrator(scene, 50, section, unit)
+    assert (found.lean, found.error, found.steps, found.chunk) == (False, 0.0, None, 512)
+    X = np.array([[-0.9, 0.2], [-0.2, -0.7], [0.3, 0.1], [0.7, 0.0]])
+    ends = X.copy()
+    cells = found.label(ends, T, 9)
+    assert cells.states.tolist() == 3 * [outcomes.UNSETTLED] + [outcomes.OUTSIDE] and (cells.labels == -1).all()
+    assert np.array_equal(ends[3], X[3]) and cells.periods[3] == 0
+    for i in range(3):
+        whole = bf.simulate(ball, X[i], duration=4 * 16.0)
+        passes = section.crossings(whole)[0]
+        stops = [stop for stop in (16.0, 32.0) if (passes <= stop).sum() >= 9 or stop == 32.0]  # 9 periods: two blocks at most
+        hits = [e.speed for e in whole.events if e.time <= stops[0]]
+        assert ends[i] == pytest.approx(whole(stops[0]), abs=1e-8)
+        assert (cells.periods[i], cells.impacts[i]) == ((passes <= stops[0]).sum(), len(hits))
+        assert cells.speeds[i] == pytest.approx(min(hits, default=np.inf), rel=1e-8)
+    # the point of a target, by its owner: the second return of the first start, scaled
+    times, points = section.crossings(bf.simulate(ball, X[0], duration=16.0))
+    at = T._replace(points=np.array([[9.0, 9.0], points[1] * T.inverse]), squares=np.array([0.01, 1e-10]))
+    cells = found.label(X[:1].copy(), at, 9)
+    hits = [e.speed for e in bf.simulate(ball, X[0], duration=times[1]).events]
+    assert (cells.labels[0], cells.states[0], cells.periods[0], cells.impacts[0]) == (6, outcomes.REACHED, 2, len(hits))
+    assert cells.speeds[0] == pytest.approx(min(hits), rel=1e-8)
+    # boxes around the returns 1 .. 5: met `stay` times in a row, of one keeper
+    keys = np.empty(5, np.uint64)
+    boxes(points[:5], T.inverse, 0.1, keys)
+    for owners, stay, wanted in ((5 * [3], 1, (3, 1)), (5 * [3], 3, (3, 3)), ([3, 8, 8, 8, 8], 2, (8, 4))):
+        table = dict(zip(keys.tolist(), owners, strict=True))
+        assert len(table) == 5
+        order = np.argsort(keys)
+        cells = found.label(X[:1].copy(), T._replace(keys=keys[order], keepers=np.array(owners)[order], stay=stay), 9)
+        run, guest, expected = 0, -1, None
+        for k, point in enumerate(points):
+            key = np.empty(1, np.uint64)
+            boxes(point[None], T.inverse, 0.1, key)
+            keeper = table.get(int(key[0]), -1)
+            run = run + 1 if keeper >= 0 and (keeper == guest or run == 0) else 0
+            guest = keeper
+            if run >= stay:
+                expected = (keeper, k + 1)
+                break
+        assert (cells.labels[0], cells.periods[0]) == expected == wanted
+    crowded = SectionIntegrator(scene, 1, section, unit).label(np.array([[-0.9, 6.0]]), T, 9)  # more than 8 impacts in a block
+    assert crowded.states.tolist() == [outcomes.CROWDED] and crowded.labels[0] == -1
+    away = bf.System(1.0, 0.0, -100.0, [RigidStop(0.5, 0.9)])
+    lost = SectionIntegrator(scene_of(away), 50, Section("v0"), 10.0).label(np.array([[-1.0, -1.0]]), T, 9)
+    assert lost.states.tolist() == [outcomes.DIVERGED]
+    still = SectionIntegrator(scene, 50, section, unit).label(
+        np.array([[0.25, 0.0]]), T._replace(points=np.array([[0.5, 0.0]]), squares=np.array([1e-12]), owner=np.array([2])), 9)
+    assert (still.labels[0], still.periods[0], still.states[0]) == (2, 0, outcomes.REACHED)  # at rest, by its last state
+
+
 # ---- grids and regions ---------------------------------------------------------------------------------------------------------
 
 

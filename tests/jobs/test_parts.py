@@ -240,3 +240,68 @@ def test_shares_are_reported_and_lines_are_not_shown_too_often(monkeypatch):
     with progress.Progress("x", 4.0):
         pass
     assert screen.getvalue() == ""
+
+
+class Broken(executors.BrokenExecutor):
+    pass
+
+
+def opened(count, **attributes):
+    """Return a run of ``count`` chunks and its futures, none finished."""
+    from concurrent.futures import Future
+
+    bar, store_ = Bar(), ChunkStore(None, JOB)
+    run = executors._Run(store_, squares, payloads(count), [""] * count, executors.Outcome([None] * count, {}), bar,
+                         [10.0 + i for i in range(count)], "noted")
+    for name, value in attributes.items():
+        setattr(run, name, value)
+    futures = [Future() for _ in range(count)]
+    return run, bar, futures, {future: i for i, future in enumerate(futures)}
+
+
+def test_what_is_finished_when_a_pool_breaks_is_kept():
+    run, bar, futures, running = opened(5)
+    made = squares(payloads(5)[1])
+    futures[1].set_result(made)
+    futures[2].cancel()
+    futures[3].set_exception(KeyError("x"))
+    assert run._broken(Broken("it died"), running, [7]) == ("it died", [7, 0, 2, 3, 4])
+    assert run.outcome.results[1] is not None and run.outcome.computed == 1 and not run.outcome.failures
+    assert [run.done(i) for i in range(5)] == [False, True, False, False, False] and bar.seen == [(11.0, "noted")]
+    assert run._broken(Broken(), {}, []) == ("Broken", [])
+
+
+def test_what_a_future_brings():
+    """A result, an error of the chunk, or that of the pool; beside others on shared workers nobody is blamed at once."""
+    run, bar, futures, running = opened(4)
+    futures[0].set_exception(KeyError("x"))
+    futures[1].set_exception(Broken("gone"))
+    futures[2].cancel()
+    futures[2].set_running_or_notify_cancel()
+    assert run._take(futures[0], running) is None and run.outcome.failures == {0: "KeyError: 'x'"} and run.done(0)
+    assert str(run._take(futures[1], running)) == "gone" and isinstance(run._take(futures[2], running), executors.CancelledError)
+    assert list(running.values()) == [3] and bar.seen == [(10.0, "noted")] and run.outcome.computed == 0 and run.blamed == []
+    for shared, alone, name, blamed in ((True, False, "KeyError", True), (True, True, "KeyError", False),
+                                        (False, False, "KilledWorker", True), (False, True, "KilledWorker", False)):
+        run, bar, futures, running = opened(2, shared=shared, alone=alone)
+        futures[1].set_exception(type(name, (Exception,), {})("z"))
+        assert run._take(futures[1], running) is None
+        assert run.blamed == [1] * blamed and run.outcome.failures == ({} if blamed else {1: f"{name}: z"})
+        assert bar.seen == ([] if blamed else [(11.0, "noted")]) and run.done(1) is not blamed
+    run, _, futures, running = opened(3)
+    run.bar = None
+    futures[0].set_result(squares(payloads(3)[0]))
+    futures[1].set_running_or_notify_cancel()
+    futures[1].set_result(squares(payloads(3)[1]))
+    run._save_what_runs(running)  # after an interrupt: the third waits and is dropped
+    assert futures[2].cancelled() and not running and [run.done(i) for i in range(3)] == [True, True, False]
+    assert run.outcome.computed == 2
+
+
+def test_names_tell_how_lists_and_mappings_are_nested():
+    for one, other in (([[1, 2], 3], [[1], 2, 3]), ([[1, 2]], [[1], 2]), ([1, 2], [12]), ([[[]]], [[], []]), ([[], 1], [[1]]),
+                       ({"a": {"b": 1, "c": 2}}, {"a": {"b": 1}, "c": 2}), (["a", "b"], ["ab"]), ({"a": [1]}, [{"a": 1}]),
+                       (np.zeros((2, 3)), np.zeros((3, 2))), (np.zeros(2), [0.0, 0.0])):
+        assert fingerprint(one) != fingerprint(other)
+    turned = np.arange(6.0).reshape(2, 3)
+    assert fingerprint(turned.T) == fingerprint(turned.T.copy()) != fingerprint(turned)

@@ -99,6 +99,21 @@ def test_what_cannot_be_condensed(change, words):
         bf.System.from_matrices(**{**given, "dofs": None})
 
 
+@pytest.mark.parametrize("change, words", [
+    ({"C": np.diag([0.0, 0.0, 0.2, 0.0])}, "from_matrices: coordinate b.x has damping but no mass; give it a small mass, or take "
+                                           "its damping out"),
+    ({"K": np.diag([1.0, 1.0, 0.0, 1.0])}, "from_matrices: the coordinates without mass (a.y, b.x) have no stiffness against each "
+                                           "other; take them out of the matrices"),
+    ({"elements": [el.LinearSpring(2.0, row=(1.0, 0.0, 2.0, 0.0))]},
+     "from_matrices: LinearSpring(label=None, dof=0, row=(1.0, 0.0, 2.0, 0.0), stiffness=2.0, damping=0.0) acts on b.x, which "
+     "has no mass; give it the mass that moves with the contact")])
+def test_the_one_of_two_coordinates_without_mass_is_named(change, words):
+    given = {"M": np.diag([2.0, 0.0, 0.0, 0.8]), "C": None, "K": K, "dofs": NAMES, "symmetric": False} | change
+    with pytest.raises(ValueError) as refused:
+        bf.System.from_matrices(**given)
+    assert str(refused.value) == words
+
+
 def test_gyroscopic_matrices_join_the_damping(caplog):
     G = np.zeros((4, 4))
     G[0, 1], G[1, 0] = 0.7, -0.7

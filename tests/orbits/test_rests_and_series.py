@@ -122,6 +122,15 @@ def test_the_hopf_point_of_van_der_pol():
     assert np.vdot(p, q) == pytest.approx(1.0)
 
 
+
+def test_the_hopf_coefficient_in_either_coordinate():
+    """The oscillation of the first mass drives the second, whose amplitude is |H| r."""
+    law = Force(van_der_pol, mu=0.0, a=1.5, b=0.2)
+    rest = bf.find_equilibrium(bf.System(np.eye(2), np.diag([0.0, 0.3]), np.array([[1.0, 0.0], [-2.0, 5.0]]), [law]))
+    for dof, part in enumerate((1.0, abs(2.0 / (4.0 + 0.3j)))):
+        assert rest.lyapunov_coefficient(dof) == pytest.approx(-1.5 / 8.0 / part**2, rel=1e-6)
+
+
 def test_forms_of_second_and_third_derivatives(rng):
     """Of a field with quadratic and cubic terms, at complex directions."""
     T2, T3 = rng.normal(size=(3, 3, 3)), rng.normal(size=(3, 3, 3, 3))
