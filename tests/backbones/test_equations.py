@@ -1,0 +1,151 @@
+"""Equations of nonlinear modes in other units, two masses, without symmetry; steps of a backbone; what is read of a mode."""
+
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.backbones.backbone import Backbone, _stepped
+from bifurc.backbones.equations import returning, swings, with_negative_damping
+from bifurc.backbones.modes import ModeStatus, first_harmonic, linear_mode, unloaded
+from bifurc.elements import ConstantForce, CubicSpring, ElasticStop, HarmonicForce, Jenkins, LinearSpring
+
+module = sys.modules["bifurc.backbones.backbone"]  # a function of the package has its name
+M, K = np.array([[2.0, 0.2], [0.2, 0.5]]), np.array([[5.0, -1.0], [-1.0, 2.0]])
+
+
+def pair(*elements, damping=0.0):
+    return bf.System(M, damping * K + 0.03 * damping * M, K, elements)
+
+
+def linear_values():
+    values, shapes = np.linalg.eig(np.linalg.solve(M, K))
+    order = np.argsort(values)
+    return np.sqrt(values[order]), shapes[:, order]
+
+
+@pytest.mark.parametrize("method", [None, bf.HarmonicBalance(harmonics=3)])
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_linear_mode_is_itself_at_any_amplitude(method, number):
+    """Frequency, shape, and a negative damping phi^T C phi / phi^T M phi, in units that are not one."""
+    omegas, shapes = linear_values()
+    found = bf.extended_mode(pair(damping=0.02), -3.0, dof=1, mode=number, method=method)
+    shape = shapes[:, number] / shapes[1, number] * -3.0
+    assert found.success and found.status is ModeStatus.CONVERGED and found.dof == 1 and found.amplitude == -3.0
+    assert found.omega == pytest.approx(omegas[number], rel=1e-8)
+    np.testing.assert_allclose(found.state[:2], shape, rtol=1e-7)
+    np.testing.assert_allclose(found.state[2:], 0.0, atol=1e-7)
+    xi = 0.02 * omegas[number] ** 2 + 0.0006
+    assert found.xi == pytest.approx(xi, rel=1e-7) and found.damping == pytest.approx(xi / (2.0 * omegas[number]), rel=1e-7)
+    assert found.period == pytest.approx(2.0 * np.pi / omegas[number]) and found.first_harmonic == pytest.approx(3.0, rel=1e-7)
+    assert found.method == ("shooting" if method is None else "harmonic balance") and found.message == found.status.sentence
+    motion = found.motion()
+    np.testing.assert_allclose(motion.final, found.state, atol=1e-6)
+    assert motion.t[-1] == pytest.approx(found.period)
+
+
+def test_an_unsymmetric_mode_by_both_methods():
+    """A stop on one side and a constant load: mean and even harmonics; many harmonics come near the exact motion."""
+    system = pair(ElasticStop(0.4, 3.0, dof=0), ConstantForce(0.2, dof=1), damping=0.01)
+    exact = bf.extended_mode(system, 1.2, dof=0)
+    balanced = bf.extended_mode(system, 1.2, dof=0, method=bf.HarmonicBalance(harmonics=24))
+    assert exact.success and balanced.success
+    assert balanced.omega == pytest.approx(exact.omega, rel=1e-5) and balanced.xi == pytest.approx(exact.xi, rel=2e-3)
+    np.testing.assert_allclose(balanced.state, exact.state, atol=3e-4)
+    assert balanced.first_harmonic == pytest.approx(exact.first_harmonic, rel=1e-4)
+    assert exact.state[0] == 1.2 and abs(exact.state[2]) < 1e-12
+    moving = with_negative_damping(exact.system, exact.xi)
+    assert swings(moving, exact.state, exact.omega, 0) and not swings(pair(), np.array([1.0, 0.0, 0.0, 0.0]), 1e4, 0)
+
+
+def test_the_first_harmonic_is_that_of_the_motion():
+    system = pair(CubicSpring(0.8, dof=0))
+    found = bf.extended_mode(system, 1.0)
+    motion = found.motion()
+    N = 4096
+    t = found.period * np.arange(N) / N
+    x = motion(t)[:, 1]
+    want = abs(2.0 * np.mean(x * np.exp(-1j * found.omega * t)))
+    assert first_harmonic(found.system, found.state, found.omega, found.xi, 1) == pytest.approx(want, rel=1e-9)
+
+
+def test_linear_modes_and_what_has_none():
+    omegas, shapes = linear_values()
+    for k in (0, 1):
+        omega, shape = linear_mode(pair(), k)
+        assert omega == pytest.approx(omegas[k]) and abs(np.dot(shape, shapes[:, k])) == pytest.approx(np.linalg.norm(shape))
+    stuck = bf.System(1.0, 0.0, 1.0, [Jenkins(3.0, 0.5)])
+    assert linear_mode(stuck, 0)[0] == pytest.approx(2.0)  # contacts as at rest
+    free = bf.System(np.eye(2), np.zeros((2, 2)), [[1.0, -1.0], [-1.0, 1.0]])
+    with pytest.raises(ValueError, match="linear mode 0 .* has no frequency"):
+        linear_mode(free, 0)
+    assert linear_mode(free, 1)[0] == pytest.approx(np.sqrt(2.0))
+    still = bf.System(np.eye(2), np.zeros((2, 2)), np.diag([1.0, 4.0]))
+    with pytest.raises(ValueError, match="dof = 1 rests in linear mode 0"):
+        bf.extended_mode(still, 1.0, dof=1)
+
+
+def test_loads_are_left_out_and_those_inside_contacts_refused():
+    system = bf.System(1.0, 0.0, 1.0, [HarmonicForce(1.0), ConstantForce(0.3), LinearSpring(2.0)], omega=3.0)
+    left = unloaded(system)
+    assert left.omega is None and [type(item) for item in left.elements] == [ConstantForce, LinearSpring]
+    moving = bf.System(1.0, 0.0, 1.0, [bf.elements.RigidStop(1.0, 0.5, amplitude=0.1, harmonic=1)], omega=1.0)
+    with pytest.raises(ValueError, match="varies in time by itself"):
+        unloaded(moving)
+
+
+def test_the_time_of_return_tells_the_frequency():
+    system = bf.System(4.0, 0.0, 9.0)
+    assert returning(system, np.array([2.0, 0.0]), 0, 2.0, 1.4) == pytest.approx(1.5, rel=0.1)
+    assert returning(system, np.array([-2.0, 0.0]), 0, -2.0, 1.4) == pytest.approx(1.5, rel=0.1)
+    assert returning(bf.System(1.0, 0.0, 1e-9), np.array([2.0, 0.0]), 0, 2.0, 1.4) == 1.4  # it does not come back
+
+
+def test_a_backbone_is_read_as_columns_and_ends_where_newton_fails(monkeypatch):
+    tried = []
+
+    def mode(system, amplitude, *, guess=None, **options):
+        tried.append((amplitude, None if guess is None else guess.amplitude))
+        near = guess is None or abs(amplitude - guess.amplitude) <= mode.reach
+        return SimpleNamespace(
+            success=near and amplitude < mode.most,
+            amplitude=amplitude,
+            omega=2.0 * amplitude,
+            damping=0.1 * amplitude,
+            first_harmonic=0.9 * amplitude,
+            message="why",
+        )
+
+    monkeypatch.setattr(module, "extended_mode", mode)
+    mode.reach, mode.most = 9.0, 9.0
+    found = bf.backbone("S", [1.0, 2.0, 3.0], dof=1, mode=2)
+    assert found.amplitude.tolist() == [1, 2, 3] and found.omega.tolist() == [2, 4, 6] and found.message == ""
+    np.testing.assert_allclose(found.damping, [0.1, 0.2, 0.3])
+    np.testing.assert_allclose(found.first_harmonic, [0.9, 1.8, 2.7])
+    assert repr(found) == "Backbone(3 modes, amplitude 1 to 3, omega 2 to 6)" and tried == [(1, None), (2, 1), (3, 2)]
+    mode.reach = 0.3
+    tried.clear()
+    assert bf.backbone("S", [1.0, 2.0]).amplitude.tolist() == [1.0, 2.0]  # in quarters
+    assert [a for a, _ in tried] == [1.0, 2.0, 2.0, 1.5, 1.25, 1.5, 1.75, 2.0] or tried[-1][0] == 2.0
+    assert all(guess is None or abs(a - guess) <= 1.0 for a, guess in tried)
+    mode.most = 1.6
+    short = bf.backbone("S", [1.0, 1.5, 2.0])
+    assert short.amplitude.tolist() == [1.0, 1.5] and short.message == "at the amplitude 2: why"
+    mode.most = 0.5
+    none = bf.backbone("S", [1.0])
+    assert none == Backbone((), "at the amplitude 1: why") and repr(none) == "Backbone(no mode: at the amplitude 1: why)"
+    mode.most, mode.reach = 9.0, 0.3
+    down = _stepped("S", mode("S", 2.0), 1.0, {})
+    assert down.success and down.amplitude == 1.0
+    mode.reach = 0.0
+    tried.clear()
+    failed = _stepped("S", SimpleNamespace(amplitude=2.0), 1.0, {})
+    assert not failed.success and len(tried) == module.HALVINGS + 1 and tried[-1][0] == pytest.approx(2.0 - 0.5**module.HALVINGS)
+
+
+@pytest.mark.parametrize("amplitudes", [[], [0.0], [1.0, np.nan], [[1.0, 2.0]], [-1.0, 2.0], [np.inf]])
+def test_rows_of_amplitudes_that_are_none(amplitudes):
+    with pytest.raises(ValueError, match="a row of finite numbers of one sign"):
+        bf.backbone(pair(), amplitudes)
