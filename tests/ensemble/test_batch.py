@@ -232,6 +232,15 @@ def test_economised_polynomials_of_a_cosine_have_its_values_and_slopes():
     np.testing.assert_allclose(slopes, -np.sin(s), rtol=0, atol=1e-15)
 
 
+def test_a_complete_chattering_closes_where_the_simulation_closes_it():
+    """One that comes to rest while the push turns: it has 63 impacts, of which the last flights cannot be told from rest."""
+    system = SCENES["slow load, rest on the stop"][0]
+    start = np.array([[0.04665043907952526, 1.1855258203775585]])
+    images, motion = PeriodMap(system).apply(start), bf.simulate(system, start[0], periods=1)
+    assert images.impacts[0] == sum(event.kind in ("impact", "chatter") for event in motion.events)
+    np.testing.assert_allclose(images.ends[0], motion.final, rtol=0, atol=1e-12)
+
+
 def test_what_ends_a_motion_is_said():
     system = bf.systems.impact_oscillator(zeta=0.05, omega=0.8, amplitude=1.0, gap=0.1, restitution=0.6)
     X = np.column_stack((np.full(60, -0.1), np.linspace(-3.0, 3.0, 60)))

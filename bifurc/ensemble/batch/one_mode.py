@@ -11,15 +11,14 @@ ASIDE, as are those in another mode, and the caller takes their whole period aga
 of the general integration at the events of this one stop, twice as fast where the mass comes to rest.  The numbers are those of
 the mode in `bifurc.ensemble.batch.tables`.
 """
-from .several_modes import MANY, filled, horner, layout, place, records, strides
+from .several_modes import MANY, ONE, filled, horner, layout, place, records
 
 ROWS = ("EQ", "EV", "FQ", "FV", "SPEED", "FAIL", "TOP")  # of scratch: states before and after an event, what is known of it
 
 
-def step_text(guards: int, size: int) -> str:
-    """Return the source of ``period_step``; other modes of the scene may have up to so many ``guards``."""
-    mode = records(1, guards)[0]
-    numbers = layout(1, guards, size) | strides(*records(1, guards))
+def step_text(size: int) -> str:
+    """Return the source of ``period_step`` for ``size`` starts in a batch."""
+    mode, numbers = records(1, 1)[0], layout(1, 1, size) | ONE
     numbers |= {name: numbers["FIRST"] + i * numbers["CAP"] for i, name in enumerate(ROWS)}
     column = place(mode, "place") + MANY  # of the velocity
     words = {"LOAD_COLUMN": [f"b_{j} = N[o + {column + j}]" for j in range(MANY)],

@@ -72,6 +72,6 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
 def module_of(kind: Kind):
     """Return the written module of a kind."""
     if kind.one_stop:
-        return written(one_mode.step_text(kind.guards, SIZE), 2, kind.guards, kind.forcings, CERTIFIED, one_mode.spaces(SIZE))
+        return written(one_mode.step_text(SIZE), 2, kind.guards, kind.forcings, CERTIFIED, one_mode.spaces(SIZE))
     text, numbers = several_modes.modes_text(kind.n, kind.guards, SIZE), several_modes.layout(kind.n, kind.guards, SIZE)
     return written(text, 2 * kind.n, kind.guards, kind.forcings, DEFERRED, several_modes.spaces(numbers))
