@@ -135,19 +135,18 @@ def test_critical_damping_has_no_poles_to_sum_but_a_block_of_them(gap):
 
 
 @pytest.mark.parametrize("n", [4, 12])
-@pytest.mark.parametrize("coupled", [False, True])
-def test_receptances_and_their_slopes_where_many_poles_coincide(n, coupled):
+@pytest.mark.parametrize("coupling", [0.0, 1e-12, 1e-2])
+def test_receptances_and_their_slopes_where_many_poles_coincide(n, coupling):
     """Equal masses with critical damping, all of them with the same two poles, coupled by a gyroscopic term or a dashpot."""
     C = np.diag(np.full(n, 4.0))
     C[0, 1] += 0.05
     C[1, 0] -= 0.05
-    if coupled:
-        C += 0.01 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    C += coupling * (np.eye(n, k=1) + np.eye(n, k=-1))
     B = np.ones(n)
     B[1::2] = 0.3
     system = System(np.eye(n), C, 4.0 * np.eye(n), [HarmonicForce(1.0, dof=n - 1), Jenkins(1.0, 0.3, row=tuple(B))], omega=0.7)
     condensed = condensed_of(system, drives=True, sweep=True)
-    assert condensed.linear.way == BLOCKS
+    assert condensed.linear.way == (POLES if coupling > 1e-6 else BLOCKS)
     for omega in (0.7, 2.0):
         there = at(condensed, omega)
         true = condensed.linear._direct(there.T, there.dT, range(len(condensed.whole.harmonics)), False)
@@ -211,8 +210,8 @@ def test_core_that_changes_and_keeps_its_modes():
         for own, other in zip(mine.linear[:4], true.linear[:4], strict=True):
             np.testing.assert_allclose(own, other, atol=1e-11 * np.abs(other).max())
         assert mine.linear.sign == true.linear.sign
-        np.testing.assert_allclose(condensed.linear.motion(mine.T, load, none, True), factors.linear.motion(true.T, load, none, True),
-                                   rtol=1e-9)
+        q, other = (c.linear.motion(point.T, load, none, True) for c, point in ((condensed, mine), (factors, true)))
+        np.testing.assert_allclose(q, other, rtol=1e-9)
     bent = np.array([K, np.diag(np.arange(10.0))])
     other = condensed_of(system, changed=Changed(np.arange(10), (*matrices[:2], bent)))
     assert not other.linear._same_modes

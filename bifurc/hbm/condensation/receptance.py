@@ -17,6 +17,7 @@ Where a parameter changes the core in r coordinates alone, the first three serve
 size r a harmonic (Woodbury); where it changes all of it but leaves the modes as they are (a damping ratio, a modulus), only the
 numbers of the modes are new.
 """
+import functools
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -86,18 +87,35 @@ class Terms:
     name: str
     clusters: "Clusters | None" = None  # further terms that do not come one by one
 
+    @functools.cached_property
+    def first_order(self) -> bool:
+        """Whether every d_j is a_j + i w."""
+        return not self.c.any() and bool((self.b == 1.0).all())
+
+    @functools.cached_property
+    def sizes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sizes of ``a`` and ``b``."""
+        return np.abs(self.a), np.abs(self.b)
+
     def divisors(self, w) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return d (K, N) at frequencies ``w`` (K,), where one is nearly zero (K,), and the derivative by w."""
-        w = w[:, None]
-        square, turn = w * w * self.c, w * self.b
-        d = (self.a - square) + 1j * turn
-        near = (np.abs(d) <= NEAR * (np.abs(self.a) + np.abs(turn) + square) + self.floor).any(axis=1)
+        """Return d (K, N) at frequencies ``w`` (K,), where one is nearly zero (K,), and the derivative by w, (K, N) or (1, 1)."""
+        own, w = self.sizes, w[:, None]
+        if self.first_order:
+            d, size, slope = self.a + 1j * w, own[0] + w, np.full((1, 1), 1j)
+        else:
+            square, d, slope = w * w * self.c, np.empty((len(w), len(self.a)), complex), np.empty((len(w), len(self.a)), complex)
+            d.real, d.imag, slope.real, slope.imag = self.a - square, w * self.b, -2.0 * w * self.c, self.b
+            size = own[0] + w * own[1] + square
+        least = NEAR * size + self.floor
+        near = np.zeros(len(w), bool)
+        if (np.abs(d.real) + np.abs(d.imag) <= 1.5 * least).any():  # the size of a complex number costs ten times as much
+            near = (np.abs(d) <= least).any(axis=1)
         if self.clusters is not None:
-            s = np.diag(self.clusters.T)
+            s = self.clusters.poles
             near |= (np.abs(1j * w - s) <= NEAR * (np.abs(s) + w) + self.floor).any(axis=1)
         if near.any():
             d[near] = 1.0
-        return d, near, 1j * self.b - 2.0 * w * self.c
+        return d, near, slope
 
 
 @dataclass(frozen=True)
@@ -109,12 +127,22 @@ class Clusters:
     into: np.ndarray  # (N, n)
     levels: tuple[np.ndarray, ...]  # places by how many others are solved before them
 
+    @functools.cached_property
+    def poles(self) -> np.ndarray:
+        """Poles (N,)."""
+        return np.diag(self.T).copy()
+
+    @functools.cached_property
+    def couplings(self) -> tuple[np.ndarray, np.ndarray]:
+        """What is above the diagonal, and its transpose."""
+        upper = np.triu(self.T, 1)
+        return upper, np.ascontiguousarray(upper.T)
+
     def solved(self, w, right, transposed: bool = False) -> np.ndarray:
         """Return (i w - T)^-1 right (K, N, m), or with the transposed matrix, for ``right`` (N, m) or (K, N, m)."""
-        d = 1j * w[:, None, None] - np.diag(self.T)[:, None]
+        d = 1j * w[:, None, None] - self.poles[:, None]
         d[d == 0.0] = 1.0  # harmonics there are solved directly
-        coupling = np.triu(self.T, 1)
-        coupling, levels = (coupling.T, self.levels[::-1]) if transposed else (coupling, self.levels)
+        coupling, levels = self.couplings[int(transposed)], self.levels[::-1] if transposed else self.levels
         found = np.zeros((len(w), len(self.T), right.shape[-1]), complex)
         for rows in levels:
             found[:, rows] = (right[..., rows, :] + coupling[rows] @ found) / d[:, rows]
@@ -356,7 +384,8 @@ class LinearPart:
         left, pairs = self._seen(own)
         w = self.harmonics * T.omega[0]
         d, near, slope = terms.divisors(w)
-        inverse = 1.0 / d
+        inverse, size = np.empty_like(d), 1.0 / (d.real**2 + d.imag**2)  # numpy divides complex numbers one by one
+        inverse.real, inverse.imag = d.real * size, -d.imag * size
         o, m = len(self.outputs), len(self.rows)
         H, free = (inverse @ pairs).reshape(-1, o, m), np.zeros((len(d), o), complex)
         dH, dfree = np.zeros_like(H), np.zeros_like(free)
@@ -365,11 +394,15 @@ class LinearPart:
         load = load[excited] @ terms.into.T
         free[excited] = (inverse[excited] * load) @ left.T
         if dT.omega[0] or change is not None:
-            slope = (dT.omega[0] * self.harmonics)[:, None] * slope
+            rate, square = (-dT.omega[0] * self.harmonics)[:, None] * slope, inverse * inverse
             if change is not None:
-                slope = slope + change.a - np.multiply.outer(w * w, change.c) + 1j * np.multiply.outer(w, change.b)
-            slope = -slope * inverse * inverse
-            dH, dfree[excited] = (slope @ pairs).reshape(-1, o, m), (slope[excited] * load) @ left.T
+                rate = rate - change.a + np.multiply.outer(w * w, change.c) - 1j * np.multiply.outer(w, change.b)
+            if rate.shape[1] == 1:  # of poles: one number a harmonic
+                dH = (rate * (square @ pairs)).reshape(-1, o, m)
+                dfree[excited] = rate[excited] * ((square[excited] * load) @ left.T)
+            else:
+                square *= rate
+                dH, dfree[excited] = (square @ pairs).reshape(-1, o, m), (square[excited] * load) @ left.T
         if turned.any():
             dfree[turned] += (inverse[turned] * (turn[turned] @ terms.into.T)) @ left.T
         if terms.clusters is not None:
