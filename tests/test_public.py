@@ -10,6 +10,7 @@ import time
 import pytest
 
 import bifurc as bf
+from tests.reference import public_defaults
 
 HEAVY = ("numba", "scipy", "matplotlib", "networkx", "pandas", "tqdm", "llvmlite")
 
@@ -83,3 +84,7 @@ def test_a_lazy_name_is_found_once():
     for _ in range(1000):
         bf.Grid  # noqa: B018
     assert time.perf_counter() - start < 0.01
+
+
+def test_defaults_of_public_names_change_only_with_their_table():
+    public_defaults.compare()
