@@ -47,6 +47,6 @@ def substep(T, k, steps, h, m, room, limit):
 
 @njit
 def scratch():
-    """Return what `period` works on: its the state, the tally, and room."""
+    """Return what `period` works on: the state, the tally, and room."""
     return (np.zeros(NS), np.zeros(3), np.zeros(NS + FORCINGS), np.zeros(SLOPES + GUARDS), np.zeros((RECORDED, STATE + 2 * NS)),
             np.zeros(ORDERS + GUARDS, np.int64), np.zeros((RECORDED, 5), np.int64))
