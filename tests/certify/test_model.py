@@ -262,8 +262,8 @@ def test_whatever_acts_is_understood_or_refused(monkeypatch):
 
 
 def test_harmonics_of_several_loads_are_in_order():
-    made = bf.System(1.0, 0.3, 2.0, [HarmonicForce(0.5, harmonic=3), HarmonicForce(0.25, harmonic=1), HarmonicForce(1.5, harmonic=12)],
-                     omega=OMEGA)
+    loads = [HarmonicForce(0.5, harmonic=3), HarmonicForce(0.25, harmonic=1), HarmonicForce(1.5, harmonic=12)]
+    made = bf.System(1.0, 0.3, 2.0, loads, omega=OMEGA)
     found = Model(made, Rationals(), [(e, item.start[0]) for e, item in enumerate(made.elements)])
     assert found.harmonics == (1, 3, 12) and found.nx == 9
     B = floats(rows_of(found.mode(tuple(item.start[0] for item in made.elements)).B))
