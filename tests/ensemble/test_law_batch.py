@@ -1,4 +1,6 @@
 """Starts side by side under laws: against an independent integration, the scalar integrator, simulations; labels of a basin."""
+import ast
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -7,6 +9,7 @@ import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import kernels
+from bifurc.ensemble.batch import law_modes, smooth
 from bifurc.ensemble.integrator import Cells, Integrator, Targets
 
 e = bf.elements
@@ -42,6 +45,20 @@ def alone(integrator, X, periods):
     codes, impacts, speeds = np.full(len(Y), 6), np.zeros(len(Y), np.int64), np.full(len(Y), np.inf)
     scalar.map_starts(T, integrator._followers(T), integrator._candidates, modes, Y, 2000, periods, codes, impacts, speeds)
     return Y, codes, impacts, speeds
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_names_of_a_written_step_mean_one_thing(name):
+    """What a function of the text loads before its loop over starts, it loads once and the loop leaves alone."""
+    tree = ast.parse(law_modes.modes_text(smooth.kind_of(scene_of(SCENES[name])), 512))
+
+    def named(statements):
+        return [node.id for line in statements if isinstance(line, ast.Assign) for node in ast.walk(line)
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+
+    for function in (part for part in tree.body if isinstance(part, ast.FunctionDef) and part.name.startswith(("screen_", "along_"))):
+        before, loop = named(function.body), next(line for line in function.body if isinstance(line, ast.For))
+        assert len(set(before)) == len(before) and not set(before) & set(named(loop.body))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -160,13 +160,13 @@ def _along(kind: Kind, v: int) -> str:
     """Return the function that takes a list over times of its own within a substep."""
     step, n, ns = Step(kind, kind.acts[v]), kind.n, 2 * kind.n
     times, loads = step.method.c.tolist(), place(substep_of(kind), "loads")
-    head = [*step.head, *(f"p{c}_{j} = F[t + {loads + c * MANY + j}]" for c in range(kind.loads) for j in range(MANY))]
+    head = [*step.head, *(f"load{c}_{j} = F[t + {loads + c * MANY + j}]" for c in range(kind.loads) for j in range(MANY))]
     body = ["tau, h = W[AT_TAU + l], W[AT_SPAN + l]", *step.products]
     for i, time in enumerate(times):
         first = times.index(time)
         body += [f"s = tau + {time!r} * h"] if first == i else []
         for c in range(kind.loads):
-            body += horner(f"p{c}", "s", f"g{i}_{c}") if first == i else [f"g{i}_{c} = g{first}_{c}"]
+            body += horner(f"load{c}", "s", f"g{i}_{c}") if first == i else [f"g{i}_{c} = g{first}_{c}"]
     body += [*(f"y{c} = W[source + {c} * AT_CAP + l]" for c in range(ns)), *step.body,
              *_ends(kind, step, f"g{step.nearest(1.0)}"), *(f"W[target + {c} * AT_CAP + l] = z{c}" for c in range(ns)),
              *(f"W[AT_{row} + {c} * AT_CAP + l] = {name}{c}" for name, row in STEPS.items() for c in range(n))]
