@@ -10,7 +10,7 @@ he was given into ``box`` before he asks for the next.  The same text serves cur
 import numba
 import numpy as np
 
-from .._jit import OPTIONS, njit
+from .._jit import njit
 
 PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there is below rounding, noise is not
 FARTHEST = 1e-4  # of the probes
@@ -23,7 +23,7 @@ LEVEL = 1e-9  # of the values at the ends of a bracket, at which it is shrunk en
 # whether the search came to its end; of the zero the interval with the sign change, error of its place, slope, noise and second
 # difference of the parameter, and whether the value is at the level of the noise
 (VALUE, PARAMETER, AT, LEAST, THERE, ASKED, DONE, LOW, HIGH, ERROR, SLOPE, P_NOISE, P_CURVE, SETTLED, BOX) = range(15)
-generator = numba.njit(**{**OPTIONS, "cache": False})  # kept on disk in its callers: numba loads no generator for a new one
+generator = numba.njit(error_model="numpy", nogil=True)  # kept on disk in its callers: numba loads no generator for a new one
 
 
 @generator
