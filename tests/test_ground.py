@@ -321,7 +321,7 @@ def test_a_cache_is_marked_when_both_halves_ended_well(tmp_path, monkeypatch, co
 
     class Process:
         def __init__(self, command, **options):
-            self.code, self.open = left.pop(0), True
+            self.code, self.open, self.stdin = left.pop(0), True, None
             assert options["stdout"] == options["stderr"] == subprocess.DEVNULL and command[1] == "-P"
 
         def wait(self, seconds):

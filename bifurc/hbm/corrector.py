@@ -195,7 +195,7 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         length, angle, misfit = looked_at(last, old, x, predicted, new, scale, values, count, sign, log, run, tests)
         if length == 0.0:
             return status
-        taken(x, new, values, length, angle, misfit, count, info[RESIDUAL], sign, log, run, tests, rows[made])
+        taken(x, new, values, (length, angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
         for j in range(n + 1):
             before[0, j], before[1, j] = last[j], old[j]
             last[j], old[j] = x[j], new[j]

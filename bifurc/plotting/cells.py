@@ -146,7 +146,7 @@ def plot_morse(cells: Any, ax: Axes | None = None, least: int = 1) -> Axes:
         row = sorted(levels[level], key=lambda node: (wish(node), str(node)))
         for k, node in enumerate(row):
             place[node] = ((k + 0.5) / len(row), float(level))
-    for tail, head in graph.edges:
+    for tail, head in sorted(graph.edges, key=str):  # sets of nodes have no order
         ax.annotate("", place[head], place[tail], zorder=1,
                     arrowprops={"arrowstyle": "-|>", "color": style.GREY, "linewidth": 0.9, "shrinkA": 11, "shrinkB": 13})
     for node, (x, y) in place.items():

@@ -104,8 +104,13 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
 
 
 @leaf
-def taken(point, tangent, values, length, angle, misfit, iterations, residual, sign, log, run, tests, row):
-    """Write a step in which nothing lies into ``row``, and go on to its end."""
+def taken(point, tangent, values, step, correction, run, tests, row):
+    """Write a step in which nothing lies into ``row``, and go on to its end.
+
+    ``step`` is its length, angle and misfit, ``correction`` the iterations, the residual, and sign and logarithm of the determinant.
+    """
+    length, angle, misfit = step
+    iterations, residual, sign, log = correction
     n, count = point.size - 1, values.size
     for j in range(count):
         value, size = values[j], abs(values[j])

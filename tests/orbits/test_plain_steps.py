@@ -6,6 +6,7 @@ import pytest
 
 from bifurc.orbits.shooting import sequence as sq
 from bifurc.orbits.shooting.equations import Data
+from bifurc.solve import steprun as sr
 from bifurc.solve.steplaw import next_length
 
 FLIP, LISTED, PEAK = 0, 1, 2  # tests behind dp/ds
@@ -19,14 +20,14 @@ def step():
     info = np.zeros(sq.INFO)
     info[sq.ITERATIONS], info[sq.DET_SIGN], info[sq.DET_LOG], info[sq.RESIDUAL] = 3, 1.0, 0.3, 1e-15
     info[sq.FLIP], info[sq.LISTED], info[sq.PEAK] = 0.5, 0.4, -0.3
-    run = np.zeros(sq.RUN)
-    run[sq.LENGTH], run[sq.MOST], run[sq.LOW], run[sq.HIGH], run[sq.ORIGIN] = ds, 1.0, 0.0, 9.0, math.nan
-    run[sq.BEND], run[sq.BACK], run[sq.LOG_BEFORE], run[sq.SIGN_BEFORE], run[sq.LOG], run[sq.SIGN] = 0.0, 0.08, 0.3, 1.0, 0.3, 1.0
-    tests = np.empty((sq.TESTS, 4))
-    tests[sq.EARLIER] = tests[sq.LATEST] = 0.8, 0.5, -0.4, -0.3
-    tests[sq.CLEARLY], tests[sq.SIZE], tests[sq.TOUCHED] = (1, 1, -1, -1), 1.0, (-1.0, -1.0, 1e-13, 1e-13)
+    run = np.zeros(sr.RUN)
+    run[sr.LENGTH], run[sr.MOST], run[sr.LOW], run[sr.HIGH], run[sr.ORIGIN] = ds, 1.0, 0.0, 9.0, math.nan
+    run[sr.BEND], run[sr.BACK], run[sr.LOG_BEFORE], run[sr.SIGN_BEFORE], run[sr.LOG], run[sr.SIGN] = 0.0, 0.08, 0.3, 1.0, 0.3, 1.0
+    tests = np.empty((sr.TESTS, 4))
+    tests[sr.EARLIER] = tests[sr.LATEST] = 0.8, 0.5, -0.4, -0.3
+    tests[sr.CLEARLY], tests[sr.SIZE], tests[sr.TOUCHED] = (1, 1, -1, -1), 1.0, (-1.0, -1.0, 1e-13, 1e-13)
     reads = np.array([sq.FLIP, sq.LISTED, sq.PEAK])
-    row = np.zeros(2 * 2 + 4 + sq.TOLD)
+    row = np.zeros(2 * 2 + 4 + sr.TOLD)
     data = Data(np.empty(0, np.int64), np.empty((0, 0)), 0.0, 9.0, np.array([[0, -1, 0, 0, 0, -1]]), np.zeros(1), 1.0, np.ones(1),
                 scales, np.ones(1))
     kick = np.zeros((1, 1), np.int64)
@@ -45,8 +46,8 @@ def test_a_plain_step_is_taken_and_kept():
     length, angle, misfit, after, iterations, residual, sign, log = row[8:]
     assert (length, misfit, iterations, residual, sign, log) == pytest.approx((0.1, 0.0, 3, 1e-15, 1.0, 0.3))
     assert angle == pytest.approx(0.0, abs=1e-7) and after == next_length.py_func(0.1, angle / length, 0.0, 3, 1.0)
-    assert run[sq.LENGTH] == after and run[sq.BACK] == pytest.approx(0.1)
-    assert tests[sq.LATEST] == pytest.approx([0.8, 0.5, -0.4, -0.3])
+    assert run[sr.LENGTH] == after and run[sr.BACK] == pytest.approx(0.1)
+    assert tests[sr.LATEST] == pytest.approx([0.8, 0.5, -0.4, -0.3])
 
 
 def test_the_next_step_sees_what_this_one_found():
@@ -54,14 +55,14 @@ def test_the_next_step_sees_what_this_one_found():
     a[INFO][[sq.FLIP, sq.DET_LOG]] = 0.7, 0.2
     assert sq.plain(*a)
     run, tests = a[RUN], a[TESTS]
-    assert (tests[sq.EARLIER, 1 + FLIP], tests[sq.LATEST, 1 + FLIP]) == (0.5, 0.7)
-    assert tests[sq.SIZE, 1 + FLIP] == 1.0
-    assert (run[sq.LOG_BEFORE], run[sq.LOG], run[sq.SIGN_BEFORE], run[sq.SIGN]) == (0.3, 0.2, 1.0, 1.0)
+    assert (tests[sr.EARLIER, 1 + FLIP], tests[sr.LATEST, 1 + FLIP]) == (0.5, 0.7)
+    assert tests[sr.SIZE, 1 + FLIP] == 1.0
+    assert (run[sr.LOG_BEFORE], run[sr.LOG], run[sr.SIGN_BEFORE], run[sr.SIGN]) == (0.3, 0.2, 1.0, 1.0)
     a[INFO][sq.FLIP] = 1.5
     a[LAST][:] = a[U]
-    a[PREDICTED][:] = a[U][:] = a[LAST] + run[sq.LENGTH] * a[DATA].scales * a[TANGENT]
+    a[PREDICTED][:] = a[U][:] = a[LAST] + run[sr.LENGTH] * a[DATA].scales * a[TANGENT]
     assert sq.plain(*a)
-    assert tests[sq.EARLIER, 1 + FLIP] == 0.7 and tests[sq.SIZE, 1 + FLIP] == 1.5
+    assert tests[sr.EARLIER, 1 + FLIP] == 0.7 and tests[sr.SIZE, 1 + FLIP] == 1.5
 
 
 def disturbed(what):
@@ -71,11 +72,11 @@ def disturbed(what):
     if what == "iterations":
         info[sq.ITERATIONS] = 7
     elif what == "low":
-        run[sq.LOW] = a[U][1] + 1e-9
+        run[sr.LOW] = a[U][1] + 1e-9
     elif what == "high":
-        run[sq.HIGH] = a[U][1] - 1e-9
+        run[sr.HIGH] = a[U][1] - 1e-9
     elif what == "on the bound":
-        run[sq.HIGH] = a[U][1]
+        run[sr.HIGH] = a[U][1]
     elif what == "sign of the determinant":
         info[sq.DET_SIGN] = -1.0
     elif what == "nearly singular":
@@ -85,7 +86,7 @@ def disturbed(what):
     elif what == "leads aside":
         a[U][:] += 0.02 * a[DATA].scales * np.array([-0.8, 0.6])
     elif what == "start of a closed branch":
-        run[sq.ORIGIN] = 1.2
+        run[sr.ORIGIN] = 1.2
     elif what == "not known":
         info[sq.FLIP] = math.nan
     elif what == "flip":
@@ -95,13 +96,13 @@ def disturbed(what):
     elif what == "slow impact":
         info[sq.LISTED] = -1e-12
     elif what == "two zeros of a test":
-        tests[sq.EARLIER, 1 + FLIP], tests[sq.LATEST, 1 + FLIP], info[sq.FLIP] = 0.4, 0.05, 0.1
+        tests[sr.EARLIER, 1 + FLIP], tests[sr.LATEST, 1 + FLIP], info[sq.FLIP] = 0.4, 0.05, 0.1
     elif what == "two folds":
         a[LAST][1] = a[U][1] - 1e-3  # dp/ds .8 at both ends, next to no way between: it turned twice
     elif what == "two changes of the determinant":
-        run[sq.LOG_BEFORE], run[sq.LOG], info[sq.DET_LOG] = 0.3, 0.3 - 0.5, 0.3 - 0.3
+        run[sr.LOG_BEFORE], run[sr.LOG], info[sq.DET_LOG] = 0.3, 0.3 - 0.5, 0.3 - 0.3
     elif what == "the determinant heads for zero":
-        run[sq.LOG_BEFORE], run[sq.LOG], info[sq.DET_LOG] = 0.3, 0.3 - 0.2, 0.3 - 1.2
+        run[sr.LOG_BEFORE], run[sr.LOG], info[sq.DET_LOG] = 0.3, 0.3 - 0.2, 0.3 - 1.2
     return a
 
 
@@ -122,9 +123,9 @@ def test_a_value_within_rounding_of_zero_does_not_stop_it():
     assert sq.plain(*a)
     a = step()
     a[INFO][sq.FLIP] = -0.5e-12
-    a[TESTS][sq.EARLIER, 1 + FLIP] = a[TESTS][sq.LATEST, 1 + FLIP] = 1e-3
+    a[TESTS][sr.EARLIER, 1 + FLIP] = a[TESTS][sr.LATEST, 1 + FLIP] = 1e-3
     assert sq.plain(*a)
-    assert a[TESTS][sq.CLEARLY, 1 + FLIP] == 1  # the old sign stays
+    assert a[TESTS][sr.CLEARLY, 1 + FLIP] == 1  # the old sign stays
 
 
 @pytest.mark.parametrize(("node", "depth"), [(1, 0.02), (1, 0.2), (0, 0.02), (0, 0.2)])

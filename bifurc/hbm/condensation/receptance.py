@@ -16,6 +16,8 @@ Four ways, for n degrees of freedom, m rows and K harmonics, all exact:
 Where a parameter changes the core in r coordinates alone, the first three serve the core as it was, and the rest is a system of
 size r a harmonic (Woodbury); where it changes all of it but leaves the modes as they are (a damping ratio, a modulus), only the
 numbers of the modes are new.
+
+One file, because the ways share their rows, their accuracy and the choice between them.
 """
 import functools
 from dataclasses import dataclass, replace

@@ -692,5 +692,5 @@ def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests,
     length, angle, misfit = looked_at(last, old, U, predicted, tangent, data.scales, values, iterations, sign, log, run, tests)
     if length == 0.0 or emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, length) > 0.0:
         return False
-    taken(U, tangent, values, length, angle, misfit, iterations, info[RESIDUAL], sign, log, run, tests, row)
+    taken(U, tangent, values, (length, angle, misfit), (iterations, info[RESIDUAL], sign, log), run, tests, row)
     return True

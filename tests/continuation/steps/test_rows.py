@@ -80,7 +80,7 @@ def test_a_row_and_its_image_in_the_other_direction(part):
 def test_a_row_of_a_step_that_the_problem_made_itself(part):
     before = row_at(part, 0.5, 1.0)
     told = 0.25, 0.05, 0.01, 0.4, 2.0, 1e-13, -1.0, 3.5
-    row = followed(before, np.array([1.0, 2.0]), np.array([0.6, 0.8]), [0.8, -1.0, 2.0], told, (1, -1, 1))
+    (row,) = followed(before, np.array([[1.0, 2.0, 0.6, 0.8, 0.8, -1.0, 2.0, *told]]), (1, -1, 1))
     assert (row.s, row.angle, row.misfit, row.ds, row.iterations) == (1.25, 0.05, 0.01, 0.4, 2)
     assert row.bend == pytest.approx(0.2) and row.signs == (1, -1, 1)
     assert (row.residual, row.det_sign, row.det_log, row.p) == (1e-13, -1.0, 3.5, 2.0)
