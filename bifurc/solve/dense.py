@@ -134,12 +134,6 @@ def lu_solve(a, pivot, b):
         row = pivot[k]
         if row != k:
             b[k], b[row] = b[row], b[k]
-    if n >= BLOCKED:
-        for i in range(1, n):
-            b[i] -= inner(a[i, :i], b[:i])
-        for i in range(n - 1, -1, -1):
-            b[i] = (b[i] - inner(a[i, i + 1:], b[i + 1:])) / a[i, i]
-        return
     for i in range(1, n):
         total = b[i]
         for j in range(i):

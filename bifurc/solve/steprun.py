@@ -107,7 +107,7 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
 def taken(point, tangent, values, step, correction, run, tests, row):
     """Write a step in which nothing lies into ``row``, and go on to its end.
 
-    ``step`` is its length, angle and misfit, ``correction`` the iterations, the residual, and sign and logarithm of the determinant.
+    ``step`` is its length, angle and misfit, ``correction`` the iterations, the residual, sign and logarithm of the determinant.
     """
     length, angle, misfit = step
     iterations, residual, sign, log = correction

@@ -3,6 +3,8 @@
 Guards are scanned on a grid finer than an eighth of the shortest wave, sign changes and interior maxima (from the Hermite
 cubic of a cell) are polished by Newton on the polynomial; what follows an event is decided as in `flow.settle`: the first
 candidate whose guards are all negative, or zero with a negative first non-zero derivative.
+
+One file, because finding and deciding an event are compiled as one text.
 """
 import numpy as np
 
