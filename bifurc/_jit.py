@@ -9,7 +9,7 @@ import types  # noqa: E402
 import numba  # noqa: E402
 
 from ._apart import refuse_python, set_apart  # noqa: E402
-from ._pipeline import Linked, Pipeline  # noqa: E402
+from ._pipeline import Linked, Pipeline, for_this_numba  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
@@ -24,7 +24,7 @@ def _compiled(function, pipeline=Pipeline, **options):
     whole = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(kernel_folder(function.__module__))
     try:
-        made = numba.njit(**OPTIONS, pipeline_class=pipeline, **options)(function)
+        made = numba.njit(**OPTIONS, pipeline_class=for_this_numba(pipeline), **options)(function)
     finally:
         numba.config.CACHE_DIR = whole
     template = made.get_call_template

@@ -5,13 +5,17 @@ The answer depends on the operator and the types only: remembering it saves a th
 
 Functions that only compiled callers call are linked into them as LLVM's intermediate code.  numba makes machine code of each by
 itself, too, which nothing ever calls.
+
+Both reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
 """
 import math
 import operator
 
 import llvmlite.binding
+import numba
 from numba.core import codegen, compiler, types
 
+TRIED = ((0, 68),)  # versions of numba
 PLAIN = (types.Number, types.Boolean, types.Literal, types.Array, types.SliceType)
 ENVIRONMENT = "_ZN08NumbaEnv"  # how names of environments begin
 OPERATORS = frozenset([value for module in (operator, math) for name, value in vars(module).items()
@@ -39,6 +43,11 @@ class Linked(Pipeline):
         self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
         return super().compile_extra(func)
+
+
+def for_this_numba(pipeline):
+    """Return the pipeline, or numba's own for a version that it was not tried with."""
+    return pipeline if numba.version_info.short in TRIED else compiler.Compiler
 
 
 class _Library(codegen.JITCodeLibrary):

@@ -4,9 +4,10 @@ import os
 import subprocess
 import sys
 
+import numba
 import numpy as np
 import pytest
-from numba.core import types
+from numba.core import compiler, types
 
 from bifurc import _pipeline
 from bifurc._jit import both, njit
@@ -69,7 +70,10 @@ def test_a_function_that_is_only_linked_comes_back_from_the_disk_for_another_cal
     assert run("first", "second") == [wanted + 1.0, 2.0 * wanted, ["empty", 3]]
 
 
-def test_a_function_that_is_only_linked_has_no_machine_code():
+@pytest.mark.skipif(numba.version_info.short not in _pipeline.TRIED, reason="this numba compiles as it always does")
+def test_a_function_that_is_only_linked_has_no_machine_code(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # what comes from the disk is a library like any other
+
     @njit
     def callee(x):
         return np.sqrt(x * x + 1.0)
@@ -94,3 +98,18 @@ def test_a_function_that_is_only_linked_has_no_machine_code():
 ])
 def test_only_operators_on_numbers_and_arrays_are_remembered(args, plain):
     assert _pipeline._plain(args) is plain
+
+
+def test_a_numba_that_was_not_tried_compiles_as_it_always_does(monkeypatch):
+    monkeypatch.setattr(_pipeline, "TRIED", ())
+    assert _pipeline.for_this_numba(_pipeline.Linked) is compiler.Compiler
+
+    @njit
+    def callee(x):
+        return x + 2.0
+
+    @both
+    def caller(x):
+        return callee(x) * 3.0
+
+    assert caller(1.0) == 9.0
