@@ -407,6 +407,8 @@ def test_a_run_of_a_proof(monkeypatch, tmp_path, capsys):
 
 def test_a_run_of_the_explorer(monkeypatch, tmp_path, capsys):
     asked = []
+    found = {"bokeh"}  # whether bokeh is installed is not what is asked
+    monkeypatch.setattr(explore, "importlib", SimpleNamespace(util=SimpleNamespace(find_spec=lambda name: name if name in found else None)))
     monkeypatch.setattr(bf.explore, "serve", lambda *arguments, **more: asked.append((arguments, more)))
     assert cli.main(["explore", "impact-oscillator", "--set", "gap=2", "--no-browser", "--workers", "3", "--out", "o"]) == 0
     (system, parameter, bounds), more = asked.pop()
@@ -427,6 +429,8 @@ def test_a_run_of_the_explorer(monkeypatch, tmp_path, capsys):
         assert cli.main(["explore", str(file), *extra]) == 2
         assert "belong to a system" in capsys.readouterr().err
     assert cli.main(["explore", "macro_slip_contact"]) == 2 and "driven by a displacement" in capsys.readouterr().err
+    found.clear()
+    assert cli.main(["explore", "impact-oscillator"]) == 2 and "the explorer needs bokeh" in capsys.readouterr().err and not asked
 
 
 def test_starts_of_systems_without_a_clock(monkeypatch):
