@@ -265,6 +265,26 @@ class Problem:
         """Return the `EndPoint` that a branch which ends at ``x`` (n + 1,) approaches without reaching it, or None."""
         return None
 
+    def zero(self, curve, test, ends, guess):
+        """Return the zero of a test on a `steps.rows.Curve` in a tuple, (None,) where it cannot be found, or None for the general
+        search.
+
+        Parameters
+        ----------
+        curve : steps.rows.Curve
+        test : int
+            0: the slope of the parameter, 1 + k: monitor k.
+        ends : tuple of float
+            Values of the test at both ends.
+        guess : float or None
+            Place to try first, in (0, 1).
+
+        Returns
+        -------
+        tuple of one steps.roots.Root, or None
+        """
+        return None
+
     def locate(self, kind, a, b):
         """Return the `Corrected` point of a kind between two rows where the equations are singular at it, or None for the general
         search."""

@@ -60,6 +60,10 @@ class Watching:
             c.monitors = np.append(c.monitors, self.values(c))
         return c
 
+    def zero(self, curve, test, ends, guess):
+        """See `Problem.zero`: what is watched is known at points that this problem corrects."""
+        return None
+
     def monitor_values(self, u, p, tangent):
         """See `Problem.monitor_values`."""
         return np.append(self.inner.monitor_values(u, p, tangent), self.values_at(np.append(u, p), tangent))

@@ -97,3 +97,26 @@ def test_an_orbit_on_the_numbers_of_its_branch_is_the_orbit():
         assert own.multipliers == pytest.approx(packed.multipliers, abs=1e-11)
         assert own.sample(50)[1] == pytest.approx(packed.sample(50)[1], abs=1e-12)
         assert repetition(own).repeated
+
+
+@pytest.mark.parametrize("name", ["impacts", "elastic", "Duffing"])
+def test_zeros_found_in_one_call_are_those_of_the_general_search(name, monkeypatch):
+    """Place, error and kind of every special point; the compiled search is the one that finds them."""
+    from bifurc.continuation.shooting.problem import OrbitProblem
+
+    found, zero = [], OrbitProblem.zero
+
+    def counted(self, *arguments):
+        made = zero(self, *arguments)
+        found.append(made is not None and made[0] is not None)
+        return made
+
+    monkeypatch.setattr(OrbitProblem, "zero", counted)
+    at_once = traced(name)
+    assert sum(found) >= 0.7 * len([point for point in at_once.special_points if point.kind != "peak"]) > 0
+    monkeypatch.setattr(OrbitProblem, "zero", lambda self, *arguments: None)
+    one_by_one = traced(name)
+    assert [point.kind for point in at_once.special_points] == [point.kind for point in one_by_one.special_points]
+    for one, other in zip(at_once.special_points, one_by_one.special_points, strict=True):
+        assert abs(one.parameter - other.parameter) <= one.error + other.error
+        assert one.error < 1e-11 and other.error < 1e-11

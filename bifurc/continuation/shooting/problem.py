@@ -28,6 +28,7 @@ from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
+from ..steps.roots import root_of
 from ..steps.rows import followed
 from ..watching import bare
 from . import autonomous, branching, signature_change
@@ -213,6 +214,18 @@ class OrbitProblem(Problem):
             self._clear = made[-1].x, made[-1].tests[1]
             sizes[:] = tests[SIZE].tolist()
         return made, None if status > 1 else self._corrected(predicted, tangent, status, U, tangent, info)
+
+    def zero(self, curve, test, ends, guess):
+        """See `Problem.zero`; one compiled call."""
+        if not self.follows:
+            return None
+        hermite = np.array([curve.xa, curve.chord, curve.da, curve.db])
+        bracket = (*ends, math.nan if guess is None else guess)
+        place = int(self._reads[test - 1]) if test else -1
+        status, U, predicted, tangent, info, box = self.equations.locate(hermite, bracket, place)
+        if status == sequence.UNKNOWN:
+            return None
+        return (root_of(box, self._corrected(predicted, None, 1, U, tangent, info)) if status == 1 else None,)
 
     def leaves(self, a, b) -> float:
         """See `Problem.leaves`: of the duration of every interval value and rate are known at both rows."""

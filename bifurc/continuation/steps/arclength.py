@@ -20,7 +20,7 @@ from . import detect, hidden
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
-STARTS = 8  # last rows from which a point on a bound is looked for
+STARTS = 8  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
@@ -361,10 +361,17 @@ class Half:
 
     def leap(self, row):
         """Whether the branch goes on behind a boundary that steps only creep up to: its equations lose rank there, as where
-        several events end at once. The equations behind it tell the parameter."""
-        cut = detect.creeping(self, row)
-        if cut is None or self.ends_in(row) is StopReason.CHATTERING:
+        several events end at once. The equations behind it tell the parameter.  They are looked for from the last few rows, of
+        which those so near to it are rounding."""
+        if self.ends_in(row) is StopReason.CHATTERING:
             return False  # no single sequence goes on
+        return any(self.leap_from(row, start) for start in self.rows[:-STARTS - 1:-1] if start.part is row.part)
+
+    def leap_from(self, row, start):
+        """Whether the branch goes on behind ``row`` with the equations that are found from the row ``start``."""
+        cut = detect.creeping(self, start)
+        if cut is None:
+            return False
         before = self.slope, self.signs, self.sizes, self.edge, self.pending
         self.slope = row.tests[0]
         self.cross(row, cut)

@@ -390,8 +390,12 @@ def zero_between(part, a, b, j):
                 if 0.0 < t < 1.0:
                     guess = t
     value = curve.test(j)
-    made = enclose(value, 0.0, fa, 1.0, fb, guess)
-    root = None if made is None else polish(value, *made)
+    found = part.problem.zero(curve, j, (fa, fb), guess)
+    if found is None:
+        made = enclose(value, 0.0, fa, 1.0, fb, guess)
+        root = None if made is None else polish(value, *made)
+    else:
+        root = found[0]
     if root is None and j in part.boundary and fa * fb < 0.0 and curve.length < ENCLOSED:
         root = bracketed(value, 0.0, fa, 1.0, fb)
     return located(part, a, b, j, curve, root)

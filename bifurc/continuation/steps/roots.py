@@ -1,18 +1,18 @@
-"""Bracketed root of a scalar test along a curve, with an error that is measured: superlinear, then two close probes.
-
-The bracketing iteration is Chandrupatla's (Chandrupatla 1997): inverse quadratic where the three points allow it,
-bisection otherwise.  Probes at a tiny distance then give the slope and, by their distance from a line, the noise.
-"""
+"""Bracketed root of a scalar test along a curve, with an error that is measured; the searches themselves are `solve.zeros`."""
 import math
+import types
 from dataclasses import dataclass
 from typing import Any
 
-PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there is below rounding, noise is not
-REPEATS = 3  # refinements, of which the first is enough unless the slope changes within 1e-8
-UNEVEN = 1.4  # of the probe above to that below, so that noise that is periodic does not look straight
-SAFETY = 32.0  # of a noise that is known from four samples
-SUPERLINEAR = 30  # evaluations before giving up
+from ...solve import zeros
+from ...solve.zeros import PROBE
+
+__all__ = ["PROBE", "Root", "bracketed", "enclose", "off_line", "polish", "root_of"]
+
 HALVINGS, NARROW, WIDE = 40, 1e-9, 1e-2  # of a bracket that cannot be polished: most, and width that is enough, or too much
+off_line = zeros.off_line.py_func
+enclosing = zeros.enclosing.py_func
+polishing = types.FunctionType(zeros.polishing.py_func.__code__, {**vars(zeros), "off_line": off_line})  # nothing compiled in it
 
 
 @dataclass(slots=True)
@@ -29,6 +29,13 @@ class Root:
     p_noise: float
     p_curve: float
     settled: bool
+
+
+def root_of(box, point) -> Root:
+    """Return the root that a search has left in its ``box``, see `solve.zeros`, with its point."""
+    at, low, high, error, slope, p_noise, p_curve, settled = (float(box[place]) for place in (
+        zeros.AT, zeros.LOW, zeros.HIGH, zeros.ERROR, zeros.SLOPE, zeros.P_NOISE, zeros.P_CURVE, zeros.SETTLED))
+    return Root(at, point, low, high, error, slope, p_noise, p_curve, settled > 0.0)
 
 
 def enclose(f, a, fa, b, fb, guess=None):
@@ -48,40 +55,15 @@ def enclose(f, a, fa, b, fb, guess=None):
     tuple (t, value, point) or None
         ``point`` is None if the root is an end of the bracket that was never evaluated here.
     """
-    level = 1e-9 * max(abs(fa), abs(fb))
-    best = (a, fa, None) if abs(fa) <= abs(fb) else (b, fb, None)
-    if best[1] == 0.0:
-        return best
-    t = guess if guess is not None and a < guess < b else a + (b - a) * fa / (fa - fb)
-    t = min(max(t, a + 1e-3 * (b - a)), b - 1e-3 * (b - a))
-    for _ in range(SUPERLINEAR):
+    box, points = [0.0] * zeros.BOX, {}
+    for t in enclosing(box, a, fa, b, fb, math.nan if guess is None else guess):
         made = f(t)
         if made is None:
             return None
-        value, point = made
-        if abs(value) <= abs(best[1]):
-            best = (t, value, point)
-        if abs(value) <= level:
-            return best
-        # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out
-        if (value > 0.0) == (fa > 0.0):
-            c, fc = a, fa
-            a, fa = t, value
-        else:
-            c, fc = b, fb
-            b, fb = a, fa
-            a, fa = t, value
-        width = b - a
-        if abs(width) <= 1e-12:
-            return best
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb) if fc != fb else math.inf  # equal: a test at its floor
-        if fc != fa and phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
-            part = fa / (fb - fa) * fc / (fb - fc) + (c - a) / width * fa / (fc - fa) * fb / (fc - fb)
-        else:
-            part = 0.5
-        least = min(0.5, 1e-10 / abs(width))
-        t = a + min(max(part, least), 1.0 - least) * width
-    return best if abs(best[1]) <= 1e-6 * (abs(fa) + abs(fb)) else None
+        box[zeros.VALUE], points[t] = made
+    if not box[zeros.DONE]:
+        return None
+    return box[zeros.AT], box[zeros.LEAST], points[box[zeros.AT]] if box[zeros.ASKED] else None
 
 
 def bracketed(f, a, fa, b, fb):
@@ -112,53 +94,14 @@ def polish(f, t, value, point):
 
     ``f`` as in `enclose`; ``point`` may be None and is then computed.  Returns None where the slope vanishes.
     """
-    if point is None:
-        made = f(t)
+    box = [0.0] * zeros.BOX
+    box[zeros.AT] = t
+    if point is not None:
+        box[zeros.LEAST], box[zeros.THERE], box[zeros.ASKED] = value, float(point.x[-1]), 1.0
+    for place in polishing(box):
+        made = f(place)
         if made is None:
             return None
-        value, point = made
-    for _ in range(REPEATS):
-        step = probed(f, t, value, point)
-        if step is None:
-            return None
-        (t, (value, point)), root = step
-        if root.settled:
-            break
-    return root
-
-
-def probed(f, t, value, point):
-    """One refinement of `polish`; returns ``((t, (value, point)), Root)``, None where it fails."""
-    probe = PROBE
-    while True:
-        below, above = f(t - probe), f(t + UNEVEN * probe)
-        if below is None or above is None:
-            return None
-        slope = (above[0] - below[0]) / ((1.0 + UNEVEN) * probe)
-        if slope == 0.0:
-            return None
-        shift = -value / slope
-        if abs(shift) <= probe and (above[0] > 0.0) != (below[0] > 0.0):
-            break
-        probe *= 10.0
-        if probe > 1e-4:
-            return None
-    made = f(t + shift)
-    if made is None:
-        return None
-    places = (-1.0, 0.0, shift / probe, UNEVEN)
-    noise = off_line(places, (below[0], value, made[0], above[0]))
-    p_noise = off_line(places, [float(q.x[-1]) for q in (below[1], point, made[1], above[1])])
-    error = (abs(made[0]) + SAFETY * noise) / abs(slope) + 4e-16
-    settled = abs(made[0]) <= 2.0 * noise and probe == PROBE
-    root = Root(t + shift, made[1], t - probe, t + UNEVEN * probe, error, slope, SAFETY * p_noise, p_noise / probe**2,
-                settled)
-    return (t + shift, made), root
-
-
-def off_line(places, values):
-    """Largest distance of the values at ``places`` from the straight line that fits them best."""
-    centre, middle = sum(places) / len(places), sum(values) / len(values)
-    spread = sum((place - centre)**2 for place in places)
-    slope = sum((place - centre) * value for place, value in zip(places, values, strict=True)) / spread
-    return max(abs(value - middle - slope * (place - centre)) for place, value in zip(places, values, strict=True))
+        box[zeros.VALUE], point = made
+        box[zeros.PARAMETER] = float(point.x[-1])
+    return root_of(box, point) if box[zeros.DONE] else None

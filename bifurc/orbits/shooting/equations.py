@@ -10,13 +10,13 @@ from ...compose.scene import Scene
 from ...compose.tables import rebuild
 from ...compose.writer import kernels
 from ...solve.steprun import MADE, TOLD
+from ...solve.zeros import BOX
 from . import motion, sequence
 from .path import ParameterPath
 from .signature import Signature, divided
 
 TOLERANCE = 2e-13  # scaled residual; reached by the last quadratic step, so that orbits are good to rounding
 MAX_ITERATIONS = 14
-ONCE = (np.empty(0, np.int64), np.empty(0), np.empty((0, 0)), np.empty((0, 0)))  # what `sequence.follow` needs for one correction
 GROWTH = 4.0  # a branch is expected to reach a few times the amplitude at its start: unit of arclength in the states
 
 
@@ -94,8 +94,8 @@ class Equations:
             Search the plane through ``x`` orthogonal to ``tangent``; False: keep the parameter.
         """
         U, tangent, info = x.copy(), tangent.copy(), np.zeros(sequence.INFO)
-        status = self.kernel.follow(self.path.tables, self._data, (U, x, tangent), 1.0 if free else 0.0, info, TOLERANCE,
-                                    MAX_ITERATIONS, ONCE)
+        status = self.kernel.correct(self.path.tables, self._data, U, x, tangent, 1.0 if free else 0.0, info, TOLERANCE,
+                                     MAX_ITERATIONS)
         return status, U, tangent, info
 
     def follow(self, before, x, tangent, reads, run, tests, most: int):
@@ -113,9 +113,17 @@ class Equations:
         """
         U, predicted, tangent, info = x.copy(), before.copy(), tangent.copy(), np.zeros(sequence.INFO)
         rows = np.empty((most, 2 * x.size + tests.shape[1] + TOLD))
-        status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), 1.0, info, TOLERANCE, MAX_ITERATIONS,
+        status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), info, TOLERANCE, MAX_ITERATIONS,
                                     (reads, run, tests, rows))
         return status, U, predicted, tangent, info, rows[:int(run[MADE])]
+
+    def locate(self, hermite, bracket, place: int):
+        """Find the zero of a test beside a cubic curve, see `sequence.locate`: status, x, the curve's point, tangent, info, box."""
+        U, predicted, tangent = np.empty((3, self.size + 1))
+        info, box = np.zeros(sequence.INFO), np.zeros(BOX)
+        status = self.kernel.locate(self.path.tables, self._data, hermite, bracket, place, (U, predicted, tangent), info, TOLERANCE,
+                                    MAX_ITERATIONS, box)
+        return status, U, predicted, tangent, info, box
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""

@@ -1,4 +1,4 @@
-"""Periodic orbits as event sequences: residual, Jacobian and a corrector and runs of steps, compiled.
+"""Periodic orbits as event sequences: residual, Jacobian, a corrector, runs of steps and zeros of tests along them, compiled.
 
 The unknowns are, for each node, its time ``tau`` in forcing periods and the state ``y`` just before its event; a node
 without event is a section at a fixed time.  With the jump ``y+ = R(x)``, the arc ``phi`` of the mode that follows and
@@ -25,7 +25,7 @@ One file, because residual, Jacobian and corrector are compiled as one call and 
 """
 import numpy as np
 
-from ..._jit import FLAG, NOTHING, apart, both, inlined, njit
+from ..._jit import FLAG, NOTHING, WHOLE, apart, both, inlined, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
     advance,
@@ -44,6 +44,7 @@ from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
 from ...solve.steplaw import lowest
 from ...solve.steprun import BACK, BEYOND, HIGH, LAST_ROW, LENGTH, LOW, MADE, MOST, looked_at, taken
+from ...solve.zeros import DONE, PARAMETER, VALUE, enclosing, polishing
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
 # sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every
@@ -59,11 +60,15 @@ STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is
 CALM = 1e-6  # a step so small (scaled) at a residual that is rounding twice over: a duration near its birth is known no better
 LAST = 1e-9  # a step so small (scaled) is the last one, and changes the derivative in the parameter by less than its error
 NEAR = 1e-4  # a step so small is followed by next to none
+SECANT = 1e-2  # a step so small (scaled) is followed by secant steps, which ask for the residual alone,
+PART = 0.1  # as long as each is a part of the one before
+SETTLED = 2e-14  # scaled: what may be left of the way behind the last one; less is left, since they become better
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
+UNKNOWN = 2  # `locate`: the kernel does not know the test there
 
 
 @both
@@ -495,16 +500,17 @@ def at_rounding(F, J, U, tolerance):
     return True
 
 
-@inlined
+@apart(WHOLE, python=True)
 def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iterations):
-    """Newton on the event sequence, bordered by the arclength row; one call a continuation step.
+    """Newton on the event sequence, bordered by the arclength row; return 1 converged, 0 not, -1 singular.
 
     ``data`` is the record `equations.Data`.  ``U`` (n+1,) holds the unknowns and the parameter, at entry a guess; ``predicted``
     (n+1,) the point whose plane orthogonal to ``tangent`` (n+1,, in scaled unknowns) is searched.  With ``free`` = 0 the
     parameter keeps its value.  At the end ``tangent`` is the unit tangent at the new point, oriented like the old.
 
-    The derivative in the parameter is a difference; it is renewed near the solution, for the tangent there, and
-    kept in between, where it only steers Newton.
+    Derivatives are taken at the guess, and at the solution, where they are wanted for the tangent; between the two `secant` goes on
+    with the first, unless that stalls.  The derivative in the parameter is a difference; it is renewed near the solution, and kept
+    in between, where it only steers Newton.
     """
     index, series, low, high, nodes, fixed, span, closure, scales, weights = data
     n = U.size - 1
@@ -514,6 +520,7 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     K, b = np.empty((n + 1, n + 1)), np.empty(n + 1)
     slope = np.zeros(n)
     pivot = np.empty(n + 1, np.int64)
+    steps = np.empty((2 * max_iterations + 2, n + 1))
     delta = DIFFERENCE * scales[n]
     old_step, older_step, calm = np.inf, np.inf, 0
     moved = 0.0  # since the derivative in the parameter was taken
@@ -575,6 +582,20 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         older_step, old_step = old_step, step
         moved += step
         k += 1
+        steps[0] = b
+        seconds = 0
+        while LAST < old_step <= SECANT and k < max_iterations:
+            step = secant(T, data, U, predicted, tangent, free, K, pivot, F2, steps, seconds)
+            if not step <= PART * old_step:
+                break
+            seconds += 1
+            for j in range(n + 1):
+                U[j] += steps[seconds, j] * scales[j]
+            older_step, old_step = old_step, step
+            moved += step
+            k += seconds % 2  # two of them cost and bring what one of Newton does
+            if old_step * (old_step / older_step) <= SETTLED:
+                break
     for j in range(n):
         b[j] = 0.0
     b[n] = 1.0
@@ -619,6 +640,39 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
 
 
 @inlined
+def secant(T, data, U, predicted, tangent, free, K, pivot, F, steps, count):
+    """Write a step of Broyden's method at ``U`` (n + 1,) into ``steps[count + 1]`` (n + 1,), and return its size.
+
+    ``K`` (n + 1, n + 1) and ``pivot`` are the derivatives of `correct`, factored where ``steps[0]`` began; the steps since then
+    tell how they have changed (Kelley 1995, section 7.3).  ``F`` (n,) is room.
+    """
+    n, new = F.size, steps[count + 1]
+    set_modes(T, data.places, data.series, data.low, data.high, U[n], data.nodes)
+    assemble(T, data.nodes, data.fixed, data.span, data.closure, U, data.weights, F, K, K, 0.0)
+    new[n] = 0.0
+    for i in range(n):
+        new[i] = -F[i]
+    if free > 0.0:
+        for j in range(n + 1):
+            new[n] -= tangent[j] * (U[j] - predicted[j]) / data.scales[j]
+    lu_solve(K, pivot, new)
+    for i in range(count + 1):
+        along, square = 0.0, 0.0
+        for j in range(n + 1):
+            along += steps[i, j] * new[j]
+            square += steps[i, j]**2
+        along /= square
+        for j in range(n + 1):
+            new[j] = new[j] + along * steps[i + 1, j] if i < count else new[j] / (1.0 - along)
+    step = 0.0
+    for j in range(n + 1):
+        if not abs(new[j]) < np.inf:
+            return np.inf
+        step = max(step, abs(new[j]))
+    return step
+
+
+@inlined
 def monitored(info, place):
     """Return the value of the test that stands at a place of ``info``, negative where the sequence is valid."""
     if place == LISTED:
@@ -631,54 +685,108 @@ def monitored(info, place):
 
 
 @both
-def follow(T, data, point, free, info, tolerance, max_iterations, walk):
-    """`correct` once where ``rows`` has no rows; otherwise step by step along the branch until a step needs a look.
+def follow(T, data, point, info, tolerance, max_iterations, walk):
+    """Step along the branch until a step needs a look; return the status of its correction, `BEYOND` or `LAST_ROW`.
 
     ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``reads``, ``run``, ``tests``, ``rows``.
     ``rows`` (most, 2 (n + 1) + k + TOLD) takes the steps made, ``run[MADE]`` their number.  The walk begins at ``U`` with the
     tangent there, and ``predicted`` holds that of the row before; at the end ``U``, ``predicted``, ``tangent`` and ``info`` belong
     to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds, ``tests`` (TESTS, k)
     what is known of them.
+
+    Newton begins on the polynomial through the last rows: a parabola, and a cubic where there are three.
     """
     U, predicted, tangent = point
     reads, run, tests, rows = walk
     scales = data.scales
     n, most = U.size - 1, rows.shape[0]
     last, old = U.copy(), tangent.copy()
-    bend = turned(predicted, tangent, run[BACK]) if most > 0 else tangent
+    turn, before, curl = (tangent - predicted) / run[BACK], np.empty(n + 1), np.zeros(n + 1)
     made = 0
     while True:
-        if most > 0:
-            run[MADE] = made
-            if made == most:
-                return LAST_ROW
-            run[LENGTH] = min(run[LENGTH], run[MOST])
-            for j in range(n + 1):
-                predicted[j] = last[j] + run[LENGTH] * (scales[j] * old[j])
-                U[j], tangent[j] = predicted[j] + 0.5 * run[LENGTH]**2 * (scales[j] * bend[j]), old[j]
-            if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
-                return BEYOND
-        status = correct(T, data, U, predicted, tangent, free, info, tolerance, max_iterations)
-        if most == 0 or status != 1:
+        run[MADE] = made
+        if made == most:
+            return LAST_ROW
+        run[LENGTH] = min(run[LENGTH], run[MOST])
+        ahead, back = run[LENGTH], run[BACK]
+        along = 0.0
+        for j in range(n + 1):
+            U[j] = ahead**2 * (0.5 * turn[j] + curl[j] * (0.5 * back + ahead / 3.0))
+            along += U[j] * old[j]
+        for j in range(n + 1):
+            predicted[j], tangent[j] = last[j] + ahead * (scales[j] * old[j]), old[j]
+            U[j] = predicted[j] + scales[j] * (U[j] - along * old[j])  # in the plane orthogonal to the tangent
+        if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
+            return BEYOND
+        status = correct(T, data, U, predicted, tangent, 1.0, info, tolerance, max_iterations)
+        if status != 1:
             return status
         if not plain(T.kick, data, last, old, U, predicted, tangent, info, reads, run, tests, rows[made]):
             return status
-        bend = turned(old, tangent, run[BACK])
         for j in range(n + 1):
+            before[j], turn[j] = turn[j], (tangent[j] - old[j]) / run[BACK]
+            curl[j] = (turn[j] - before[j]) / (run[BACK] + back)
             last[j], old[j] = U[j], tangent[j]
         made += 1
 
 
+@both
+def locate(T, data, hermite, bracket, place, point, info, tolerance, max_iterations, box):
+    """Find the zero of a test on the branch beside a cubic curve, as `solve.zeros` does; return 1 found, 0 not, `UNKNOWN`.
+
+    Parameters
+    ----------
+    hermite : ndarray (4, n + 1)
+        Start and chord of the curve, and its derivatives at both ends, own units; the curve is run through from 0 to 1.
+    bracket : tuple of float
+        The test at both ends, and the place to try first.
+    place : int
+        Where the test stands in ``info``, -1 for the slope of the parameter.
+    point : tuple of ndarray (n + 1,)
+        Receive the solution, the point of the curve that it was corrected from, and the tangent at the solution.
+    box : ndarray (BOX,)
+        Receives what is known of the zero.
+    """
+    first, last, guess = bracket
+    miss = np.zeros(point[0].size)  # of the last point from the curve: the next one misses it by nearly the same
+    for t in enclosing(box, 0.0, first, 1.0, last, guess):
+        status = tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterations, box)
+        if status != 1:
+            return status
+    if box[DONE] == 0.0:
+        return 0
+    for t in polishing(box):
+        status = tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterations, box)
+        if status != 1:
+            return status
+    return 1 if box[DONE] > 0.0 else 0
+
+
 @njit
-def turned(before, tangent, length):
-    """Return the rate (n + 1,) with which a tangent turns, orthogonal to it: Newton begins on the parabola through two rows."""
-    bend = (tangent - before) / length
-    along = 0.0
-    for j in range(bend.size):
-        along += bend[j] * tangent[j]
-    for j in range(bend.size):
-        bend[j] -= along * tangent[j]
-    return bend
+def tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterations, box):
+    """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return as `locate`."""
+    U, predicted, tangent = point
+    scales = data.scales
+    n = U.size - 1
+    size, along = 0.0, 0.0
+    for j in range(n + 1):
+        start, chord, one, two = hermite[0, j], hermite[1, j], hermite[2, j], hermite[3, j]
+        predicted[j] = start + t * t * (3.0 - 2.0 * t) * chord + t * (1.0 - t) * ((1.0 - t) * one - t * two)
+        tangent[j] = (6.0 * t * (1.0 - t) * chord + (1.0 - t) * (1.0 - 3.0 * t) * one + t * (3.0 * t - 2.0) * two) / scales[j]
+        size += tangent[j]**2
+    size = np.sqrt(size)
+    for j in range(n + 1):
+        tangent[j] /= size
+        along += tangent[j] * miss[j]
+    for j in range(n + 1):
+        U[j] = predicted[j] + scales[j] * (miss[j] - along * tangent[j])
+    status = correct(T, data, U, predicted, tangent, 1.0, info, tolerance, max_iterations)
+    if status != 1:
+        return 0
+    for j in range(n + 1):
+        miss[j] = (U[j] - predicted[j]) / scales[j]
+    box[VALUE], box[PARAMETER] = tangent[n] if place < 0 else monitored(info, place), U[n]
+    return 1 if np.isfinite(box[VALUE]) else UNKNOWN
 
 
 @njit
