@@ -44,6 +44,7 @@ CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
 HALVINGS = 30  # of the length in which a short validity ends
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
+ASTRAY = 0.5  # of a length along a direction, by which a solution may lie beside it
 VALID = 1e-9  # value of a monitor that is zero there
 SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 HELD_ROWS = "held"  # name of the monitor of rows that modes hold
@@ -180,8 +181,8 @@ def verified(problem, point, new, x, tangent) -> bool:
     """Whether the orbits of the equations ``new`` a little inside from ``x`` (n + 1,) along ``tangent`` are admissible, other
     than those through which the end ``point`` of ``problem`` was reached, and repeated by simulation."""
     for step in () if rebounds(new) else INSIDE:
-        c = new.correct(x + on_path(new, x, tangent, step) * new.scale * tangent, tangent)
-        if c.converged and inside(new, c):
+        c = along(new, x, tangent, step)
+        if c is not None and inside(new, c):
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
                 return determined(new, c.x) and not retraces(problem, point, new, c) and not loosens(new, x, tangent, step, c)
@@ -438,8 +439,8 @@ def _from(problem, point, signature, x, through, beside=False):
     for step in INSIDE:
         good = []
         for way in (sign * line for line in lines for sign in (1.0, -1.0)):
-            c = new.correct(x + on_path(new, x, way, step) * new.scale * way, way)
-            if c.converged and inside(new, c):
+            c = along(new, x, way, step)
+            if c is not None and inside(new, c):
                 good.append((way, c))
         if through or len(lines) == 1 and len(good) == 2:  # a change of the equations only: the branch goes on as it came
             if here is None:
@@ -454,6 +455,17 @@ def _from(problem, point, signature, x, through, beside=False):
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
                 return None if loosens(new, x, way, step, c) else (new, x, way)
     return None
+
+
+def along(problem, x, tangent, step):
+    """Return the corrected point a length from ``x`` (n + 1,) along ``tangent``, `on_path` of ``step``; None where there is none.
+
+    Where the equations lose another rank all that is near solves them to rounding, and Newton may end anywhere: what is so far from
+    where it began does not lie on the way.
+    """
+    length = on_path(problem, x, tangent, step)
+    c = problem.correct(x + length * problem.scale * tangent, tangent)
+    return c if c.converged and c.distance <= ASTRAY * length else None
 
 
 def on_path(problem, x, tangent, step) -> float:
