@@ -9,6 +9,8 @@ import math
 
 import numpy as np
 
+from ...solve.steplaw import MANY
+
 RANK = 1e-5  # least singular value of [F_u F_p] over the next, below which another rank is lost: along trains of impacts they fall
 # by the same factor from one to the next
 AROUND = 1e-4  # scaled length at which solutions are looked for round the beginning
@@ -32,7 +34,7 @@ def directions(problem, x) -> list[np.ndarray]:
             c = problem.correct(x + sign * AROUND * problem.scale * v, sign * v)
             chord = (c.x - x) / problem.scale
             length = float(np.linalg.norm(chord)) if c.converged else 0.0
-            if 0.1 * AROUND < length < 10.0 * AROUND and leaves(problem, c) \
+            if 0.1 * AROUND < length < 10.0 * AROUND and c.iterations <= MANY and leaves(problem, c) \
                     and all(abs(chord @ other) < ALIKE * length for other in found):
                 found.append(chord / length)
     return found or [rows[-1]]

@@ -25,7 +25,7 @@ from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
-from ...solve.steplaw import BOUNDARY_BAND
+from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
 from .directions import directions
 from .vanishing import dropped, listed_speeds
@@ -460,12 +460,12 @@ def _from(problem, point, signature, x, through, beside=False):
 def along(problem, x, tangent, step):
     """Return the corrected point a length from ``x`` (n + 1,) along ``tangent``, `on_path` of ``step``; None where there is none.
 
-    Where the equations lose another rank all that is near solves them to rounding, and Newton may end anywhere: what is so far from
-    where it began does not lie on the way.
+    Where the equations lose another rank all that is near solves them to rounding, and Newton may end anywhere: where it wanders, or
+    goes so far, it has not ended on the way.
     """
     length = on_path(problem, x, tangent, step)
     c = problem.correct(x + length * problem.scale * tangent, tangent)
-    return c if c.converged and c.distance <= ASTRAY * length else None
+    return c if c.converged and c.iterations <= MANY and c.distance <= ASTRAY * length else None
 
 
 def on_path(problem, x, tangent, step) -> float:
