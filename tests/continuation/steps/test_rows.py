@@ -375,6 +375,13 @@ def test_a_pair_on_the_circle_is_located():
     assert tori.pair_on_circle(part, a, b, [])[1].point.x[-1] == pytest.approx(0.45, abs=1e-9)
 
 
+@pytest.mark.parametrize("at", [0.5, 0.53125, 0.9375])
+@pytest.mark.parametrize("size", [0.25, -0.25])
+def test_a_pair_that_a_bisection_puts_exactly_on_the_circle_is_located(at, size):
+    part, a, b = step_of(lambda p: [(1.0 + size * (p - at)) * 1j, -(1.0 + size * (p - at)) * 1j, 0.3])
+    assert tori.pair_on_circle(part, a, b, [])[1].point.x[-1] == pytest.approx(at, abs=1e-9)
+
+
 def test_real_multipliers_that_pass_explain_what_they_explain():
     fold = SimpleNamespace(kind=SpecialPointKind.FOLD, s=math.sqrt(2.0) * 0.25)
     peak = SimpleNamespace(kind=SpecialPointKind.PEAK, s=math.sqrt(2.0) * 0.25)
