@@ -243,7 +243,7 @@ class Half:
             new = self.closed_by(row, new)
             if new is None:
                 return StopReason.DS_MIN, 0.5, "the branch comes near its start but does not close"
-        inner = hidden.dip(self, row, new, 0.0 if cut is None else detect.known_to(cut.special))
+        inner = hidden.dip(self, row, new, None if cut is None else hidden.Edge(new, cut.test, detect.known_to(cut.special)))
         if inner is not None:
             return self.accept(row if inner.s > row.s else self.take_back(), inner)
         found, cause = detect.crossed(self, row, new, cut)
