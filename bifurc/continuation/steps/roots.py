@@ -10,6 +10,7 @@ from typing import Any
 PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there is below rounding, noise is not
 REPEATS = 3  # refinements, of which the first is enough unless the slope changes within 1e-8
 UNEVEN = 1.4  # of the probe above to that below, so that noise that is periodic does not look straight
+FLAT, STRAIGHT = 1e-2, 0.1  # longest Newton step to a corner, part of the interval; part of a difference that is off a line
 SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
 HALVINGS, NARROW, WIDE = 40, 1e-9, 1e-2  # of a bracket that cannot be polished: most, and width that is enough, or too much
@@ -81,7 +82,8 @@ def enclose(f, a, fa, b, fb, guess=None):
             part = 0.5
         least = min(0.5, 1e-10 / abs(width))
         t = a + min(max(part, least), 1.0 - least) * width
-    return best if abs(best[1]) <= 1e-6 * (abs(fa) + abs(fb)) else None
+    continuous = max(abs(fa), abs(fb)) <= 1e3 * level  # as a corner, on which few brackets shrink fast
+    return best if continuous or abs(best[1]) <= 1e-6 * (abs(fa) + abs(fb)) else None
 
 
 def bracketed(f, a, fa, b, fb):
@@ -128,8 +130,11 @@ def polish(f, t, value, point):
 
 
 def probed(f, t, value, point):
-    """One refinement of `polish`; returns ``((t, (value, point)), Root)``, None where it fails."""
-    probe = PROBE
+    """One refinement of `polish`; returns ``((t, (value, point)), Root)``, None where it fails.
+
+    Where the test has a corner in its zero, that is known by the steep side alone: Newton steps on the flat one, or from beyond, lead to it.
+    """
+    probe, corrections = PROBE, REPEATS
     while True:
         below, above = f(t - probe), f(t + UNEVEN * probe)
         if below is None or above is None:
@@ -140,6 +145,13 @@ def probed(f, t, value, point):
         shift = -value / slope
         if abs(shift) <= probe and (above[0] > 0.0) != (below[0] > 0.0):
             break
+        straight = off_line((-1.0, 0.0, UNEVEN), (below[0], value, above[0])) <= STRAIGHT * abs(above[0] - below[0])
+        if straight and corrections and abs(shift) <= FLAT:
+            corrections -= 1
+            nearer = f(t + shift)
+            if nearer is not None and (abs(nearer[0]) <= STRAIGHT * abs(value) or (nearer[0] > 0.0) != (value > 0.0)):
+                t, (value, point) = t + shift, nearer
+                continue
         probe *= 10.0
         if probe > 1e-4:
             return None
