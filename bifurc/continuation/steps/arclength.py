@@ -235,7 +235,7 @@ class Half:
         cut, cause = detect.boundary(self, row, new)
         if cause is not None:
             return cause
-        if cut is not None and self.beyond_bounds(cut.row, cut.special.error):
+        if cut is not None and self.beyond_bounds(cut.row.p, row.part, cut.special.error):
             return self.accept_bound(row, cut.row)
         if cut is not None and self.bound_first(new, cut):
             cut = None
@@ -248,24 +248,23 @@ class Half:
         inner = hidden.dip(self, row, new, None if cut is None else hidden.Edge(new, cut.test, detect.known_to(cut.special)))
         if inner is not None:
             row = row if inner.s > row.s else self.take_back()
-            return self.accept_bound(row, inner) if self.beyond_bounds(inner) else self.accept(row, inner)
+            return self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
         found, cause = detect.crossed(self, row, new, cut)
         if cause is not None:
             return cause
         for special in found:  # a fold behind a bound: the bound comes first
-            beyond = special.as_row(row)
-            if beyond.s > row.s and self.beyond_bounds(beyond, special.error):
-                return self.accept_bound(row, beyond)
+            if special.s > row.s and self.beyond_bounds(float(special.x[-1]), row.part, special.error):
+                return self.accept_bound(row, special.as_row(row))
         silent = cut is None or cut.silent
         self.take(row, new, found if silent else [*found, cut.special])
         if cut is not None:
             self.cross(new, cut)
         return None
 
-    def beyond_bounds(self, row, error=0.0):
-        """Whether a row, whose parameter is known to an ``error``, lies behind a bound."""
-        room = 1e-12 * row.part.scale[-1] + error
-        return not self.options.low - room <= row.p <= self.options.high + room
+    def beyond_bounds(self, p, part, error=0.0):
+        """Whether a parameter, known to an ``error``, lies behind a bound."""
+        room = 1e-12 * part.scale[-1] + error
+        return not self.options.low - room <= p <= self.options.high + room
 
     def accept_bound(self, row, beyond):
         """Take the point on the bound in that comes before a row ``beyond`` it; returns as `accept`."""
