@@ -20,6 +20,7 @@ BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze 
 MONITOR_BAND = 1e-12  # of the largest value seen
 DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at
 SHALLOW = 0.9  # the same for tests that are interpolated through three rows, which is much less certain
+FALLEN = 0.4  # of the values at both neighbours, that at the middle row: a peak may be sharper than a corner too
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
 DOUBT = 0.01  # misfit of a step that is looked at
@@ -122,8 +123,8 @@ def two_zeros(f0, a, b, back, length):
     """Return the place at which a test may have two zeros: in (0, 1) of this step, in (-1, 0] of the one before, 2 where not.
 
     The parabola goes through the test ``f0``, ``a``, ``b`` at three rows, ``back`` and ``length`` apart.  Where it has none, a
-    sharper peak may: the sharpest that three values tell is a corner with the slope of the other step on both of its sides, as of
-    a multiplier that comes to -1 and goes back within two steps.
+    sharper peak may, as of a multiplier that comes to -1 and goes back within two steps: it is looked for where a corner reaches
+    zero that has the slope of the other step on both sides, and where the middle row has fallen so far that it may be a cusp.
     """
     if not (a * b > 0.0 and f0 * a > 0.0 and (abs(a) < abs(f0) or abs(a) < abs(b))):
         return 2.0
@@ -133,7 +134,7 @@ def two_zeros(f0, a, b, back, length):
     if bend <= 0.0:
         return 2.0
     slope = first + bend * back  # at the middle row
-    least = abs(a) - 0.25 * slope * slope / bend
+    least = -math.inf if abs(a) < FALLEN * min(abs(f0), abs(b)) else abs(a) - 0.25 * slope * slope / bend
     if slope < 0.0 < slope + 2.0 * bend * length and least < SHALLOW * min(abs(a), abs(b)):
         return -0.5 * slope / (bend * length)
     if slope - 2.0 * bend * back < 0.0 <= slope and least < SHALLOW * min(abs(a), abs(f0)):

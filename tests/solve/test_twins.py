@@ -59,7 +59,8 @@ def twin_lowest(a, b, slope_a, slope_b):
 
 
 def twin_two_zeros(f0, a, b, back, length):
-    """The minimum of |test| on the parabola through three rows, in the step that has it, or a corner that reaches zero."""
+    """The minimum of |test| on the parabola through three rows, in the step that has it (always where the middle fell much), or a
+    corner that reaches zero."""
     if not (a * b > 0.0 and f0 * a > 0.0 and abs(a) < max(abs(f0), abs(b))):
         return 2.0
     f0, a, b = abs(f0), abs(a), abs(b)
@@ -67,7 +68,7 @@ def twin_two_zeros(f0, a, b, back, length):
     if c[0] <= 0.0:
         return 2.0
     t = -0.5 * c[1] / c[0]
-    least = np.polyval(c, t)
+    least = -math.inf if a < 0.4 * min(f0, b) else np.polyval(c, t)
     if 0.0 < t < length and least < 0.9 * min(a, b):
         return t / length
     if -back < t <= 0.0 and least < 0.9 * min(a, f0):

@@ -93,8 +93,8 @@ def test_changes_of_the_sequence_beside_others(kind, number):
 
 
 def test_no_fold_where_a_slip_is_born():
-    """Beside the birth of a slip, of third order in its duration, the slope of the parameter is rounding, and places of the step are
-    that birth itself."""
+    """Beside the birth of a slip, of third order in its duration, the slope of the parameter is rounding, and places of the step
+    are that birth itself."""
     system, name, bounds = branch_audit.scene("two_masses", 14039)
     branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
     assert branch.audit.ok and len(branch.special_points.of("fold")) == 0 < len(branch.special_points.of("slip_onset"))

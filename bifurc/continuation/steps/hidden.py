@@ -184,7 +184,7 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
     least, aside = math.inf, []
 
     def is_end(k, t, f, c):
-        """Whether a place of the step is its end ``k`` on a boundary: the equations say so, or the test is zero from there to it."""
+        """Whether a place of the step is its end ``k`` on a boundary: equations say so, or the test is zero from there to it."""
         if edges[k] is not None and edges[k].holds(half, c):
             return True
         if not (zero[k] and abs(f) <= band):

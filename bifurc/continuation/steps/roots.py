@@ -132,7 +132,8 @@ def polish(f, t, value, point):
 def probed(f, t, value, point):
     """One refinement of `polish`; returns ``((t, (value, point)), Root)``, None where it fails.
 
-    Where the test has a corner in its zero, that is known by the steep side alone: Newton steps on the flat one, or from beyond, lead to it.
+    Where the test has a corner in its zero, that is known by the steep side alone: Newton steps on the
+    flat one, or from beyond, lead to it.
     """
     probe, corrections = PROBE, REPEATS
     while True:
