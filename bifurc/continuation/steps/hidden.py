@@ -224,7 +224,9 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
         t = 0.5 * (t0 + t1) - 0.5 * d01 / bend
         lowest = f1 - bend * (t - t1)**2
         if lowest > 0.5 * f1 and f1 > 1e-9 * max(outer):
-            return None
+            t = cornered(points, k)
+            if t is None:
+                return None
         if min(abs(t - t0), abs(t - t1), abs(t - t2)) < 1e-4 * (t2 - t0):  # a golden step keeps the three points apart
             t = t1 + 0.1 * ((t2 - t1) if t2 - t1 > t1 - t0 else (t0 - t1))
         if not low < t < high:  # least at an end, as of a test that is zero where its equations begin
@@ -239,6 +241,25 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
         if not (known or at_end):  # where an event is born, other tests may begin at zero with the square of the way
             half.unresolved.append((kind.value, s, float(curve.place(t)[-1])))
     return None
+
+
+def cornered(points, k):
+    """Return the place beside the least of ``points`` (t, f), that with index ``k``, where a corner would be negative; None where no
+    corner is: the sharpest goes on with the slope behind the point, and comes back with that or the one seen beyond."""
+    (t0, f0), (t1, f1), (t2, f2) = points[k - 1:k + 2]
+    fall, rise = (f0 - f1) / (t1 - t0), (f2 - f1) / (t2 - t1)
+    steep = max(fall, rise)
+    after = max(steep, (points[k + 2][1] - f2) / (points[k + 2][0] - t2)) if k + 2 < len(points) else steep
+    before = max(steep, (points[k - 2][1] - f0) / (t0 - points[k - 2][0])) if k > 1 else steep
+    found = []
+    if fall > 0.0:
+        t = (fall * t1 + f1 + after * t2 - f2) / (fall + after)
+        found.append((f1 - fall * (t - t1), t))
+    if rise > 0.0:
+        t = (rise * t1 - f1 + before * t0 + f0) / (rise + before)
+        found.append((f1 - rise * (t1 - t), t))
+    least, t = min(found, default=(0.0, t1))
+    return t if least < 0.0 and t0 < t < t2 else None
 
 
 def beginning(half, row):
