@@ -244,7 +244,7 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
 
 
 def cornered(points, k):
-    """Return the place beside the least of ``points`` (t, f), that with index ``k``, where a corner would be negative; None where no
+    """Return the place beside the least of ``points`` (t, f), at index ``k``, where a corner would be negative; None where no
     corner is: the sharpest goes on with the slope behind the point, and comes back with that or the one seen beyond."""
     (t0, f0), (t1, f1), (t2, f2) = points[k - 1:k + 2]
     fall, rise = (f0 - f1) / (t1 - t0), (f2 - f1) / (t2 - t1)
