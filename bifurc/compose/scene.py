@@ -275,6 +275,18 @@ class Scene:
             for place, row in rows:
                 states[:, place] = joined @ row
 
+    def shown(self, modes: np.ndarray, states: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """Return the ``states`` (k, ns) in ``modes`` (k,) at the times ``tau`` (k,), with the memory that follows local values."""
+        if self.ns == 2 * self.n:
+            return states
+        found = np.array(states)
+        for mode in np.unique(modes):
+            here = modes == mode
+            some = found[here]
+            self.show(int(mode), some, tau[here])
+            found[here] = some
+        return found
+
     def algebraic(self, mode: int) -> list[tuple[int, np.ndarray]]:
         """Return place and row (nx,) of every memory state that follows local values in a mode."""
         rows = self._algebraic.get(mode)

@@ -141,7 +141,7 @@ class Trajectory(Notebook, Motion):
     @cached_property
     def events(self) -> Events:
         """Events in the order of time."""
-        scene, R = scene_of(self.system), self.recorded
+        scene, R, (left, entered) = scene_of(self.system), self.recorded, self._sides
         found = []
         for i in np.flatnonzero(self._is_event):
             before, g, after, what, _ = (int(v) for v in R.rows[i])
@@ -150,8 +150,14 @@ class Trajectory(Notebook, Motion):
             if what == CHATTER:
                 ratio, end = float(scene.tables.ratio[before, g]), float(self._starts[i] + R.spans[i])
             found.append(Event(float(self._starts[i]), scene.element_name(before, g), kind, float(R.speeds[i]),
-                               R.before[i], R.after[i], ratio, end, scene.keys[before], scene.keys[after]))
+                               left[i], entered[i], ratio, end, scene.keys[before], scene.keys[after]))
         return Events(found)
+
+    @cached_property
+    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """States (N, ns) before and after what was recorded, with the memory that follows local values in the modes there."""
+        scene, R = scene_of(self.system), self.recorded
+        return scene.shown(R.rows[:, 0], R.before, R.times), scene.shown(R.rows[:, 2], R.after, R.times)
 
     @cached_property
     def modes(self) -> tuple:
@@ -182,11 +188,7 @@ class Trajectory(Notebook, Motion):
         out = np.empty((flat.size, R.after.shape[1]))
         engine_of(scene).sample(scene.tables, np.ascontiguousarray(R.rows[:, 2]), R.times, R.after, index,
                                 np.maximum(spans, 0.0), out)
-        for mode in np.unique(R.rows[index, 2]) if scene.ns > 2 * scene.n else ():
-            here = R.rows[index, 2] == mode
-            shown = out[here]
-            scene.show(int(mode), shown, flat[here])
-            out[here] = shown
+        out = scene.shown(R.rows[index, 2], out, flat)
         return out.reshape(*times.shape, out.shape[1])
 
     def sample(self, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -205,7 +207,8 @@ class Trajectory(Notebook, Motion):
         times = np.linspace(self.start, self.stop, max(count, 1) + 1)
         hits = np.flatnonzero(self._is_event)
         t = np.concatenate((times, self._starts[hits], self._starts[hits]))
-        y = np.concatenate((self(times), self.recorded.before[hits], self.recorded.after[hits]))
+        left, entered = self._sides
+        y = np.concatenate((self(times), left[hits], entered[hits]))
         kind = np.repeat((1, 0, 2), (times.size, hits.size, hits.size))
         order = np.lexsort((np.concatenate((np.zeros(times.size), np.arange(hits.size), np.arange(hits.size))), t))
         if hits.size:  # both sides of one event stay together

@@ -177,9 +177,10 @@ class PeriodicOrbit(Orbit):
                 kind, end = EventKind.CHATTER, float(tau * period + left)
                 ratio = float(T.ratio[node[BEFORE], node[GUARD]])
             motion.start_of(T, whole.nodes, U, i, P, x)
-            found.append(Event(float(tau * period), scene.element_name(node[BEFORE], node[GUARD]), kind, speed,
-                               values[1:].copy(), x[:scene.ns].copy(), ratio, end,
-                               scene.keys[node[BEFORE]], scene.keys[node[AFTER]]))
+            left, entered = scene.shown(np.array([node[BEFORE], node[AFTER]]), np.array((values[1:], x[:scene.ns])),
+                                        np.full(2, tau * period))
+            found.append(Event(float(tau * period), scene.element_name(node[BEFORE], node[GUARD]), kind, speed, left, entered,
+                               ratio, end, scene.keys[node[BEFORE]], scene.keys[node[AFTER]]))
         return Events(sorted(found, key=lambda event: event.time))
 
     # what it says of itself
@@ -387,14 +388,9 @@ class PeriodicOrbit(Orbit):
     def _show(self, states, tau, whole, U) -> None:
         """Write memory that follows local values into the states (k, ns) at the times ``tau`` (k,), periods."""
         scene = self.scene
-        if scene.ns == 2 * scene.n:
-            return
-        at = np.searchsorted(U[::1 + scene.ns], tau, side="right") - 1
-        modes = whole.nodes[at, AFTER]
-        for mode in np.unique(modes):
-            shown = states[modes == mode]
-            scene.show(int(mode), shown, tau[modes == mode] * self.forcing_period)
-            states[modes == mode] = shown
+        if scene.ns > 2 * scene.n:
+            at = np.searchsorted(U[::1 + scene.ns], tau, side="right") - 1
+            states[:] = scene.shown(whole.nodes[at, AFTER], states, tau * self.forcing_period)
 
     def _measure(self, dof: int, h: float) -> np.ndarray:
         """Return largest and smallest value, mean square, and the parts of harmonic ``h`` (an own period each) of a coordinate."""

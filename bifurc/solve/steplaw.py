@@ -20,7 +20,7 @@ BOUNDARY_BAND = 1e-7  # the same where equations end or begin: an elastic graze 
 MONITOR_BAND = 1e-12  # of the largest value seen
 DIP = 0.15  # a fold test whose interpolated extremum falls below this part of its ends is looked at
 SHALLOW = 0.9  # the same for tests that are interpolated through three rows, which is much less certain
-FALLEN = 0.4  # of the values at both neighbours, that at the middle row: it changes by so much in a step that no parabola tells it
+FALLEN = 0.4  # of the values at both neighbours, that at the middle row: a peak may be sharper than a corner too
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
 DOUBT = 0.01  # misfit of a step that is looked at
@@ -122,8 +122,9 @@ def lowest(a, b, slope_a, slope_b):
 def two_zeros(f0, a, b, back, length):
     """Return the place at which a test may have two zeros: in (0, 1) of this step, in (-1, 0] of the one before, 2 where not.
 
-    The parabola goes through the test ``f0``, ``a``, ``b`` at three rows, ``back`` and ``length`` apart.  It is believed to have no
-    zeros only where the rows resolve it: a multiplier that comes to -1 and goes back within two steps makes a sharper peak.
+    The parabola goes through the test ``f0``, ``a``, ``b`` at three rows, ``back`` and ``length`` apart.  Where it has none, a
+    sharper peak may, as of a multiplier that comes to -1 and goes back within two steps: it is looked for where a corner reaches
+    zero that has the slope of the other step on both sides, and where the middle row has fallen so far that it may be a cusp.
     """
     if not (a * b > 0.0 and f0 * a > 0.0 and (abs(a) < abs(f0) or abs(a) < abs(b))):
         return 2.0
@@ -138,6 +139,10 @@ def two_zeros(f0, a, b, back, length):
         return -0.5 * slope / (bend * length)
     if slope - 2.0 * bend * back < 0.0 <= slope and least < SHALLOW * min(abs(a), abs(f0)):
         return -0.5 * slope / (bend * back)
+    if abs(a) + abs(b) <= -first * length:
+        return 0.5 * (1.0 + second / first)
+    if abs(a) + abs(f0) <= second * back:
+        return -0.5 * (1.0 + first / second)
     return 2.0
 
 

@@ -16,6 +16,7 @@ PROBE = 1e-8  # distance of the probes, as part of the interval: curvature there
 FARTHEST = 1e-4  # of the probes
 REPEATS = 3  # refinements, of which the first is enough unless the slope changes within 1e-8
 UNEVEN = 1.4  # of the probe above to that below, so that noise that is periodic does not look straight
+FLAT, STRAIGHT = 1e-2, 0.1  # longest Newton step to a corner, part of the interval; part of a difference that is off a line
 SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
 LEVEL = 1e-9  # of the values at the ends of a bracket, at which it is shrunk enough
@@ -73,14 +74,16 @@ def enclosing(box, a, fa, b, fb, guess):
             part = 0.5
         least = min(0.5, 1e-10 / abs(width))
         t = a + min(max(part, least), 1.0 - least) * width
-    box[DONE] = 1.0 if abs(box[LEAST]) <= 1e-6 * (abs(fa) + abs(fb)) else 0.0
+    continuous = max(abs(fa), abs(fb)) <= 1e3 * level  # as a corner, on which few brackets shrink fast
+    box[DONE] = 1.0 if continuous or abs(box[LEAST]) <= 1e-6 * (abs(fa) + abs(fb)) else 0.0
 
 
 @generator
 def polishing(box):
     """Yield places that refine a zero known to about 1e-9, the best of ``box``, and measure its error; the last is the zero.
 
-    `DONE` is 0 where the slope vanishes.
+    `DONE` is 0 where the slope vanishes.  Where the test has a corner in its zero, that is known by the steep side alone: Newton
+    steps on the flat one, or from beyond, lead to it.
     """
     box[DONE] = 0.0
     if box[ASKED] == 0.0:
@@ -89,7 +92,7 @@ def polishing(box):
     for _ in range(REPEATS):
         box[DONE] = 0.0
         t, value, there = box[AT], box[LEAST], box[THERE]
-        probe = PROBE
+        probe, corrections = PROBE, REPEATS
         while True:
             yield t - probe
             below, p_below = box[VALUE], box[PARAMETER]
@@ -101,6 +104,13 @@ def polishing(box):
             shift = -value / slope
             if abs(shift) <= probe and (above > 0.0) != (below > 0.0):
                 break
+            straight = off_line((-1.0, 0.0, UNEVEN), (below, value, above)) <= STRAIGHT * abs(above - below)
+            if straight and corrections > 0 and abs(shift) <= FLAT:
+                corrections -= 1
+                yield t + shift
+                if abs(box[VALUE]) <= STRAIGHT * abs(value) or (box[VALUE] > 0.0) != (value > 0.0):
+                    t, value, there = t + shift, box[VALUE], box[PARAMETER]
+                    continue
             probe *= 10.0
             if probe > FARTHEST:
                 return

@@ -7,6 +7,9 @@ import pytest
 from bifurc.continuation import (
     Branch,
     ContinuationError,
+    Corrected,
+    CorrectorStatus,
+    Monitor,
     Problem,
     SpecialPointKind,
     StopReason,
@@ -331,3 +334,46 @@ def test_switching_at_a_pitchfork_leads_to_both_sides():
     fold = trace(hysteresis(), bounds=(-1, 1)).special_points[0]
     nothing = switch_branch(fold)
     assert nothing == () and "no other branch" in nothing.status
+
+
+class Watched(Scalar):
+    """p = size u^2, valid for u < 0; watched by a function of u and p."""
+
+    monitors = (Monitor("grazing", boundary=True),)
+
+    def __init__(self, u0, size=1.0, value=lambda u, p: u):
+        super().__init__(lambda u, p: p - size * u * u, lambda u, p: (-2.0 * size * u, 1.0), u0, size * u0 * u0, scale_u=1.0,
+                         scale_p=1.0)
+        self.value = value
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([self.value(float(u[0]), p)])
+
+
+def test_a_bound_comes_before_the_boundary_behind_it():
+    """p falls to the bound, and behind it to the boundary at u = 0, within one step whose end lies within the bounds."""
+    branch = trace(Watched(-0.05), bounds=(1e-4, 1.0), ds=0.07)
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND) and branch.special_points == ()
+    assert branch.column("p").min() == 1e-4 and branch.column("u_0").max() == pytest.approx(-0.01, abs=1e-9)
+
+
+def test_a_boundary_that_is_zero_to_rounding_everywhere_ends_nothing():
+    branch = trace(Watched(-0.5, value=lambda u, p: 1e-17 * math.sin(1e6 * p)), bounds=(0.1, 1.0))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND) and branch.special_points == ()
+
+
+class Stalls(Watched):
+    """Where dp/ds falls to nothing on the bound points are rounding, and Newton's method stalls unless it begins next to them."""
+
+    def correct(self, x, tangent, fixed=False):
+        made = super().correct(x, tangent, fixed)
+        lost = abs(float(x[0])) > 1e-6 if fixed and x[-1] == 0.0 else float(x[0]) > -7e-5
+        return Corrected(made.x, made.tangent, False, CorrectorStatus.NOT_CONVERGED, 1, 1e-12, math.inf, math.inf, 0.0, -math.inf,
+                         made.monitors) if lost else made
+
+
+def test_a_bound_that_is_met_at_no_angle_lies_where_the_slope_tells():
+    branch = trace(Stalls(-0.02, size=100.0), bounds=(0.0, 1.0))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    end = int(np.argmin(branch.column("p")))
+    assert branch.column("p")[end] == 0.0 and abs(branch.column("u_0")[end]) < 1e-6

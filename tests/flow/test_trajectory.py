@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import DelayedFeedback, HarmonicForce
+from bifurc.elements import DelayedFeedback, HarmonicForce, Jenkins, RigidStop
 
 OMEGA, ZETA = 1.3, 0.05
 
@@ -46,3 +46,25 @@ def test_no_times_give_no_states(element):
 def test_a_motion_without_excitation_has_no_sections():
     with pytest.raises(ValueError, match="forcing period"):
         bf.simulate(bf.System(1.0, 0.1, 1.0), (1.0, 0.0), duration=3.0).sections  # noqa: B018
+
+
+@pytest.mark.parametrize("extra", [[], [RigidStop(0.9, 0.6)], [DelayedFeedback(0.01, delay=2.0)]],
+                         ids=["slider", "slider and stop", "slider and feedback"])
+def test_both_sides_of_an_event_tell_where_a_slider_is(extra):
+    """One that slips lies by limit / stiffness from its spring's end, in every event row as between events."""
+    system, near = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Jenkins(2.0, 0.6), *extra], omega=0.8), 1e-9
+    motion = bf.simulate(system, (0.0, 0.0), periods=4)
+    slips = 0
+    for event in motion.events:
+        for state, at, keys in ((event.before, -near, event.mode_before), (event.after, near, event.mode_after)):
+            np.testing.assert_allclose(state, motion(event.time + at), atol=20.0 * near)
+            if "slip" in str(keys):
+                slips += 1
+                assert abs(state[0] - state[2]) == pytest.approx(0.3, abs=1e-12)
+    assert slips > 6
+    for t, y in [(motion.t, motion.y)] if isinstance(motion, bf.Trajectory) else []:
+        assert np.count_nonzero(np.diff(t) == 0.0) == len(motion.events) and np.abs(y[:, 0] - y[:, 2]).max() <= 0.3 + 1e-12
+    if not any(one.delayed for one in extra):
+        for event in bf.find_orbit(system).events:
+            for state, keys in ((event.before, event.mode_before), (event.after, event.mode_after)):
+                assert "slip" not in str(keys) or abs(state[0] - state[2]) == pytest.approx(0.3, abs=1e-12)

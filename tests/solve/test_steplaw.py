@@ -54,6 +54,11 @@ def test_two_zeros_are_found_on_the_parabola_that_has_them():
         values = [abs(t - c) - d for t in (-1.0, 0.0, 1.0)]
         assert 0.0 < steplaw.two_zeros(*values, 1.0, 1.0) < 1.0
         assert -1.0 < steplaw.two_zeros(*values[::-1], 1.0, 1.0) <= 0.0
+    for c, d, length in RNG.uniform((-1.0, 0.0, 0.4), (1.0, 0.3, 2.5), (2000, 3)):  # wherever it lies and however steps grow
+        values = [abs(t - c * min(1.0, length)) - d for t in (-1.0, 0.0, length)]
+        if min(values) > 0.0:
+            assert steplaw.two_zeros(*values, 1.0, length) != 2.0
+            assert steplaw.two_zeros(*[-value for value in values[::-1]], length, 1.0) != 2.0
     assert steplaw.two_zeros(1.0, 1.0, 1.0, 1.0, 1.0) == 2.0  # constant
     assert steplaw.two_zeros(1.0, 2.0, 3.0, 1.0, 1.0) == 2.0  # grows
     assert steplaw.two_zeros(1.0, 0.5, -0.1, 1.0, 1.0) == 2.0  # changes its sign: that is seen anyway

@@ -59,7 +59,8 @@ def twin_lowest(a, b, slope_a, slope_b):
 
 
 def twin_two_zeros(f0, a, b, back, length):
-    """The minimum of |test| on the parabola through three rows, in the step that has it; always where the middle fell much."""
+    """The minimum of |test| on the parabola through three rows, in the step that has it (always where the middle fell much), or a
+    corner that reaches zero."""
     if not (a * b > 0.0 and f0 * a > 0.0 and abs(a) < max(abs(f0), abs(b))):
         return 2.0
     f0, a, b = abs(f0), abs(a), abs(b)
@@ -72,7 +73,13 @@ def twin_two_zeros(f0, a, b, back, length):
         return t / length
     if -back < t <= 0.0 and least < 0.9 * min(a, f0):
         return t / back
-    return 2.0
+    # a corner in this step falls on with the slope of the one before and rises with the same, and the other way round
+    fall, rise = (f0 - a) / back, (b - a) / length
+    corner = np.linalg.solve([[fall, 1.0], [-fall, 1.0]], [a, b - fall * length]) if fall > 0.0 else (0.0, 1.0)
+    if corner[1] <= 0.0:
+        return corner[0] / length
+    corner = np.linalg.solve([[rise, 1.0], [-rise, 1.0]], [a, f0 - rise * back]) if rise > 0.0 else (0.0, 1.0)
+    return -corner[0] / back if corner[1] <= 0.0 else 2.0
 
 
 def twin_doubtful(misfit, corner, a, b, back, length, same_sign):

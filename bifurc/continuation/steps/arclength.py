@@ -235,6 +235,8 @@ class Half:
         cut, cause = detect.boundary(self, row, new)
         if cause is not None:
             return cause
+        if cut is not None and self.beyond_bounds(cut.row.p, row.part, cut.special.error):
+            return self.accept_bound(row, cut.row)
         if cut is not None and self.bound_first(new, cut):
             cut = None
         if cut is not None:
@@ -243,26 +245,31 @@ class Half:
             new = self.closed_by(row, new)
             if new is None:
                 return StopReason.DS_MIN, 0.5, "the branch comes near its start but does not close"
-        inner = hidden.dip(self, row, new, 0.0 if cut is None else detect.known_to(cut.special))
+        inner = hidden.dip(self, row, new, None if cut is None else hidden.Edge(new, cut.test, detect.known_to(cut.special)))
         if inner is not None:
-            return self.accept(row if inner.s > row.s else self.take_back(), inner)
+            row = row if inner.s > row.s else self.take_back()
+            return self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
         found, cause = detect.crossed(self, row, new, cut)
         if cause is not None:
             return cause
         for special in found:  # a fold behind a bound: the bound comes first
-            p = float(special.x[-1])
-            room = 1e-12 * row.part.scale[-1] + special.error
-            if p > self.options.high + room or p < self.options.low - room:
-                beyond = special.as_row(row)
-                if beyond.s <= row.s:
-                    continue
-                inner, cause = self.onto_bound(row, beyond)
-                return (cause or (StopReason.DS_MIN, 0.5, "")) if inner is None else self.accept(row, inner)
+            if special.s > row.s and self.beyond_bounds(float(special.x[-1]), row.part, special.error):
+                return self.accept_bound(row, special.as_row(row))
         silent = cut is None or cut.silent
         self.take(row, new, found if silent else [*found, cut.special])
         if cut is not None:
             self.cross(new, cut)
         return None
+
+    def beyond_bounds(self, p, part, error=0.0):
+        """Whether a parameter, known to an ``error``, lies behind a bound."""
+        room = 1e-12 * part.scale[-1] + error
+        return not self.options.low - room <= p <= self.options.high + room
+
+    def accept_bound(self, row, beyond):
+        """Take the point on the bound in that comes before a row ``beyond`` it; returns as `accept`."""
+        inner, cause = self.onto_bound(row, beyond)
+        return (cause or (StopReason.DS_MIN, 0.5, "")) if inner is None else self.accept(row, inner)
 
     def bound_first(self, new, cut):
         """Whether a row lies on a bound, and a boundary of the equations on it too, to rounding: the branch ends on the bound."""
@@ -412,17 +419,29 @@ class Half:
         return True
 
     def beside_bound(self, row, start, bound):
-        """Return the point on a bound next to ``row``, looked for from the row ``start``; None where there is none."""
+        """Return the point on a bound next to ``row``, looked for from the row ``start``; None where there is none.
+
+        Where the slope of the parameter falls to nothing on the bound, that is behind the start by twice what the slope tells. The
+        equations are singular there: Newton's method starts from that place, because it stalls on its way to it.
+        """
         part = row.part
-        if abs(bound - start.p) > AT_BOUND * part.scale[-1]:
+        gap, slope = (bound - start.p) / part.scale[-1], start.tests[0]
+        behind = 2.0 * gap / slope if abs(slope) > SLOPE else 0.0
+        near = 0.0 < behind <= REACH
+        if abs(gap) > AT_BOUND and not near:
             return None
-        try:
-            c = part.problem.correct(np.append(start.x[:-1], bound), start.tangent, True)
-        except ERRORS:  # the problem's own code
-            return None
-        away = float(np.linalg.norm((c.x - row.x) / part.scale))
-        new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
-        return None if new is None or any(new.tests[j] > part.touch for j in part.boundary) else new
+        for length in (behind, 0.0) if near else (0.0,):
+            x = start.x + length * start.direction
+            x[-1] = bound
+            try:
+                c = part.problem.correct(x, start.tangent, True)
+            except ERRORS:  # the problem's own code
+                continue
+            away = float(np.linalg.norm((c.x - row.x) / part.scale))
+            new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
+            if new is not None and all(new.tests[j] <= part.touch for j in part.boundary):
+                return new
+        return None
 
     @staticmethod
     def ends_in(row):

@@ -18,7 +18,7 @@ from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
 from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
 from .branchpoint import locate_crossing
-from .hidden import jumped, nearly_singular
+from .hidden import jumped, nearly_singular, rounding
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, pair_on_circle
@@ -117,7 +117,7 @@ def boundary(half, row, new):
     for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
         end = new if cut is None else cut.row
         for j in part.boundary:
-            band = min(MONITOR_BAND * max(half.sizes[j], abs(new.tests[j])), part.touch)
+            band = min(max(rounding(half, j), MONITOR_BAND * abs(new.tests[j])), part.touch)
             if end.tests[j] > band and (cut is None or j != cut.test):
                 break
         else:

@@ -1,5 +1,6 @@
 """What the ends of a step do not show: two zeros of one test in it, and a jump to another branch."""
 import math
+from dataclasses import dataclass
 
 from ...solve import steplaw
 from ...solve.steplaw import AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
@@ -12,6 +13,20 @@ BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are
 STATES = 1e-3  # of the test of a boundary, which is scaled: the least size of the states that it is made of
 LOOKS = 6  # places in a step at which it is looked whether an interval lasts no time, at most
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
+
+
+@dataclass(frozen=True)
+class Edge:
+    """The boundary at an end of a step: its row, the test that is zero there, and the arclength to which its place is known."""
+
+    row: Row
+    test: int
+    known: float
+
+    def holds(self, half, c):
+        """Whether a corrected point of the step is that place, to rounding."""
+        away = abs(float(c.x[-1]) - self.row.p) / float(self.row.part.scale[-1])
+        return away <= self.known and abs(float(c.monitors[self.test - 1])) <= rounding(half, self.test)
 
 
 def nearly_singular(rows, row, log, length):
@@ -37,21 +52,21 @@ def growth(before, row, new):
     return sorted((first, second, 0.0))[1] if math.isfinite(first + second) else 0.0
 
 
-def dip(half, row, new, known=0.0):
+def dip(half, row, new, ends=None):
     """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none, or if the step
-    is no longer than the arclength to which its end on a boundary is ``known``: then both of its ends are that place.
+    is no longer than the arclength to which the `Edge` on which it ``ends`` is known: then both of its ends are that place.
 
     Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
     touches zero to rounding is noted in ``half.unresolved``.  The row may lie before ``row``.
     """
     length = new.s - row.s
     part = row.part
-    if length <= known:
+    if ends is not None and length <= ends.known:
         return None
     a, b = row.tests[0], new.tests[0]
     t = two_folds(a, b, (new.p - row.p) / (float(part.scale[-1]) * length))
     if t > 0.0:
-        inner = between(half, row, new, 0, t, 1.0 if a > 0.0 else -1.0)
+        inner = between(half, row, new, 0, t, 1.0 if a > 0.0 else -1.0, ends=ends)
         if inner is not None:
             return inner
     inner = beyond(half, row, new)
@@ -77,7 +92,7 @@ def dip(half, row, new, known=0.0):
             continue
         sign = 1.0 if a > 0.0 else -1.0
         told = None if j == part.count else sign * parabola(f0, a, b, back, length, t * (length if t > 0.0 else back))
-        inner = (between(half, row, new, j, t, sign, rate, told) if t > 0.0
+        inner = (between(half, row, new, j, t, sign, rate, told, ends) if t > 0.0
                  else between(half, before, row, j, 1.0 + t, sign, rate, told))
         if inner is not None:  # between the last two rows: seen only now
             return inner
@@ -141,27 +156,42 @@ def parabola(f0, a, b, back, length, at):
     return a + at * (first + bend * (at + back))
 
 
-def between(half, row, new, j, t, sign, rate=0.0, told=None):
+def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
     """Search the minimum of ``sign`` times a test in a step; return a row where it is negative, None if nowhere.  The determinant
     is looked at without its `growth` by ``rate``.
 
     Where the value at ``t`` is not the one that was ``told``, the parabola that says there is no zero is not believed either: the
-    middles of the two parts are looked at first.
+    middles of the two parts are looked at first.  Places that are an end of the step on a boundary, to rounding, are none of its
+    inside: beside the birth of a slip, where the equations are singular, there is a line of them, and what is zero there with the
+    cube of the way is rounding long before.
     """
     part = row.part
     curve = Curve(row, new)
     if j < part.count:
         value = curve.test(j)
-        ends = sign * row.tests[j], sign * new.tests[j]
+        outer = sign * row.tests[j], sign * new.tests[j]
     else:
         def value(t):
             c = curve.at(t)
             log = 0.0 if c is None else c.det_log - row.det_log - rate * t * curve.length
             return None if c is None else (c.det_sign * math.exp(min(log, 50.0)) if c.det_sign else 0.0, c)
-        ends = 1.0, math.exp(min(new.det_log - row.det_log - rate * curve.length, 50.0))
-    band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*ends, half.sizes[j] if j < part.count else 0.0)
-    points = [(0.0, ends[0]), (1.0, ends[1])]
+        outer = 1.0, math.exp(min(new.det_log - row.det_log - rate * curve.length, 50.0))
+    band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*outer, half.sizes[j] if j < part.count else 0.0)
+    edges = beginning(half, row), ends
+    zero = [on_boundary(half, end) and abs(v) <= band for end, v in zip((row, new), outer, strict=True)]
+    low, high = 0.0, 1.0
+    points = [(low, outer[0]), (high, outer[1])]
     least, aside = math.inf, []
+
+    def is_end(k, t, f, c):
+        """Whether a place of the step is its end ``k`` on a boundary: equations say so, or the test is zero from there to it."""
+        if edges[k] is not None and edges[k].holds(half, c):
+            return True
+        if not (zero[k] and abs(f) <= band):
+            return False
+        made = value(0.5 * (t + (low, high)[k]))
+        return made is None or abs(made[0]) <= band
+
     for count in range(25):
         made = value(t)
         if made is None:
@@ -170,9 +200,16 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None):
         if f < -band:
             rest = (1.0 - t) * curve.length
             return Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), rest)
-        if f < least:
-            least = f
-        points = sorted([*points, (t, f)])
+        end = next((k for k in (0, 1) if is_end(k, t, f, made[1])), None)
+        if end is None:
+            least = min(least, f)
+            points = sorted([*points, (t, f)])
+        else:
+            low, high = (low, t) if end else (t, high)
+            points = [(low, outer[0]), *(point for point in points if low < point[0] < high), (high, outer[1])]
+            if len(points) == 2:
+                t = 0.5 * (low + high)
+                continue
         if count == 0 and told is not None and abs(f - told) > FORETOLD * abs(f):
             aside = [0.5 * t, 0.5 * (1.0 + t)]
         if aside:
@@ -186,22 +223,50 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None):
             return None
         t = 0.5 * (t0 + t1) - 0.5 * d01 / bend
         lowest = f1 - bend * (t - t1)**2
-        if lowest > 0.5 * f1 and f1 > 1e-9 * max(ends):
-            return None
+        if lowest > 0.5 * f1 and f1 > 1e-9 * max(outer):
+            t = cornered(points, k)
+            if t is None:
+                return None
         if min(abs(t - t0), abs(t - t1), abs(t - t2)) < 1e-4 * (t2 - t0):  # a golden step keeps the three points apart
             t = t1 + 0.1 * ((t2 - t1) if t2 - t1 > t1 - t0 else (t0 - t1))
-        if not 0.0 < t < 1.0:  # least at an end, as of a test that is zero where its equations begin
+        if not low < t < high:  # least at an end, as of a test that is zero where its equations begin
             return None
         if t2 - t0 < 1e-7:
             break
-    if least <= 1e-9 * max(ends):
+    if least <= 1e-9 * max(outer):
         kind = part.kinds[j] if j < part.count else SpecialPointKind.BRANCH_POINT
         s = row.s + t * curve.length
         known = any(other[0] == kind.value and abs(other[1] - s) < AT_END * curve.length for other in half.unresolved)
-        begins = (t < AT_END and on_boundary(half, row)) or (1.0 - t < AT_END and on_boundary(half, new))
-        if not (known or begins):  # where an event is born, other tests may begin at zero with the square of the way
+        at_end = (t < AT_END and on_boundary(half, row)) or (1.0 - t < AT_END and on_boundary(half, new))
+        if not (known or at_end):  # where an event is born, other tests may begin at zero with the square of the way
             half.unresolved.append((kind.value, s, float(curve.place(t)[-1])))
     return None
+
+
+def cornered(points, k):
+    """Return the place beside the least of ``points`` (t, f), at index ``k``, where a corner would be negative; None where no
+    corner is: the sharpest goes on with the slope behind the point, and comes back with that or the one seen beyond."""
+    (t0, f0), (t1, f1), (t2, f2) = points[k - 1:k + 2]
+    fall, rise = (f0 - f1) / (t1 - t0), (f2 - f1) / (t2 - t1)
+    steep = max(fall, rise)
+    after = max(steep, (points[k + 2][1] - f2) / (points[k + 2][0] - t2)) if k + 2 < len(points) else steep
+    before = max(steep, (points[k - 2][1] - f0) / (t0 - points[k - 2][0])) if k > 1 else steep
+    found = []
+    if fall > 0.0:
+        t = (fall * t1 + f1 + after * t2 - f2) / (fall + after)
+        found.append((f1 - fall * (t - t1), t))
+    if rise > 0.0:
+        t = (rise * t1 - f1 + before * t0 + f0) / (rise + before)
+        found.append((f1 - rise * (t1 - t), t))
+    least, t = min(found, default=(0.0, t1))
+    return t if least < 0.0 and t0 < t < t2 else None
+
+
+def beginning(half, row):
+    """Return the `Edge` on which a row lies that is the first of its equations, or None."""
+    part = row.part
+    first = next((other for other in half.rows if other.part is part), None) is row
+    return Edge(row, part.born, half.edge or 0.0) if first and part.born > 0 else None
 
 
 def on_boundary(half, row) -> bool:

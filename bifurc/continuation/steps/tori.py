@@ -38,7 +38,7 @@ def pair_on_circle(part, a, b, found):
     value = curve_value(part.problem, curve)
     for _ in range(HALVINGS):
         ends = value(low), value(high)
-        if None not in ends and ends[0][0] * ends[1][0] < 0.0 and high - low < 0.1:
+        if None not in ends and ends[0][0] * ends[1][0] <= 0.0 and high - low < 0.1:
             made = enclose(value, low, ends[0][0], high, ends[1][0])
             root = None if made is None else polish(value, *made)
             if root is not None and abs(value(root.at)[0]) < 1e-6:

@@ -30,6 +30,7 @@ CLOSED = 4e-15  # relative change of the last iteration under a law
 SAME = 4e-16  # relative distance of times that are one
 CORRECTIONS, NEAR = 4, 1e-3  # of an event's time on a curve, and their largest size, of a step
 ON_SURFACE = 64 * 2.2e-16  # of the sizes of its terms: a guard so small at the start of a piece is zero there
+ORDERS = 3  # rates of a guard that may vanish with it at the start of a piece
 
 
 def integrate(system: System, y0: np.ndarray, start: float, stop: float, history=None, breaks=(),
@@ -136,7 +137,8 @@ class _Integration:
                     break
                 values, end, delayed = piece
             if h > 0.0:
-                self.history.append(t, h, np.vstack((y[None], values)), delayed, mode)
+                states = scene.shown(np.full(COUNT + 1, mode), np.vstack((y[None], values)), t + h * points())
+                self.history.append(t, h, states, delayed, mode)
             if hit is None:
                 t = broken[0] if broken is not None else min(t + h, stop)
                 if broken is not None:
@@ -156,7 +158,8 @@ class _Integration:
                 status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
                 break
             heapq.heappush(self.breaks, (t + self.delay, 1))
-        return DelayedMotion(self.system, self.start, t, y.copy(), status, message, tuple(events), self.history,
+        final = scene.shown(np.array([mode]), y[None], np.array([t]))[0].copy()
+        return DelayedMotion(self.system, self.start, t, final, status, message, tuple(events), self.history,
                              self.gain, self.rows)
 
     # parts of a step
@@ -290,8 +293,16 @@ class _Integration:
             return settle.decide(scene, mode, g, x, speed)
 
         new, z = self._settled(decided, t, x)
-        events.append(Event(t, scene.element_name(mode, g), scene.event_kind(mode, g), speed, before, z[:scene.ns].copy()))
+        sides = scene.shown(np.array([mode, new]), np.array((before, z[:scene.ns])), np.full(2, t))
+        events.append(Event(t, scene.element_name(mode, g), scene.event_kind(mode, g), speed, *sides,
+                            mode_before=self._keys(mode), mode_after=self._keys(new)))
         return new, z[:scene.ns].copy()
+
+    def _keys(self, mode: int) -> tuple:
+        """Return the keys of the system's elements; a feedback has that of the spring or damper that is its undelayed part."""
+        keys, own = self.scene.keys[mode], len(self.system.elements) - len(self.gain)
+        plain, fed = iter(keys[:own]), iter(keys[own:])
+        return tuple(next(fed if isinstance(element, DelayedFeedback) else plain) for element in self.system.elements)
 
     def _settled(self, decide, t: float, x: np.ndarray):
         """Return what ``decide(t, x)`` says while the delayed parts of the forces act as constant ones."""
@@ -312,20 +323,23 @@ class _Integration:
 def first_root(value: np.ndarray, start: float, noise: float) -> float | None:
     """Return where in (0, 1] a guard first becomes positive, from its values (COUNT,) at the Gauss points of a piece.
 
-    ``start`` is its value at 0: within ``noise`` it is zero there (a mass that has just hit its stop), which is divided out.
-    0 where it is positive, or becomes so at once.
+    ``start`` is its value at 0: within ``noise`` it is zero there (a mass that has just hit its stop), which is divided out, and so
+    is its rate where that is zero too (a slider that has just stopped).  0 where it is positive, or becomes so at once.
     """
     c, _, _ = collocation()
     if start > noise:
         return 0.0
-    if abs(start) <= noise:
-        value = value / c
-    terms = _legendre() @ value
+    first, level, terms = start, noise, _legendre() @ value
+    for _ in range(ORDERS):
+        if abs(first) > level:
+            break
+        value, level = value / c, level / c[0]
+        terms = _legendre() @ value
+        first = float(np.polynomial.legendre.legval(-1.0, terms))
+    if first > level:
+        return 0.0
     if terms[0] + np.abs(terms[1:]).sum() < 0.0:
         return None
-    rounding = 1e-13 * np.abs(terms).sum()
-    if abs(start) <= noise and np.polynomial.legendre.legval(-1.0, terms) > rounding:
-        return 0.0
     slope = np.polynomial.legendre.legder(terms)
     found = []
     for root in np.polynomial.legendre.legroots(terms):

@@ -56,6 +56,17 @@ def test_a_curve_that_ends_has_no_root():
     assert bracketed(lambda t: None, 0.0, -1.0, 1.0, 1.0) is None
 
 
+@pytest.mark.parametrize("ratio", (30.0, 3e3, 1e5))
+@pytest.mark.parametrize("sign", (1.0, -1.0))
+@pytest.mark.parametrize("bend", (0.0, 0.3))
+def test_a_root_in_a_corner_is_that_of_the_flat_side_too(ratio, sign, bend):
+    """An end of a bracket is small against the steep side's values while it is far from zero on the flat side."""
+    root = 1.0 / 3.0
+    made = watched(lambda t: sign * (t - root) * (1.0 + bend * (t - root)) * (ratio if t > root else 1.0))
+    found = polish(made, *enclose(made, 0.0, made(0.0)[0], 1.0, made(1.0)[0]))
+    assert abs(found.at - root) <= min(found.error, 1e-8) and found.error < 1e-6
+
+
 @pytest.mark.parametrize("slope", (2.0, -0.3))
 @pytest.mark.parametrize("start", (3e-9, -4e-8, 6e-7))
 def test_polished_roots_have_an_error_that_holds(slope, start):

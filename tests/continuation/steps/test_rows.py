@@ -211,16 +211,16 @@ class Dip(Scalar):
 
     monitors = (Monitor(SpecialPointKind.USER, "dip"),)
 
-    def __init__(self, depth, sign=1.0):
+    def __init__(self, depth, sign=1.0, shape=lambda p: (p - 1.0)**2):
         super().__init__(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 0.0, 0.0, scale_u=1.0, scale_p=1.0)
-        self.depth, self.sign = depth, sign
+        self.depth, self.sign, self.shape = depth, sign, shape
 
     def monitor_values(self, u, p, tangent):
-        return np.array([self.sign * ((p - 1.0)**2 - self.depth)])
+        return np.array([self.sign * (self.shape(p) - self.depth)])
 
 
-def dipping(depth, sign=1.0, places=(0.0, 0.7, 1.5)):
-    part = Part(Dip(depth, sign), 0)
+def dipping(depth, sign=1.0, places=(0.0, 0.7, 1.5), *shape):
+    part = Part(Dip(depth, sign, *shape), 0)
     t = np.array([1.0, 1.0]) / math.sqrt(2.0)
     rows = []
     for p in places:
@@ -240,6 +240,17 @@ def test_two_zeros_of_a_monitor_in_one_step_are_seen(depth, sign):
     assert found.s == pytest.approx(math.sqrt(2.0) * found.p, abs=1e-9) and half.unresolved == []
     assert found.ds == pytest.approx(rows[2].s - found.s, abs=1e-9)
     half, rows = dipping(-depth, sign)  # passed at a distance
+    assert hidden.dip(half, rows[1], rows[2]) is None and half.unresolved == []
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("at", "before", "length"), [(1.2, 0.0, 0.6), (1.1, 0.4, 0.7), (1.35, 0.1, 1.5), (0.8, 0.2, 0.6)])
+def test_two_zeros_of_a_corner_are_seen(sign, at, before, length):
+    """Between the middle row and either neighbour, although no parabola through the three has a zero."""
+    half, rows = dipping(0.05, sign, (before, 1.0, 1.0 + length), lambda p: abs(p - at))
+    found = hidden.dip(half, rows[1], rows[2])
+    assert abs(found.p - at) < 0.05 and sign * found.tests[1] < 0.0 and half.unresolved == []
+    half, rows = dipping(-0.02, sign, (before, 1.0, 1.0 + length), lambda p: abs(p - at))  # passed at a distance
     assert hidden.dip(half, rows[1], rows[2]) is None and half.unresolved == []
 
 
@@ -373,6 +384,13 @@ def test_a_pair_on_the_circle_is_located():
     assert curve.length == pytest.approx(math.sqrt(2.0))
     part, a, b = step_of(lambda p: [*pair(1.09 - 0.2 * p), 0.3])  # inwards
     assert tori.pair_on_circle(part, a, b, [])[1].point.x[-1] == pytest.approx(0.45, abs=1e-9)
+
+
+@pytest.mark.parametrize("at", [0.5, 0.53125, 0.9375])
+@pytest.mark.parametrize("size", [0.25, -0.25])
+def test_a_pair_that_a_bisection_puts_exactly_on_the_circle_is_located(at, size):
+    part, a, b = step_of(lambda p: [(1.0 + size * (p - at)) * 1j, -(1.0 + size * (p - at)) * 1j, 0.3])
+    assert tori.pair_on_circle(part, a, b, [])[1].point.x[-1] == pytest.approx(at, abs=1e-9)
 
 
 def test_real_multipliers_that_pass_explain_what_they_explain():
