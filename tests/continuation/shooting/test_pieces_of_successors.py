@@ -21,7 +21,8 @@ class Line:
 
     def __init__(self, *monitors, multipliers=lambda p: np.array([0.5]), slope=1.0, names=()):
         self.tests, self.mu, self.slope = monitors, multipliers, slope
-        self.monitors = [SimpleNamespace(boundary=True, name=name) for name in (*names, *["listed"] * len(monitors))[:len(monitors)]]
+        names = (*names, *["listed"] * len(monitors))[:len(monitors)]
+        self.monitors = [SimpleNamespace(boundary=True, name=name) for name in names]
 
     def null_tangent(self, x):
         t = np.array([self.slope, 1.0]) / self.scale
