@@ -1,0 +1,144 @@
+"""The compiled corrector of balances against numpy: points, planes, tangents and determinants."""
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from bifurc import System
+from bifurc.elements import ElasticStop, HarmonicForce, Jenkins
+from bifurc.hbm import corrector
+from bifurc.hbm.balance import Balance
+from bifurc.hbm.contacts.margins import FIELDS, KINDS
+from bifurc.hbm.corrector import ONCE, Found, bordered, follow, scaled
+from bifurc.hbm.layout import Layout
+from bifurc.hbm.residual import order_of
+from bifurc.hbm.tables import Series
+
+LAYOUT = Layout((0, 1, 2, 3), 2)
+M, C, K = np.diag([1.0, 1.5]), np.array([[0.2, -0.05], [-0.05, 0.3]]), np.array([[2.0, -0.7], [-0.7, 1.5]])
+CONTACTS = {"slider": lambda: (Jenkins(1.5, 0.4, dof=0),), "stop": lambda: (ElasticStop(0.4, 0.8, 0.1, dof=1),),
+            "both": lambda: (Jenkins(1.5, 0.4, dof=0), ElasticStop(0.4, 0.6, dof=1))}
+
+
+class Case:
+    """A balance along the amplitude or the frequency of its load, and calls of the corrector."""
+
+    def __init__(self, contacts, name, low, high):
+        self.name = name
+        self.made = lambda p: System(M, C, K, (HarmonicForce(p if name == "amplitude" else 1.0, dof=0), *CONTACTS[contacts]()),
+                                     omega=p if name == "omega" else 1.1)
+        self.balance = Balance(self.made(low), LAYOUT)
+        self.size = self.balance.size
+        nodes = np.cos(np.pi * np.arange(3) / 2.0)  # quadratic in either
+        flats = np.array([self.at(0.5 * (low + high) + 0.5 * (high - low) * z).parts.flat for z in nodes])
+        places = np.flatnonzero(np.ptp(flats, axis=0) > 0.0)
+        self.along = Series(flats[0].copy(), places, np.ascontiguousarray(
+            np.polynomial.chebyshev.chebfit(nodes, flats[:, places], 2).T), low, high)
+        self.scale = np.append(np.linspace(0.5, 2.0, self.size), 0.7)
+        self.found = Found(np.empty(self.size + 1), np.empty(self.size + 1), np.zeros(corrector.INFO), np.zeros((KINDS, FIELDS)))
+
+    def at(self, p):
+        return self.balance.at(self.made(p))
+
+    def start(self, p):
+        return np.append(self.at(p).linear_response(), p)
+
+    def correct(self, start, tangent, fixed, listed=None):
+        parts = self.balance.parts
+        listed = np.full(len(parts.contacts), -1) if listed is None else listed
+        return follow(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room, start, tangent,
+                      fixed, self.scale, self.found, ONCE)
+
+    def wide(self, x, h=1e-6):
+        """Derivatives by scaled unknowns: those of the balance, and differences by the parameter."""
+        jacobian = self.at(x[-1]).jacobian(x[:-1])
+        slope = (self.at(x[-1] + h).residual(x[:-1]) - self.at(x[-1] - h).residual(x[:-1])) / (2.0 * h)
+        return np.column_stack([jacobian, slope]) * self.scale
+
+
+@pytest.fixture(params=[("slider", "amplitude", 0.5, 2.0), ("stop", "omega", 0.8, 1.4), ("both", "omega", 0.9, 1.3)],
+                ids=lambda param: f"{param[0]} along {param[1]}")
+def case(request):
+    return Case(*request.param)
+
+
+def middle(case):
+    return 0.5 * (case.along.low + case.along.high)
+
+
+def test_a_point_at_a_fixed_parameter_is_that_of_a_general_solver(case):
+    p = middle(case)
+    start, only = case.start(p), np.append(np.zeros(case.size), 1.0)
+    assert case.correct(start, only, True) == corrector.CONVERGED
+    x, info = case.found.x, case.found.info
+    assert x[-1] == p
+    other = root(case.at(p).residual, start[:-1], jac=case.at(p).jacobian, tol=1e-13)
+    np.testing.assert_allclose(x[:-1], other.x, atol=1e-9)
+    assert np.abs(case.at(p).residual(x[:-1])).max() < 1e-12 and info[corrector.RESIDUAL] < 1e-9
+    assert info[corrector.DISTANCE] == pytest.approx(np.linalg.norm((x - start) / case.scale), rel=1e-9)
+    assert 1 <= info[corrector.ITERATIONS] <= corrector.MAX_ITERATIONS and info[corrector.CONTRACTION] < 1.0
+    again = x.copy()
+    assert case.correct(again, only, True) == corrector.CONVERGED and case.found.info[corrector.ITERATIONS] <= 1
+    assert case.found.info[corrector.DISTANCE] < 1e-12
+
+
+def test_tangents_and_determinants_are_those_of_the_matrix(case):
+    p = middle(case)
+    only = np.append(np.zeros(case.size), 1.0)
+    assert case.correct(case.start(p), only, True) == corrector.CONVERGED
+    signs = []
+    for given in (1.0, -1.0):
+        x = case.found.x.copy()
+        assert case.correct(x, given * only, True) == corrector.CONVERGED
+        new, info = case.found.new.copy(), case.found.info.copy()
+        wide = case.wide(case.found.x)
+        assert np.linalg.norm(new) == pytest.approx(1.0, rel=1e-13) and given * new[-1] > 0.0
+        np.testing.assert_allclose(wide @ new, 0.0, atol=1e-6 * np.abs(wide).max())
+        rows = wide / np.abs(wide[:, :]).max(axis=1, keepdims=True)
+        sign, log = np.linalg.slogdet(np.vstack([rows, new]))
+        assert info[corrector.DET_SIGN] == sign and info[corrector.DET_LOG] == pytest.approx(log, abs=1e-4)
+        signs.append(sign)
+    assert signs[0] == -signs[1]
+
+
+def test_a_step_along_the_branch_stays_in_its_plane(case):
+    p = middle(case)
+    only = np.append(np.zeros(case.size), 1.0)
+    assert case.correct(case.start(p), only, True) == corrector.CONVERGED
+    x, new = case.found.x.copy(), case.found.new.copy()
+    for ds in (0.03, -0.05):
+        guess = x + ds * case.scale * new
+        assert case.correct(guess, new, False) == corrector.CONVERGED
+        there, after = case.found.x, case.found.new
+        assert new @ ((there - guess) / case.scale) == pytest.approx(0.0, abs=1e-12)
+        assert np.abs(case.at(there[-1]).residual(there[:-1])).max() < 1e-12
+        assert (there[-1] - p) * ds * new[-1] > 0.0 and after @ new > 0.9
+        wide = case.wide(there.copy())
+        np.testing.assert_allclose(wide @ after, 0.0, atol=1e-6 * np.abs(wide).max())
+
+
+def test_what_goes_wrong_has_its_code(case):
+    p = middle(case)
+    only = np.append(np.zeros(case.size), 1.0)
+    start = case.start(p)
+    assert case.correct(np.full_like(start, np.nan), only, True) == corrector.CONTACTS
+    assert case.correct(start, only, True) == corrector.CONVERGED
+    x, orders = case.found.x.copy(), order_of(case.balance.room)
+    assert case.correct(x, only, True, orders) == corrector.CONVERGED
+    assert case.correct(x, only, True, orders + 20) in (corrector.OTHER_ORDER, corrector.NOT_CONVERGED, corrector.CONTACTS)
+    row = np.zeros(case.size + 1)
+    row[0] = 1e-300  # no plane at all
+    assert case.correct(start, 0.0 * row, False) == corrector.SINGULAR
+
+
+@pytest.mark.parametrize("n", range(1, 11))
+def test_rows_by_scaled_unknowns(n, rng):
+    row, x, scale, out = rng.standard_normal(n), rng.standard_normal(n), rng.uniform(0.5, 2.0, n), np.empty(n)
+    total, top = scaled(row, x, scale, out)
+    np.testing.assert_allclose(out, row * scale, rtol=1e-15)
+    assert total == pytest.approx(np.abs(row * x).sum(), rel=1e-14) and top == pytest.approx(np.abs(row * scale).max(), rel=1e-15)
+    matrix, tangent = rng.standard_normal((n, n)), rng.standard_normal(n)
+    kept = matrix[:-1].copy()
+    bordered(matrix, tangent, False)
+    assert (matrix[-1] == tangent).all()
+    bordered(matrix, tangent, True)
+    assert (matrix[-1] == np.eye(n)[-1]).all() and (matrix[:-1] == kept).all()
