@@ -301,6 +301,10 @@ class Problem:
         units."""
         return 0.0
 
+    def own_directions(self, directions):
+        """Return those of the directions (m, n + 1) that leave a branch point along solutions of this problem's kind; all, by default."""
+        return directions
+
     def branches(self, point, n_max):
         """Return start objects on the branches that meet this one in a special point, or None for the general rule."""
         return None

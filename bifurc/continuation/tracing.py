@@ -199,14 +199,14 @@ def start_row(problem, options):
     if len(right) > 1:
         crossing = locate_crossing(problem, x)
         if crossing.status == "located" and float(np.abs((crossing.x - x) / problem.scale).max()) < 1e-6:
-            tangent = first_direction(crossing)
+            tangent = first_direction(problem.own_directions(crossing.directions))
             at = crossing.x.copy()
             at[-1] = x[-1] if abs(at[-1] - x[-1]) <= 1e-12 * problem.scale[-1] else at[-1]
-            c = problem.correct(at, tangent)
-            if c.converged:
-                c = Corrected(c.x, tangent, True, CorrectorStatus.SINGULAR, c.iterations, c.residual, c.distance, 0.0,
-                              0.0, -math.inf, c.monitors)
-                return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), crossing
+            residual = float(np.abs(problem.residual(at[:-1], float(at[-1]))).max())
+            c = problem.correct(at, tangent)  # where it converges at all it errs more than the crossing
+            monitors = c.monitors if c.converged else problem.monitor_values(at[:-1], float(at[-1]), tangent)
+            c = Corrected(at, tangent, True, CorrectorStatus.SINGULAR, c.iterations, residual, 0.0, 0.0, 0.0, -math.inf, monitors)
+            return Row(c, part, 0.0, 0.0, tests_of(c), options.ds), crossing
         c = problem.correct(x, oriented(right[-1]))  # the tangent, where the rank is only nearly lost
         if not c.converged:
             c = problem.correct(x, oriented(right[0]))
@@ -261,7 +261,7 @@ def start_points(half, row, crossing):
     found = detect.at_end(half, row)
     if any(abs(row.tests[j]) <= ON_BOUNDARY for j in row.part.boundary):  # an event of no duration: dp/ds and multipliers there
         found = [special for special in found if special.kind not in STABILITY]  # are zero or rounding, and no bifurcation
-    if crossing is not None:
+    if crossing is not None and len(row.part.problem.own_directions(crossing.directions)) > 1:  # else a boundary tells it
         width = max(crossing.error, 1e-15)
         found.append(detect.Found(SpecialPointKind.BRANCH_POINT, "", crossing.x, row.tangent, 0.0, -width, width,
                                   crossing.error * float(row.part.scale[-1]), row.part, directions=crossing.directions))
@@ -289,8 +289,8 @@ def begin_on_boundary(half):
         reached = ahead(row, j)(BESIDE[0])
         if reached is not None and reached[0] < 0.0:  # small but clear, as behind a slow impact: the boundary lies ahead
             continue
-        root = boundary_at(row, j)
-        if root is None and not silent(row, j):
+        root = None if row.singular else boundary_at(row, j)  # a branch point is known better than what Newton finds next to it
+        if root is None and not (row.singular or silent(row, j)):
             continue
         cut = cut_at(row, j, root)
         if not cut.silent:

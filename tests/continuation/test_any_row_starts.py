@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.continuation.kinds import StopReason
 from bifurc.elements import Coulomb, HarmonicForce, RigidStop
 
 
@@ -69,3 +70,21 @@ def test_a_sequence_of_a_short_interval_is_entered_at_its_near_end(system, name,
     assert {kind for kind, _, _ in one} == kinds
     for k in (2, len(branch) - 3):
         assert alike(told(bf.trace(branch.orbits[k], name, bounds=bounds), *inside), one), k
+
+
+@pytest.mark.parametrize(("damping", "omega", "amplitude", "gaps", "restitution", "name", "bounds"), [
+    (0.239, 1.25, 0.834, (1.19, 0.501), 0.331, "rigid_stop_2.restitution", (0.081, 0.581)),
+    (0.0954, 0.938, 1.14, (0.231, 0.231), 0.86, "omega", (0.6566, 1.2194))
+])
+def test_a_doubled_branch_starts_where_it_merges(damping, omega, amplitude, gaps, restitution, name, bounds):
+    """Its last row is the orbit of half the period run twice, where two curves cross: the branch of the doubled orbits goes on."""
+    elements = HarmonicForce(amplitude), RigidStop(gaps[0], restitution), RigidStop(gaps[1], restitution, side=-1)
+    branch = bf.trace(bf.find_orbit(bf.System(1.0, damping, 1.0, elements, omega=omega)), name, bounds=bounds)
+    merging = [k for k, end in zip((0, -1), branch.ends, strict=True) if end.reason is StopReason.MERGED]
+    assert merging
+    for k in merging:
+        again = bf.trace(branch.orbits[k], name, bounds=bounds)
+        assert {end.reason for end in again.ends} == {end.reason for end in branch.ends}
+        assert np.allclose(sorted(end.p for end in again.ends), sorted(end.p for end in branch.ends), rtol=0.0, atol=1e-12)
+        assert sorted(str(p.kind) for p in again.special_points) == sorted(str(p.kind) for p in branch.special_points)
+        assert again.audit.ok and all(orbit.success for orbit in again.orbits)

@@ -3,6 +3,7 @@ import numpy as np
 
 from ...orbits.least import reduced
 from ...orbits.shooting.signature import Signature, repeated
+from ...solve.bordered import null_vectors
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import Corrected, at_end
 from ..steps.branchpoint import other_direction
@@ -13,15 +14,18 @@ from .signature_change import admissible_side
 from .successor import inside
 from .vanishing import dropped
 
+SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged; below `ONE` it is its parent
+APART = 1e-3  # of a unit direction, by which the halves come apart along it
 TURNED = 0.5  # cosine of two differences of halves of which one has turned into the other
 OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
 BESIDE = 2.0  # distances of two rows from each other, up to which a point from either lies between them
 
 
-def halves(signature: Signature, x0, scale):
+def halves(signature: Signature, x0, scale, wide):
     """Return (covector (n + 1,), constant) of the measure in which the two halves of a doubled orbit differ, or None.
 
-    It is positive at ``x0`` (n + 1,) and vanishes where the orbit becomes twice an orbit of half the period.
+    It is positive at ``x0`` (n + 1,) and vanishes where the orbit becomes twice an orbit of half the period.  Where it is that to
+    rounding, the halves are told apart as along the solutions of ``wide()``, [F_u F_p] (n, n + 1) in scaled unknowns, that leave.
     """
     nodes = signature.nodes
     count = len(nodes) // 2
@@ -30,10 +34,13 @@ def halves(signature: Signature, x0, scale):
     if not np.array_equal(nodes[:count], nodes[count:]):
         return None
     difference = half_difference(signature, x0, scale)
+    half = len(difference)
+    plane = null_vectors(wide())[0] if np.sqrt(difference @ difference) <= SEPARATE else ()
+    if len(plane) > 1:
+        difference = np.linalg.svd(plane[:, :half] - plane[:, half:-1])[2][0]
     norm = np.sqrt(difference @ difference)
     if norm == 0.0:
         return None
-    half = len(difference)
     row = difference / (norm * scale[:half])
     return np.concatenate([row, -row, [0.0]]), float(row[::half // count].sum()) * 0.5 * signature.span
 
@@ -44,6 +51,13 @@ def half_difference(signature: Signature, x, scale):
     apart = x[:half] - x[half:-1]
     apart[::2 * half // len(signature.nodes)] += 0.5 * signature.span
     return apart / scale[:half]
+
+
+def parting(directions):
+    """Return those of unit ``directions`` (m, n + 1), scaled unknowns, along which the halves of a doubled orbit come apart."""
+    half = (directions.shape[1] - 1) // 2
+    apart = np.linalg.norm(directions[:, :half] - directions[:, half:-1], axis=1) > APART
+    return directions[apart] if apart.any() else directions
 
 
 def turned(problem, a, b) -> bool:

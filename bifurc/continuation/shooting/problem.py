@@ -45,7 +45,6 @@ KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for 
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
 monitored = sequence.monitored.py_func
 FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: absolute, and as part of the largest one
-SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has not merged; below `ONE` it is its parent
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
@@ -148,7 +147,7 @@ class OrbitProblem(Problem):
         self._kept = sequence.kept(self.scene)
         self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
-        self._halves = branching.halves(self.sequence, self.x0, self.scale)
+        self._halves = branching.halves(self.sequence, self.x0, self.scale, lambda: self.wide_jacobian(self.x0) * self.scale)
         self._reads, monitors = watched(self.scene, sequence)
         self._beside = self._reads[1:].tolist()
         self._hits = sequence.events > 0
@@ -185,7 +184,7 @@ class OrbitProblem(Problem):
         if status != 1:
             return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
                              NO_MONITORS)
-        if self._halves is not None and self._apart(U) <= ONE and self._apart(x) > SEPARATE:
+        if self._halves is not None and self._apart(U) <= ONE and self._apart(x) > branching.SEPARATE:
             # an orbit run through twice solves the same equations, and is met at the end of a doubled branch alone
             return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
                              -math.inf, NO_MONITORS)
@@ -292,6 +291,10 @@ class OrbitProblem(Problem):
                 product *= factor / (1.0 + abs(factor))
         return float(np.real(product))
 
+    def own_directions(self, directions):
+        """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""
+        return directions if self._halves is None else branching.parting(directions)
+
     def _apart(self, x) -> float:
         """How much the two halves of a doubled orbit differ at ``x`` (n + 1,), scaled."""
         return float(np.linalg.norm(branching.half_difference(self.sequence, x, self.scale)))
@@ -344,7 +347,7 @@ class OrbitProblem(Problem):
     def silent(self, monitor, x) -> bool:
         """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is
         measured along another direction from there on."""
-        return monitor.silent or monitor.name == MERGES and self._apart(x) > SEPARATE
+        return monitor.silent or monitor.name == MERGES and self._apart(x) > branching.SEPARATE
 
     def confirm(self, kind, x) -> bool:
         """Whether a zero of a monitor is what its kind says: a torus point needs a complex pair on the circle, a flip -1."""

@@ -152,9 +152,9 @@ def _directions(problem, x, w, kernel):
     return np.array(found)
 
 
-def first_direction(crossing):
-    """Of the two directions, the one along which the parameter changes more, with growing parameter."""
-    d = max(crossing.directions, key=lambda direction: abs(direction[-1]))
+def first_direction(directions):
+    """Of directions, the one along which the parameter changes most, with growing parameter."""
+    d = max(directions, key=lambda direction: abs(direction[-1]))
     return d if d[-1] >= 0.0 else -d
 
 
