@@ -4,6 +4,8 @@ Usually it is the one null vector of [F_u F_p].  Where a contact begins to slip 
 to lowest order they ask for two durations of the same size, a^2 = b^2, and two branches of solutions cross, one of them with a
 negative duration.  Any vector of the plane would be a null vector; which one a decomposition returns is chance.  And where a
 slip is born with no speed at all, its duration alone may be any: along that direction there is one motion, on the boundary.
+Where both lines are one (one duration begins with a higher power of the way than the other) the solutions leave in a cusp, which
+has no direction that Newton could start along.
 """
 import math
 
@@ -15,18 +17,23 @@ RANK = 1e-5  # least singular value of [F_u F_p] over the next, below which anot
 # by the same factor from one to the next
 AROUND = 1e-4  # scaled length at which solutions are looked for round the beginning
 ANGLES = 8  # vectors of the plane, half a circle
+ONE_LINE = 1e-2  # discriminant of the quadratic form, over its size squared, below which its two lines are one
+FLAT = 2e-11  # scaled residual that tells nothing: a hundred times that of a solution
 ALIKE = 0.98  # cosine of two directions that are one
 
 
 def directions(problem, x) -> list[np.ndarray]:
     """Return unit vectors (n + 1,) in scaled unknowns along which solutions of ``problem`` leave ``x`` (n + 1,), either way.
 
-    Where [F_u F_p] has one null vector it is that; where it has a plane of them, the chords to the solutions found round ``x``.
+    Where [F_u F_p] has one null vector it is that; where it has a plane of them, the chords to the solutions found round ``x``;
+    none where no two lines cross.
     """
     fu, fp = problem.jacobian(x[:-1], x[-1])
-    _, sizes, rows = np.linalg.svd(np.column_stack([fu, fp]) * problem.scale)
+    left, sizes, rows = np.linalg.svd(np.column_stack([fu, fp]) * problem.scale)
     if sizes.size < 2 or sizes[-1] > RANK * sizes[-2]:
         return [rows[-1]]
+    if not cross(problem, x, left[:, -1], rows[-1], rows[-2]):
+        return []
     found: list[np.ndarray] = []
     for angle in math.pi * np.arange(ANGLES) / ANGLES:
         v = math.cos(angle) * rows[-1] + math.sin(angle) * rows[-2]
@@ -38,6 +45,16 @@ def directions(problem, x) -> list[np.ndarray]:
                     and all(abs(chord @ other) < ALIKE * length for other in found):
                 found.append(chord / length)
     return found or [rows[-1]]
+
+
+def cross(problem, x, left, one, two) -> bool:
+    """Whether the quadratic form that the equations make of the plane of two null vectors at ``x`` (n + 1,), seen along the left
+    null vector (n,) of [F_u F_p], is zero on two lines that are apart."""
+    a, b, c = (sum(float(left @ problem.residual(y[:-1], y[-1])) for y in (x + r * problem.scale * v for r in (AROUND, -AROUND)))
+               for v in (one, math.sqrt(0.5) * (one + two), two))
+    size = max(abs(a), abs(b), abs(c))
+    mixed = b - 0.5 * (a + c)
+    return size > FLAT and mixed * mixed - a * c > ONE_LINE * size * size
 
 
 def leaves(problem, c) -> bool:
