@@ -17,8 +17,7 @@ RANK = 1e-5  # least singular value of [F_u F_p] over the next, below which anot
 # by the same factor from one to the next
 AROUND = 1e-4  # scaled length at which solutions are looked for round the beginning
 ANGLES = 8  # vectors of the plane, half a circle
-ONE_LINE = 1e-2  # discriminant of the quadratic form, over its size squared, below which its two lines are one
-FLAT = 2e-11  # scaled residual that tells nothing: a hundred times that of a solution
+ONE_SIGN = 1e-2  # of what is largest round the beginning, the other sign below which there is but one
 ALIKE = 0.98  # cosine of two directions that are one
 
 
@@ -48,13 +47,13 @@ def directions(problem, x) -> list[np.ndarray]:
 
 
 def cross(problem, x, left, one, two) -> bool:
-    """Whether the quadratic form that the equations make of the plane of two null vectors at ``x`` (n + 1,), seen along the left
-    null vector (n,) of [F_u F_p], is zero on two lines that are apart."""
-    a, b, c = (sum(float(left @ problem.residual(y[:-1], y[-1])) for y in (x + r * problem.scale * v for r in (AROUND, -AROUND)))
-               for v in (one, math.sqrt(0.5) * (one + two), two))
-    size = max(abs(a), abs(b), abs(c))
-    mixed = b - 0.5 * (a + c)
-    return size > FLAT and mixed * mixed - a * c > ONE_LINE * size * size
+    """Whether two lines of solutions cross in the plane of two null vectors at ``x`` (n + 1,): what the equations make of it to
+    lowest order, seen along the left null vector (n,) of [F_u F_p], has both signs round ``x``.  The order is even."""
+    round_it = []
+    for angle in math.pi * np.arange(ANGLES) / ANGLES:
+        away = AROUND * problem.scale * (math.cos(angle) * one + math.sin(angle) * two)
+        round_it.append(sum(float(left @ problem.residual(y[:-1], y[-1])) for y in (x + away, x - away)))
+    return min(max(round_it), -min(round_it)) > ONE_SIGN * max(map(abs, round_it))
 
 
 def leaves(problem, c) -> bool:
