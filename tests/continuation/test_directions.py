@@ -33,8 +33,6 @@ def test_two_lines_of_a_form_of_fourth_order():
     assert all(abs(line[-1]) < 1e-12 for line in lines)
 
 
-@pytest.mark.parametrize("f", [lambda a, b: b * b - a**3, lambda a, b: 30.0 * (b - 0.2 * a)**2 - a**3,
-                               lambda a, b: b * b + a * a])
-def test_no_direction_at_a_cusp(f):
-    """Where the two lines are one, and where there is none."""
-    assert directions(TwoDurations(f), np.zeros(3)) == []
+def test_no_direction_at_a_cusp():
+    """b^2 = a^3: from either side of one branch Newton comes to the other."""
+    assert directions(TwoDurations(lambda a, b: b * b - a**3), np.zeros(3)) == []
