@@ -180,6 +180,17 @@ def test_where_both_slips_fall_to_nothing_the_branch_goes_on_with_rest():
         assert sorted((p.kind.value, round(p.parameter, 6)) for p in back.special_points) == named
 
 
+@pytest.mark.parametrize("amplitude", [1.0408, 1.04087, 1.041])
+def test_two_slips_that_begin_where_rounding_solves_the_equations(amplitude):
+    """All durations of two slips born at one instant solve the equations to rounding as long as they are short: no direction is told
+    there, and the branch begins beside, from wherever it is traced."""
+    system = two_masses(amplitude, 0.586, 1.07, 0.619, 0.234, 0.124, 0.273)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.95, 1.15))
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
+    assert [(p.kind, p.parameter) for p in branch.special_points] == [("stick_onset", pytest.approx(1.0408820652041, abs=1e-10))]
+    assert_motions(branch)
+
+
 def test_a_slip_that_ends_with_an_impact_falls_to_nothing():
     """An impact interrupts a slip that has hardly begun, and the mass sticks at once: the slip before it is nothing in first order
     of the distance from the change, that behind it in second, and the impact has moved away from its stop by as little."""

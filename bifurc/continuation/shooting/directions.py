@@ -4,6 +4,7 @@ Usually it is the one null vector of [F_u F_p].  Where a contact begins to slip 
 to lowest order they ask for two durations of the same size, a^2 = b^2, and two branches of solutions cross, one of them with a
 negative duration.  Any vector of the plane would be a null vector; which one a decomposition returns is chance.  And where a
 slip is born with no speed at all, its duration alone may be any: along that direction there is one motion, on the boundary.
+Where all that is near solves the equations to rounding, Newton ends anywhere, and no direction is told.
 """
 import math
 
@@ -15,29 +16,51 @@ RANK = 1e-5  # least singular value of [F_u F_p] over the next, below which anot
 # by the same factor from one to the next
 AROUND = 1e-4  # scaled length at which solutions are looked for round the beginning
 ANGLES = 8  # vectors of the plane, half a circle
+ASIDE, BACK = 0.1, 0.01  # part of that length by which a solution is left aside, and to which it is found again
 ALIKE = 0.98  # cosine of two directions that are one
 
 
 def directions(problem, x) -> list[np.ndarray]:
     """Return unit vectors (n + 1,) in scaled unknowns along which solutions of ``problem`` leave ``x`` (n + 1,), either way.
 
-    Where [F_u F_p] has one null vector it is that; where it has a plane of them, the chords to the solutions found round ``x``.
+    Where [F_u F_p] has one null vector it is that; where it has a plane of them, the chords to the solutions found round ``x``;
+    none where Newton wanders to such a solution or does not find it again.
     """
     fu, fp = problem.jacobian(x[:-1], x[-1])
     _, sizes, rows = np.linalg.svd(np.column_stack([fu, fp]) * problem.scale)
     if sizes.size < 2 or sizes[-1] > RANK * sizes[-2]:
         return [rows[-1]]
     found: list[np.ndarray] = []
+    lost = False
     for angle in math.pi * np.arange(ANGLES) / ANGLES:
         v = math.cos(angle) * rows[-1] + math.sin(angle) * rows[-2]
         for sign in (1.0, -1.0):
             c = problem.correct(x + sign * AROUND * problem.scale * v, sign * v)
             chord = (c.x - x) / problem.scale
             length = float(np.linalg.norm(chord)) if c.converged else 0.0
-            if 0.1 * AROUND < length < 10.0 * AROUND and c.iterations <= MANY and leaves(problem, c) \
+            if c.converged and c.iterations > MANY:
+                lost = True
+            elif 0.1 * AROUND < length < 10.0 * AROUND and leaves(problem, c) \
                     and all(abs(chord @ other) < ALIKE * length for other in found):
-                found.append(chord / length)
-    return found or [rows[-1]]
+                if found_again(problem, x, chord / length, rows[-2:]):
+                    found.append(chord / length)
+                else:
+                    lost = True
+    return found or ([] if lost else [rows[-1]])
+
+
+def found_again(problem, x, chord, plane) -> bool:
+    """Whether Newton comes back to the solution along the unit vector ``chord`` (n + 1,) from either side of it in a ``plane``
+    (2, n + 1) of null vectors."""
+    across = (plane @ chord) @ np.array([[0.0, 1.0], [-1.0, 0.0]]) @ plane
+    here = problem.correct(x + AROUND * problem.scale * chord, chord)
+    for aside in (ASIDE, -ASIDE) if here.converged else ():
+        c = problem.correct(x + AROUND * problem.scale * (chord + aside * across), chord)
+        if not (c.converged and c.iterations <= MANY):
+            return False
+        if np.abs((c.x - here.x) / problem.scale).max() > BACK * AROUND:
+            return False
+    return bool(here.converged)
 
 
 def leaves(problem, c) -> bool:

@@ -433,6 +433,8 @@ def _from(problem, point, signature, x, through, beside=False):
     if not distance(problem.motion(point.x), new.motion(x)) <= SAME:
         return None
     lines = directions(new, x)
+    if not lines:
+        return None
     here = new.correct(x, lines[0]) if beside else None
     if here is not None and not (here.converged and inside(new, here)):
         return None

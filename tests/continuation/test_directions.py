@@ -1,0 +1,38 @@
+"""Directions in which solutions leave a point where the equations lose another rank: two lines, or none at a cusp."""
+import numpy as np
+import pytest
+
+from bifurc.continuation import Problem
+from bifurc.continuation.shooting.directions import directions
+
+
+class TwoDurations(Problem):
+    """The parameter at zero, and one equation between two durations: ``f(a, b)``."""
+
+    def __init__(self, f):
+        super().__init__([0.0, 0.0], 0.0, scale_u=1.0, scale_p=1.0)
+        self.f = f
+
+    def residual(self, u, p):
+        return np.array([p, self.f(*u)])
+
+
+@pytest.mark.parametrize("slope", [1.0, 0.3, 4.0])
+def test_two_lines_that_cross(slope):
+    """a^2 = (slope b)^2, and what is of third order bends the lines without turning them."""
+    lines = directions(TwoDurations(lambda a, b: a * a - (slope * b)**2 + a**3), np.zeros(3))
+    wanted = np.array([[slope, 1.0, 0.0], [slope, -1.0, 0.0]]) / np.hypot(slope, 1.0)
+    assert len(lines) == 2
+    for line in wanted:
+        assert max(abs(line @ other) for other in lines) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_two_lines_of_a_form_of_fourth_order():
+    """a^4 = b^4, as of two slips that end at once."""
+    lines = directions(TwoDurations(lambda a, b: 1e-2 * (a**4 - b**4)), np.zeros(3))
+    assert all(abs(line[-1]) < 1e-12 for line in lines)
+
+
+def test_no_direction_at_a_cusp():
+    """b^2 = a^3: from either side of one branch Newton comes to the other."""
+    assert directions(TwoDurations(lambda a, b: b * b - a**3), np.zeros(3)) == []
