@@ -293,8 +293,8 @@ class _Integration:
             return settle.decide(scene, mode, g, x, speed)
 
         new, z = self._settled(decided, t, x)
-        sides = scene.shown(np.array([mode, new]), np.array((before, z[:scene.ns])), np.full(2, t))
-        events.append(Event(t, scene.element_name(mode, g), scene.event_kind(mode, g), speed, *sides,
+        left, entered = scene.shown(np.array([mode, new]), np.array((before, z[:scene.ns])), np.full(2, t))
+        events.append(Event(t, scene.element_name(mode, g), scene.event_kind(mode, g), speed, left, entered,
                             mode_before=self._keys(mode), mode_after=self._keys(new)))
         return new, z[:scene.ns].copy()
 
