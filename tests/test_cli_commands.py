@@ -408,7 +408,8 @@ def test_a_run_of_a_proof(monkeypatch, tmp_path, capsys):
 def test_a_run_of_the_explorer(monkeypatch, tmp_path, capsys):
     asked = []
     found = {"bokeh"}  # whether bokeh is installed is not what is asked
-    monkeypatch.setattr(explore, "importlib", SimpleNamespace(util=SimpleNamespace(find_spec=lambda name: name if name in found else None)))
+    util = SimpleNamespace(find_spec=lambda name: name if name in found else None)
+    monkeypatch.setattr(explore, "importlib", SimpleNamespace(util=util))
     monkeypatch.setattr(bf.explore, "serve", lambda *arguments, **more: asked.append((arguments, more)))
     assert cli.main(["explore", "impact-oscillator", "--set", "gap=2", "--no-browser", "--workers", "3", "--out", "o"]) == 0
     (system, parameter, bounds), more = asked.pop()
