@@ -5,9 +5,11 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from bifurc.atlases import identity, search
+from bifurc.atlases import identity, jobs, search
 from bifurc.atlases.graph import graph_of
 from bifurc.atlases.search import Probe, Search
+from bifurc.continuation.kinds import ContinuationError, SpecialPointKind
+from bifurc.orbits.orbit import PeriodicOrbit
 
 
 class Curve:
@@ -273,3 +275,42 @@ def test_a_special_point_at_the_very_end_is_the_end():
     round_.problems, round_._arrays, round_.closed = ended.problems, ended._arrays, True
     loop = graph_of([round_], (0.0, 1.0))
     assert [d["kind"] for _, d in loop.nodes(data=True)] == ["closed"] and list(loop.edges()) == [(0, 0)]
+
+
+# tracing
+
+def test_branches_are_traced_as_far_as_their_least_period_and_offer_what_leaves_them(monkeypatch):
+    class Orbit(PeriodicOrbit):
+        def __init__(self, periods, success=True, again=False):
+            self.__dict__.update(n=periods, good=success, again=again)
+        periods = property(lambda self: self.n)
+        success = property(lambda self: self.good)
+    asked = {}
+
+    def trace(orbit, parameter, bounds, stop=None, **options):
+        asked.update(parameter=parameter, bounds=bounds, stop=stop, options=options)
+        if orbit.periods == 3:
+            raise ContinuationError("it does not start")
+        return SimpleNamespace(periods=orbit.periods, special_points=points)
+    monkeypatch.setattr(jobs, "trace", trace)
+    monkeypatch.setattr(jobs, "trimmed", lambda branch, periods: branch)
+    monkeypatch.setattr(jobs, "periods_of", lambda branch: branch.periods)
+    monkeypatch.setattr(jobs, "repeats", lambda orbit: orbit.again)
+    others = [Orbit(4), Orbit(8), Orbit(2, success=False), "no orbit"]
+    monkeypatch.setattr(jobs, "switch_branch", lambda point, n_max: asked.update(n_max=n_max) or others)
+    points = [SimpleNamespace(kind=kind, parameter=0.1 * k) for k, kind in enumerate(
+        [SpecialPointKind.FOLD, SpecialPointKind.PERIOD_DOUBLING, SpecialPointKind.GRAZING])]
+    payload = {"parameter": "p", "bounds": [0.0, 1.0], "periods": 4, "options": {"ds": 0.1}, "orbits": [], "arrays": {}}
+    branch = jobs._traced(Orbit(2), payload)
+    assert asked["parameter"] == "p" and asked["bounds"] == (0.0, 1.0) and asked["options"] == {"ds": 0.1}
+    stops = [asked["stop"](SimpleNamespace(solution=Orbit(n, again=again))) for n, again in ((2, False), (1, False), (2, True))]
+    assert stops == [False, True, True]
+    offers, at = jobs._offers(branch, 4)
+    assert offers == [others[0]] * 2 and at == [pytest.approx(0.1), pytest.approx(0.2)] and asked["n_max"] == 2
+    monkeypatch.setattr(jobs, "unpacked", lambda orbits, arrays, elements: [Orbit(2), Orbit(3)])
+    monkeypatch.setattr(jobs, "packed_branches", lambda made: (["header" if b is not None else None for b in made], {"a": 1}))
+    monkeypatch.setattr(jobs, "packed_points", lambda offered: ([len(mine) for mine in offered], {"b": 2}))
+    meta, arrays = jobs.trace_orbits(payload)
+    assert arrays == {"a": 1, "b": 2}
+    assert meta["branches"] == [{"header": "header", "offers": 2, "why": "", "at": at},
+                                {"header": None, "offers": 0, "why": "it does not start", "at": []}]

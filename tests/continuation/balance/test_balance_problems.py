@@ -1,4 +1,6 @@
 """Problems of harmonic balance: equations, measures, monitors, condensation and records against what they stand for."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -178,3 +180,29 @@ def test_a_condensed_problem_that_is_read_is_the_one_that_was_written(condensed)
     other = condensed.on_path(path_over(condensed.whole, condensed.parameter, (0.7 * p, 1.3 * p)))
     np.testing.assert_allclose(other.residual(u, p), condensed.residual(u, p), atol=1e-9)
     assert other.path.low < condensed.path.low
+
+
+def test_the_rounding_of_a_residual_is_that_of_its_terms(problem, condensed):
+    for one in (problem, condensed):
+        f, wide, floor = one._linearised(one.x0)
+        np.testing.assert_allclose(floor, np.finfo(float).eps * (np.abs(wide) @ np.abs(one.x0)), rtol=1e-12)
+        assert (floor > 0.0).all() and f.shape == floor.shape
+
+
+def test_of_two_ways_from_a_boundary_the_one_that_is_solved_and_valid_is_taken(problem, monkeypatch):
+    only = np.append(np.zeros(problem.size), 1.0)
+    found = problem.correct(problem.x0, only, True)
+    ahead = found.x + 1e-4 * problem.scale * found.tangent
+    way = problem._inward(found, ahead)
+
+    for solved in (False, True):  # the other one is not solved; or is, and not valid
+        seen = []
+
+        def correct(x, tangent, fixed=False, solved=solved, seen=seen):
+            good = tangent @ way < 0.0
+            seen.append(good)
+            return SimpleNamespace(converged=solved or good, monitors=np.array([-1.0 if good or not solved else 1.0]))
+        monkeypatch.setattr(problem, "correct", correct)
+        assert problem._inward(found, ahead) @ way == pytest.approx(-1.0)
+        assert seen == [False, True]
+        monkeypatch.undo()
