@@ -63,7 +63,8 @@ def test_chances_and_times_of_a_gambler(chance):
     P[3, 4], P[3, 2], P[3, 5] = 0.9 * chance, 0.9 * (1.0 - chance), 0.1
     fates = np.full(5, CellFate.UNRESOLVED.code)
     groups = (Group(np.array([0]), GroupKind.PERIODIC, 1, 0), Group(np.array([4]), GroupKind.PERIODIC, 1, 1))
-    made = CellMap(SYSTEM, grid, 2, 4, (None, None), groups, csr_matrix(P), np.empty(0, np.int64), fates, None, None, None, 0, {}, "")
+    made = CellMap(SYSTEM, grid, 2, 4, (None, None), groups, csr_matrix(P), np.empty(0, np.int64), fates, None, None, None, 0, {},
+                   "")
     Q, R = P[1:4, 1:4], P[1:4][:, [0, 4, 5]]
     want = np.linalg.solve(np.eye(3) - Q, R)
     found = made.absorption()
@@ -146,7 +147,8 @@ def test_a_saddle_is_returned_where_the_motion_comes_back_and_newton_agrees(monk
     cycle = [[1.0, 0.0], [2.0, 0.0]] * 3 + [[1.0, 0.0]]
     saddle = returned(cycle, lambda orbit, more: orbit)
     assert saddle.k == 2 and made[0] == 2
-    assert returned([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]], lambda orbit, more: orbit) is None and returned([[1.0, 0.0]], None) is None
+    assert returned([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]], lambda orbit, more: orbit) is None
+    assert returned([[1.0, 0.0]], None) is None
     assert returned(cycle, lambda orbit, more: SimpleNamespace(success=False)) is None
     assert returned(cycle, lambda orbit, more: SimpleNamespace(success=True, stable=True)) is None
 

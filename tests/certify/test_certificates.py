@@ -29,12 +29,6 @@ class Pieces:
         return StretchCertificate((i, i + 1), (0.0, 1.0), Verdict.PROVED if good else Verdict.UNDECIDED, message=f"stretch {i}")
 
 
-def branch_of(all_proved, sequences=(object(),)):
-    return SimpleNamespace(problems=[SimpleNamespace(sequence=s) for s in sequences], orbits=["a", "b", "c"], special_points=["p"],
-                           parameter="omega", column=lambda name: np.array([0.5, 0.625, 0.75]), all_proved=all_proved,
-                           __len__=lambda: 3)
-
-
 class Branch(SimpleNamespace):
     def __len__(self):
         return 3
@@ -45,7 +39,9 @@ def made(monkeypatch):
     asked = []
 
     def make(all_proved, **more):
-        branch = Branch(**{**branch_of(all_proved).__dict__, **more})
+        branch = Branch(**{"problems": [SimpleNamespace(sequence=object())], "orbits": ["a", "b", "c"], "special_points": ["p"],
+                           "parameter": "omega", "column": lambda name: np.array([0.5, 0.625, 0.75]), "all_proved": all_proved,
+                           **more})
 
         def row(orbit, precision):
             asked.append((orbit, precision))

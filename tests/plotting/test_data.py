@@ -30,8 +30,8 @@ def test_a_backbone_is_amplitude_over_frequency_and_damping_over_amplitude(axes)
 
 def test_feedback_is_growth_over_the_gain_with_its_ends(axes):
     ends = (SimpleNamespace(kind="period_doubling", gain=-0.5), SimpleNamespace(kind="other", gain=0.25))
-    found = SimpleNamespace(intervals=((-0.5, 0.25),), gains=np.array([-1.0, 0.0, 1.0]), moduli=np.array([1.5, 0.5, 2.0]), ends=ends,
-                            best_gain=0.0, best_modulus=0.5, bounds=(-1.0, 1.0), of="velocity")
+    found = SimpleNamespace(intervals=((-0.5, 0.25),), gains=np.array([-1.0, 0.0, 1.0]), moduli=np.array([1.5, 0.5, 2.0]),
+                            ends=ends, best_gain=0.0, best_modulus=0.5, bounds=(-1.0, 1.0), of="velocity")
     ax = plotting.plot_feedback(found, axes[0])
     drawn = lines(ax)
     assert any(np.array_equal(line, [[-1.0, 1.5], [0.0, 0.5], [1.0, 2.0]]) for line in drawn)
