@@ -307,6 +307,7 @@ def test_branches_are_traced_as_far_as_their_least_period_and_offer_what_leaves_
     assert stops == [False, True, True]
     offers, at = jobs._offers(branch, 4)
     assert offers == [others[0]] * 2 and at == [pytest.approx(0.1), pytest.approx(0.2)] and asked["n_max"] == 2
+    assert jobs._offers(branch, 1) == ([], []) and asked["n_max"] == 1  # none is short enough, and one at least is asked for
     monkeypatch.setattr(jobs, "unpacked", lambda orbits, arrays, elements: [Orbit(2), Orbit(3)])
     monkeypatch.setattr(jobs, "packed_branches", lambda made: (["header" if b is not None else None for b in made], {"a": 1}))
     monkeypatch.setattr(jobs, "packed_points", lambda offered: ([len(mine) for mine in offered], {"b": 2}))
