@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.continuation.balance.condensed import CondensedProblem, condensed_along
+from bifurc.continuation.balance.condensed import CondensedProblem, changed_along, condensed_along
 from bifurc.continuation.balance.problem import path_over
 from bifurc.continuation.balance.start import balance_problem, from_record
 from bifurc.elements import ElasticStop, HarmonicForce, Jenkins
@@ -206,3 +206,19 @@ def test_of_two_ways_from_a_boundary_the_one_that_is_solved_and_valid_is_taken(p
         assert problem._inward(found, ahead) @ way == pytest.approx(-1.0)
         assert seen == [False, True]
         monkeypatch.undo()
+
+
+@pytest.mark.parametrize("name", ["mass[0,0]", "mass[2,2]", "damping[0,0]", "stiffness[2,2]", "stiffness[1,2]"])
+def test_matrices_that_change_along_a_path_are_those_of_the_systems_on_it(orbit, name):
+    system = orbit.system
+    value = system.parameter(system.parameter_name(name))
+    low, high = sorted((0.8 * value, 1.3 * value))
+    path = path_over(orbit.balance, name, (low, high))
+    changed = changed_along(orbit.balance, path)
+    for p in (low, value, high):
+        z = (2.0 * p - path.low - path.high) / (path.high - path.low)
+        there = system.with_parameters(**{name: p})
+        for series, matrix in zip(changed.matrices, (there.mass, there.damping, there.stiffness), strict=True):
+            np.testing.assert_allclose(np.polynomial.chebyshev.chebval(z, series), matrix, atol=1e-12)
+    row, column = (int(place) for place in name[:-1].split("[")[1].split(","))
+    assert set(changed.coordinates.tolist()) == {row, column}
