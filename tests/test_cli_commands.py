@@ -556,3 +556,12 @@ def test_basins_as_a_table(monkeypatch):
     assert maps.saddles(basins) == [(0, 1), (0, 2), (1, 2)]
     basins.reliability.kind = "fractions"
     assert maps.saddles(basins) == [] and math.isclose(maps.LARGEST, 3)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_offers_the_shells_the_systems_and_the_options(shell, capsys):
+    assert cli.main(["completion", shell]) == 0
+    text = capsys.readouterr().out
+    assert "impact-oscillator" in text.replace("_", "-") and "--workers" in text.replace("-l workers", "--workers")
+    line = next(line for line in text.splitlines() if "bash" in line and "zsh" in line)
+    assert "fish" in line and "completion" in line

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from bifurc import System
-from bifurc.elements import ElasticStop, EventKind, HarmonicForce, Jenkins
+from bifurc.elements import ElasticStop, EventKind, HarmonicForce, Iwan, Jenkins
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.contacts.margins import COUNT, FAR, FIELDS, KINDS, MISS, OVERSHOOT
 from bifurc.hbm.corrector import watched
@@ -108,3 +108,25 @@ def test_a_slider_at_rest_where_it_slipped_would_have_slipped_from_a_virgin_star
     assert events[SLIP, OVERSHOOT] == pytest.approx((1.4 * abs(a) - d) / (1.4 * abs(a) + d), abs=1e-12)
     back, z = 0.7125 * abs(a), 1.4 * abs(a) - d  # the other turn, and memory, both measured from the mean
     assert events[SLIP, MISS] == pytest.approx((back + z - d) / (1.4 * abs(a) + abs(z - d)), abs=1e-12)
+
+
+@pytest.mark.parametrize("phase", [0.3, 2.0])
+def test_sliders_of_a_set_have_margins_of_their_own(phase):
+    """Limits at displacements of .2 and .3: one slips a period or both do, each twice; what turns round turns together."""
+    wave = np.array([0.0, np.cos(phase), np.sin(phase)])
+    d1, d2 = 0.2, 0.3
+    iwan = Iwan(stiffnesses=(1.0, 2.0), limits=(d1, 2.0 * d2))
+    A = 0.5
+    both = margins(iwan, A * wave, 1)
+    none_but(both, STICK, SLIP)
+    assert both[SLIP, COUNT] == 4.0 and both[STICK, COUNT] == 2.0
+    assert both[SLIP, OVERSHOOT] == pytest.approx(2.0 * (A - d2) / (A + abs(A - 2.0 * d2)), abs=1e-9)
+    A = 0.25
+    one = margins(iwan, A * wave, 1)
+    none_but(one, STICK, SLIP)
+    assert one[SLIP, COUNT] == 2.0 and one[STICK, COUNT] == 2.0
+    assert one[SLIP, OVERSHOOT] == pytest.approx(2.0 * (A - d1) / (A + abs(A - 2.0 * d1)), abs=1e-9)
+    assert one[SLIP, MISS] == pytest.approx((A - d2) / (A + d2), abs=1e-9)  # the second, from its virgin state
+    none = margins(iwan, 0.15 * wave, 1)
+    none_but(none, SLIP)
+    assert none[SLIP, COUNT] == 0.0 and none[SLIP, MISS] == pytest.approx((0.15 - d1) / (0.15 + d1), abs=1e-12)

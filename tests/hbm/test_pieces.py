@@ -93,14 +93,15 @@ def test_the_doubled_set_of_harmonics(kept, more):
     assert found.harmonics == (*kept, *more) and (found.n, found.periods) == (3, 2)
 
 
+@pytest.mark.parametrize("samples", [0, 16, 64])  # too few for the larger set, and enough
 @pytest.mark.parametrize("large", [False, True])
-def test_the_stated_error_is_one_step_in_twice_the_harmonics_and_its_tail(large, monkeypatch):
+def test_the_stated_error_is_one_step_in_twice_the_harmonics_and_its_tail(large, samples, monkeypatch):
     """Of a cubic spring: the residual of the larger set by quadrature, one solve, sizes of phasors, a geometric tail."""
     if large:
         monkeypatch.setattr(errors, "LARGE", 0)
     omega, c = 0.55, 0.9
     system = bf.System(2.0, 0.3, 1.5, [HarmonicForce(1.2), CubicSpring(c)], omega=omega)
-    balance = Balance(system, Layout((0, 1, 2, 3), 1))
+    balance = Balance(system, Layout((0, 1, 2, 3), 1), samples)
     x = np.array([0.01, 0.6, 0.3, 0.02, -0.03, 0.05, 0.01])
     more = Layout(tuple(range(7)), 1)
     moved = np.concatenate([x, np.zeros(6)])

@@ -4,6 +4,7 @@ import pytest
 from scipy.linalg import expm
 
 import bifurc as bf
+from bifurc.continuation.balance.start import balance_problem
 from bifurc.hbm.floquet import stability
 from bifurc.hbm.floquet.stability import StabilityStatus, multipliers_of
 from tests.hbm.test_examples import duffing, unilateral
@@ -135,3 +136,16 @@ def test_rows_in_pieces_have_the_multipliers_of_their_own(monkeypatch):
 
     monkeypatch.setattr(stability, "_matrices", lost)
     assert np.isnan(stability.multipliers_along(problem, xs)[0]).all()
+
+
+def test_multipliers_are_the_same_when_they_are_asked_for_again():
+    """Two coupled masses with a stop that is not met: exponentials of the linear equations; numbers are not overwritten."""
+    M, K = np.array([[1.0, 0.3], [0.3, 2.0]]), np.array([[2.0, -0.5], [-0.5, 1.0]])
+    C = 0.1 * M + 0.02 * K
+    system = bf.System(M, C, K, (bf.elements.HarmonicForce(0.1, dof=0), bf.elements.ElasticStop(5.0, 2.0, dof=1)), omega=0.9)
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance(2))
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    want = np.sort_complex(np.linalg.eigvals(expm(A * system.period)))
+    problem = balance_problem(orbit, "omega", (0.8, 1.0))
+    for _ in range(3):
+        np.testing.assert_allclose(np.sort_complex(problem.multipliers_of_rows(problem.x0[None])[0]), want, atol=1e-9)

@@ -2,7 +2,7 @@
 import io
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -305,3 +305,11 @@ def test_names_tell_how_lists_and_mappings_are_nested():
         assert fingerprint(one) != fingerprint(other)
     turned = np.arange(6.0).reshape(2, 3)
     assert fingerprint(turned.T) == fingerprint(turned.T.copy()) != fingerprint(turned)
+
+
+def test_executors_are_made_by_functions_and_classes_and_used_as_they_are():
+    class Callable(Executor):
+        def __call__(self):
+            raise AssertionError("it is one already")
+    assert all(executors._makes(item) for item in (lambda: None, ThreadPoolExecutor, Callable))
+    assert not any(executors._makes(item) for item in (Callable(), SerialExecutor(), None))

@@ -127,3 +127,19 @@ def test_the_stationary_point_next_to_the_origin(shift):
     if shift:
         assert stationary(a, 0.1) == math.copysign(0.1, shift)
     assert stationary(np.array([1.0, 2.0]), 0.5) == 0.0  # a line has none
+
+
+def test_two_tops_of_one_motion_are_two_touches_in_order_of_time():
+    P = F / (1.0 - 4.0 * W * W + 4j * ZETA * W)
+    system = System(1.0, 2.0 * ZETA, 1.0, (HarmonicForce(F, harmonic=2), RigidStop(abs(P) * (1.0 + 1e-10), 0.6)), omega=W)
+    orbit = bf.find_orbit(system, guess=(P.real, -2.0 * W * P.imag), periods=1)
+    problem = orbit_problem(orbit, "harmonic_force.amplitude", (0.5 * F, 2.0 * F))
+    found = every_touch(problem, problem.x0)
+    assert len(found) == 2
+    np.testing.assert_allclose(found[1][0] - found[0][0], 0.5, atol=1e-7)
+    for item in found:
+        touch = touch_at(problem, problem.x0, *item)
+        np.testing.assert_allclose(touch.state, [abs(P), 0.0], atol=1e-6)
+        np.testing.assert_allclose(touch.E, expm(LINEAR * 2.0 * np.pi / W), atol=1e-12)
+    known = [item[:3] for item in found]
+    assert not list(maxima(problem, problem.x0, known)) and len(list(maxima(problem, problem.x0, known[:1]))) == 1

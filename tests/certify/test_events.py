@@ -1,0 +1,96 @@
+"""What vanishes behind an event, on small matrices of rationals: spans, orders of guards, candidates that are ruled out."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bifurc.certify.arithmetic.balls import working
+from bifurc.certify.events import FOREVER, ROUNDING, Rule, Span, as_float, balls_of, behind, dot, held_rows, order_of, times
+
+flint = pytest.importorskip("flint")
+arb, q, mat = flint.arb, flint.fmpq, flint.fmpq_mat
+
+
+@pytest.fixture(autouse=True)
+def bits():
+    with working(128):
+        yield
+
+
+def row(*values):
+    return [v if isinstance(v, q) else q(*v) if isinstance(v, tuple) else q(v) for v in values]
+
+
+def matrix(rows):
+    return mat(len(rows), len(rows[0]), [v for r in rows for v in row(*r)])
+
+
+def model(nx=3, modes=None):
+    return SimpleNamespace(nx=nx, field=SimpleNamespace(matrix=mat), mode=lambda keys: modes[keys])
+
+
+FALL = matrix([[0, 1, 0], [0, 0, -2], [0, 0, 0]])  # q' = v, v' = -2, of the joined state (q, v, 1)
+ONE = matrix([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def test_rows_are_combinations_exactly_or_up_to_their_rounding():
+    span = Span(model(), [row(1, 2, 3), row(0, 0, 0), row(0, (1, 3), 1)])
+    assert span.rank == 2 and len(span.rows) == 2 and not span.rounded
+    assert span.holds(row(0, 0, 0)) and span.holds(row(2, 5, 9)) and not span.rounded  # twice the first and three times the other
+    assert not span.holds(row(1, 2, 4)) and not span.holds(row(0, 0, 1)) and not span.rounded
+    near = q(9) + q(1, 10**15)
+    assert span.holds(row(2, 5, near)) and span.rounded
+    other = Span(model(), [row(1, 2, 3), row(0, (1, 3), 1)])
+    assert not other.holds(row(2, 5, q(9) + q(1, 10**9))) and not other.rounded
+    none = Span(model(), [])
+    assert none.rank == 0 and none.holds(row(0, 0, 0)) and not none.holds(row(0, q(1, 10**20), 0))
+    # a sum of terms that cancel: as small as their rounding
+    large = lambda: np.array([1.0, 1.0, 1.0]) / ROUNDING  # noqa: E731
+    assert none.holds(row(0, (1, 2), 0), large) and none.rounded
+
+
+def test_numbers_rows_and_products():
+    assert as_float(q(0)) == 0.0 and as_float(q(1, 3)) == 1.0 / 3.0 and as_float(q(-7, 2)) == -3.5
+    assert times(model(), row(1, 2, 3), FALL) == row(0, 1, -4)
+    x = flint.arb_mat(3, 1, [2, 3, 5])
+    assert dot(row(1, 0, (1, 2)), x) == arb(4.5) and dot(row(0, 0, 0), x) == arb(0)
+    assert balls_of(FALL)[1, 2] == arb(-2)
+
+
+@pytest.mark.parametrize("zero, order", [((), 0), (((1, 0, 0),), 1), (((1, 0, 0), (0, 1, 0)), 2),
+                                         (((1, 0, 0), (0, 1, 0), (0, 0, 1)), FOREVER), (((0, 1, 0),), 0)])
+def test_the_order_of_a_height_behind_an_event_is_that_of_the_first_derivative_that_may_not_vanish(zero, order):
+    span = Span(model(), [row(*z) for z in zero])
+    assert order_of(model(), SimpleNamespace(row=row(1, 0, 0)), FALL, ONE, span) == order
+
+
+def test_a_reset_is_pulled_back():
+    """A plastic impact: behind it the speed is zero whatever arrives."""
+    plastic = matrix([[1, 0, 0], [0, 0, 0], [0, 0, 1]])
+    none = Span(model(), [])
+    assert behind(model(), row(0, 1, 0), plastic, none) and not behind(model(), row(0, 1, 0), ONE, none)
+    assert not behind(model(), row(1, 0, 0), plastic, none)
+    on = Span(model(), [row(1, 0, 0)])
+    assert order_of(model(), SimpleNamespace(row=row(1, 0, 0)), FALL, plastic, on) == 2
+    assert order_of(model(), SimpleNamespace(row=row(1, 0, 0)), FALL, ONE, on) == 1
+
+
+def test_candidates_are_ruled_out_by_rows_that_move_and_by_guards_beyond():
+    held = SimpleNamespace(speed=row(0, 1, 0), surface=None)
+    modes = {"free": SimpleNamespace(holds=[], guards=[SimpleNamespace(row=row(1, 0, 0))], B=FALL),
+             "rest": SimpleNamespace(holds=[held, SimpleNamespace(speed=None, surface=row(1, 0, 0))], guards=[], B=FALL)}
+    of = model(modes=modes)
+    assert held_rows(of, "rest") == [row(0, 1, 0), row(1, 0, 0)] and held_rows(of, "free") == []
+
+    def decides(keys, x, held=(), guards=(), resets=(ONE,), after=0):
+        rule = Rule(keys, keys, after, list(held), list(guards))
+        return rule.decides(of, [balls_of(r) for r in resets], flint.arb_mat(3, 1, [arb(v) for v in x]))
+    assert decides("rest", (0, 1, 1), held=[0]) and not decides("rest", (0, 0, 1), held=[0])
+    assert not decides("rest", (0, 1, 1)) and decides("rest", (3, 0, 1), held=[1]) and not decides("rest", (0, 1, 1), held=[1])
+    for order, x, want in ((0, (1, 0, 1), True), (0, (-1, 0, 1), False), (1, (0, 1, 1), True), (1, (0, -1, 1), False),
+                           (2, (0, 0, 1), False), (2, (0, 0, -1), True), (0, (0, 1, 1), False)):
+        assert decides("free", x, guards=[(0, order)]) == want
+    turn = matrix([[1, 0, 0], [0, -1, 0], [0, 0, 1]])
+    assert decides("free", (0, -1, 1), guards=[(0, 1)], resets=(turn,))
+    assert not decides("free", (0, -1, 1), guards=[(0, 1)], resets=(turn, turn), after=1)
+    assert decides("free", (0, -1, 1), guards=[(0, 1)], resets=(turn, turn), after=0)  # the second has not acted yet

@@ -1,0 +1,29 @@
+"""Results of control: what their status means, when a motion was caught, and that they draw themselves."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bifurc import plotting
+from bifurc.control.ogy_motion import ControlledMotion
+from bifurc.control.results import FeedbackRange, FeedbackStatus
+
+
+@pytest.mark.parametrize("status", list(FeedbackStatus))
+def test_a_range_is_a_success_where_some_gain_holds(status):
+    found = FeedbackRange(SimpleNamespace(), "velocity", (-1.0, 1.0), 0.0, (), (), None, None, status, np.empty(0), np.empty(0))
+    assert found.success == (status in (FeedbackStatus.FOUND, FeedbackStatus.EVERYWHERE))
+    assert found.message == status.sentence
+
+
+def test_results_draw_themselves(monkeypatch):
+    for name, kind in (("plot_feedback", FeedbackRange), ("plot_controlled", ControlledMotion)):
+        monkeypatch.setattr(plotting, name, lambda *arguments: arguments)
+        found = object.__new__(kind)
+        assert found.plot("ax") == (found, "ax") and found.plot() == (found, None)
+
+
+@pytest.mark.parametrize("active, first", [([1, 1, 1], 0), ([0, 1, 1], 1), ([1, 0, 1], 2), ([0, 0, 0], None), ([1, 1, 0], None)])
+def test_a_motion_is_caught_from_where_the_controller_stays_on(active, first):
+    motion = ControlledMotion(np.zeros((4, 2)), np.zeros(3), np.array(active, bool), np.zeros(4), True, "", "omega")
+    assert motion.captured == first
