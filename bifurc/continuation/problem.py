@@ -302,7 +302,7 @@ class Problem:
         return 0.0
 
     def own_directions(self, directions):
-        """Return those of the directions (m, n + 1) at a branch point along which this problem's own solutions lie; all, by default."""
+        """Return those of the directions (m, n + 1) at a branch point along which solutions of this problem lie; all by default."""
         return directions
 
     def branches(self, point, n_max):

@@ -174,7 +174,7 @@ class Curve:
     def test(self, j):
         """Return ``f(t) -> (value of test j, point)`` for the root finder.
 
-        Newton begins beside the curve by what the last point missed it: as a root is enclosed, the next misses it by nearly the same.
+        Newton begins beside the curve by what the last point missed it: as a root is enclosed, the next misses it by nearly that.
         """
         miss = np.zeros(self.xa.size)
 
