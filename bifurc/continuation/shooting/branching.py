@@ -35,9 +35,10 @@ def halves(signature: Signature, x0, scale, wide):
         return None
     difference = half_difference(signature, x0, scale)
     half = len(difference)
-    plane = null_vectors(wide())[0] if np.sqrt(difference @ difference) <= SEPARATE else ()
-    if len(plane) > 1:
-        difference = np.linalg.svd(plane[:, :half] - plane[:, half:-1])[2][0]
+    if np.sqrt(difference @ difference) <= SEPARATE:
+        plane, _ = null_vectors(wide())
+        if len(plane) > 1:
+            difference = np.linalg.svd(plane[:, :half] - plane[:, half:-1])[2][0]
     norm = np.sqrt(difference @ difference)
     if norm == 0.0:
         return None
