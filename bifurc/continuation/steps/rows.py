@@ -172,22 +172,11 @@ class Curve:
         return c if c.converged else None
 
     def test(self, j):
-        """Return ``f(t) -> (value of test j, point)`` for the root finder.
-
-        Newton begins beside the curve by what the last point missed it: as a root is enclosed, the next misses it by nearly that.
-        """
-        miss = np.zeros(self.xa.size)
-
+        """Return ``f(t) -> (value of test j, point)`` for the root finder."""
         def value(t):
-            x, tangent = self.place(t), self.tangent(t)
-            aside = miss - float(np.dot(miss, tangent)) * tangent
-            try:
-                c = self.problem.correct(x + self.scale * aside, tangent)
-            except ERRORS:  # the problem's own code may raise anything
+            c = self.at(t)
+            if c is None:
                 return None
-            if not c.converged:
-                return None
-            miss[:] = (c.x - x) / self.scale
             v = float(c.tangent[-1]) if j == 0 else float(c.monitors[j - 1])
             return (v, c) if math.isfinite(v) else None
         return value
