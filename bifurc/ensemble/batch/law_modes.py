@@ -11,7 +11,7 @@ import numpy as np
 from ...compose.tables import Tables
 from . import tables as plan
 from .runge_kutta import nystrom
-from .several_modes import LISTS, MANY, NOISE, dot, filled, horner, layout, place, strides
+from .several_modes import EVENTS, LISTS, MANY, NOISE, dot, filled, horner, layout, place, strides
 from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
 
 SAFETY = 3.0  # of the estimated fourth derivative
@@ -27,6 +27,8 @@ def rows_of(kind: Kind, size: int) -> dict[str, float]:
     numbers = layout(kind.n, kind.guards, size, (("TAU", 1), ("SPAN", 1), *((name, kind.n) for name in STEPS.values())))
     own = strides(kind.record, substep_of(kind))
     own["PER_MODE"] += len(Step(kind, kind.acts[0]).coefficients(1.0))
+    if not kind.guards:  # the same vector code for every start, whatever a law calls
+        numbers["BLOCK"] = 64
     return numbers | own | {"WITHIN": WITHIN, "FINAL": FINAL, "SAFETY": SAFETY / 384.0, "NOISE": NOISE}
 
 
@@ -41,9 +43,10 @@ def substep_of(kind: Kind) -> np.dtype:
                      ("loads", float, (kind.loads, MANY))])
 
 
-def step_numbers(T: Tables, kind: Kind, steps: int, h: float) -> tuple[np.ndarray, np.ndarray]:
+def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """Return `Kind.record` and coefficients of all modes, and `substep_of` of all modes on the substeps of a period, flat."""
     ns, modes, omega = 2 * kind.n, len(T.n_guards), float(T.flat[0])
+    h = 2.0 * np.pi / omega / steps
     numbers: list[np.ndarray] = []
     grid = np.zeros((modes, steps), substep_of(kind))
     times, ends = stage_times(kind, steps), 2.0 * np.pi * np.arange(steps + 1) / steps
@@ -78,9 +81,13 @@ def _polynomials(T: Tables, loads: np.ndarray, steps: int, h: float) -> np.ndarr
 def modes_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for ``size`` starts in a batch."""
     n, ns, numbers = kind.n, 2 * kind.n, rows_of(kind, size)
-    made = "\n\n\n".join(_screen(kind, numbers, v) + "\n\n\n" + _along(kind, v) for v in range(len(kind.acts)))
-    head = (f"{kind.laws}\n\nACTS = np.array({list(kind.modes)})\n"
-            f"WATCHED = np.array({[acts.watched for acts in kind.acts]})[ACTS]\n\n\n{made}\n\n\n{_choice(kind)}\n\n\n")
+    made = [_screen(kind, numbers, v) for v in range(len(kind.acts))]
+    if not kind.guards:
+        return filled(LISTS, n, numbers, {"MEET": ["begun = c"]}, "\n\n\n".join([kind.laws, *made, _choice(kind, "screen"), "\n"]))
+    made += [_along(kind, v) for v in range(len(kind.acts))]
+    head = "\n\n\n".join((f"{kind.laws}\n\nACTS = np.array({list(kind.modes)})\n"
+                         f"WATCHED = np.array({[acts.watched for acts in kind.acts]})[ACTS]", *made,
+                         _choice(kind, "screen"), _choice(kind, "along"), "\n"))
 
     def rate(state: str, acc: str) -> str:
         """What state and accelerations give to the slope of a guard."""
@@ -93,7 +100,7 @@ def modes_text(kind: Kind, size: int) -> str:
     terms = {0: "(left - p)", 1: rate("y", "a"), 2: f"0.5 * ({row('qa')}) + 0.5 * per * ({row('vl')})",
              3: f"per / 6.0 * ({row('ql')}) + per**2 / 3.0 * ({row('vw')})",
              4: f"per**2 / 12.0 * ({row('qw')}) + per**3 / 4.0 * ({row('vk')})", 5: f"per**3 / 20.0 * ({row('qk')})"}
-    return filled(_TEXT + LISTS, n, numbers, {
+    return filled(_TEXT + EVENTS + LISTS, n, numbers, {
         "LOAD_ROW": [f"{', '.join(f'g{c}' for c in range(ns))}, constant, fourth, least = "
                      f"{', '.join(f'N[i + {c}]' for c in range(ns + 3))}",
                      "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
@@ -106,6 +113,7 @@ def modes_text(kind: Kind, size: int) -> str:
             f"span**2 * abs(g{c}) * b{c} + span * abs(g{n + c}) * t{c}" for c in range(n)) + ")"],
         "NOISE": ["noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
         "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
+        "LOAD_PLACE": [], "STATE_AT": ["x{k} = y{k}"], "BOUNCE": ["stays = False"],
         "FORCED_AT": horner("f", "s", "value", "slope"),
         "SLOPE_Y": [f"slope = slope + ({rate('y', 'a')})"], "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
     }, head)
@@ -134,13 +142,14 @@ def _screen(kind: Kind, numbers: dict[str, float], v: int) -> str:
     """Return the function that takes a list over a substep."""
     step, n, ns = Step(kind, kind.acts[v], given=True), kind.n, 2 * kind.n
     last = step.nearest(1.0)
-    head = [*step.head, *step.products,
+    head = ["h = N[o]", *step.head, *step.products,
             *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads))]
     for g in range(kind.guards):
         i, j = (f"{numbers[place] + g * numbers[size]}" for place, size in (("GUARDS", "OF_GUARD"), ("FORCED", "OF_GUARD_FORCED")))
         head += [*(f"row{g}_{c} = N[o + {i} + {c}]" for c in range(ns)), f"fourth{g} = N[o + {i} + {ns + 1}] * hh * hh",
                  *(f"{name}{g} = F[t + {j} + {k}]" for k, name in enumerate(("left", "rise", "right", "fall")))]
-    body = [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body, *_ends(kind, step, f"g{last}"), "most = -np.inf"]
+    body = [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body,
+            *([*_ends(kind, step, f"g{last}"), "most = -np.inf"] if kind.guards else [])]
     for g in range(kind.guards):
         for side, state, acc, add in (("left", "y", "f0_", "rise"), ("right", "z", "b_", "fall")):
             body += [f"{side} = {side}{g} + " + " + ".join(f"row{g}_{c} * {state}{c}" for c in range(ns)),
@@ -150,10 +159,10 @@ def _screen(kind: Kind, numbers: dict[str, float], v: int) -> str:
         body += [f"largest = max(max(left, right), max(left + rise, right - fall)) + AT_SAFETY * (fourth{g} + {bound})",
                  *(["largest = np.inf"] if kind.acts[v].watched else []),
                  f"top[{g} * AT_CAP + l], most = largest, max(most, largest)"]
-    body += [*(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)), "top[AT_MOST + l] = most"]
+    body += [*(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)), *(["top[AT_MOST + l] = most"] if kind.guards else [])]
     return _function(f"screen_{v}(full, old, new, top, N, o, F, t)",
                      "Carry a list over a substep; write the largest values that the guards may take.",
-                     ["h = N[o]", *head], ["for l in range(full):", *(f"    {line}" for line in body)])
+                     head, ["for l in range(full):", *(f"    {line}" for line in body)])
 
 
 def _along(kind: Kind, v: int) -> str:
@@ -175,17 +184,15 @@ def _along(kind: Kind, v: int) -> str:
                      ["for l in range(full):", *(f"    {line}" for line in body)])
 
 
-def _choice(kind: Kind) -> str:
-    """Return the functions that take the step of a mode."""
-    def dispatch(name: str, arguments: str) -> list[str]:
-        return [line for v in range(len(kind.acts))
-                for line in (f"{'el' if v else ''}if ACTS[m] == {v}:", f"    {name}_{v}({arguments})")]
-
-    return "\n\n\n".join((
-        _function("screen(m, full, guards, old, new, top, N, o, F, t)", "Take a list of mode ``m`` over a substep.", [],
-                  dispatch("screen", "full, old, new, top, N, o, F, t"), "@njit"),
-        _function("along(m, W, full, source, target, N, o, F, t)", "Take rows of states along mode ``m``.", [],
-                  dispatch("along", "W, full, source, target, N, o, F, t"), "@njit")))
+def _choice(kind: Kind, name: str) -> str:
+    """Return the function that takes the step of a mode."""
+    own = {"screen": "full, old, new, top, N, o, F, t", "along": "W, full, source, target, N, o, F, t"}[name]
+    outer = own.replace("full, old", "full, guards, old")
+    if len(kind.acts) == 1:
+        body = [f"{name}_0({own})"]
+    else:
+        body = [line for v in range(len(kind.acts)) for line in (f"if ACTS[m] == {v}:", f"    {name}_{v}({own})")]
+    return _function(f"{name}(m, {outer})", "Take the step of mode ``m``.", [], body, "@njit")
 
 
 def _function(signature: str, sentence: str, head: list[str], body: list[str], decorator: str = "@fused") -> str:
@@ -230,12 +237,12 @@ def refine(W, full, g, within, N, o, F, t):
         close = (abs(step) <= within * h) & (s >= 0.0) & (s <= h) & (slope > 0.0)
         W[AT_VERDICT + l] = -1.0 if (W[AT_VERDICT + l] > 0.0) & (not close) else W[AT_VERDICT + l]
         W[AT_S + l], W[AT_SPEED + l], W[AT_SPAN + l] = s, slope, min(max(s, 0.0), h)
-        W[AT_YS + {k} * AT_CAP + l] = x{k}
+        W[AT_LE + {k} * AT_CAP + l] = x{k}
 
 
 @njit
 def roots(W, m, full, g, N, o, F, t):
-    """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
+    """Find the zero of guard ``g``, and put the state there in place of that at the start; verdicts as in `several_modes`."""
     for l in range(full):
         W[AT_VERDICT + l], W[AT_TAU + l], W[AT_SPAN + l] = -1.0, 0.0, N[o]
     if WATCHED[m]:
@@ -245,6 +252,8 @@ def roots(W, m, full, g, N, o, F, t):
     for within in (AT_WITHIN, AT_FINAL):
         along(m, W, full, AT_EY, AT_BY, N, o, F, t)
         refine(W, full, g, within, N, o, F, t)
+    for l in range(full):
+        W[AT_EY + {k} * AT_CAP + l] = W[AT_LE + {k} * AT_CAP + l]
 
 
 @fused
