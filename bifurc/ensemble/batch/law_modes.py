@@ -81,13 +81,12 @@ def _polynomials(T: Tables, loads: np.ndarray, steps: int, h: float) -> np.ndarr
 def modes_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for ``size`` starts in a batch."""
     n, ns, numbers = kind.n, 2 * kind.n, rows_of(kind, size)
-    made = [_screen(kind, numbers, v) for v in range(len(kind.acts))]
     if not kind.guards:
-        return filled(LISTS, n, numbers, {"MEET": ["begun = c"]}, "\n\n\n".join([kind.laws, *made, _choice(kind, "screen"), "\n"]))
-    made += [_along(kind, v) for v in range(len(kind.acts))]
-    head = "\n\n\n".join((f"{kind.laws}\n\nACTS = np.array({list(kind.modes)})\n"
-                         f"WATCHED = np.array({[acts.watched for acts in kind.acts]})[ACTS]", *made,
-                         _choice(kind, "screen"), _choice(kind, "along"), "\n"))
+        head = "\n\n\n".join([kind.laws, *_steps(kind, "fixed", "screen(W, m, full, guards, old, new, N, o, F, t)"), "\n"])
+        return filled(LISTS, n, numbers, {"MEET": ["begun = c"]}, head)
+    watched = tuple(kind.acts[v].watched for v in kind.modes)
+    head = "\n\n\n".join([kind.laws, f"WATCHED = {watched}", *_steps(kind, "fixed", "fixed(W, m, full, old, new, N, o, F, t)"),
+                         *_steps(kind, "along", "along(W, m, full, old, new, N, o, F, t)"), "\n"])
 
     def rate(state: str, acc: str) -> str:
         """What state and accelerations give to the slope of a guard."""
@@ -101,21 +100,25 @@ def modes_text(kind: Kind, size: int) -> str:
              3: f"per / 6.0 * ({row('ql')}) + per**2 / 3.0 * ({row('vw')})",
              4: f"per**2 / 12.0 * ({row('qw')}) + per**3 / 4.0 * ({row('vk')})", 5: f"per**3 / 20.0 * ({row('qk')})"}
     return filled(_TEXT + EVENTS + LISTS, n, numbers, {
-        "LOAD_ROW": [f"{', '.join(f'g{c}' for c in range(ns))}, constant, fourth, least = "
-                     f"{', '.join(f'N[i + {c}]' for c in range(ns + 3))}",
-                     "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
-                     *(f"f_{k} = F[j + {4 + k}]" for k in range(MANY))],
+        "LOAD_GUARD": ["h = span = N[o]", "third, per = h / 3.0, 1.0 / h", *(f"g{c} = N[i + {c}]" for c in range(ns)),
+                       f"fourth, least = N[i + {ns + 1}], N[i + {ns + 2}]",
+                       "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
+                       *(f"f_{k} = F[j + {4 + k}]" for k in range(MANY))],
         "TAKE_STEP": [f"{short}{c} = W[AT_{name} + {c} * AT_CAP + l]"
                       for short, name in zip("aebtlwk", STEPS.values(), strict=True) for c in range(n)],
         "MOVE": [f"x{c}, x{n + c} = x{c} + step * (x{n + c} + 0.5 * step * e{c}), x{n + c} + step * e{c}" for c in range(n)],
         "RISE0": [f"rise0 = slope0 + third * ({rate('y', 'a')})"], "RISE1": [f"rise1 = slope1 + third * ({rate('x', 'e')})"],
         "BOUND": ["bound = AT_SAFETY * (fourth * span**4 + " + " + ".join(
             f"span**2 * abs(g{c}) * b{c} + span * abs(g{n + c}) * t{c}" for c in range(n)) + ")"],
-        "NOISE": ["noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
+        "GUARD_OVER": ["TAKE_STEP", "left = SUM[ g{c} * y{c} ; p ]", "right = SUM[ g{c} * x{c} ; n ]", "RISE0", "RISE1", "BOUND"],
+        "LOAD_AT_S": [], "VALUES_AT_S": [
+            "y{k} = m{k}", "span = W[AT_SPAN + l]", "TAKE_STEP", "FORCED_AT", "value = SUM[ g{c} * y{c} ; value ]",
+            f"slope = slope + ({rate('y', 'a')})", "BOUND",
+            "rise, later = third * slope, bound", "noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
         "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
         "LOAD_PLACE": [], "STATE_AT": ["x{k} = y{k}"], "BOUNCE": ["stays = False"],
         "FORCED_AT": horner("f", "s", "value", "slope"),
-        "SLOPE_Y": [f"slope = slope + ({rate('y', 'a')})"], "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
+        "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
     }, head)
 
 
@@ -138,78 +141,64 @@ def _ends(kind: Kind, step: Step, load: str) -> list[str]:
     return lines
 
 
-def _screen(kind: Kind, numbers: dict[str, float], v: int) -> str:
-    """Return the function that takes a list over a substep."""
-    step, n, ns = Step(kind, kind.acts[v], given=True), kind.n, 2 * kind.n
-    last = step.nearest(1.0)
-    head = ["h = N[o]", *step.head, *step.products,
-            *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads))]
-    for g in range(kind.guards):
-        i, j = (f"{numbers[place] + g * numbers[size]}" for place, size in (("GUARDS", "OF_GUARD"), ("FORCED", "OF_GUARD_FORCED")))
-        head += [*(f"row{g}_{c} = N[o + {i} + {c}]" for c in range(ns)), f"fourth{g} = N[o + {i} + {ns + 1}] * hh * hh",
-                 *(f"{name}{g} = F[t + {j} + {k}]" for k, name in enumerate(("left", "rise", "right", "fall")))]
-    body = [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body,
-            *([*_ends(kind, step, f"g{last}"), "most = -np.inf"] if kind.guards else [])]
-    for g in range(kind.guards):
-        for side, state, acc, add in (("left", "y", "f0_", "rise"), ("right", "z", "b_", "fall")):
-            body += [f"{side} = {side}{g} + " + " + ".join(f"row{g}_{c} * {state}{c}" for c in range(ns)),
-                     f"{add} = {add}{g} + h / 3.0 * (" + " + ".join(
-                         f"row{g}_{c} * {state}{n + c} + row{g}_{n + c} * {acc}{c}" for c in range(n)) + ")"]
-        bound = " + ".join(f"hh * abs(row{g}_{c}) * second{c} + h * abs(row{g}_{n + c}) * third{c}" for c in range(n))
-        body += [f"largest = max(max(left, right), max(left + rise, right - fall)) + AT_SAFETY * (fourth{g} + {bound})",
-                 *(["largest = np.inf"] if kind.acts[v].watched else []),
-                 f"top[{g} * AT_CAP + l], most = largest, max(most, largest)"]
-    body += [*(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)), *(["top[AT_MOST + l] = most"] if kind.guards else [])]
-    return _function(f"screen_{v}(full, old, new, top, N, o, F, t)",
-                     "Carry a list over a substep; write the largest values that the guards may take.",
-                     head, ["for l in range(full):", *(f"    {line}" for line in body)])
-
-
-def _along(kind: Kind, v: int) -> str:
-    """Return the function that takes a list over times of its own within a substep."""
-    step, n, ns = Step(kind, kind.acts[v]), kind.n, 2 * kind.n
-    times, loads = step.method.c.tolist(), place(substep_of(kind), "loads")
-    head = [*step.head, *(f"load{c}_{j} = F[t + {loads + c * MANY + j}]" for c in range(kind.loads) for j in range(MANY))]
-    body = ["tau, h = W[AT_TAU + l], W[AT_SPAN + l]", *step.products]
-    for i, time in enumerate(times):
-        first = times.index(time)
-        body += [f"s = tau + {time!r} * h"] if first == i else []
-        for c in range(kind.loads):
-            body += horner(f"load{c}", "s", f"g{i}_{c}") if first == i else [f"g{i}_{c} = g{first}_{c}"]
-    body += [*(f"y{c} = W[source + {c} * AT_CAP + l]" for c in range(ns)), *step.body,
-             *_ends(kind, step, f"g{step.nearest(1.0)}"), *(f"W[target + {c} * AT_CAP + l] = z{c}" for c in range(ns)),
-             *(f"W[AT_{row} + {c} * AT_CAP + l] = {name}{c}" for name, row in STEPS.items() for c in range(n))]
-    return _function(f"along_{v}(W, full, source, target, N, o, F, t)",
-                     "Carry rows of states from TAU over SPAN; write accelerations and bounds.", head,
+def _step(kind: Kind, name: str, v: int) -> str:
+    """Return the function that takes a list over a substep ("fixed"), or over times of its own within it ("along")."""
+    fixed, n, ns = name == "fixed", kind.n, 2 * kind.n
+    step = Step(kind, kind.acts[v], given=fixed)
+    stages, loads, behind = range(len(step.method.c)), range(kind.loads), place(substep_of(kind), "loads")
+    if fixed:
+        head = ["h = N[o]", *step.head, *step.products, *(f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in stages for c in loads)]
+        body = []
+    else:
+        head = [*step.head, *(f"load{c}_{j} = F[t + {behind + c * MANY + j}]" for c in loads for j in range(MANY))]
+        body, times = ["tau, h = W[AT_TAU + l], W[AT_SPAN + l]", *step.products], step.method.c.tolist()
+        for i, time in enumerate(times):
+            first = times.index(time)
+            body += [f"s = tau + {time!r} * h"] if first == i else []
+            for c in loads:
+                body += horner(f"load{c}", "s", f"g{i}_{c}") if first == i else [f"g{i}_{c} = g{first}_{c}"]
+    body += [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body,
+             *(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns))]
+    if kind.guards:
+        body += [*_ends(kind, step, f"g{step.nearest(1.0)}"),
+                 *(f"W[AT_{row} + {c} * AT_CAP + l] = {made}{c}" for made, row in STEPS.items() for c in range(n))]
+    return _function(f"{name}_{v}(full, old, new, W, N, o, F, t)", "Carry rows of states; write accelerations and bounds.", head,
                      ["for l in range(full):", *(f"    {line}" for line in body)])
 
 
-def _choice(kind: Kind, name: str) -> str:
-    """Return the function that takes the step of a mode."""
-    own = {"screen": "full, old, new, top, N, o, F, t", "along": "W, full, source, target, N, o, F, t"}[name]
-    outer = own.replace("full, old", "full, guards, old")
-    if len(kind.acts) == 1:
-        body = [f"{name}_0({own})"]
-    else:
-        body = [line for v in range(len(kind.acts)) for line in (f"if ACTS[m] == {v}:", f"    {name}_{v}({own})")]
-    return _function(f"{name}(m, {outer})", "Take the step of mode ``m``.", [], body, "@njit")
+def _steps(kind: Kind, name: str, signature: str) -> list[str]:
+    """Return the functions `_step` of all modes, and that which takes the one of a mode."""
+    acts = range(len(kind.acts))
+    calls = [f"{name}_{v}(full, old, new, W, N, o, F, t)" for v in acts]
+    body = calls if len(acts) == 1 else [f"if {kind.modes}[m] == {v}:\n        {call}" for v, call in enumerate(calls)]
+    return [*(_step(kind, name, v) for v in acts),
+            _function(signature, "Take the step of mode ``m``.", [], body, "@njit")]
 
 
 def _function(signature: str, sentence: str, head: list[str], body: list[str], decorator: str = "@fused") -> str:
     return "\n".join([decorator, f"def {signature}:", f'    """{sentence}"""', *(f"    {line}" for line in [*head, *body])])
 
 
-_TEXT = '''@fused
+_TEXT = '''@njit
+def screen(W, m, full, guards, old, new, N, o, F, t):
+    """Carry the list of a mode over a substep; write the largest values that its guards may take."""
+    fixed(W, m, full, old, new, N, o, F, t)
+    for l in range(full):
+        W[AT_MOST + l] = np.inf if WATCHED[m] else -np.inf
+    for g in range(guards):
+        look(W, full, g, old, new, N, o, F, t)
+        for l in range(full if WATCHED[m] else 0):
+            W[AT_TOPS + g * AT_CAP + l] = np.inf
+
+
+@fused
 def crossing(W, full, g, N, o, F, t):
     """Find the zero of guard ``g`` along the cubic of the accelerations of a step; verdicts as in `roots`."""
-    h = span = N[o]
-    third, per = h / 3.0, 1.0 / h
     i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    LOAD_ROW
+    LOAD_GUARD
     for l in range(full):
         y{k} = W[AT_EY + {k} * AT_CAP + l]
         x{k} = W[AT_BY + {k} * AT_CAP + l]
-        TAKE_STEP
         GUARD_OVER
         ROOT
         W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
@@ -219,9 +208,8 @@ def crossing(W, full, g, N, o, F, t):
 @fused
 def refine(W, full, g, within, N, o, F, t):
     """Take a step of Newton's method from the ends of steps to a zero, which may be so long; write state, time and speed there."""
-    h = N[o]
     i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    LOAD_ROW
+    LOAD_GUARD
     for l in range(full):
         s = W[AT_SPAN + l]
         x{k} = W[AT_BY + {k} * AT_CAP + l]
@@ -247,36 +235,14 @@ def roots(W, m, full, g, N, o, F, t):
         W[AT_VERDICT + l], W[AT_TAU + l], W[AT_SPAN + l] = -1.0, 0.0, N[o]
     if WATCHED[m]:
         return
-    along(m, W, full, AT_EY, AT_BY, N, o, F, t)
+    begin, end = W[AT_EY:AT_EY + AT_STATE], W[AT_BY:AT_BY + AT_STATE]
+    along(W, m, full, begin, end, N, o, F, t)
     crossing(W, full, g, N, o, F, t)
     for within in (AT_WITHIN, AT_FINAL):
-        along(m, W, full, AT_EY, AT_BY, N, o, F, t)
+        along(W, m, full, begin, end, N, o, F, t)
         refine(W, full, g, within, N, o, F, t)
     for l in range(full):
         W[AT_EY + {k} * AT_CAP + l] = W[AT_LE + {k} * AT_CAP + l]
-
-
-@fused
-def admit(W, full, g, N, o, F, t):
-    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
-    h = N[o]
-    third, per = h / 3.0, 1.0 / h
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    LOAD_ROW
-    for l in range(full):
-        s, span = W[AT_TAU + l], W[AT_SPAN + l]
-        y{k} = W[AT_LY + {k} * AT_CAP + l]
-        x{k} = W[AT_LE + {k} * AT_CAP + l]
-        TAKE_STEP
-        FORCED_AT
-        value = SUM[ g{c} * y{c} ; value ]
-        SLOPE_Y
-        BOUND
-        NOISE
-        right = SUM[ g{c} * x{c} ; n ]
-        RISE1
-        inner, outer, later = span * slope / 3.0, right - span * per * rise1, bound
-        JUDGE
 
 
 @njit
@@ -286,7 +252,7 @@ def onward(W, m, full, guards, N, o, F, t):
         W[AT_TAU + l], W[AT_SPAN + l], W[AT_FATE + l] = W[AT_LS + l], N[o] - W[AT_LS + l], 0.0 if WATCHED[m] else 1.0
     if WATCHED[m]:
         return
-    along(m, W, full, AT_LY, AT_LE, N, o, F, t)
+    along(W, m, full, W[AT_LY:AT_LY + AT_STATE], W[AT_LE:AT_LE + AT_STATE], N, o, F, t)
     for g in range(guards):
         admit(W, full, g, N, o, F, t)
 

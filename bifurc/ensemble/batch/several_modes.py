@@ -77,10 +77,10 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
     ``extra`` are names and numbers of rows of scratch of a text's own.
     """
     ns, cap, first = 2 * n, size + 8, (4 * n + 5) * size
-    numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap, "MOST": guards * cap, "ALLOW": 16.0 / 3.0,
+    numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap,  "ALLOW": 16.0 / 3.0,
                "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR, "WHOLE": 3 + CANDIDATES,
                "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "BLOCK": 8, "ON_REACH": 0}
-    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards + 1), ("LISTS", 0))
+    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards), ("MOST", 1), ("LISTS", 0))
     for name, many in rows:
         numbers[name] = first
         first += many * cap
@@ -127,8 +127,9 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
                        *loaded("r", "N", "i", of_guard, "bound"), f"r_all = r{ns}",
                        "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"],
         "LOAD_SERIES": loaded("d", "N", "i", of_guard, "series") + polynomial("f", "series"),
-        "LOAD_KICKED": loaded("b", "N", "i", of_guard, "kicked"), "LOAD_AT_S": polynomial("k", "value") + polynomial("l", "slope"),
-        "LOAD_NOISE": [*loaded("z", "N", "i", of_guard, "noise"), f"z_all = z{ns}"],
+        "LOAD_KICKED": loaded("b", "N", "i", of_guard, "kicked"),
+        "LOAD_AT_S": [*polynomial("k", "value"), *polynomial("l", "slope"), *loaded("z", "N", "i", of_guard, "noise"),
+                      f"z_all = z{ns}"],
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = SUM[ d{{c}}_{j} * y{{c}} ; f_{j} ]" for j in range(MANY)],
@@ -209,14 +210,15 @@ RISE1:
 rise1 = SUM[ s{c} * x{c} ; slope1 ]
 BOUND:
 bound = SUM[ r{c} * abs(y{c}) ; r_all ]
-NOISE:
-noise = SUM[ z{c} * abs(y{c}) ; z_all ]
-VALUE_AT:
+VALUES_AT_S:
 FORCED_VALUE
 value = SUM[ g{c} * m{c} ; value ]
-RISE_AT:
 FORCED_RISE
 rise = SUM[ s{c} * m{c} ; rise ]
+y{k} = W[AT_BY + {k} * AT_CAP + l]
+BOUND
+noise = SUM[ z{c} * abs(y{c}) ; z_all ]
+later = (rest_of * rest_of) * (rest_of * rest_of) * bound
 LOAD_EVENT:
 g{k} = N[i + AT_ON_VALUE + {k}]
 added{k} = N[i + AT_ON_ADDED + {k}]
@@ -253,16 +255,11 @@ RISE1
 rest_of = rest * per
 later = AT_ALLOW * rest_of**4 * (bound + reach * abs(speed))
 stays = (right < 0.0) & (right - rest_of * rise1 + later < 0.0)
-JUDGE:
-apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
-leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
-sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
-W[AT_FATE + l] = min(W[AT_FATE + l], sign)
 MEET:
 near = 0
 for l in range(n):
     index[AT_NEAR + near] = l
-    near += top[AT_MOST + l] >= 0.0
+    near += W[AT_MOST + l] >= 0.0
 if near == 0:
     continue
 begun = c
@@ -270,9 +267,9 @@ for g in range(I[m, 0]):
     c = meet(W, index, c, near, m, k, g, now, given, limit, spare)
 '''
 _AFFINE = '''@fused
-def screen(m, full, guards, old, new, top, N, o, F, t):
-    """Carry the starts of a mode over a substep; write the largest value that each guard may take, and that of all of them."""
-    i, j, u, most = o + AT_GUARDS, t + AT_FORCED, top, top[AT_MOST:]
+def first(W, full, old, new, N, o, F, t):
+    """Carry rows of states over a substep, and `look` at the first guard, or at what stands in place of it."""
+    i, j = o + AT_GUARDS, t + AT_FORCED
     LOAD_FLOW
     LOAD_GUARD
     for l in range(full):
@@ -280,15 +277,15 @@ def screen(m, full, guards, old, new, top, N, o, F, t):
         x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
         new[{k} * AT_CAP + l] = x{k}
         LARGEST
-        u[l], most[l] = largest, largest
+        W[AT_TOPS + l] = W[AT_MOST + l] = largest
+
+
+@njit
+def screen(W, m, full, guards, old, new, N, o, F, t):
+    """Carry the list of a mode over a substep; write the largest values that its guards may take."""
+    first(W, full, old, new, N, o, F, t)
     for g in range(1, guards):
-        i, j, u = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED, top[g * AT_CAP:(g + 1) * AT_CAP]
-        LOAD_GUARD
-        for l in range(full):
-            y{k} = old[{k} * AT_CAP + l]
-            x{k} = new[{k} * AT_CAP + l]
-            LARGEST
-            u[l], most[l] = largest, max(most[l], largest)
+        look(W, full, g, old, new, N, o, F, t)
 
 
 @fused
@@ -342,32 +339,6 @@ def back(W, full, N, o, F, t):
         W[AT_FATE + l] = 1.0
 
 
-@fused
-def admit(W, full, g, N, o, F, t):
-    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
-    per = 1.0 / N[o]
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    LOAD_GUARD
-    LOAD_NOISE
-    LOAD_AT_S
-    for l in range(full):
-        s = W[AT_LS + l]
-        y{k} = W[AT_BY + {k} * AT_CAP + l]
-        x{k} = W[AT_LE + {k} * AT_CAP + l]
-        m{k} = W[AT_LY + {k} * AT_CAP + l]
-        VALUE_AT
-        RISE_AT
-        BOUND
-        NOISE
-        right = SUM[ g{c} * x{c} ; n ]
-        RISE1
-        rest_of = 1.0 - s * per
-        short = rest_of * rest_of
-        later = short * short * bound
-        inner, outer = rise * rest_of, right - rest_of * rise1
-        JUDGE
-
-
 @njit
 def onward(W, m, full, guards, N, o, F, t):
     """Take states at s to the end of the substep in mode ``m``; write their fate, see `admit`."""
@@ -378,6 +349,40 @@ def onward(W, m, full, guards, N, o, F, t):
 
 '''
 EVENTS = '''from bifurc.ensemble.batch.deferred import DONE, substep
+
+
+@fused
+def look(W, full, g, old, new, N, o, F, t):
+    """Write the largest value that guard ``g`` may take over a substep, and that of all guards so far."""
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
+    LOAD_GUARD
+    for l in range(full):
+        y{k} = old[{k} * AT_CAP + l]
+        x{k} = new[{k} * AT_CAP + l]
+        LARGEST
+        top[l], W[AT_MOST + l] = largest, max(W[AT_MOST + l], largest)
+
+
+@fused
+def admit(W, full, g, N, o, F, t):
+    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    per = 1.0 / N[o]
+    LOAD_GUARD
+    LOAD_AT_S
+    for l in range(full):
+        s, rest_of = W[AT_LS + l], 1.0 - per * W[AT_LS + l]
+        x{k} = W[AT_LE + {k} * AT_CAP + l]
+        m{k} = W[AT_LY + {k} * AT_CAP + l]
+        VALUES_AT_S
+        right = SUM[ g{c} * x{c} ; n ]
+        RISE1
+        inner, outer = rise * rest_of, right - rest_of * rise1
+        apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
+        leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
+        sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
+        W[AT_FATE + l] = min(W[AT_FATE + l], sign)
 
 
 @njit
@@ -550,7 +555,7 @@ def period_step(W, index, count, given, modes, limit, spare):
             for i in range(n):
                 W[start + {k} * AT_CAP + i] = W[{k} * AT_SIZE + index[ids + i]]
         index[counts + m] = n
-    now, top = 0, W[AT_TOPS:AT_LISTS]
+    now = 0
     for k in range(steps):
         c = 0
         for m in range(many):
@@ -559,7 +564,7 @@ def period_step(W, index, count, given, modes, limit, spare):
                 continue
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
             full, o, t = (n + AT_BLOCK - 1) // AT_BLOCK * AT_BLOCK, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
-            screen(m, full, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, o, grid, t)
+            screen(W, m, full, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], numbers, o, grid, t)
             MEET
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
