@@ -15,8 +15,8 @@ or one whose first zero is certain, that the candidates before the one taken are
 met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order: leaving a stop,
 leaving stick).  For all others the scalar integrator takes the substep.  The numbers are those of `bifurc.ensemble.batch.tables`.
 
-`EVENTS` and `LISTS` are also the text of the batch step under laws: a text of motion (here `_AFFINE`) gives them ``screen``,
-``roots`` and ``onward``.  One file, because it is the text of one kernel, written in the order in which it runs.
+`LISTS` is also the text of the batch step under laws: a text of motion (here `_AFFINE`) gives it ``screen``, ``roots`` and
+``onward``.  One file, because it is the text of one kernel, written in the order in which it runs.
 """
 import re
 
@@ -79,7 +79,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
     ns, cap, first = 2 * n, size + 8, (4 * n + 5) * size
     numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap,  "ALLOW": 16.0 / 3.0,
                "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR, "WHOLE": 3 + CANDIDATES,
-               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "BLOCK": 8, "ON_REACH": 0}
+               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "ON_REACH": 0}
     rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards), ("MOST", 1), ("LISTS", 0))
     for name, many in rows:
         numbers[name] = first
@@ -90,7 +90,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
 
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
-    return filled(_AFFINE + EVENTS + LISTS, n, layout(n, guards, size) | strides(*records(n, guards)), {})
+    return filled(_AFFINE + LISTS, n, layout(n, guards, size) | strides(*records(n, guards)), {})
 
 
 def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
@@ -255,16 +255,6 @@ RISE1
 rest_of = rest * per
 later = AT_ALLOW * rest_of**4 * (bound + reach * abs(speed))
 stays = (right < 0.0) & (right - rest_of * rise1 + later < 0.0)
-MEET:
-near = 0
-for l in range(n):
-    index[AT_NEAR + near] = l
-    near += W[AT_MOST + l] >= 0.0
-if near == 0:
-    continue
-begun = c
-for g in range(I[m, 0]):
-    c = meet(W, index, c, near, m, k, g, now, given, limit, spare)
 '''
 _AFFINE = '''@fused
 def first(W, full, old, new, N, o, F, t):
@@ -348,7 +338,7 @@ def onward(W, m, full, guards, N, o, F, t):
 
 
 '''
-EVENTS = '''from bifurc.ensemble.batch.deferred import DONE, substep
+LISTS = '''from bifurc.ensemble.batch.deferred import DONE, substep, workspace
 
 
 @fused
@@ -531,10 +521,6 @@ def meet(W, index, c, near, m, k, g, now, given, limit, spare):
     return follow(W, index, c, todo, m, k, at, start, after, given, limit, spare)
 
 
-'''
-LISTS = '''from bifurc.ensemble.batch.deferred import workspace
-
-
 @njit
 def period_step(W, index, count, given, modes, limit, spare):
     """Carry the first ``count`` starts of ``W`` over a forcing period, and ``modes`` with them; write what the driver reads."""
@@ -563,9 +549,17 @@ def period_step(W, index, count, given, modes, limit, spare):
             if n == 0:
                 continue
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
-            full, o, t = (n + AT_BLOCK - 1) // AT_BLOCK * AT_BLOCK, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
+            full, o, t = (n + 7) // 8 * 8, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
             screen(W, m, full, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], numbers, o, grid, t)
-            MEET
+            near = 0
+            for l in range(n):
+                index[AT_NEAR + near] = l
+                near += W[AT_MOST + l] >= 0.0
+            if near == 0:
+                continue
+            begun = c
+            for g in range(I[m, 0]):
+                c = meet(W, index, c, near, m, k, g, now, given, limit, spare)
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:

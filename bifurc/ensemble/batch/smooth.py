@@ -61,6 +61,8 @@ def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
+    if not kind.guards:
+        return written(law_modes.smooth_text(kind, SIZE), 2 * kind.n, (0, 0, 0, 0), laws=True)
     return written(law_modes.modes_text(kind, SIZE), 2 * kind.n, spaces(law_modes.rows_of(kind, SIZE)), laws=True)
 
 
