@@ -218,13 +218,26 @@ def mode_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
         X = starts_of(system, cells)
         scene = scene_of(system)
         kind = packing.kind_of(scene)
-        module, numbers = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
-        modes = PeriodMap(system)._integrator.begin(X)[1]
-        for what, scalar in (("batch", False), ("march", True)):
-            given = module, numbers._replace(scalar=scalar), modes
-            calls[f"{name}, {what}"] = lambda Y, n, given=given: side_by_side(*given[:2], Y, n, given[2])
-            starts[f"{name}, {what}"] = X
+        integrator = PeriodMap(system)._integrator
+        given = packing.module_of(kind), packing.numbers_of(scene.tables, kind), integrator.begin(X)[1]
+        calls[f"{name}, batch"] = lambda Y, n, given=given: side_by_side(*given[:2], Y, n, given[2])
+        calls[f"{name}, march"] = alone(integrator)
+        starts[f"{name}, batch"] = starts[f"{name}, march"] = X
     return calls, starts
+
+
+def alone(integrator):
+    """Return the call of the scalar integrator alone."""
+    scalar = kernels(integrator.scene, "bifurc.ensemble.scalar")
+
+    def march(Y, periods):
+        T, modes = integrator.begin(Y)
+        codes, impacts = (np.full(len(Y), value) for value in (6, 0))
+        scalar.map_starts(T, integrator._followers(T), integrator._candidates, modes, Y, 2000, periods, codes, impacts,
+                          np.full(len(Y), np.inf))
+        return int(np.count_nonzero(codes))
+
+    return march
 
 
 def law_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
@@ -234,22 +247,14 @@ def law_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
     for name, system in list(scenes_of_laws().items())[:scenes]:
         X = np.random.default_rng(3).uniform(-0.55, 0.55, (cells**2, 2 * system.n))
         integrator = PeriodMap(system)._integrator
-        scalar = kernels(integrator.scene, "bifurc.ensemble.scalar")
 
         def batch(Y, periods, integrator=integrator):
             return int(np.count_nonzero(integrator.carry(Y, periods).outcomes))
 
-        def march(Y, periods, integrator=integrator, scalar=scalar):
-            T, modes = integrator.begin(Y)
-            codes, impacts = (np.full(len(Y), value) for value in (6, 0))
-            scalar.map_starts(T, integrator._followers(T), integrator._candidates, modes, Y, 2000, periods, codes, impacts,
-                              np.full(len(Y), np.inf))
-            return int(np.count_nonzero(codes))
-
         def simulations(Y, periods, system=system):
             return sum(not bf.simulate(system, y, periods=periods).success for y in Y)
 
-        for what, call, share in (("batch", batch, 1), ("march", march, 40), ("simulation", simulations, 400)):
+        for what, call, share in (("batch", batch, 1), ("march", alone(integrator), 40), ("simulation", simulations, 400)):
             calls[f"{name}, {what}"], starts[f"{name}, {what}"] = call, X[:max(len(X) // share, 4)]
     return calls, starts
 

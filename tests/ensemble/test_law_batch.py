@@ -56,7 +56,7 @@ def test_names_of_a_written_step_mean_one_thing(name):
         return [node.id for line in statements if isinstance(line, ast.Assign) for node in ast.walk(line)
                 if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
 
-    functions = [part for part in tree.body if isinstance(part, ast.FunctionDef) and part.name.startswith(("screen_", "along_"))]
+    functions = [part for part in tree.body if isinstance(part, ast.FunctionDef) and part.name.startswith(("fixed_", "along_"))]
     for function in functions:
         before, loop = named(function.body), next(line for line in function.body if isinstance(line, ast.For))
         assert len(set(before)) == len(before) and not set(before) & set(named(loop.body))

@@ -2,6 +2,6 @@
 
 `packing` says which scenes have one; `several_modes` (with `tables`) writes the text of the batch step of affine modes, `one_mode`
 that of one mass with one stop in the same words, `law_modes` and `smooth` those under laws (with `stages`, `runge_kutta`);
-`certified` (one stop) and `deferred` integrate what it defers; `driver` runs both over periods (`blank` stands in for the written
-step); `writing` makes the module.  Start reading at `packing`.
+`certified` (a period, one stop) and `deferred` (a substep) integrate what it defers; `driver` runs it over periods (`blank` stands
+in for the written step); `writing` makes the module.  Start reading at `packing`.
 """

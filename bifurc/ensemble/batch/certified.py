@@ -1,6 +1,7 @@
 """One mass with one rigid stop: certified integration over a forcing period, for starts that the batch step defers.
 
-This module is a template, written again around the literal numbers of a kind of scene: see `bifurc.ensemble.batch.packing`.
+This module is a template, written again around the step of a kind of scene (`bifurc.ensemble.batch.packing`): with the number of
+states and forcing states known, rest on a stop is taken in four fifths of the time.
 
 The rule at an event is that of `bifurc.flow.scan.run`, for modes of one guard and without a record: on the substeps of the batch
 while a bound proves that the guard is not met, otherwise through the events of a substep one by one.
@@ -13,13 +14,12 @@ from ...flow.affine.engine import forcing, terms_size
 from ...flow.affine.polynomial import EPS, first_zero, horner
 from ...flow.rule import broken_hold, inside, jumped, sizes
 from ...flow.scan import DONE, LIMIT, closing, project
-from .blank import FORCINGS
-from .several_modes import ONE
+from .blank import NX
+from .several_modes import records, strides
 
 ASIDE = 100  # what `period` does not decide: the caller takes the simulation
-NX = 2 + FORCINGS
-PER_MODE, PER_STEP, OF_GUARDS, FORCED = (ONE[name] for name in ("PER_MODE", "PER_STEP", "GUARDS", "FORCED"))
-EVENTS, HITS, LEAST = range(3)  # tally: events, impacts, least speed of arrival
+PER_MODE, PER_STEP, OF_GUARDS, FORCED, *_ = strides(*records(1, 1)).values()
+COUNTED, STRUCK, SLOWEST = range(3)  # tally: events, impacts, least speed of arrival
 
 
 @njit
@@ -27,7 +27,8 @@ def expand(rows, m, x, a):
     """Write the Taylor coefficients of the first of the ``rows`` of a mode, at ``x`` (nx,), into ``a``."""
     for j in range(ORDER + 1):
         a[j] = 0.0
-        for c in range(NX):
+    for c in range(NX):
+        for j in range(ORDER + 1):
             a[j] += rows[m, 0, c, j] * x[c]
 
 
@@ -62,8 +63,8 @@ def through(T, begin, h, m, order, known, room, limit):
             return DONE, m, -1, np.nan
         instants = instants + 1 if hit == 0.0 else 0
         time += hit
-        tally[EVENTS] += 1.0
-        if tally[EVENTS] > limit:
+        tally[COUNTED] += 1.0
+        if tally[COUNTED] > limit:
             return LIMIT, m, order, known
         if instants > 3 or (kicked and not arrive > 0.0):
             return ASIDE, m, order, known
@@ -105,8 +106,8 @@ def through(T, begin, h, m, order, known, room, limit):
             return ASIDE, m, order, known
         x[0], x[1] = y[0], y[1]
         if kicked:
-            tally[HITS] += 1.0
-            tally[LEAST] = min(tally[LEAST], 0.0 if i < 0 else arrive)
+            tally[STRUCK] += 1.0
+            tally[SLOWEST] = min(tally[SLOWEST], 0.0 if i < 0 else arrive)
         m = target
         if T.n_holds[m] > 0:
             project(T.H, T.S, T.n_holds[m], 2, m, x)
@@ -151,7 +152,7 @@ def period(given, m, room, limit):
 
 
 @njit
-def scratch():
+def workspace(T):
     """Return what `period` works on: the state, the tally, and room."""
     return (np.zeros(2), np.zeros(3), np.zeros(NX), np.zeros(NX), np.zeros(NX), np.zeros(NX), np.zeros(ORDER + 1), np.zeros(3),
             np.zeros(64))

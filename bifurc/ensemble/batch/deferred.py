@@ -1,52 +1,32 @@
-"""What the batch step of several masses defers: a substep with several events, or a whole period, by the scalar integrator.
-
-This module is a template, written again around the literal numbers of a kind of scene: see `bifurc.ensemble.batch.packing`.
-"""
+"""What a batch step defers: a substep with several events, or one that is not clear, by the scalar integrator."""
 import numpy as np
 
-from ..._jit import njit
+from ..._jit import leaf, njit
+from ...flow import scan
 from ...flow.affine.engine import forcing
-from ...flow.scan import COUNT, MODE, ORDERS, SLOPES, STATE, TAU
-from ..scalar import ROWS as RECORDED
-from ..scalar import begin_at, integrate
-from .blank import FORCINGS, GUARDS, NS
-
-EVENTS, HITS, LEAST = range(3)  # tally: events, impacts and contacts, least speed of arrival
+from ...flow.scan import COUNT, DONE, MODE, STATE, TAU  # noqa: F401 (DONE for the written step)
+from ..scalar import ROWS, begin_at, integrate
 
 
 @njit
-def until(T, begin, whole, end, m, room, limit):
-    """Integrate ``room[0]`` (ns,) in place from ``begin`` to the time ``end`` after section ``whole``; return status and mode.
+def workspace(T):
+    """Return what `substep` works on: state (ns,), tally (events, impacts and contacts, least speed of arrival), room."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    ints, floats = scan.workspace(T)
+    return np.zeros(ns), np.zeros(3), np.zeros(nx), floats, np.zeros((ROWS, STATE + 2 * ns)), ints, np.zeros((ROWS, 5), np.int64)
 
-    Writes the tally.
-    """
+
+@leaf
+def substep(T, k, steps, h, m, room, limit):
+    """Integrate ``room[0]`` (ns,) in place over substep ``k`` of a period; return status and mode; write the tally."""
     y, tally, x, floats, record, ints, rows = room
+    last = k + 1 == steps
     begin_at(m, y, ints, floats, x)
-    floats[TAU] = begin
-    forcing(T, begin, x)
-    tally[HITS], tally[LEAST] = 0.0, np.inf
-    status = integrate(T, ints, floats, x, whole, end, limit, rows, record, tally[HITS:])
-    tally[EVENTS] = ints[COUNT]
-    for c in range(NS):
+    floats[TAU] = k * h
+    forcing(T, k * h, x)
+    tally[1], tally[2] = 0.0, np.inf
+    status = integrate(T, ints, floats, x, 1 if last else 0, 0.0 if last else (k + 1) * h, limit, rows, record, tally[1:])
+    tally[0] = ints[COUNT]
+    for c in range(y.size):
         y[c] = x[c]
     return status, ints[MODE]
-
-
-@njit
-def period(given, m, room, limit):
-    """Integrate ``room[0]`` (ns,) in place over the forcing period that starts at phase 0; return status and mode."""
-    return until(given.T, 0.0, 1, 0.0, m, room, limit)
-
-
-@njit
-def substep(T, k, steps, h, m, room, limit):
-    """Integrate ``room[0]`` (ns,) in place over substep ``k`` of a period; return status and mode."""
-    last = k + 1 == steps
-    return until(T, k * h, 1 if last else 0, 0.0 if last else (k + 1) * h, m, room, limit)
-
-
-@njit
-def scratch():
-    """Return what `period` works on: the state, the tally, and room."""
-    return (np.zeros(NS), np.zeros(3), np.zeros(NS + FORCINGS), np.zeros(SLOPES + GUARDS), np.zeros((RECORDED, STATE + 2 * NS)),
-            np.zeros(ORDERS + GUARDS, np.int64), np.zeros((RECORDED, 5), np.int64))

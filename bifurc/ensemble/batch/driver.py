@@ -1,67 +1,42 @@
-"""Many starts side by side: batch steps over a period, and the scalar integrator for the starts that they defer.
+"""Many starts side by side, by batch steps over a period: to their attractors, or over so many periods.
 
 This module is a template, written again around the batch step of a kind of scene: see `bifurc.ensemble.batch.packing`.
 
-The image of a start is that of the batch step or that of `period`; which one is decided by the start alone, so labels do not
-depend on neighbours, order, chunks or workers.
+The image of a start is decided by the start alone, so that labels do not depend on neighbours, order, chunks or workers.
 """
 import numpy as np
 
 from ..._jit import NOTHING, apart, njit
-from ...flow.scan import DONE, LIMIT, LOST
+from ...flow.scan import LIMIT, LOST
 from ..outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED, Cells
 from ..proximity import Targets, boxed
-from .blank import FLOATS, FLOATS_A_MODE, NS, SIZE, WHOLES_A_MODE, WHOLES_USED, period_step
-from .deferred import EVENTS, HITS, LEAST, period, scratch
+from .blank import FLOATS, FLOATS_A_MODE, NS, SIZE, WHOLES_A_MODE, WHOLES_USED, period_step, workspace
 from .several_modes import FAR
 
-# rows that the batch step does not know; it knows those before: see `bifurc.ensemble.batch.several_modes.layout`
-# the states, then those at the start of the period
+# rows: the states, those at the start of the period, then impacts, least speed of arrival, what ended the motion (0: nothing,
+# -2 - status; then a label), events of the period; behind these the batch step has its own, see `several_modes.layout`
 BEGUN = NS * SIZE
-STEP_HITS, STEP_LEAST, DEFERRED = ((2 * NS + i) * SIZE for i in range(3))
-ALL_HITS, ALL_LEAST, FOUND, ROWS = ((2 * NS + i) * SIZE for i in range(10, 14))
+HITS, LEAST, FOUND, EVENTS, _, ROWS = ((2 * NS + i) * SIZE for i in range(6))
 
 
 @apart(NOTHING)
-def advance(given, W, index, active, modes, room, limit):
-    """Take the batch over a period: by its step, those that it defers by `period`, which also takes those with too many events.
-
-    ``given`` are `packing.Numbers`, ``room`` is `scratch`.  The row FOUND becomes 0, -2 - status where `period` fails.
-    """
-    y, tally = room[0], room[1]
+def advance(given, W, index, active, modes, limit, spare):
+    """Take the batch over a period; one that ends on the way keeps the state before it.  ``given`` are `packing.Numbers`."""
     for c in range(NS):
         for l in range(active):
             W[BEGUN + c * SIZE + l] = W[c * SIZE + l]
-    if given.scalar:
-        for l in range(active):
-            W[DEFERRED + l] = 1.0
-    else:
-        period_step(W, index, active, given.T, given.numbers, given.grid, given.I, modes, limit)
-    count = 0
     for l in range(active):
-        lost = not W[STEP_HITS + l] <= limit
+        W[FOUND + l] = W[EVENTS + l] = 0.0
+    period_step(W, index, active, given, modes, limit, spare)
+    for l in range(active):
+        lost = False
         for c in range(NS):
             lost = lost | (not abs(W[c * SIZE + l]) < FAR)
-        W[DEFERRED + l] = 1.0 if lost else W[DEFERRED + l]
-        W[FOUND + l] = 0.0
-        count += W[DEFERRED + l] > 0.0
-    for l in range(active if count > 0 else 0):
-        if W[DEFERRED + l] > 0.0:
-            for c in range(NS):
-                y[c] = W[BEGUN + c * SIZE + l]
-            tally[EVENTS], tally[HITS], tally[LEAST] = 0.0, 0.0, np.inf
-            status, modes[l] = period(given, modes[l], room, limit)
-            W[STEP_HITS + l], W[STEP_LEAST + l] = tally[HITS], tally[LEAST]
-            for c in range(NS):
-                if status == DONE and not abs(y[c]) < FAR:
-                    status = LOST
-            for c in range(NS):
-                W[c * SIZE + l] = y[c] if status == DONE else W[BEGUN + c * SIZE + l]
-            if status != DONE:
-                W[FOUND + l] = -2.0 - status
-    for l in range(active):
-        W[ALL_HITS + l] += W[STEP_HITS + l]
-        W[ALL_LEAST + l] = min(W[ALL_LEAST + l], W[STEP_LEAST + l])
+        ended = -2.0 - LOST if lost else (-2.0 - LIMIT if W[EVENTS + l] > limit else 0.0)
+        W[FOUND + l] = ended if W[FOUND + l] == 0.0 else W[FOUND + l]
+    for c in range(NS):
+        for l in range(active):
+            W[c * SIZE + l] = W[c * SIZE + l] if W[FOUND + l] == 0.0 else W[BEGUN + c * SIZE + l]
 
 
 @njit
@@ -83,8 +58,8 @@ def label(given, modes, X, limit, most, targets, cells):
     many = given.I.shape[0]
     W = np.zeros(ROWS + FLOATS + FLOATS_A_MODE * many)
     index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * many, np.int64)
-    room = scratch()
-    y = room[0]
+    spare = workspace(given.T)
+    y = spare[0]
     at, ids, begun = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     visits, guests = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     following, active, now = 0, 0, 0
@@ -94,12 +69,12 @@ def label(given, modes, X, limit, most, targets, cells):
                 ids[active], at[active], begun[active], visits[active], guests[active] = following, modes[following], now, 0, -1
                 for c in range(NS):
                     W[c * SIZE + active] = X[following, c]
-                W[ALL_HITS + active], W[ALL_LEAST + active] = 0.0, np.inf
+                W[HITS + active], W[LEAST + active] = 0.0, np.inf
                 active += 1
             following += 1
         if active == 0:
             return
-        advance(given, W, index, active, at, room, limit)
+        advance(given, W, index, active, at, limit, spare)
         now += 1
         for t in range(points.shape[0]):
             square, number = squares[t], 1.0 + owner[t]
@@ -134,11 +109,11 @@ def label(given, modes, X, limit, most, targets, cells):
                 labels[i], states[i] = np.int64(found) - 1, REACHED
             elif found < 0.0:
                 states[i] = outcome(found)
-            periods[i], impacts[i], speeds[i] = now - begun[l], W[ALL_HITS + l], W[ALL_LEAST + l]
+            periods[i], impacts[i], speeds[i] = now - begun[l], W[HITS + l], W[LEAST + l]
             active -= 1
             for c in range(NS):
                 X[i, c], W[c * SIZE + l] = W[c * SIZE + l], W[c * SIZE + active]
-            W[ALL_HITS + l], W[ALL_LEAST + l] = W[ALL_HITS + active], W[ALL_LEAST + active]
+            W[HITS + l], W[LEAST + l] = W[HITS + active], W[LEAST + active]
             ids[l], at[l], begun[l], visits[l], guests[l] = ids[active], at[active], begun[active], visits[active], guests[active]
 
 

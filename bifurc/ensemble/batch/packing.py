@@ -7,7 +7,7 @@ from ...compose.scene import Scene
 from ...compose.tables import Tables, rate
 from . import one_mode, several_modes
 from . import tables as plan
-from .writing import CERTIFIED, DEFERRED, SIZE, written
+from .writing import CERTIFIED, SIZE, written
 
 MOST_MASSES = 3
 MOST_GUARDS, MOST_MODES = 8, 64
@@ -20,18 +20,17 @@ class Kind(NamedTuple):
 
     n: int  # masses
     guards: int  # largest number of guards of a mode
-    forcings: int  # forcing states: 1, cos and sin of every harmonic
+    forcings: int  # forcing states: 1, cos and sin of every harmonic; 0: read at run time
     one_stop: bool  # whether the batch step knows one mode only, free with one rigid stop
 
 
 class Numbers(NamedTuple):
-    """What the kernels of a written module read, see `bifurc.ensemble.batch.tables`."""
+    """What the kernels of a written module read."""
 
     T: Tables
     I: np.ndarray  # (modes, ...) int64, see `bifurc.ensemble.batch.tables.plan_of`
     numbers: np.ndarray  # of the batch step, flat, see `several_modes.records`
     grid: np.ndarray  # the same on every substep
-    scalar: bool = False  # leaves all starts to the scalar integrator
 
 
 def kind_of(scene: Scene) -> Kind | None:
@@ -43,7 +42,8 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if T.n_guards.max() > MOST_GUARDS or len(T.n_guards) > MOST_MODES:
         return None
-    return Kind(scene.n, max(int(T.n_guards.max()), 1), scene.nw, home_of(T) >= 0)
+    one_stop = home_of(T) >= 0
+    return Kind(scene.n, max(int(T.n_guards.max()), 1), scene.nw if one_stop else 0, one_stop)
 
 
 def home_of(T: Tables) -> int:
@@ -72,6 +72,6 @@ def numbers_of(T: Tables, kind: Kind) -> Numbers:
 def module_of(kind: Kind):
     """Return the written module of a kind."""
     if kind.one_stop:
-        return written(one_mode.step_text(SIZE), 2, kind.guards, kind.forcings, CERTIFIED, one_mode.spaces(SIZE))
+        return written(one_mode.step_text(SIZE), 2, one_mode.spaces(SIZE), CERTIFIED, kind.forcings)
     text, numbers = several_modes.modes_text(kind.n, kind.guards, SIZE), several_modes.layout(kind.n, kind.guards, SIZE)
-    return written(text, 2 * kind.n, kind.guards, kind.forcings, DEFERRED, several_modes.spaces(numbers))
+    return written(text, 2 * kind.n, several_modes.spaces(numbers))

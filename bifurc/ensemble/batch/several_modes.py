@@ -13,8 +13,7 @@ Nothing is taken on trust.  A guard differs from the cubic through its values an
 bound on its fourth derivative (Birkhoff and Priver 1967); a start stays in the batch only while that proves that it met no guard,
 or one whose first zero is certain, that the candidates before the one taken are forbidden, and that no guard of the one taken is
 met in the rest of the substep.  A guard that is zero at s must fall from there (a zero of first or second order: leaving a stop,
-leaving stick).  For all others the scalar integrator takes the substep; where that fails they are marked in the row ASIDE, and it
-takes their whole period again.  The numbers are those of `bifurc.ensemble.batch.tables`.
+leaving stick).  For all others the scalar integrator takes the substep.  The numbers are those of `bifurc.ensemble.batch.tables`.
 
 `LISTS` is also the text of the batch step under laws: a text of motion (here `_AFFINE`) gives it ``screen``, ``roots`` and
 ``onward``.  One file, because it is the text of one kernel, written in the order in which it runs.
@@ -45,12 +44,13 @@ def records(n: int, guards: int) -> tuple[np.dtype, np.dtype]:
     """Return what the step reads of a mode, and of a mode on a substep, for ``n`` masses and so many guards.
 
     ``flow`` gives the state after the substep, ``place`` A(s) and C, ``back`` A(-s).  Of a guard, by every state and then 1, value,
-    slope h/3, bound and noise; what it adds; the constant of its value; D.  Of a guard on a substep what the forcing adds to value
-    and slope h/3 at both ends; F; then what its states at s add to value and slope h/3 at s.
+    slope h/3, bound and noise; what it adds; the constant of its value; D; A(s) times what it adds, and by how much that raises the
+    guards, its own bound instead of itself.  Of a guard on a substep what the forcing adds to value and slope h/3 at both ends; F;
+    then what its states at s add to value and slope h/3 at s.
     """
     ns = 2 * n
     guard = [("value", float, ns), ("slope", float, ns), ("bound", float, ns + 1), ("noise", float, ns + 1), ("added", float, ns),
-             ("constant", float), ("series", float, (ns, MANY))]
+             ("constant", float), ("series", float, (ns, MANY)), ("kicked", float, (n, MANY)), ("reach", float, (guards,))]
     forced = [("ends", float, (2, 2)), ("series", float, MANY), ("value", float, MANY), ("slope", float, MANY)]
     mode = np.dtype([("h", float), ("flow", float, (ns, ns)), ("place", float, (n, ns, MANY)), ("back", float, (n, ns, MANY)),
                      ("guards", guard, (guards,))])
@@ -68,10 +68,7 @@ def strides(mode: np.dtype, substep: np.dtype) -> dict[str, int]:
     guard, forced = mode["guards"].base, substep["guards"].base
     return {"PER_MODE": mode.itemsize // 8, "PER_STEP": substep.itemsize // 8, "GUARDS": place(mode, "guards"),
             "FORCED": place(substep, "guards"), "OF_GUARD": guard.itemsize // 8, "OF_GUARD_FORCED": forced.itemsize // 8,
-            "CONSTANT": place(guard, "constant"), "ADDED": place(guard, "added")}
-
-
-ONE = strides(*records(1, 1))  # of one mass whose modes have one guard
+            **{f"ON_{name.upper()}": place(guard, name) for name in guard.names or ()}}
 
 
 def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = ()) -> dict[str, float]:
@@ -79,15 +76,15 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
 
     ``extra`` are names and numbers of rows of scratch of a text's own.
     """
-    ns, cap, first = 2 * n, size + 8, (4 * n + 13) * size
-    numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap, "MOST": guards * cap, "ALLOW": 16.0 / 3.0,
+    ns, cap, first = 2 * n, size + 8, (4 * n + 5) * size
+    numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap,  "ALLOW": 16.0 / 3.0,
                "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR, "WHOLE": 3 + CANDIDATES,
-               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS}
-    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards + 1), ("LISTS", 0))
+               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "ON_REACH": 0}
+    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards), ("MOST", 1), ("LISTS", 0))
     for name, many in rows:
         numbers[name] = first
         first += many * cap
-    numbers |= {name: (2 * ns + i) * size for i, name in enumerate(("HITS", "LEAST", "ASIDE", "EVENTS", "TAKEN"))}
+    numbers |= {name: (2 * ns + i) * size for i, name in enumerate(("HITS", "LEAST", "FOUND", "EVENTS", "TAKEN"))}
     return numbers | {name: i * cap for i, name in enumerate(("LIST", "NEAR", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
 
 
@@ -123,28 +120,29 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
 
     forced = loaded("c", "F", "t", substep, "place")
     lines = {
+        **{name: text.strip().split("\n") for name, text in _WORD.findall(_WORDS)},
         "LOAD_FLOW": loaded("e", "N", "o", mode, "flow") + loaded("w", "F", "t", substep, "flow"),
         "LOAD_PLACE": loaded("a", "N", "o", mode, "place") + forced, "LOAD_BACK": loaded("b", "N", "o", mode, "back") + forced,
         "LOAD_GUARD": [*loaded("g", "N", "i", of_guard, "value"), *loaded("s", "N", "i", of_guard, "slope"),
-                       *loaded("r", "N", "i", of_guard, "bound"), "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"],
+                       *loaded("r", "N", "i", of_guard, "bound"), f"r_all = r{ns}",
+                       "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"],
         "LOAD_SERIES": loaded("d", "N", "i", of_guard, "series") + polynomial("f", "series"),
-        "LOAD_AT_S": polynomial("k", "value") + polynomial("l", "slope"), "LOAD_NOISE": loaded("z", "N", "i", of_guard, "noise"),
-        "GUARD_OVER": ["left = SUM[ g{c} * y{c} ; p ]", "right = SUM[ g{c} * x{c} ; n ]", "RISE0", "RISE1", "BOUND"],
-        "RISE0": ["rise0 = SUM[ s{c} * y{c} ; slope0 ]"], "RISE1": ["rise1 = SUM[ s{c} * x{c} ; slope1 ]"],
-        "BOUND": [f"bound = SUM[ r{{c}} * abs(y{{c}}) ; r{ns} ]"], "NOISE": [f"noise = SUM[ z{{c}} * abs(y{{c}}) ; z{ns} ]"],
-        "ROOT": _ROOT.strip().split("\n"), "JUDGE": _JUDGE.strip().split("\n"),
+        "LOAD_KICKED": loaded("b", "N", "i", of_guard, "kicked"),
+        "LOAD_AT_S": [*polynomial("k", "value"), *polynomial("l", "slope"), *loaded("z", "N", "i", of_guard, "noise"),
+                      f"z_all = z{ns}"],
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = SUM[ d{{c}}_{j} * y{{c}} ; f_{j} ]" for j in range(MANY)],
         "GUARD_AT": horner("g", "s", "value", "slope"), "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
             *(f"p_{j} = SUM[ a{i}_{{c}}_{j} * y{{c}} ; c{i}_{j} ]" for j in range(MANY)), *horner("p", "s", f"x{i}", f"x{n + i}"))],
+        "KICKED": [line for i in positions for line in horner(f"b{i}", "rest", f"v{i}", f"v{n + i}")],
+        "BOUNCE": ["bounce(W, full, g, numbers, o, grid, t)"],
         "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")), "m{k} = m{k} - v{k}",
                  *(line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")),
                  *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], [f'm{c}' for c in states])})"
                    for i in states)],
-        "VALUE_AT": [*horner("k", "s", "value"), "value = SUM[ g{c} * m{c} ; value ]"],
-        "RISE_AT": [*horner("l", "s", "rise"), "rise = SUM[ s{c} * m{c} ; rise ]"],
+        "FORCED_VALUE": horner("k", "s", "value"), "FORCED_RISE": horner("l", "s", "rise"),
         **words,
     }
 
@@ -187,6 +185,7 @@ def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> l
     return [*lines, f"{value} = {value} * {at} + {name}_0"]
 
 
+_WORD = re.compile(r"^([A-Z0-9_]+):\n(.*?)(?=^[A-Z0-9_]+:$|\Z)", re.MULTILINE | re.DOTALL)
 _SUM = re.compile(r"SUM\[ (.*?) ; (.*?) \]")
 FUSED = '''from bifurc._jit import _with_twin
 
@@ -195,7 +194,37 @@ def fused(function):
     """Compile with products and sums fused: bounds are far above rounding."""
     return _with_twin(function, fastmath={"contract"})
 '''
-_ROOT = '''inner0, inner1 = left + rise0, right - rise1
+# words that stand for lines
+_WORDS = '''GUARD_OVER:
+left = SUM[ g{c} * y{c} ; p ]
+right = SUM[ g{c} * x{c} ; n ]
+RISE0
+RISE1
+BOUND
+LARGEST:
+GUARD_OVER
+largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
+RISE0:
+rise0 = SUM[ s{c} * y{c} ; slope0 ]
+RISE1:
+rise1 = SUM[ s{c} * x{c} ; slope1 ]
+BOUND:
+bound = SUM[ r{c} * abs(y{c}) ; r_all ]
+VALUES_AT_S:
+FORCED_VALUE
+value = SUM[ g{c} * m{c} ; value ]
+FORCED_RISE
+rise = SUM[ s{c} * m{c} ; rise ]
+y{k} = W[AT_BY + {k} * AT_CAP + l]
+BOUND
+noise = SUM[ z{c} * abs(y{c}) ; z_all ]
+later = (rest_of * rest_of) * (rest_of * rest_of) * bound
+LOAD_EVENT:
+g{k} = N[i + AT_ON_VALUE + {k}]
+added{k} = N[i + AT_ON_ADDED + {k}]
+constant = N[i + AT_ON_CONSTANT]
+ROOT:
+inner0, inner1 = left + rise0, right - rise1
 SUM_GUARD
 bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
 d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
@@ -218,40 +247,43 @@ falling = (rise0 < -steep) & (middle < -steep) & (rise1 < -steep)
 found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(step) <= AT_CONVERGED * h)
          & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
 none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
-'''
-_JUDGE = '''apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
-leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
-sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
-W[AT_FATE + l] = min(W[AT_FATE + l], sign)
+REBOUND:
+KICKED
+x{k} = x{k} + v{k} * speed
+right = SUM[ g{c} * x{c} ; n ]
+RISE1
+rest_of = rest * per
+later = AT_ALLOW * rest_of**4 * (bound + reach * abs(speed))
+stays = (right < 0.0) & (right - rest_of * rise1 + later < 0.0)
 '''
 _AFFINE = '''@fused
-def screen(m, full, guards, old, new, top, N, o, F, t):
-    """Carry the starts of a mode over a substep; write the largest value that each guard may take, and that of all of them."""
+def first(W, full, old, new, N, o, F, t):
+    """Carry rows of states over a substep, and `look` at the first guard, or at what stands in place of it."""
+    i, j = o + AT_GUARDS, t + AT_FORCED
     LOAD_FLOW
+    LOAD_GUARD
     for l in range(full):
         y{k} = old[{k} * AT_CAP + l]
         x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
         new[{k} * AT_CAP + l] = x{k}
-        top[AT_MOST + l] = -np.inf
-    for g in range(guards):
-        i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-        LOAD_GUARD
-        u, most = top[g * AT_CAP:(g + 1) * AT_CAP], top[AT_MOST:]
-        for l in range(full):
-            y{k} = old[{k} * AT_CAP + l]
-            x{k} = new[{k} * AT_CAP + l]
-            GUARD_OVER
-            largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
-            u[l], most[l] = largest, max(most[l], largest)
+        LARGEST
+        W[AT_TOPS + l] = W[AT_MOST + l] = largest
+
+
+@njit
+def screen(W, m, full, guards, old, new, N, o, F, t):
+    """Carry the list of a mode over a substep; write the largest values that its guards may take."""
+    first(W, full, old, new, N, o, F, t)
+    for g in range(1, guards):
+        look(W, full, g, old, new, N, o, F, t)
 
 
 @fused
 def roots(W, m, full, g, N, o, F, t):
-    """Find the zero of guard ``g`` and the state there; verdict 1: found, 0: proved that there is none, -1: unclear."""
+    """Find the zero of guard ``g``; verdict 1: found, 0: proved that there is none, -1: unclear."""
     h = N[o]
     i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     LOAD_FLOW
-    LOAD_PLACE
     LOAD_GUARD
     LOAD_SERIES
     for l in range(full):
@@ -259,10 +291,27 @@ def roots(W, m, full, g, N, o, F, t):
         x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
         GUARD_OVER
         ROOT
-        STATE_AT
         W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
         W[AT_S + l], W[AT_SPEED + l] = s, speed
-        W[AT_YS + {k} * AT_CAP + l] = x{k}
+
+
+@fused
+def bounce(W, full, g, N, o, F, t):
+    """Take starts that guard ``g`` throws back to the end of the substep in their mode; fate 1: proved to stay inside of it."""
+    h = N[o]
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    per, reach = 1.0 / h, N[i + AT_ON_REACH + g]
+    LOAD_FLOW
+    LOAD_GUARD
+    LOAD_KICKED
+    for l in range(full):
+        y{k} = W[AT_EY + {k} * AT_CAP + l]
+        speed, rest = W[AT_SPEED + l], h - W[AT_S + l]
+        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+        BOUND
+        REBOUND
+        W[AT_LE + {k} * AT_CAP + l] = x{k}
+        W[AT_FATE + l] = 1.0 if stays else 0.0
 
 
 @fused
@@ -280,32 +329,6 @@ def back(W, full, N, o, F, t):
         W[AT_FATE + l] = 1.0
 
 
-@fused
-def admit(W, full, g, N, o, F, t):
-    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
-    per = 1.0 / N[o]
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    LOAD_GUARD
-    LOAD_NOISE
-    LOAD_AT_S
-    for l in range(full):
-        s = W[AT_LS + l]
-        y{k} = W[AT_BY + {k} * AT_CAP + l]
-        x{k} = W[AT_LE + {k} * AT_CAP + l]
-        m{k} = W[AT_LY + {k} * AT_CAP + l]
-        VALUE_AT
-        RISE_AT
-        BOUND
-        NOISE
-        right = SUM[ g{c} * x{c} ; n ]
-        RISE1
-        rest_of = 1.0 - s * per
-        short = rest_of * rest_of
-        later = short * short * bound
-        inner, outer = rise * rest_of, right - rest_of * rise1
-        JUDGE
-
-
 @njit
 def onward(W, m, full, guards, N, o, F, t):
     """Take states at s to the end of the substep in mode ``m``; write their fate, see `admit`."""
@@ -315,7 +338,44 @@ def onward(W, m, full, guards, N, o, F, t):
 
 
 '''
-LISTS = '''@njit
+LISTS = '''from bifurc.ensemble.batch.deferred import DONE, substep, workspace
+
+
+@fused
+def look(W, full, g, old, new, N, o, F, t):
+    """Write the largest value that guard ``g`` may take over a substep, and that of all guards so far."""
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
+    LOAD_GUARD
+    for l in range(full):
+        y{k} = old[{k} * AT_CAP + l]
+        x{k} = new[{k} * AT_CAP + l]
+        LARGEST
+        top[l], W[AT_MOST + l] = largest, max(W[AT_MOST + l], largest)
+
+
+@fused
+def admit(W, full, g, N, o, F, t):
+    """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
+    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    per = 1.0 / N[o]
+    LOAD_GUARD
+    LOAD_AT_S
+    for l in range(full):
+        s, rest_of = W[AT_LS + l], 1.0 - per * W[AT_LS + l]
+        x{k} = W[AT_LE + {k} * AT_CAP + l]
+        m{k} = W[AT_LY + {k} * AT_CAP + l]
+        VALUES_AT_S
+        right = SUM[ g{c} * x{c} ; n ]
+        RISE1
+        inner, outer = rise * rest_of, right - rest_of * rise1
+        apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
+        leaves = (abs(value) <= noise) & (inner <= noise) & (outer + AT_ALLOW * later < -noise) & (right < -noise)
+        sign = 1.0 if apart | leaves else (-1.0 if value > noise else 0.0)
+        W[AT_FATE + l] = min(W[AT_FATE + l], sign)
+
+
+@njit
 def fill(W, first, rows, count):
     """Repeat the last entry of lists one after the other to a whole number of vectors."""
     for r in range(rows):
@@ -327,19 +387,19 @@ def fill(W, first, rows, count):
 @njit
 def retake(W, index, c, l, place, m, k, start, given, limit, spare):
     """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
-    if W[AT_ASIDE + l] > 0.0 or W[AT_TAKEN + l] == k:
+    if W[AT_FOUND + l] != 0.0 or W[AT_TAKEN + l] == k:
         return c
     y, tally = spare[0], spare[1]
     y[{k}] = W[start + {k} * AT_CAP + place]
-    T, numbers, grid, I = given
+    T, I, numbers, grid = given
     status, target = substep(T, k, grid.size // (I.shape[0] * AT_PER_STEP), numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
+    W[AT_EVENTS + l] += tally[0]
+    W[AT_HITS + l] += tally[1]
+    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[2])
     if status != DONE:
-        W[AT_ASIDE + l] = 1.0
+        W[AT_FOUND + l] = -2.0 - status
         return c
-    W[AT_EVENTS + l] += tally[EVENTS]
-    W[AT_HITS + l] += tally[HITS]
-    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[LEAST])
     index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
     W[AT_MY + {k} * AT_CAP + c] = y[{k}]
     return c + 1
@@ -352,7 +412,7 @@ def follow(W, index, c, count, m, k, at, start, after, given, limit, spare):
     ``at`` is the place of the event in the integers of mode ``m``, ``start`` and ``after`` those of the mode's list before and
     after the substep, ``c`` how many starts wait already.  A start that stays in its mode stays in its place.
     """
-    _, numbers, grid, I = given
+    _, I, numbers, grid = given
     steps = grid.size // (I.shape[0] * AT_PER_STEP)
     for j in range(I[m, at + 2]):
         if count == 0:
@@ -390,71 +450,98 @@ def follow(W, index, c, count, m, k, at, start, after, given, limit, spare):
     return c
 
 
+@fused
+def arrive(W, full, g, what, N, o, F, t):
+    """Take starts to s, where they meet guard ``g``, and let the event act on them."""
+    i = o + AT_GUARDS + g * AT_OF_GUARD
+    LOAD_PLACE
+    LOAD_EVENT
+    kicks, stops = 1.0 if what == AT_KICKS else 0.0, -1.0 if what == AT_STOPS else 0.0
+    for l in range(full):
+        y{k} = W[AT_LY + {k} * AT_CAP + l]
+        s = W[AT_LS + l]
+        STATE_AT
+        amount = SUM[ g{c} * x{c} ; constant ]
+        amount = kicks * W[AT_LSPEED + l] + stops * amount  # of what the event adds
+        W[AT_LY + {k} * AT_CAP + l] = x{k} + amount * added{k}
+
+
 @njit
 def meet(W, index, c, near, m, k, g, now, given, limit, spare):
     """Take those of the ``near`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait."""
-    _, numbers, grid, I = given
+    _, I, numbers, grid = given
     steps, guards, ids = grid.size // (I.shape[0] * AT_PER_STEP), I[m, 0], AT_IDS + m * AT_CAP
     start = AT_LISTS + (2 * m + now) * AT_STATE
     after = AT_LISTS + (2 * m + 1 - now) * AT_STATE
-    top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
     for i in range(near):
         l = index[AT_NEAR + i]
         index[count] = l
-        count += top[l] >= 0.0
+        count += W[AT_TOPS + g * AT_CAP + l] >= 0.0
     if count == 0:
         return c
     for e in range(count):
-        l = index[e]
-        W[AT_EY + {k} * AT_CAP + e] = W[start + {k} * AT_CAP + l]
-        busy = 0.0
-        for other in range(guards):
-            if other != g and W[AT_TOPS + other * AT_CAP + l] >= 0.0:
-                busy = 1.0
-        W[AT_BUSY + e] = busy
+        W[AT_EY + {k} * AT_CAP + e] = W[start + {k} * AT_CAP + index[e]]
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
-    o = m * AT_PER_MODE
-    roots(W, m, (count + 7) // 8 * 8, g, numbers, o, grid, (m * steps + k) * AT_PER_STEP)
-    at, i = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD
-    what = I[m, at]
+    full, o, t = (count + 7) // 8 * 8, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
+    roots(W, m, full, g, numbers, o, grid, t)
+    at, reach = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD + AT_ON_REACH
+    what, hit = I[m, at], I[m, at + 1]
+    stays = what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m
+    if stays:
+        BOUNCE
     todo = 0
     for e in range(count):
         if W[AT_VERDICT + e] == 0.0:
             continue
-        place = index[e]
+        place, speed = index[e], W[AT_SPEED + e]
         l = index[ids + place]
-        if W[AT_VERDICT + e] < 0.0 or W[AT_BUSY + e] > 0.0 or what == AT_UNKNOWN:
+        clear, bounces = W[AT_VERDICT + e] > 0.0 and what != AT_UNKNOWN, stays and W[AT_FATE + e] > 0.0
+        for other in range(guards):
+            if other != g:
+                most = W[AT_TOPS + other * AT_CAP + place]
+                clear, bounces = clear and most < 0.0, bounces and most + speed * numbers[reach + other] < 0.0
+        if not clear:
             c = retake(W, index, c, l, place, m, k, start, given, limit, spare)
-            continue
-        speed = W[AT_SPEED + e]
-        amount = speed if what == AT_KICKS else 0.0  # of what the event adds
-        if what == AT_STOPS:
-            amount = -numbers[i + AT_CONSTANT]
-            amount -= numbers[i + {k}] * W[AT_YS + {k} * AT_CAP + e]
-        W[AT_LY + {k} * AT_CAP + todo] = W[AT_YS + {k} * AT_CAP + e] + amount * numbers[i + AT_ADDED + {k}]
-        W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
-        index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
-        todo += 1
+        elif bounces:
+            W[AT_EVENTS + l] += 1.0
+            W[AT_HITS + l] += hit
+            W[AT_LEAST + l] = min(W[AT_LEAST + l], speed)
+            W[after + {k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
+        else:
+            W[AT_LY + {k} * AT_CAP + todo] = W[AT_EY + {k} * AT_CAP + e]
+            W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
+            index[AT_TODO + todo], index[AT_PLACE + todo] = l, place
+            todo += 1
+    if todo == 0:
+        return c
+    fill(W, AT_LY, AT_STATE // AT_CAP, todo)
+    fill(W, AT_LS, 2, todo)
+    arrive(W, (todo + 7) // 8 * 8, g, what, numbers, o, grid, t)
     return follow(W, index, c, todo, m, k, at, start, after, given, limit, spare)
 
 
 @njit
-def period_step(W, index, count, T, numbers, grid, I, modes, limit):
-    """Carry the first ``count`` starts of ``W`` over a forcing period; write the ``modes`` of those that are not deferred."""
-    many, spare = I.shape[0], scratch()
-    steps, counts, given = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP, (T, numbers, grid, I)
-    for m in range(many):
-        index[counts + m] = 0
+def period_step(W, index, count, given, modes, limit, spare):
+    """Carry the first ``count`` starts of ``W`` over a forcing period, and ``modes`` with them; write what the driver reads."""
+    _, I, numbers, grid = given
+    many = I.shape[0]
+    steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
+    present = 0
     for l in range(count):
-        W[AT_HITS + l], W[AT_LEAST + l], W[AT_ASIDE + l], W[AT_EVENTS + l] = 0.0, np.inf, 0.0, 0.0
         W[AT_TAKEN + l] = -1.0
-        m = modes[l]
-        n, start = index[counts + m], AT_LISTS + 2 * m * AT_STATE
-        W[start + {k} * AT_CAP + n] = W[{k} * AT_SIZE + l]
-        index[AT_IDS + m * AT_CAP + n] = l
-        index[counts + m] += 1
-    now, top = 0, W[AT_TOPS:AT_LISTS]
+        present |= 1 << modes[l]
+    for m in range(many):
+        n = 0
+        if present >> m & 1:
+            ids, start = AT_IDS + m * AT_CAP, AT_LISTS + 2 * m * AT_STATE
+            for l in range(count):
+                index[ids + n] = l
+                n += modes[l] == m
+            for i in range(n):
+                W[start + {k} * AT_CAP + i] = W[{k} * AT_SIZE + index[ids + i]]
+        index[counts + m] = n
+    now = 0
     for k in range(steps):
         c = 0
         for m in range(many):
@@ -462,12 +549,12 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
             if n == 0:
                 continue
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
-            screen(m, (n + 7) // 8 * 8, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], top, numbers, m * AT_PER_MODE, grid,
-                   (m * steps + k) * AT_PER_STEP)
+            full, o, t = (n + 7) // 8 * 8, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
+            screen(W, m, full, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], numbers, o, grid, t)
             near = 0
             for l in range(n):
                 index[AT_NEAR + near] = l
-                near += top[AT_MOST + l] >= 0.0
+                near += W[AT_MOST + l] >= 0.0
             if near == 0:
                 continue
             begun = c
@@ -497,11 +584,6 @@ def period_step(W, index, count, T, numbers, grid, I, modes, limit):
         a = AT_LISTS + (2 * m + now) * AT_STATE
         for i in range(index[counts + m]):
             l = index[AT_IDS + m * AT_CAP + i]
-            near = True
-            near = near and abs(W[a + {k} * AT_CAP + i]) < AT_FAR
-            if W[AT_ASIDE + l] == 0.0 and near and W[AT_EVENTS + l] <= limit:
-                W[{k} * AT_SIZE + l] = W[a + {k} * AT_CAP + i]
-                modes[l] = m
-            else:
-                W[AT_ASIDE + l] = 1.0
+            W[{k} * AT_SIZE + l] = W[a + {k} * AT_CAP + i]
+            modes[l] = m
 '''

@@ -16,10 +16,9 @@ from . import tables as plan
 from .packing import MOST_HARMONICS, Numbers
 from .runge_kutta import Method, nystrom
 from .several_modes import spaces
-from .stages import Acts, Kind, Step, mode_numbers, pattern_of, seen, stage_loads, stage_times
-from .writing import DEFERRED, SIZE, written
+from .stages import Acts, Kind, pattern_of, seen
+from .writing import SIZE, written
 
-BLOCK = 64  # starts are taken in whole blocks: the same vector code for each of them
 MOST_STEPS = 20000  # of a period
 MOST_MASSES, MOST_MODES, MOST_GUARDS = 2, 16, 4
 COARSE = 12  # steps tried first
@@ -57,22 +56,14 @@ def kind_of(scene: Scene, method: Method = Method.RK8) -> Kind | None:
 
 def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
     """Return what the kernels read; ``steps`` a period."""
-    h = 2.0 * np.pi / float(T.flat[0]) / steps
-    if kind.guards:
-        numbers, grid = law_modes.step_numbers(T, kind, steps, h)
-        return Numbers(T, plan.plan_of(T, kind.guards), numbers, grid)
-    found, loads = mode_numbers(T, kind, 0, h)
-    grid = stage_loads(T, loads, stage_times(kind, steps)).reshape(steps, -1)
-    return Numbers(T, np.zeros((1, 1), np.int64),
-                   np.append(found.view(float), Step(kind, kind.acts[0], given=True).coefficients(h)), grid)
+    return Numbers(T, plan.plan_of(T, kind.guards), *law_modes.step_numbers(T, kind, steps))
 
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    if kind.guards:
-        return written(law_modes.modes_text(kind, SIZE), 2 * kind.n, kind.guards, kind.forcings, DEFERRED,
-                       spaces(law_modes.rows_of(kind, SIZE)), laws=True)
-    return written(step_text(kind), 2 * kind.n, 1, kind.forcings, None)
+    if not kind.guards:
+        return written(law_modes.smooth_text(kind, SIZE), 2 * kind.n, (0, 0, 0, 0), laws=True)
+    return written(law_modes.modes_text(kind, SIZE), 2 * kind.n, spaces(law_modes.rows_of(kind, SIZE)), laws=True)
 
 
 def images(scene: Scene, kind: Kind, steps: int, X: np.ndarray, periods: int = 1) -> np.ndarray:
@@ -132,35 +123,3 @@ def steps_for(scene: Scene, kind: Kind, wish: float = WISH) -> tuple[int, float]
     scale = region(scene, kind)
     starts = np.random.default_rng(1).uniform(-1.0, 1.0, (SAMPLE, scale.size)) * scale
     return measured(scene, kind, starts, scale, wish)
-
-
-def step_text(kind: Kind) -> str:
-    """Return the source of the laws and of ``period_step`` for one mode without guards."""
-    step, ns = Step(kind, kind.acts[0], given=True), 2 * kind.n
-    loads = [f"        g{i}_{c} = grid[k, {i * kind.loads + c}]" for i in range(len(step.method.c)) for c in range(kind.loads)]
-    lines = [f"{', '.join(f'y{c}' for c in range(ns))} = {', '.join(f'W[{c * SIZE} + l]' for c in range(ns))}", *step.body,
-             *(f"W[{c * SIZE} + l] = z{c}" for c in range(ns))]
-    return f'''from bifurc._jit import _compiled
-
-
-{kind.laws}
-
-def period_step(W, index, count, P, N, grid, I, modes, limit):
-    """Take starts over a forcing period by Runge-Kutta steps."""
-    HITS, LEAST, ASIDE = {2 * ns * SIZE}, {(2 * ns + 1) * SIZE}, {(2 * ns + 2) * SIZE}
-    o, h = 0, N[0]
-{chr(10).join(f"    {line}" for line in step.head + step.products)}
-    for l in range(count):
-        W[HITS + l] = 0.0
-        W[LEAST + l] = np.inf
-        W[ASIDE + l] = 0.0
-    full = (count + {BLOCK - 1}) // {BLOCK} * {BLOCK}
-    for k in range(grid.shape[0]):
-{chr(10).join(loads)}
-        for l in range(full):
-{chr(10).join(f"            {line}" for line in lines)}
-
-
-# Products and sums are fused here: no sign is tested between the ends of a period.
-period_step = _compiled(period_step, fastmath={{"contract"}})
-'''

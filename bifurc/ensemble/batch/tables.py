@@ -16,6 +16,7 @@ def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarr
     modes, ns, n = len(T.n_guards), T.A.shape[1], T.LP.shape[2]
     mode, substep = records(n, most)
     numbers, grid = np.zeros(modes, mode), np.zeros((modes, steps), substep)
+    grid["guards"]["ends"][..., 0] = -1.0  # a place without a guard
     h, angles, phases = 2.0 * np.pi / float(T.flat[0]) / steps, 2.0 * np.pi * np.arange(steps + 1) / steps, np.ones((steps + 1, 1))
     for k in T.harmonics:
         phases = np.column_stack((phases, np.cos(k * angles), np.sin(k * angles)))
@@ -32,9 +33,12 @@ def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarr
             value, slope, series = T.G[m, g], whole[:, 1] * (h / 3.0), economised(whole, h)
             rates = np.pad(whole[:, 1:] * np.arange(1, ORDER + 1), ((0, 0), (0, 1))) * (h / 3.0)
             guard["value"], guard["slope"], guard["constant"], guard["added"] = value[:ns], slope[:ns], value[ns], added(T, m, g)
-            for name, size in (("bound", fourth(whole, h)), ("noise", NOISE * (np.abs(whole) @ powers))):
+            bound = fourth(whole, h)
+            for name, size in (("bound", bound), ("noise", NOISE * (np.abs(whole) @ powers))):
                 guard[name] = (*size[:ns], size[ns:].sum())  # forcing counts with its amplitude
-            guard["series"] = series[:ns]
+            guard["series"], guard["kicked"] = series[:ns], np.tensordot(guard["added"], own["place"], (0, 1))
+            guard["reach"][:T.n_guards[m]] = np.abs(np.tensordot(guard["added"], T.GT[m, :T.n_guards[m], :ns], (0, 1))) @ powers
+            guard["reach"][g] = np.abs(guard["added"]) @ bound[:ns]
             on_grid["ends"] = np.stack([phase @ np.stack((value, slope))[:, ns:].T for phase in (before, after)], axis=1)
             on_grid["series"] = before @ series[ns:]
             for name, along, row in (("value", whole, value), ("slope", rates, slope)):

@@ -14,54 +14,36 @@ from ...compose.written import load, source
 
 SIZE = 512  # side by side: their rows fill most of a first-level cache
 DRIVER, CERTIFIED, DEFERRED, BLANK = (f"bifurc.ensemble.batch.{name}" for name in ("driver", "certified", "deferred", "blank"))
-SCALAR = "bifurc.ensemble.scalar"
 
 
 @cache
-def written(step: str, states: int, guards: int, forcings: int, behind: str | None, spaces: tuple[int, ...] = (0, 0, 0, 0),
-            laws: bool = False):
+def written(step: str, states: int, spaces: tuple[int, ...], behind: str = "", forcings: int = 0, laws: bool = False):
     """Return the module around a batch step, imported; its kernels are cached on disk like those of the package.
 
     Parameters
     ----------
     step : str
         Source of ``period_step``, and of what it calls.
-    states, guards, forcings : int
-        Literal numbers, see `bifurc.ensemble.batch.blank`.
-    behind : str or None
-        Full name of the template of ``period``, which takes starts that are deferred; None: they are lost.
+    states, forcings : int
+        States of a start, and forcing states.
     spaces : tuple of int
         Scratch of the step, see `bifurc.ensemble.batch.blank`.
+    behind : str
+        Full name of a template that the step calls.
     laws : bool
-        Whether the scalar integrator that takes what is deferred is that of modes under laws.
+        Whether what is deferred moves under laws.
     """
-    templates = (DRIVER,) if behind is None else (behind, DRIVER)
-    parts = [f"SIZE = {SIZE}\nNS = {states}\nGUARDS = {guards}\nFORCINGS = {forcings}\n"
-             f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n",
-             _NO_PERIOD if behind is None else _body(behind), step, _body(DRIVER)]
-    text = "\n\n".join(["\n".join((f'"""Batch of one kind of scene, written by {__name__}."""', *_imports(*templates))), *parts])
+    templates = (behind, DRIVER) if behind else (DRIVER,)
+    head = (f"SIZE = {SIZE}\nNS, NX = {states}, {states + forcings}\n"
+            f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n")
+    text = "\n\n".join(["\n".join((f'"""Batch of one kind of scene, written by {__name__}."""', *_imports(*templates))), head,
+                        *map(_body, templates[:-1]), step, _body(DRIVER)])
     if laws:
-        text = text.replace(f"from {SCALAR} import", f"from {twin(SCALAR, LAWS).__name__} import")
-    whole = "\n".join((numba.__version__, sys.version, closure_hash(*templates), text))
+        text = text.replace(f"from {DEFERRED} import", f"from {twin(DEFERRED, LAWS).__name__} import")
+    whole = "\n".join((numba.__version__, sys.version, closure_hash(DEFERRED, *templates), text))
     key = hashlib.sha256(whole.encode()).hexdigest()[:20]
     name = f"bifurc_written_batch_{key}"
     return load(name, pathlib.Path(cache_folder()) / "written" / f"batch_{key}.py", text)
-
-
-_NO_PERIOD = '''ASIDE, EVENTS, HITS, LEAST = 100, 0, 1, 2
-
-
-@njit
-def scratch():
-    """Return room for a state and a tally."""
-    return np.zeros(NS), np.zeros(3)
-
-
-@njit
-def period(given, m, room, limit):
-    """Give a start up: there is nothing behind the batch step."""
-    return LOST, m
-'''
 
 
 def _body(name: str) -> str:
@@ -79,6 +61,6 @@ def _imports(*names: str) -> list[str]:
             match = re.match(r"from (\.+\S*) (.*)", line)
             if match:
                 line = f"from {importlib.util.resolve_name(match[1], name.rpartition('.')[0])} {match[2]}"
-            if not line.startswith(tuple(f"from {made} " for made in (BLANK, CERTIFIED, DEFERRED))):
+            if not line.startswith(f"from {BLANK} "):
                 found[line] = None
     return list(found)
