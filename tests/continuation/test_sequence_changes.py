@@ -182,8 +182,8 @@ def test_where_both_slips_fall_to_nothing_the_branch_goes_on_with_rest():
 
 @pytest.mark.parametrize("amplitude", [1.0408, 1.04087, 1.041])
 def test_two_slips_that_begin_where_rounding_solves_the_equations(amplitude):
-    """Any durations of two slips born at one instant solve the equations to rounding while they are short: no direction is told
-    there, and the branch begins beside, from wherever it is traced."""
+    """All durations of two slips born at one instant solve the equations to rounding as long as they are short: no direction is
+    told there, and the branch begins beside, from wherever it is traced."""
     system = two_masses(amplitude, 0.586, 1.07, 0.619, 0.234, 0.124, 0.273)
     branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.95, 1.15))
     assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
