@@ -462,13 +462,8 @@ def _from(problem, point, signature, x, through, beside=False):
 def along(problem, x, tangent, step):
     """Return the corrected point a length from ``x`` (n + 1,) along ``tangent``, `on_path` of ``step``; None where there is none.
 
-<<<<<<< HEAD
-    Where the equations lose another rank all that is near solves them to rounding, and Newton may end anywhere: where it
-    wanders, or goes so far, it has not ended on the way.
-=======
     Where the equations lose another rank all that is near solves them to rounding, and Newton may end anywhere: where it wanders,
     or goes so far, it has not ended on the way.
->>>>>>> steps2
     """
     length = on_path(problem, x, tangent, step)
     c = problem.correct(x + length * problem.scale * tangent, tangent)
