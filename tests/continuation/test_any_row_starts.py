@@ -88,3 +88,21 @@ def test_a_doubled_branch_starts_where_it_merges(damping, omega, amplitude, gaps
         assert np.allclose(sorted(end.p for end in again.ends), sorted(end.p for end in branch.ends), rtol=0.0, atol=1e-12)
         assert sorted(str(p.kind) for p in again.special_points) == sorted(str(p.kind) for p in branch.special_points)
         assert again.audit.ok and all(orbit.success for orbit in again.orbits)
+
+
+def test_flights_of_a_chattering_do_not_turn_round():
+    """A flight has the other root, too, from which it came; towards restitution 0 the last ones of a train are so short that
+    Newton may end there: a solution that is no motion."""
+    system, name = rubbing(0.0343, 0.448, 0.209, 0.149, 0.0707), "rigid_stop.restitution"
+    branch = bf.trace(bf.find_orbit(system), name, bounds=(0.0, 0.399))
+    row = next(row for row in branch.rows() if 1.6e-5 < row.p < 1e-3 and row.part.problem.signature.endswith("impact... / 1 T"))
+    problem, size = row.part.problem, 1 + system.n * 2
+    turned = row.x.copy()
+    turned[-1 - size] = 2.0 * row.x[-1 - 2 * size] - row.x[-1 - size]
+    turned[-2] = -row.x[-2]
+    c = problem.correct(turned, row.tangent)
+    assert not c.converged or np.all(np.diff(c.x[:-1:size]) > 0.0)
+    for k in (-1, int(np.argmin(abs(branch.column(name) - 0.347)))):
+        again = bf.trace(branch.orbits[k], name, bounds=(0.0, 0.399))
+        assert again.audit.ok and all(orbit.success for orbit in again.orbits)
+        assert alike(told(again, 1e-3, 0.39), told(branch, 1e-3, 0.39))

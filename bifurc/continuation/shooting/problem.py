@@ -188,6 +188,9 @@ class OrbitProblem(Problem):
             # an orbit run through twice solves the same equations, and is met at the end of a doubled branch alone
             return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
                              -math.inf, NO_MONITORS)
+        if self._chatters and self._backwards(U):
+            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
+                             -math.inf, NO_MONITORS)
         moved = (U - x) / self.scale
         sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
         values = self._values(U, told)
@@ -298,6 +301,13 @@ class OrbitProblem(Problem):
     def _apart(self, x) -> float:
         """How much the two halves of a doubled orbit differ at ``x`` (n + 1,), scaled."""
         return float(np.linalg.norm(branching.half_difference(self.sequence, x, self.scale)))
+
+    def _backwards(self, x) -> bool:
+        """Whether flights of a complete chattering are of negative duration at ``x`` (n + 1,): a flight has the other root, too,
+        from which it came, and towards restitution 0 the two are near each other."""
+        s, unknowns = self.sequence.written_out(x[:-1])
+        flights = np.diff(unknowns[::len(unknowns) // len(s.nodes)])
+        return bool((flights[s.nodes[:-1, CLOSES] == 2] < -TOUCH).any())
 
     def _closure(self, x) -> float:
         """How much too early the impacts of a complete chattering end in closed form, or how many are listed too many: at most 0,
