@@ -113,8 +113,8 @@ class Linearization:
     @property
     def jumping(self) -> list[Kick]:
         """Events at which a coordinate that is fed back jumps."""
-        size = max((float(np.abs(kick.jump).max()) for kick in self.kicks), default=0.0)
-        return [kick for kick in self.kicks if np.abs(kick.jump).max() > JUMPS * size] if size > 0.0 else []
+        sizes = np.abs(self.rows) @ self.orbit.weights
+        return [kick for kick in self.kicks if (np.abs(kick.jump) > JUMPS * sizes).any()]
 
     def transition(self, kappa: np.ndarray) -> np.ndarray:
         """Return the matrices (k, ns, ns) over the period for p = kappa s, one a value of ``kappa`` (k,), complex."""

@@ -10,10 +10,12 @@ from tests.reference.coulomb import SlipOnly, interior_limit
 STICK = [(1.0, 0.1), (0.5, 0.1), (0.6, 0.05), (0.8, 0.0), (0.8, 0.1), (1.0, 0.01), (1.2, 0.1), (2.0, 0.1)]
 
 
-def traced(parameter, bounds, guess=(0.0, 0.0), **parameters):
+def traced(parameter, bounds, guess=(0.0, 0.0), touching=(), **parameters):
     orbit = bf.find_orbit(bf.systems.dry_friction_oscillator(**parameters), guess)
     branch = bf.trace(orbit, parameter, bounds=bounds)
-    assert branch.audit.ok, branch.audit
+    assert branch.audit.ok or touching, branch.audit
+    assert not (branch.audit.violations or branch.audit.resimulated.not_repeated or branch.audit.resimulated.unexplained)
+    assert [kind for kind, *_ in branch.audit.unresolved] == list(touching)
     assert sorted(branch.column(parameter)[[0, -1]]) == pytest.approx(sorted(bounds), abs=0)
     return branch
 
@@ -22,7 +24,9 @@ def traced(parameter, bounds, guess=(0.0, 0.0), **parameters):
 @pytest.mark.parametrize("side", [0.9, 1.1], ids=["sticking", "slipping"])
 def test_stick_onset_against_the_closed_form(omega, zeta, side):
     want = SlipOnly(omega, zeta, 100.0).alpha_stick
-    branch = traced("amplitude", (0.8 * float(want), 1.2 * float(want)), omega=omega, zeta=zeta, amplitude=side * float(want))
+    touching = ["fold"] if (omega, zeta) == (0.8, 0.0) else []  # dp/ds falls to nothing there: two folds or none is rounding
+    branch = traced("amplitude", (0.8 * float(want), 1.2 * float(want)), omega=omega, zeta=zeta, amplitude=side * float(want),
+                    touching=touching)
     (point,) = branch.special_points.of("stick_onset")
     assert abs(point.parameter - float(want)) < 1e-12 * float(want)
     assert abs(point.parameter - float(want)) <= point.error + 2e-15 * float(want)

@@ -48,7 +48,7 @@ def kick_of(S, push=0.0, jump=0.0):
 
 
 def linear(*pieces, kept=()):
-    return Linearization(None, pieces, ROW, list(kept))
+    return Linearization(SimpleNamespace(weights=np.array([1.0, 4.0])), pieces, ROW, list(kept))
 
 
 # linear equations of an orbit
@@ -97,6 +97,8 @@ def test_events_at_which_the_coordinate_jumps():
     still, jumps, tiny = kick_of(np.eye(2)), kick_of(np.eye(2), jump=-2.0), kick_of(np.eye(2), jump=1e-12)
     assert linear(*(constant_piece(kick=kick) for kick in (still, jumps, tiny, None))).jumping == [jumps]
     assert linear(constant_piece(kick=still)).jumping == [] and linear().jumping == []
+    rounding = kick_of(np.eye(2), jump=1e-15)  # of a coordinate of size 3: a jump alone does not say that it is one
+    assert linear(constant_piece(kick=rounding)).jumping == []
     section = Piece(np.eye(2), 0.0, 1.0, constant_piece().A, PUSH, True)
     assert linear(section, constant_piece(kick=still)).kicks == [still]
 

@@ -85,15 +85,15 @@ class Crossing:
 
     def correct(self, guess, tangent, fixed=False):
         x = guess.copy()
-        for _ in range(30):
+        for count in range(30):
             fu, fp = self.jacobian(x[:-1], x[-1])
             matrix = np.vstack([np.column_stack([fu, fp]), tangent])
             right = np.append(self.equations(x), tangent @ (x - guess))
-            if abs(np.linalg.det(matrix)) < 1e-14:
+            if abs(np.linalg.det(matrix)) < 1e-14 or np.abs(right).max() < 1e-15:
                 break
             x = x - np.linalg.solve(matrix, right)
         good = np.abs(self.equations(x)).max() < 1e-14
-        return type("Corrected", (), {"x": x, "converged": bool(good), "monitors": ()})()
+        return type("Corrected", (), {"x": x, "converged": bool(good), "iterations": count, "monitors": ()})()
 
 
 def test_directions_of_a_regular_and_of_a_crossing_start():
