@@ -367,7 +367,7 @@ def named(monkeypatch):
 
     def point(system, region, samples, options, known):
         gap = system.parameter("gap")
-        if gap == 4.5:
+        if gap in (0.5, 4.5):
             raise RuntimeError("no motion")
         found = list(known)
         for name, (low, high) in SEEN.items():
@@ -408,6 +408,15 @@ def test_a_value_that_fails_leaves_its_neighbours(named):
     (b, c) = sorted(found.tracks, key=lambda track: track.attractors[0].name)
     assert b.values.tolist() == [3.0, 4.0] and c.values.tolist() == [3.0, 4.0, 5.0]
     assert f"not computed: gap = 4.5: {found.failures[2]}" in found.report() and "1 values failed" in repr(found)
+
+
+@pytest.mark.parametrize("chunk", [1, 2, 5])
+def test_a_value_that_fails_before_the_others_shifts_nothing(named, chunk):
+    found = bf.sweep(STORY, "gap", [0.5, 1.0, 2.0, 3.0, 4.0], {"q0": (-3, 1)}, samples=20, chunk=chunk, workers=1)
+    assert [sorted(item.name for item in row) for row in found.attractors] == [[], ["b"], ["b"], ["b", "c"], ["b", "c"]]
+    for row, counts, value in zip(found.attractors, found.counts, found.values, strict=True):
+        assert list(counts) == [SHARE[item.name] for item in row] and all(item.system.parameter("gap") == value for item in row)
+    assert sorted(track.values.tolist() for track in found.tracks) == [[1.0, 2.0, 3.0, 4.0], [3.0, 4.0]] and found.parents == {}
 
 
 def made(numbers, counts, outside, unresolved, parents):
