@@ -8,11 +8,12 @@ from bifurc.basins.attractors import discovery as looking
 from bifurc.basins.attractors import matching
 from bifurc.basins.attractors.attractors import ChaoticAttractor, targets_of
 from bifurc.basins.boundaries.unstable import Side, both_sides, direction_of
-from bifurc.ensemble.outcomes import REACHED, UNSETTLED
+from bifurc.ensemble.outcomes import REACHED, UNSETTLED, CellState
 from bifurc.ensemble.period_map import MAPPED
 from bifurc.orbits.orbit import PeriodicOrbit
 
 SCALE = np.array([4.0, 0.5])
+LOST = CellState.DIVERGED.code
 
 
 def orbit(*points, periods=None, events=0, success=True, stable=True):
@@ -63,12 +64,12 @@ def world(monkeypatch):
 
 
 def test_an_orbit_is_followed_by_newton_and_where_that_fails_by_its_motion(world):
-    old = Followed([[0.0, 0.0], [1.0, 0.3]])
+    old = Followed([[8.0, -3.0], [1.0, 0.3]])
     near = 0.9 * matching.CLOSE
     for shift, continued in ((near, True), (2.5 * near, False)):
         for k in (0, 1):  # in units of each component; the second section point counts too
-            moved = np.zeros(2)
-            moved[k] = shift * SCALE[k]
+            moved = old.state.copy()
+            moved[k] += shift * SCALE[k]
             world.newton = Followed([[50.0, 50.0], moved])
             found, same = matching.follow(None, old, SCALE)
             assert found is world.newton and same is continued
@@ -76,10 +77,11 @@ def test_an_orbit_is_followed_by_newton_and_where_that_fails_by_its_motion(world
     assert matching.follow(None, old, SCALE) == (world.newton, False)  # of another period
     assert {item[0] for item in world.asked} == {"newton"} and world.asked[-1][1:] == (old, 2)
     for lost in (Followed(old.sections, success=False), Followed(old.sections, stable=False)):
-        world.newton, world.motion, world.asked = lost, Followed([[1.0, 0.3], [0.0, 0.0]]), []
+        lost._points = old.sections + 5.0
+        world.newton, world.motion, world.asked = lost, Followed([[1.0, 0.3], [8.0, -3.0]]), []
         assert matching.follow(None, old, SCALE) == (world.motion, True)
-        assert world.asked[1][0] == "motion" and world.asked[1][1].tolist() == [0.0, 0.0]
-        world.motion = Followed([[9.0, 0.0], [8.0, 0.0]])
+        assert world.asked[1][0] == "motion" and world.asked[1][1].tolist() == [8.0, -3.0]
+        world.motion = Followed([[19.0, 0.0], [28.0, 0.0]])
         assert matching.follow(None, old, SCALE) == (world.motion, False)
         world.motion = None
         assert matching.follow(None, old, SCALE) == (None, False)
@@ -132,9 +134,9 @@ def test_links_up_and_down_are_those_of_the_neighbour_they_lead_to(monkeypatch):
 
 def test_the_parent_of_a_track_is_the_first_that_is_lost_to_it():
     links = matching.Links(range(3), range(3), [["a", "b", "c"], ["d", "c"], ["d"]])
-    links._done = {(0, 0, 1): None, (0, 1, 1): (0, False), (0, 2, 1): (1, True), (1, 0, -1): None, (1, 1, -1): (2, True),
+    links._done = {(0, 0, 1): (0, False), (0, 1, 1): (0, False), (0, 2, 1): (1, True), (1, 0, -1): None, (1, 1, -1): (2, True),
                    (1, 0, 1): (0, True), (1, 1, 1): (0, False), (2, 0, -1): (0, True)}
-    assert links.tracks() == ([[0, 1, 2], [3, 2], [3]], {3: 1})
+    assert links.tracks() == ([[0, 1, 2], [3, 2], [3]], {3: 0})
     fresh = matching.Links(range(2), range(2), [["a"], ["a", "b"]])
     fresh._done = {(0, 0, 1): (0, True), (1, 0, -1): (0, True), (1, 1, -1): None}
     assert fresh.tracks() == ([[0], [0, 1]], {})  # nothing became it
@@ -194,6 +196,9 @@ def test_every_strip_that_holds_a_start_is_found_once(found, rng):
     again = found(strips)
     again.repeat(np.array(looked.seeds))
     assert [item.state.tolist() for item in again.attractors] == [item.state.tolist() for item in looked.attractors]
+    last = found(strips)
+    last.search(np.column_stack([np.r_[np.zeros(10), 4.0, 8.0], np.zeros(12)]))
+    assert [item.state[0] for item in last.attractors] == [0.0, 4.0, 8.0]  # those that are left are looked at, in their order
     given = found(strips, known=[orbit([12.0, 2.0], events=9)])
     given.search(starts)
     assert given.attractors[0].state[0] == 12.0 and len(given.attractors) == 4 and len(given.seeds) == 3
@@ -246,15 +251,17 @@ def test_targets_hold_every_section_point_with_the_radius_of_its_attractor():
 GROWN = np.array([[1.7, 0.5], [0.6, 0.9]])
 
 
-def bent(scale, tear=np.inf):
-    """A saddle with a bend in scaled states, torn where its first component passes ``tear``; more impacts beyond 0.05."""
+def bent(scale, tear=np.inf, end=np.inf):
+    """A saddle with a bend in scaled states, torn where its first component passes ``tear``, where motions from beyond ``end`` are
+    lost; more impacts beyond 0.05."""
     def apply(X, periods=1):
-        u, hits = X / scale, np.zeros(len(X), np.int64)
+        u, hits, lost = X / scale, np.zeros(len(X), np.int64), np.zeros(len(X), bool)
         for _ in range(periods):
+            lost |= u[:, 0] > end
             hits = (np.abs(u[:, 0]) > 0.05).astype(int)
             jump = np.where(u[:, 0] > tear, 0.25, 0.0)
             u = u @ GROWN.T + 0.3 * np.column_stack([np.zeros(len(u)), u[:, 0]**2]) + jump[:, None]
-        return SimpleNamespace(ends=u * scale, outcomes=np.full(len(X), MAPPED), impacts=hits, speeds=np.ones(len(X)))
+        return SimpleNamespace(ends=u * scale, outcomes=np.where(lost, LOST, MAPPED), impacts=hits, speeds=np.ones(len(X)))
     return apply
 
 
@@ -286,6 +293,22 @@ def test_a_set_does_not_depend_on_the_units(scale, tear, strict):
     assert count < finer < 4.5 * count  # no more points than the gap asks for
 
 
+def test_where_motions_end_the_set_is_carried_up_to_the_end():
+    known = []
+    for scale in np.array([[1.0, 1.0], [1024.0, 0.125], [0.0625, 256.0]]):
+        direction, multiplier = direction_of(bent(scale), scale, np.zeros(2), 1)
+        ended = []
+        for side in both_sides(bent(scale, end=0.06), scale, np.zeros(2), direction, multiplier):
+            side.carry(15, 0.02, 3000)
+            ended.append((dict(side.ended), [len(piece) for piece in side.pieces], side.breaks, side.corners))
+            if side.ended:  # the piece before the last ends where the next would be lost
+                top = max((piece / scale)[:, 0].max() for piece in side.pieces)
+                image = bent(np.ones(2))(np.array([[0.06, 0.06 * direction[1] / direction[0]]])).ends[0, 0]
+                assert image - 0.01 < top < image + 0.02
+        known.append(ended)
+    assert known[0] == known[1] == known[2] and any(item[0] for item in known[0])
+
+
 def test_lost_digits_are_told_from_a_jump():
     """Starts 1e-9 apart whose images lie apart: a jump of the last period; starts that are themselves far apart: not."""
     scale = np.array([8.0, 0.25])
@@ -297,5 +320,8 @@ def test_lost_digits_are_told_from_a_jump():
     assert side.jumps(s, np.array([], int), 3) and side.jumps(s, np.array([0, 1]), 1)
     assert not side.jumps(s, np.array([0, 2]), 1)
     assert side.jumps(s, np.array([0]), 2) and not side.jumps(s, np.array([0]), 8)  # grown ten times a period before the last
+    close = np.array([0.0, 0.5e-9 / np.log(10.0)])  # half of a billionth of the scale, which the first start is away
+    assert side.jumps(close, np.array([0]), 1) and not side.jumps(4.0 * close, np.array([0]), 1)
     thin = Side(apply, scale, np.zeros(2), np.array([0.0, 0.25]), 10.0)
+    assert thin.jumps(close, np.array([0]), 1) and not thin.jumps(4.0 * close, np.array([0]), 1)
     assert thin.jumps(s, np.array([0]), 2) and not thin.jumps(s, np.array([0]), 8)

@@ -349,9 +349,9 @@ class Named:
         return self.name
 
 
-ALIVE = {"a": (0.0, 2.0), "b": (1.0, 4.0), "c": (3.0, 5.0)}  # over the parameter; a becomes b, the others become nothing
+ALIVE = {"a": (0.0, 2.0), "b": (1.0, 4.0), "c": (3.0, 5.0), "d": (2.0, 3.0)}  # a becomes b, others nothing
 SEEN = {"a": (0.0, 0.0), "b": (4.0, 4.0), "c": (3.0, 5.0)}  # where the sample hits it
-SHARE = {"a": 5, "b": 3, "c": 2}
+SHARE = {"a": 5, "b": 3, "c": 2, "d": 1}
 
 
 @pytest.fixture
@@ -373,6 +373,8 @@ def named(monkeypatch):
         for name, (low, high) in SEEN.items():
             if low <= gap <= high and name not in {item.name for item in known}:
                 found.append(Named(name, system))
+        if gap == 2.0 and "b" in {item.name for item in known} and len(known) == len(found) and "d" not in {k.name for k in known}:
+            found.append(Named("d", system))  # met when the others are known
         counts = [SHARE[item.name] for item in found]
         return found, {"counts": counts, "outside": 4, "unresolved": samples - 4 - sum(counts), "starts": samples}
     monkeypatch.setitem(records.READERS, "named", Named)
@@ -393,7 +395,7 @@ def test_a_sweep_follows_what_the_sample_misses_and_counts_again(named, chunk, r
     for row, counts in zip(found.attractors, found.counts, strict=True):
         assert list(counts) == [SHARE[item.name] for item in row]
     assert found.unresolved.tolist() == [16 - sum(counts) for counts in found.counts] and (found.outside == 4).all()
-    assert len(found.tracks) == 3
+    assert len(found.tracks) == 4
     for track in found.tracks:
         (name,) = {item.name for item in track.attractors}
         assert sorted(track.values) == [v for v in np.arange(6.0) if ALIVE[name][0] <= v <= ALIVE[name][1]]
@@ -413,10 +415,11 @@ def test_a_value_that_fails_leaves_its_neighbours(named):
 @pytest.mark.parametrize("chunk", [1, 2, 5])
 def test_a_value_that_fails_before_the_others_shifts_nothing(named, chunk):
     found = bf.sweep(STORY, "gap", [0.5, 1.0, 2.0, 3.0, 4.0], {"q0": (-3, 1)}, samples=20, chunk=chunk, workers=1)
-    assert [sorted(item.name for item in row) for row in found.attractors] == [[], ["b"], ["b"], ["b", "c"], ["b", "c"]]
+    assert [sorted(item.name for item in row) for row in found.attractors] == [[], ["b"], ["b", "d"], ["b", "c", "d"], ["b", "c"]]
     for row, counts, value in zip(found.attractors, found.counts, found.values, strict=True):
         assert list(counts) == [SHARE[item.name] for item in row] and all(item.system.parameter("gap") == value for item in row)
-    assert sorted(track.values.tolist() for track in found.tracks) == [[1.0, 2.0, 3.0, 4.0], [3.0, 4.0]] and found.parents == {}
+    assert sorted(track.values.tolist() for track in found.tracks) == [[1.0, 2.0, 3.0, 4.0], [2.0, 3.0], [3.0, 4.0]]
+    assert found.parents == {}
 
 
 def made(numbers, counts, outside, unresolved, parents):
