@@ -309,8 +309,8 @@ def test_a_crossing_is_located_with_both_of_its_directions():
     assert abs(other @ second) == pytest.approx(1.0, abs=1e-6)
     assert abs(other_direction(found.directions, -second) @ first) == pytest.approx(1.0, abs=1e-6)
     pair = Crossing("located", directions=np.array([[0.6, 0.0, -0.8], [0.8, 0.6, 0.0]]))
-    np.testing.assert_array_equal(first_direction(pair), [-0.6, 0.0, 0.8])
-    leading = first_direction(found)
+    np.testing.assert_array_equal(first_direction(pair.directions), [-0.6, 0.0, 0.8])
+    leading = first_direction(found.directions)
     assert leading[-1] == pytest.approx(0.8, abs=1e-6) and abs(leading @ first) == pytest.approx(1.0, abs=1e-6)
 
 
