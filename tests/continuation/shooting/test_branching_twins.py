@@ -319,7 +319,8 @@ def test_a_flip_far_from_the_rows_is_not_between_them(monkeypatch):
     monkeypatch.setattr(branching, "critical", lambda single, x: np.ones(6))
     monkeypatch.setattr(branching, "at_end", lambda problem, row, place: np.zeros(1))
     problem = Doubled(bend=0.0)
-    for low, high, near in ((0.712, 0.716, True), (0.690, 0.702, False), (0.73, 0.735, False), (0.7140, 0.7130, False), (0.7, 0.711, True)):
+    for low, high, near in ((0.712, 0.716, True),
+                            (0.690, 0.702, False), (0.73, 0.735, False), (0.7140, 0.7130, False), (0.7, 0.711, True)):
         found = branching.merging(problem, *rows(problem, np.full((2, 3), 1e-6), low, high), 0.5)
         assert (found is not None) is near
     lost = Doubled()
