@@ -191,6 +191,37 @@ def test_a_guess_is_the_place_on_the_secant():
     assert (special.low, special.high) == (a.s, b.s) and special.error >= 0.8
 
 
+def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
+    part = Part(Line(user(lambda p: p - 0.4)), 0)
+    a, b = row_at(part, 0.2), row_at(part, 1.0)
+    curve = Curve(a, b)
+    c = curve.at(0.25)
+    for error in (1e-6, 1e-3):
+        root = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.0)
+        assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
+        assert detect.parameter_error(part, c, root) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
+        bent = SimpleNamespace(error=error, p_curve=3.0, p_noise=0.0)
+        assert detect.parameter_error(part, c, bent) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
+        assert detect.parameter_error(part, c, bent, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
+        noisy = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.5)
+        assert detect.parameter_error(part, c, noisy, curve) == pytest.approx(0.5 + 0.8 * error)
+    part.problem.uncertainty = lambda x, tangent: 0.25
+    assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * error)
+
+
+@pytest.mark.parametrize("start", [0.35, 0.45, 0.8])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_shallow_dip_is_found_from_afar(start, sign):
+    """(p - .6)^2 (1 + p) - 1e-7, looked for from another place of the step; the same at a height is none."""
+    for depth, seen in ((1e-7, True), (-1e-7, False)):
+        half, row, new = walk(Line(user(lambda p, d=depth: sign * ((p - 0.6)**2 * (1.0 + p) - d))), -0.3, 0.1, 1.1)
+        found = hidden.between(half, row, new, 1, start, sign)
+        assert (found is not None) is seen
+        if seen:
+            assert abs(found.p - 0.6) < 1e-3 and sign * found.tests[1] < 0.0 and found.s == pytest.approx(SPEED * found.p)
+            assert found.ds == pytest.approx(new.s - found.s)
+
+
 def test_a_zero_at_the_first_row_is_listed_once():
     half, row, _ = walk(Line(user(lambda p: p - 0.2, "here"), user(lambda p: p - 0.3, "not here")), 0.2, 0.9)
     (found,) = detect.at_end(half, row)
@@ -319,6 +350,18 @@ def test_what_real_multipliers_explain_depends_on_where_they_pass():
         before = SimpleNamespace(kind=SpecialPointKind.FOLD, s=SPEED * -0.2)  # of another step
         quiet = Part(Line(NS, mu=lambda p: [*pair(0.5), 0.3]), 0)
         assert tori.pair_on_circle(quiet, row_at(quiet, 0.0), row_at(quiet, 1.0), [before]) is None
+
+
+def test_real_multipliers_of_other_places_explain_nothing_here():
+    """A pair passes at .4, before two real ones do, or behind two that did in the step before."""
+    def folds(*places):
+        return [SimpleNamespace(kind=SpecialPointKind.FOLD, s=SPEED * at) for at in places]
+    part = Part(Line(NS, mu=lambda p: [*pair(1.0 + 0.4 * (p - 0.4)), 1.0 + 0.5 * (p - 0.8), 1.0 + 0.5 * (p - 0.9)]), 0)
+    _, root = tori.pair_on_circle(part, row_at(part, 0.0), row_at(part, 1.0), folds(0.8, 0.9))
+    assert root.point.x[-1] == pytest.approx(0.4, abs=1e-9)
+    part = Part(Line(NS, mu=lambda p: [*pair(1.0 + 0.4 * (p - 0.4)), 0.2]), 0)
+    _, root = tori.pair_on_circle(part, row_at(part, 0.0), row_at(part, 1.0), folds(-0.3, -0.1))
+    assert root.point.x[-1] == pytest.approx(0.4, abs=1e-9)
 
 
 # what the ends of a step do not show
