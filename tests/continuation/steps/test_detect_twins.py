@@ -209,13 +209,13 @@ def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
     assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * error)
 
 
-@pytest.mark.parametrize("start", [0.35, 0.45, 0.8])
+@pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_shallow_dip_is_found_from_afar(start, sign):
     """(p - .6)^2 (1 + p) - 1e-7, looked for from another place of the step; the same at a height is none."""
     for depth, seen in ((1e-7, True), (-1e-7, False)):
         half, row, new = walk(Line(user(lambda p, d=depth: sign * ((p - 0.6)**2 * (1.0 + p) - d))), -0.3, 0.1, 1.1)
-        found = hidden.between(half, row, new, 1, start, sign)
+        found = hidden.between(half, row, new, 1, start, sign, told=-depth)  # not what is met there
         assert (found is not None) is seen
         if seen:
             assert abs(found.p - 0.6) < 1e-3 and sign * found.tests[1] < 0.0 and found.s == pytest.approx(SPEED * found.p)
