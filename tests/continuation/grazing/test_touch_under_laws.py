@@ -150,6 +150,8 @@ def test_the_one_maximum_below_a_stop_is_told_by_its_depth():
         assert every_touch(problem, problem.x0) == []
         ((tau, mode, guard, value, y),) = maxima(problem, problem.x0, [])
         assert value * problem.weights[0] == pytest.approx(-2e-3, abs=1e-9) and y == pytest.approx([top, 0.0], abs=1e-8)
+        run = solve_ivp(field, (0.0, 2.0 * np.pi / W * (tau % 1.0)), orbit.state, "DOP853", rtol=1e-10, atol=1e-12)
+        assert run.y[:, -1] == pytest.approx([top, 0.0], abs=1e-7)  # it is there at that time
         assert not list(maxima(problem, problem.x0, [(tau + 1.0, mode, guard)]))  # known, a period later
 
 
