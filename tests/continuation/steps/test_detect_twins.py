@@ -1,0 +1,488 @@
+"""What lies in a step, on a line whose monitors are given functions of the parameter, and on branches in closed form."""
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bifurc.continuation.kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
+from bifurc.continuation.problem import Corrected, Monitor
+from bifurc.continuation.steps import detect, hidden, tori
+from bifurc.continuation.steps.arclength import Half
+from bifurc.continuation.steps.rows import Curve, Part, Row
+from bifurc.continuation.steps.rows import tests_of as values_of
+from tests.continuation.problems import Scalar, parabola, pitchfork, transcritical
+
+USER, GRAZING, SLIDE = SpecialPointKind.USER, SpecialPointKind.GRAZING, SpecialPointKind.STICK_ONSET
+SPEED = math.sqrt(1.0 + 0.25**2)  # arclength a unit of u = p / 2 in scaled unknowns, scale (2, 1)
+
+
+class Line(Scalar):
+    """u = p / 2 with u in 2 and p in 1: (p / 4, p) in scaled unknowns; monitors are functions of p."""
+
+    def __init__(self, *watched, confirms=lambda kind, x: True, leaves=None, mu=None):
+        self.watched = [function for _, function in watched]
+        self.monitors = tuple(monitor for monitor, _ in watched)
+        super().__init__(lambda u, p: u - 0.5 * p, lambda u, p: (1.0, -0.5), 0.0, 0.0, scale_u=2.0, scale_p=1.0)
+        self.confirm, self.mu = confirms, mu
+        self.leaves = (lambda a, b: -1.0) if leaves is None else leaves
+
+    def monitor_values(self, u, p, tangent):
+        return np.array([function(p) for function in self.watched])
+
+    def floquet_multipliers(self, x):
+        return None if self.mu is None else np.asarray(self.mu(float(x[-1])), complex)
+
+
+def row_at(part, p, angle=0.01, ds=0.1):
+    tangent = np.array([0.25, 1.0]) / SPEED
+    c = Corrected(np.array([0.5 * p, p]), tangent, True, CorrectorStatus.CONVERGED, 3, 1e-15, 0.0, 0.0, 1.0, -2.0,
+                  part.problem.monitor_values(None, p, None))
+    return Row(c, part, SPEED * p, angle, values_of(c), ds)
+
+
+def walk(problem, *places, born=-1):
+    """Return a half with rows at all places but the last, and the row there."""
+    part = Part(problem, 0, born)
+    rows = [row_at(part, p) for p in places]
+    half = Half(rows[0], SimpleNamespace(low=-9.0, high=9.0))
+    for row in rows[1:-1]:
+        detect.remember(half, row, half.rows)
+        half.rows.append(row)
+    return half, half.rows[-1], rows[-1]
+
+
+def user(function, name="", **more):
+    return Monitor(USER, name, **more), function
+
+
+def edge(function, kind=GRAZING, name=""):
+    return Monitor(kind, name, boundary=True), function
+
+
+# boundaries
+
+@pytest.mark.parametrize("order", [(0.35, 0.6), (0.6, 0.35), (0.35, 5.0), (5.0, 0.35)])
+def test_a_step_is_cut_at_the_earliest_boundary(order):
+    names = ["first", "second"]
+    half, row, new = walk(Line(*(edge(lambda p, at=at: (p - at) * (1.0 + p), name=name)
+                                 for at, name in zip(order, names, strict=True))), -0.3, 0.1, 0.9)
+    cut, cause = detect.boundary(half, row, new)
+    assert cause is None and cut.test == 1 + order.index(0.35)
+    assert cut.row.p == pytest.approx(0.35, abs=1e-12) and cut.row.s == pytest.approx(SPEED * 0.35, abs=1e-9)
+    assert cut.special.kind is GRAZING and cut.special.name == names[cut.test - 1] and cut.special.s == cut.row.s
+    assert cut.special.low <= cut.special.s <= cut.special.high
+    assert abs(cut.special.x[-1] - 0.35) <= cut.special.error < 1e-9
+    assert cut.row.angle == pytest.approx(new.angle * 0.25 / 0.8, rel=1e-6)
+
+
+def test_no_boundary_and_a_start_beyond_one():
+    half, row, new = walk(Line(edge(lambda p: p - 2.0)), -0.3, 0.1, 0.9)
+    assert detect.boundary(half, row, new) == (None, None)
+    half, row, new = walk(Line(user(lambda p: p - 0.5)), -0.3, 0.1, 0.9)
+    assert detect.boundary(half, row, new) == (None, None)
+    half, row, new = walk(Line(edge(lambda p: p + 2.0)), -0.3, 0.1, 0.9)
+    cut, (reason, factor, _) = detect.boundary(half, row, new)
+    assert cut is None and reason is StopReason.INADMISSIBLE and 0.0 < factor < 1.0
+    half, row, new = walk(Line(edge(lambda p: p)), 0.0, 0.5)
+    assert detect.boundary(half, row, new)[1][0] is StopReason.NO_SUCCESSOR  # it begins on the boundary and leads out
+
+
+def test_a_last_row_that_creeps_at_a_boundary():
+    near, far = edge(lambda p: 1e-7 * (p - 2.0), name="near"), edge(lambda p: p - 2.0, SLIDE, "far")
+    half, row, _ = walk(Line(far, near), -0.3, 0.1, 0.9)
+    half.sizes = [1.0, 1.0, 1.0]
+    cut = detect.creeping(half, row)
+    assert cut.test == 2 and cut.special.name == "near" and cut.row is row and cut.special.low < row.s < cut.special.high
+    row.tests[1:] = [-1e-6, -1e-7]
+    for sizes, test in (([1.0, 1.0, 1.0], 2), ([1.0, 1.0, 1e-3], 1)):  # the nearest, for what each has been
+        half.sizes = sizes
+        assert detect.creeping(half, row).test == test
+    half.sizes, half.rows = [1.0, 1.0, 1.0], half.rows[-1:]
+    assert detect.creeping(half, row) is None  # the first row: nothing has crept
+
+
+def test_a_point_behind_the_last_row():
+    problem = Line()
+    half, row, _ = walk(problem, -0.3, 0.1, 0.9)
+    asked = []
+
+    def end_point(x, reason):
+        asked.append((float(x[-1]), reason))
+        return end
+    problem.end_point, half.reason = end_point, StopReason.DS_MIN
+    end = SimpleNamespace(x=np.array([0.05 + 0.06, 0.1 + 0.04]), problem=None, kind=GRAZING, name="end", error=1e-3)
+    detect.behind(half, row)
+    (found,) = half.found
+    assert asked == [(0.1, StopReason.DS_MIN)] and (found.kind, found.name, found.error) == (GRAZING, "end", 1e-3)
+    assert found.s - row.s == pytest.approx(0.05) and (found.low, found.high) == (row.s, pytest.approx(row.s + 0.1))
+    end = SimpleNamespace(x=np.array([7.0, 8.0, 0.1 - 0.04]), problem=Line(), kind=GRAZING, name="other", error=1e-3)
+    detect.behind(half, row)
+    assert half.found[1].tangent.tolist() == [0.0, 0.0, -1.0] and half.found[1].s - row.s == pytest.approx(0.04)
+    assert half.parts[-1].problem is end.problem and half.found[1].part.index == half.parts[0].index + 1
+    half.options = SimpleNamespace(low=0.07, high=9.0)
+    detect.behind(half, row)
+    end = None
+    detect.behind(half, row)
+    assert len(half.found) == 2
+
+
+# zeros of monitors
+
+def test_all_zeros_of_a_step_are_found_in_order():
+    half, row, new = walk(Line(user(lambda p: math.sin(p - 0.8), "late"), user(lambda p: 0.3 - p**3, "early"),
+                               user(lambda p: p - 3.0, "none")), -0.3, 0.1, 1.1)
+    found, cause = detect.crossed(half, row, new, None)
+    assert cause is None and [special.name for special in found] == ["early", "late"]
+    for special, p in zip(found, (0.3**(1.0 / 3.0), 0.8), strict=True):
+        assert special.kind is USER and special.status is LocationStatus.LOCATED and not special.reverses
+        assert abs(special.x[-1] - p) <= special.error < 1e-10 and special.x[0] == pytest.approx(0.5 * p)
+        assert special.low <= special.s <= special.high and special.s == pytest.approx(SPEED * p, abs=1e-9)
+        back = special.as_row(row)
+        assert back.p == special.x[-1] and back.s == special.s and abs(back.tests[found.index(special) and 1 or 2]) < 1e-9
+    half.found = found
+    assert detect.crossed(half, row, new, None)[0] == []  # known
+
+
+def test_zeros_that_are_none_are_not_listed():
+    for monitors, more in (
+            ([user(lambda p: p - 0.8, falling=True)], {}),  # it rises
+            ([user(lambda p: p - 0.8)], {"confirms": lambda kind, x: False}),
+            ([user(lambda p: math.nan if p > 0.5 else p - 0.8)], {}),
+            ([user(lambda p: math.nan if p < 0.5 else p - 0.8)], {}),
+            ([user(lambda p: (p - 0.8)**2 + 1e-3)], {})):
+        half, row, new = walk(Line(*monitors, **more), -0.3, 0.1, 1.1)
+        assert detect.crossed(half, row, new, None) == ([], None)
+    half, row, new = walk(Line(user(lambda p: 0.8 - p, falling=True)), -0.3, 0.1, 1.1)
+    assert len(detect.crossed(half, row, new, None)[0]) == 1
+
+
+def test_a_zero_that_a_row_hits_counts_once():
+    problem = Line(user(lambda p: p - 0.4))
+    half, row, new = walk(problem, -0.3, 0.1, 0.4)
+    first = detect.crossed(half, row, new, None)[0]
+    detect.remember(half, new, half.rows)
+    half.rows.append(new)
+    half.found += first
+    later = row_at(new.part, 0.9)
+    second = detect.crossed(half, new, later, None)[0]
+    assert [special.x[-1] for special in first + second] == pytest.approx([0.4], abs=1e-12)
+    half, row, new = walk(Line(user(lambda p: (p - 0.4)**2)), -0.3, 0.1, 0.4)  # touched, not crossed
+    assert detect.crossed(half, row, new, None)[0] == []
+
+
+def test_the_pair_of_rows_that_a_sign_changed_between():
+    half, row, _ = walk(Line(user(lambda p: min(0.4 - p, 0.0) if p > 0.1 else 0.4 - p)), -0.3, 0.1, 0.3, 0.4, 0.9)
+    last, (a, b, c, d) = row_at(row.part, 0.9), half.rows
+    for r, value in zip((a, b, c, d, last), (0.7, 0.3, 0.0, 0.0, -0.5), strict=True):
+        r.tests[1] = value
+    assert detect.earlier_pair(half, d, last, 1, 1) == (b, c)
+    c.part = Part(row.part.problem, 5)  # rows of other equations tell nothing
+    assert detect.earlier_pair(half, d, last, 1, 1) == (d, last)
+
+
+def test_a_guess_is_the_place_on_the_secant():
+    part = Part(Line(user(lambda p: p**3 - 0.2, "mine")), 0)
+    a, b = row_at(part, 0.2), row_at(part, 1.0)
+    special = detect.guessed(part, a, b, 1)
+    t = 0.192 / (0.192 + 0.8)
+    assert special.status is LocationStatus.GUESS and special.name == "mine" and special.kind is USER
+    assert special.x == pytest.approx([0.5 * (0.2 + 0.8 * t), 0.2 + 0.8 * t]) and special.s == pytest.approx(a.s + t * (b.s - a.s))
+    assert (special.low, special.high) == (a.s, b.s) and special.error >= 0.8
+
+
+def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
+    part = Part(Line(user(lambda p: p - 0.4)), 0)
+    a, b = row_at(part, 0.2), row_at(part, 1.0)
+    curve = Curve(a, b)
+    c = curve.at(0.25)
+    for error in (1e-6, 1e-3):
+        root = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.0)
+        assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
+        assert detect.parameter_error(part, c, root) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
+        bent = SimpleNamespace(error=error, p_curve=3.0, p_noise=0.0)
+        assert detect.parameter_error(part, c, bent) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
+        assert detect.parameter_error(part, c, bent, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
+        noisy = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.5)
+        assert detect.parameter_error(part, c, noisy, curve) == pytest.approx(0.5 + 0.8 * error)
+    part.problem.uncertainty = lambda x, tangent: 0.25
+    assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * error)
+
+
+@pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_shallow_dip_is_found_from_afar(start, sign):
+    """(p - .6)^2 (1 + p) - 1e-7, looked for from another place of the step; the same at a height is none."""
+    for depth, seen in ((1e-7, True), (-1e-7, False)):
+        half, row, new = walk(Line(user(lambda p, d=depth: sign * ((p - 0.6)**2 * (1.0 + p) - d))), -0.3, 0.1, 1.1)
+        found = hidden.between(half, row, new, 1, start, sign, told=-depth)  # not what is met there
+        assert (found is not None) is seen
+        if seen:
+            assert abs(found.p - 0.6) < 1e-3 and sign * found.tests[1] < 0.0 and found.s == pytest.approx(SPEED * found.p)
+            assert found.ds == pytest.approx(new.s - found.s)
+
+
+def test_a_zero_at_the_first_row_is_listed_once():
+    half, row, _ = walk(Line(user(lambda p: p - 0.2, "here"), user(lambda p: p - 0.3, "not here")), 0.2, 0.9)
+    (found,) = detect.at_end(half, row)
+    assert found.name == "here" and abs(found.x[-1] - 0.2) <= found.error < 1e-10 and found.s == row.s and not found.reverses
+    assert found.low <= row.s <= found.high
+    half.found = [found]
+    assert detect.at_end(half, row) == []
+
+
+@pytest.mark.parametrize("size", [1e-12, 1.0, 1e12])
+def test_whether_a_first_row_is_a_zero_does_not_depend_on_the_size_of_a_test(size):
+    for at, count in ((0.2, 1), (0.2 + 1e-3, 0)):
+        half, row, _ = walk(Line(user(lambda p, at=at: size * (p - at))), 0.2, 0.9)
+        assert len(detect.at_end(half, row)) == count
+
+
+def test_the_size_of_a_test_beside_a_first_row_is_its_slope():
+    half, row, _ = walk(Line(user(lambda p: 3.0 * (p - 0.2) + 5.0 * (p - 0.2)**2)), 0.2, 0.9)
+    assert detect.size_beside(half, row, 1) == pytest.approx(3.0 / SPEED, rel=1e-3)
+    half.sizes[1] = 1.0
+    assert detect.size_beside(half, row, 1) == 0.0  # it is known
+    half, row, _ = walk(Line(user(lambda p: 3.0 * (p - 0.2) + 1e-3)), 0.2, 0.9)
+    assert detect.size_beside(half, row, 1) == 0.0  # no zero
+
+
+# folds and branch points
+
+def on_parabola(part, u):
+    """Row of p = -u^2 at ``u``."""
+    slope = np.array([1.0, -2.0 * u])
+    t = slope / np.linalg.norm(slope)
+    J = np.array([[2.0 * u, 1.0], t])
+    c = Corrected(np.array([u, -u * u]), t, True, CorrectorStatus.CONVERGED, 3, 1e-15, 0.0, 0.0,
+                  math.copysign(1.0, np.linalg.det(J)), math.log(abs(np.linalg.det(J))), np.zeros(0))
+    s = 0.5 * (u * math.sqrt(1.0 + 4.0 * u * u) + 0.5 * math.asinh(2.0 * u))
+    return Row(c, part, s, 0.05, values_of(c), 0.1)
+
+
+@pytest.mark.parametrize("low, high", [(-0.1, 0.05), (-0.02, 0.11)])
+def test_a_fold_is_where_the_parameter_turns(low, high):
+    part = Part(parabola(scale_u=1.0, scale_p=1.0), 0)
+    rows = [on_parabola(part, u) for u in (low - 0.1, low, high)]
+    half = Half(rows[0], SimpleNamespace(low=-9.0, high=9.0))
+    detect.remember(half, rows[1], half.rows)
+    half.rows.append(rows[1])
+    (found,), cause = detect.crossed(half, rows[1], rows[2], None)
+    assert cause is None and found.kind is SpecialPointKind.FOLD and found.reverses and found.name == ""
+    assert abs(found.x[-1]) <= found.error < 1e-9 and abs(found.x[0]) < 1e-6 and found.s == pytest.approx(0.0, abs=1e-5)
+    assert found.low <= found.s <= found.high
+
+
+@pytest.mark.parametrize("problem", [pitchfork, transcritical])
+@pytest.mark.parametrize("low, high", [(-0.2, 0.3), (-0.35, 0.1)])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_branch_point_on_the_way(problem, low, high, way):
+    part = Part(problem(scale_u=1.0, scale_p=1.0), 0)
+    made = []
+    for p in ((low, high) if way > 0.0 else (high, low)):
+        c = Corrected(np.array([0.0, p]), np.array([0.0, way]), True, CorrectorStatus.CONVERGED, 3, 0.0, 0.0, 0.0,
+                      math.copysign(1.0, p * way), math.log(abs(p)), np.zeros(0))
+        made.append(Row(c, part, way * p, 0.0, values_of(c), 0.1))
+    found, cause = detect.branch_point(*made)
+    assert cause is None and found.kind is SpecialPointKind.BRANCH_POINT and found.status is LocationStatus.LOCATED
+    assert np.abs(found.x).max() < 1e-6 and abs(found.x[-1]) <= max(found.error, 1e-9) and found.s == pytest.approx(0.0, abs=1e-6)
+    np.testing.assert_allclose(found.tangent, [0.0, way], atol=1e-6)
+    other = found.directions[np.argmin(np.abs(found.directions @ [0.0, 1.0]))]
+    wanted = np.array([1.0, 0.0]) if problem is pitchfork else np.array([1.0, 1.0]) / math.sqrt(2.0)
+    assert abs(other @ wanted) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_sign_of_the_determinant_that_changes_without_a_branch_point_is_a_jump():
+    part = Part(Line(), 0)
+    a, b = row_at(part, 0.1), row_at(part, 0.5)
+    b.det_sign = -1.0
+    found, (reason, factor, _) = detect.branch_point(a, b)
+    assert found is None and reason is StopReason.DS_MIN and 0.0 < factor < 1.0
+    b.det_sign = 1.0
+    assert detect.branch_point(a, b) == (None, None)
+
+
+# pairs of multipliers
+
+NS = (Monitor(SpecialPointKind.NEIMARK_SACKER), lambda p: 0.0)
+
+
+def pair(size, angle=1.0):
+    return [size * np.exp(1j * angle), size * np.exp(-1j * angle)]
+
+
+@pytest.mark.parametrize("mu, at", [
+    (lambda p: [*pair(1.0 + 0.3 * (p - 0.3)), *pair(1.0 - 0.2 * (p - 0.7), 2.0)], [0.3, 0.7]),
+    (lambda p: [*pair(1.0 + 0.3 * (p - 0.3)), *pair(1.0 + 0.2 * (p - 0.7), 2.0)], [0.3, 0.7]),
+    (lambda p: [*pair(1.0 - (p - 0.3) * (p - 0.9)), 0.2], [0.3, 0.9]),
+    (lambda p: [*pair(0.8), 0.2], []),
+    (lambda p: [*pair(1.0 + 0.3 * (p - 0.62)), *pair(0.7, 2.0)], [0.62]),
+])
+def test_every_pair_that_passes_the_circle_in_a_step_is_found(mu, at):
+    half, row, new = walk(Line(NS, mu=mu), -0.4, 0.0, 1.0)
+    found = detect.torus(half, row, new, None, [])
+    assert sorted(special.x[-1] for special in found) == pytest.approx(at, abs=1e-9)
+    for special in found:
+        assert special.kind is SpecialPointKind.NEIMARK_SACKER and special.s == pytest.approx(SPEED * special.x[-1], abs=1e-9)
+        again = [other for other in found if other is not special]
+        assert not any(abs(other.x[-1] - special.x[-1]) < 1e-9 for other in detect.torus(half, row, new, None, [special])), again
+
+
+def test_a_pair_beside_a_real_multiplier_that_passes_is_told_apart():
+    """A real one leaves at .5, a pair comes in at .3 or at .8; the fold is listed already."""
+    for at in (0.3, 0.8):
+        half, row, new = walk(Line(NS, mu=lambda p, at=at: [*pair(1.0 - 0.3 * (p - at)), 0.75 + 0.5 * p]), -0.4, 0.0, 1.0)
+        fold = SimpleNamespace(kind=SpecialPointKind.FOLD, s=SPEED * 0.5, x=np.array([0.25, 0.5]))
+        found = detect.torus(half, row, new, None, [fold])
+        assert [special.x[-1] for special in found] == pytest.approx([at], abs=1e-9)
+    half, row, new = walk(Line(NS, mu=lambda p: [*pair(0.5), 0.75 + 0.5 * p]), -0.4, 0.0, 1.0)
+    assert detect.torus(half, row, new, None, [fold]) == []
+
+
+def test_what_real_multipliers_explain_depends_on_where_they_pass():
+    """The bisection counts those that have passed so far, and no more."""
+    for fold_at, at in ((0.2, 0.6), (0.85, 0.4)):
+        part = Part(Line(NS, mu=lambda p, f=fold_at, at=at: [*pair(1.0 + 0.4 * (p - at)), 1.0 + 0.5 * (p - f)]), 0)
+        a, b = row_at(part, 0.0), row_at(part, 1.0)
+        fold = SimpleNamespace(kind=SpecialPointKind.FOLD, s=SPEED * fold_at)
+        _, root = tori.pair_on_circle(part, a, b, [fold])
+        assert root.point.x[-1] == pytest.approx(at, abs=1e-9)
+        before = SimpleNamespace(kind=SpecialPointKind.FOLD, s=SPEED * -0.2)  # of another step
+        quiet = Part(Line(NS, mu=lambda p: [*pair(0.5), 0.3]), 0)
+        assert tori.pair_on_circle(quiet, row_at(quiet, 0.0), row_at(quiet, 1.0), [before]) is None
+
+
+def test_real_multipliers_of_other_places_explain_nothing_here():
+    """A pair passes at .4, before two real ones do, or behind two that did in the step before."""
+    def folds(*places):
+        return [SimpleNamespace(kind=SpecialPointKind.FOLD, s=SPEED * at) for at in places]
+    part = Part(Line(NS, mu=lambda p: [*pair(1.0 + 0.4 * (p - 0.4)), 1.0 + 0.5 * (p - 0.8), 1.0 + 0.5 * (p - 0.9)]), 0)
+    _, root = tori.pair_on_circle(part, row_at(part, 0.0), row_at(part, 1.0), folds(0.8, 0.9))
+    assert root.point.x[-1] == pytest.approx(0.4, abs=1e-9)
+    part = Part(Line(NS, mu=lambda p: [*pair(1.0 + 0.4 * (p - 0.4)), 0.2]), 0)
+    _, root = tori.pair_on_circle(part, row_at(part, 0.0), row_at(part, 1.0), folds(-0.3, -0.1))
+    assert root.point.x[-1] == pytest.approx(0.4, abs=1e-9)
+
+
+# what the ends of a step do not show
+
+class Cubic(Scalar):
+    """p = u^3 - e u: two folds at u = +-sqrt(e / 3)."""
+
+    def __init__(self, e):
+        super().__init__(lambda u, p: u**3 - e * u - p, lambda u, p: (3.0 * u * u - e, -1.0), 0.0, 0.0, scale_u=1.0, scale_p=1.0)
+        self.e = e
+
+
+def on_cubic(problem, *us):
+    part = Part(problem, 0)
+    dense = np.linspace(us[0], us[-1], 20001)
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(dense), np.diff(dense**3 - problem.e * dense)))])
+    rows = []
+    for u in us:
+        t = np.array([1.0, 3.0 * u * u - problem.e])
+        t /= np.linalg.norm(t)
+        det = np.linalg.det(np.array([[3.0 * u * u - problem.e, -1.0], t]))
+        c = Corrected(np.array([u, u**3 - problem.e * u]), t, True, CorrectorStatus.CONVERGED, 3, 0.0, 0.0, 0.0,
+                      math.copysign(1.0, det), math.log(abs(det)), np.zeros(0))
+        rows.append(Row(c, part, float(np.interp(u, dense, length)), 0.1, values_of(c), 0.1))
+    half = Half(rows[0], SimpleNamespace(low=-9.0, high=9.0))
+    half.rows += rows[1:-1]
+    return half, rows
+
+
+@pytest.mark.parametrize("e, low, high", [(0.03, -0.3, 0.35), (0.003, -0.2, 0.25), (0.03, -0.4, 0.3)])
+def test_two_folds_in_one_step_are_seen(e, low, high):
+    half, rows = on_cubic(Cubic(e), low - 0.2, low, high)
+    found = hidden.dip(half, rows[1], rows[2])
+    assert abs(found.x[0]) < math.sqrt(e / 3.0) and found.tests[0] < 0.0
+    assert rows[1].s < found.s < rows[2].s and found.ds == pytest.approx(rows[2].s - found.s)
+    assert found.angle == pytest.approx(rows[2].angle * (found.s - rows[1].s) / (rows[2].s - rows[1].s))
+    half, rows = on_cubic(Cubic(-e), low - 0.2, low, high)  # none
+    assert hidden.dip(half, rows[1], rows[2]) is None
+
+
+@pytest.mark.parametrize("at", [0.30, 0.45, 0.62])
+def test_a_corner_is_where_both_sides_meet(at):
+    """|t - at| - .02 seen at four places of which two are beside the corner."""
+    places = [(t, abs(t - at) - 0.02) for t in (0.0, 0.2, 0.7, 1.0)]
+    for k in (1, 2):
+        assert hidden.cornered(places, k) == pytest.approx(at, abs=0.02 + 1e-9)
+        assert hidden.cornered([(t, f + 0.1) for t, f in places], k) is None  # passed at a distance
+
+
+def test_a_jump_to_a_branch_beside_is_seen_in_the_middle(monkeypatch):
+    """(u - p^3)(u - p^3 - d) = 0: a step from one branch to the other has its middle on neither Hermite curve."""
+    d = 0.05
+
+    def both(u, p):
+        return (u - p**3) * (u - p**3 - d)
+
+    def slopes(u, p):
+        total = 2.0 * (u - p**3) - d
+        return total, -3.0 * p * p * total
+    part = Part(Scalar(both, slopes, 0.0, 0.0, scale_u=1.0, scale_p=1.0), 0)
+
+    def at(p, above, s):
+        t = np.array([3.0 * p * p, 1.0])
+        t /= np.linalg.norm(t)
+        c = Corrected(np.array([p**3 + above, p]), t, True, CorrectorStatus.CONVERGED, 3, 0.0, 0.0, 0.0, 1.0, 0.0, np.zeros(0))
+        return Row(c, part, s, 0.05, values_of(c), 0.1)
+    monkeypatch.setattr(hidden, "doubtful", lambda *told: hidden.UNCLEAR)
+    a, b = at(0.0, 0.0, 0.0), at(0.2, 0.0, 0.2)
+    half = Half(a, SimpleNamespace(low=-9.0, high=9.0))
+    half.rows.append(b)
+    assert not hidden.jumped(half, b, at(0.4, 0.0, 0.2 + math.hypot(0.2, 0.056)))
+    assert hidden.jumped(half, b, at(0.4, d, 0.2 + math.hypot(0.2, 0.106)))
+    for told, answer in ((hidden.JUMPS, True), (0, False)):
+        monkeypatch.setattr(hidden, "doubtful", lambda *given, told=told: told)
+        assert hidden.jumped(half, b, at(0.4, d, 0.43)) is answer
+    half.rows = half.rows[1:]
+    monkeypatch.setattr(hidden, "doubtful", lambda *told: hidden.JUMPS)
+    assert not hidden.jumped(half, b, at(0.4, d, 0.43))  # the first step: nothing is known before it
+
+
+def test_what_a_jump_is_told_from(monkeypatch):
+    told = []
+    monkeypatch.setattr(hidden, "doubtful", lambda *given: told.append(given) or 0)
+    half, row, new = walk(Line(), -0.4, 0.1, 0.7)
+    for r, log in zip((half.rows[0], row, new), (-1.0, -1.5, -3.0), strict=True):
+        r.det_log = log
+    new.misfit, new.det_sign = 0.02, -1.0
+    hidden.jumped(half, row, new)
+    (misfit, corner, a, b, back, length, alike), = told
+    assert (misfit, corner, alike) == (0.02, 0.0, False)
+    assert (a, b) == pytest.approx((math.exp(-0.5), math.exp(-2.0))) and (back, length) == pytest.approx((0.5 * SPEED, 0.6 * SPEED))
+
+
+def test_a_boundary_that_is_left_and_come_back_to_is_looked_up_where_the_problem_says():
+    """The monitor is above zero between .4 and .6; the problem knows the place only of short enough a span."""
+    asked = []
+
+    def leaves(a, b):
+        asked.append((a.p, b.p))
+        return 0.5 if b.p - a.p > 0.9 else 0.25 if a.p > 0.45 else -1.0
+    bump = edge(lambda p: 0.01 - (p - 0.65)**2)
+    half, row, new = walk(Line(bump, leaves=leaves), -0.5, 0.0, 1.0)
+    found = hidden.beyond(half, row, new)
+    assert [span for one in asked for span in one] == pytest.approx([0.0, 1.0, 0.0, 0.5, 0.5, 1.0])
+    assert found.p == pytest.approx(0.625) and found.tests[1] > 0.0 and found.s == pytest.approx(SPEED * 0.625)
+    assert found.angle == pytest.approx(new.angle * 0.625) and found.ds == pytest.approx(SPEED * 0.375)
+    half, row, new = walk(Line(bump), -0.5, 0.0, 1.0)
+    assert hidden.beyond(half, row, new) is None
+
+
+def test_a_row_on_a_boundary_is_told_to_rounding():
+    half, row, new = walk(Line(edge(lambda p: p - 0.5), user(lambda p: p)), 0.0, 0.2, 0.5)
+    half.sizes = [1.0, 1.0, 1.0]
+    assert hidden.on_boundary(half, new) and not hidden.on_boundary(half, row)
+    new.tests[1] = 1e-9
+    assert not hidden.on_boundary(half, new)
+    half, row, _ = walk(Line(edge(lambda p: p)), 0.0, 0.3, 0.9, born=1)
+    half.edge = 1e-6
+    begun = hidden.beginning(half, half.rows[0])
+    assert begun.row is half.rows[0] and begun.test == 1 and begun.known == 1e-6 and hidden.beginning(half, row) is None
+    at = Curve(half.rows[0], row).at
+    assert begun.holds(half, SimpleNamespace(x=np.array([0.0, 1e-7]), monitors=[0.0]))
+    assert not begun.holds(half, SimpleNamespace(x=np.array([0.0, 1e-5]), monitors=[0.0]))
+    assert not begun.holds(half, at(0.5))
