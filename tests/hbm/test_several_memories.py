@@ -15,7 +15,8 @@ from tests.reference.plain import plain
 STIFFNESSES, REACHES = (1.0, 2.0, 3.0), (0.5, 0.2, 0.3)  # the second slips first, then the third, then the first
 SET = Iwan(stiffnesses=STIFFNESSES, limits=tuple(k * d for k, d in zip(STIFFNESSES, REACHES, strict=True)))
 KEYS = ("stick", "slip+1", "slip-1", "slip+2", "slip-2", "slip+3", "slip-3")
-SLIDING = {"stick": (), "slip+1": (1,), "slip+2": (1, 2), "slip+3": (0, 1, 2), "slip-1": (1,), "slip-2": (1, 2), "slip-3": (0, 1, 2)}
+SLIDING = {"stick": (), "slip+1": (1,), "slip+2": (1, 2), "slip+3": (0, 1, 2),
+           "slip-1": (1,), "slip-2": (1, 2), "slip-3": (0, 1, 2)}
 
 
 def way_of(key):
@@ -50,7 +51,7 @@ def motion(x, theta):
 
 
 def test_an_expression_is_its_sum_over_rows_excitation_and_memory(rng):
-    """Of two rows among four, one of three places for rows stays empty; two memories; a column of excitation on a cosine and a sine."""
+    """Two rows of four, one of three places for rows stays empty; two memories; a column of excitation on a cosine and a sine."""
     waves, excited, pairs = np.array([0, 1, 1, 3, 3, 4, 4]), np.array([0, 3, 4]), 3
     A = np.zeros((5, 3, 9), np.int64)
     A[-1, 0, [tables.COUNT, tables.MEMORY, tables.WIDTH, tables.PAIRS]] = 4, 2, 2, pairs
@@ -83,7 +84,7 @@ def test_an_expression_is_its_sum_over_rows_excitation_and_memory(rng):
 
 
 def test_modes_of_a_set_write_the_memory_of_the_sliders_that_slip(rng):
-    """A slider that slips drags its grip at its reach behind the drive; one that sticks has its limit where it stands that far off."""
+    """A slider that slips drags its grip at its reach behind the drive; one that sticks has its limit that far off its grip."""
     x, theta = rng.normal(size=7), 1.9
     contact, a = along(x), np.empty(7)
     A, waves = contact.A, contact.waves
@@ -112,6 +113,14 @@ def test_modes_of_a_set_write_the_memory_of_the_sliders_that_slip(rng):
                 spring = STIFFNESSES[i] * (direction * (u - z[i]) - REACHES[i])
                 assert at(a, waves, theta) == pytest.approx(spring, abs=1e-12)
     assert A[len(KEYS) - 1, 0, tables.GUARDS] == 1  # nothing is left to slip
+
+
+@pytest.mark.parametrize("reaches", [(0.2, 0.3, 0.5), (0.3, 0.5, 0.2), (0.5, 0.3, 0.2)])
+def test_all_memory_is_written_where_every_slider_slips(reaches):
+    """Whatever the order in which they come to slip."""
+    system = System(1.0, 0.1, 1.0, (HarmonicForce(1.0), Iwan(stiffnesses=(1.0, 1.0, 1.0), limits=reaches)), omega=1.3)
+    A = plain(tables.structure)(Balance(system, Layout((0, 1), 1), 0).parts.structure)[3][0]
+    assert [plain(common.writes_all)(A, m) for m in range(len(KEYS))] == [key in ("slip+3", "slip-3") for key in KEYS]
 
 
 def test_virgin_memory_is_the_mean_and_sticks_until_the_first_limit():
@@ -183,7 +192,8 @@ def test_memory_comes_back_where_no_mode_writes_it(rng):
 
 def test_what_is_told_of_an_event(rng):
     A = along(np.array([0.3, 1.0, 0.5])).A
-    segments = Segments(np.zeros((4, common.FIELDS), np.int64), np.zeros((4, 2)), np.zeros((4, 3)), np.zeros(common.SOURCE), np.zeros(2, int))
+    segments = Segments(np.zeros((4, common.FIELDS), np.int64), np.zeros((4, 2)), np.zeros((4, 3)), np.zeros(common.SOURCE),
+                        np.zeros(2, np.int64))
     z = rng.normal(size=3)
     plain(common.ended)(segments, 1, 3, 1, 5, 2.5, 1.25, z)
     assert segments.path[1, [common.MODE, common.GUARD, common.AFTER, common.WROTE]].tolist() == [3, 1, 5, -1]
@@ -203,14 +213,16 @@ def test_what_is_told_of_an_event(rng):
     # touches: those too far below zero are noted, the highest of them; nearer ones are followed or counted twice, there and back
     missed, source = plain(common.missed), np.zeros(common.SOURCE)
     source[common.NEXT] = -np.inf
-    assert missed(-0.3, 0.2, True, source) is False and missed(-0.25, 0.2, False, source) is False and not missed(-0.4, 0.2, True, source)
+    for height, followed in ((-0.3, True), (-0.25, False), (-0.4, True)):
+        assert missed(height, 0.2, followed, source) is False
     assert source[common.NEXT] == -0.25 and source[common.PASSED] == 0.0
     assert missed(-0.1, 0.2, True, source) is True and source[common.PASSED] == 0.0
     assert missed(-0.1, 0.2, False, source) is False and source[common.PASSED] == 2.0 and source[common.NEXT] == -0.25
     # a limit that memory touches because it was written there, a period ago: round the period
     resting = plain(common.resting)
     source[common.WRITER], source[common.WRITTEN] = KEYS.index("slip+1"), 0.1
-    assert resting(A, 0, 0, 0.1, source, 1e-3) and resting(A, 0, 0, 0.1 - 5e-4, source, 1e-3) and not resting(A, 0, 0, 0.102, source, 1e-3)
+    for t, same in ((0.1, True), (0.1 - 5e-4, True), (0.102, False)):
+        assert resting(A, 0, 0, t, source, 1e-3) == same
     assert resting(A, 0, 0, 2.0 * np.pi - 0.05, source, 0.16) and not resting(A, 0, 0, 2.0 * np.pi - 0.05, source, 0.14)
     assert not resting(A, 0, 1, 0.1, source, 1e-3)  # the other limit
     source[common.WRITER] = -1.0  # a virgin start
