@@ -79,7 +79,7 @@ def test_a_core_that_moved_in_few_coordinates(damping, places, negative, rng):
         still[place] = False
         getattr(dT, name)[still] = 0.0
     if negative:
-        there.K[places[0], places[0]] -= 40.0
+        there.K[places[0], places[0]] -= 40.0  # one of its eigenvalues
     there.omega = np.array([1.1])
     assert np.linalg.det(there.K) < 0.0 if negative else np.linalg.det(there.K) > 0.0
     found = linear.receptance(there, dT, True)
@@ -90,10 +90,31 @@ def test_a_core_that_moved_in_few_coordinates(damping, places, negative, rng):
     assert direct.sign == found.sign
 
 
-def test_a_harmonic_on_an_undamped_resonance_is_held_by_a_spring_along_the_rows(rng):
-    """The equations are the same: what the spring adds is taken from the forces."""
+def test_a_core_that_moved_and_kept_its_modes(rng):
+    """All of the stiffness and of the damping, through zero: the sign is that of the number of negative stiffnesses."""
+    layout, rows = Layout(HARMONICS, 3), np.eye(3)[:1]
+    T, signs = numbers(rng, "modal", 3), []
+    T.C, dT = 0.3 * T.M, SimpleNamespace(M=0 * T.M, C=0 * T.M, K=T.M, omega=np.array([0.4]), E=rng.normal(size=T.E.shape))
+    linear = LinearPart(T, layout, rows, np.eye(3), changed=Changed(np.arange(3), tuple(map(np.array, ([T.M], [T.C], [T.K, T.M])))))
+    stiffness = np.sort(np.linalg.eigvals(np.linalg.solve(T.M, T.K)).real)
+    for amount in (0.0, -0.5 * stiffness[:2].sum(), -0.5 * stiffness[1:].sum(), -2.0 * stiffness[2]):
+        there = SimpleNamespace(**vars(T) | {"K": T.K + amount * T.M})
+        found = linear.receptance(there, dT, True)
+        for own, true in zip(found[:4], written(there, dT, layout, rows, np.eye(3), np.zeros(4), True), strict=True):
+            np.testing.assert_allclose(own, true, atol=1e-10 * np.abs(true).max())
+        signs.append(found.sign)
+        load = rng.normal(size=(4, 3)) + 0.5j
+        found = linear.motion(there, load, np.zeros(4), True)
+        for k, Z in enumerate(linear.stiffnesses(there, True)):
+            np.testing.assert_allclose(Z @ found[k], load[k], atol=1e-10)
+    assert signs == [1.0, -1.0, 1.0, -1.0]
+
+
+@pytest.mark.parametrize("below", [1.0, 0.4])
+def test_a_harmonic_on_an_undamped_resonance_is_held_by_a_spring_along_the_rows(below, rng):
+    """The equations are the same: what the spring adds is taken from the forces.  Also with a stiffness that is not symmetric."""
     layout, rows = Layout(HARMONICS, 3), np.array([[1.0, 0.4, -0.3]])
-    M, K = np.diag([1.0, 2.0, 1.5]), np.array([[3.0, -1.0, 0.0], [-1.0, 4.0, -2.0], [0.0, -2.0, 6.0]])
+    M, K = np.diag([1.0, 2.0, 1.5]), np.array([[3.0, -1.0, 0.0], [-below, 4.0, -2.0], [0.0, -2.0 * below, 6.0]])
     own = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, K)).real.max())
     T = SimpleNamespace(M=M, C=np.zeros((3, 3)), K=K, omega=np.array([own / 2.0]), E=rng.normal(size=(7, 3)))
     dT = SimpleNamespace(M=0 * M, C=0 * M, K=0 * M, omega=np.array([1.0]), E=rng.normal(size=(7, 3)))
