@@ -7,6 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.elements import ConstantForce, RigidStop
+from bifurc.flow.scan import CHATTER, EVENT, GRAZE, PASSED
 from bifurc.orbits import autonomous
 from bifurc.orbits.autonomous import Return
 from bifurc.orbits.shooting.signature import Signature
@@ -65,6 +66,14 @@ def test_events_that_come_again_are_the_returns():
     rested = bf.simulate(ball, (0.0, 0.0), duration=12.0)
     assert autonomous.listed(rested)[-1].node[4] == 1  # the end of a complete chattering
     assert autonomous.at_rest(rested, (0.0, 0.0)) and not autonomous.at_rest(motion, (0.0, 0.0))
+
+
+def test_sections_and_touches_are_no_returns():
+    rows = np.array([[0, -1, 0, PASSED, 0], [0, 1, 2, EVENT, 0], [2, 0, 2, GRAZE, 0], [2, 1, 3, CHATTER, 0], [3, -1, 3, PASSED, 0]])
+    R = SimpleNamespace(rows=rows, times=np.arange(5.0), before=np.arange(10.0).reshape(5, 2), speeds=np.arange(5.0) / 10.0)
+    found = autonomous.listed(SimpleNamespace(recorded=R))
+    assert [(item.time, item.node, item.state.tolist(), item.speed) for item in found] == [
+        (1.0, (0, 1, 2, 0, 0), [2.0, 3.0], 0.1), (3.0, (2, 1, 3, 0, 1), [6.0, 7.0], 0.3)]
 
 
 def test_rest_is_told_from_a_slow_death():
