@@ -91,6 +91,10 @@ def test_the_rate_of_a_guard_and_its_rounding(rng):
                 assert 0.0 < rounding < 1e-10
                 _, large = rule.rate(m, g, joined(scene, [1e6 * u, 1e6 * v], t))
                 assert large > 1e4 * rounding
+            # where the forces are in balance the rate of the speed is that of rounding, which is not nothing
+            y = joined(scene, [(0.5 * np.cos(1.7 * t) - 0.2 * 30.0 + friction) / 3.0, 30.0], t)
+            still = [rule.rate(m, g, y) for g in range(T.n_guards[m]) if T.G[m, g, 1] and not T.G[m, g, 0]]
+            assert still and all(abs(found) <= rounding and rounding > 1e-15 for found, rounding in still)
     # stuck: the force that friction must bear changes with the excitation and with nothing else
     m = scene.index(("always", "stick", "free"))
     x = joined(scene, [0.05, 0.0], 0.4)

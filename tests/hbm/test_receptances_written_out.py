@@ -183,3 +183,8 @@ def test_poles_that_lie_together_stay_together(rng):
     found = linear.receptance(T, dT, False)
     for own, true in zip(found[:4], written(T, dT, layout, rows, outputs, np.zeros(4), False), strict=True):
         np.testing.assert_allclose(own, true, atol=1e-11 * np.abs(true).max())
+    load = rng.normal(size=(4, n)) + 1j * rng.normal(size=(4, n))
+    for transposed in (False, True):
+        q = linear.motion(T, load, np.zeros(4), False, transposed)
+        for k, Z in enumerate(linear.stiffnesses(T, False)):
+            np.testing.assert_allclose((Z.T if transposed else Z) @ q[k], load[k], atol=1e-10)
