@@ -135,3 +135,113 @@ def test_scale_of_the_unknowns():
     scaled = broyden(lambda x: rosenbrock(x / size), size * [-1.2, 1.0], scale=size)
     assert scaled.success and scaled.iterations == plain.iterations
     assert scaled.x / size == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
+# how it goes: how long steps are, when a Jacobian is made, and where it stops
+
+
+def test_a_given_jacobian_that_is_singular_is_the_last_word():
+    """Nothing is updated yet that a new one could put right: no step, no difference."""
+    for restarts in (True, False):
+        found = broyden(lambda x: x - [1.0, 2.0], [0.0, 0.0], jacobian=[[1.0, 1.0], [1.0, 1.0]], restarts=restarts)
+        assert (found.status, found.evaluations, found.jacobians, found.iterations) == (BroydenStatus.SINGULAR, 1, 1, 0)
+        assert found.x.tolist() == [0.0, 0.0] and found.residual == found.history[0] == pytest.approx(np.sqrt(5.0))
+
+
+def test_the_step_of_a_fresh_jacobian_does_not_raise_the_residual():
+    """That of arctan from 1.5 does, at full length: it is halved once; a method as published takes it."""
+    def slope(x):
+        return np.diag(1.0 / (1.0 + x * x))
+
+    x0 = np.array([1.5])
+    full = x0 - np.arctan(x0) * (1.0 + x0 * x0)
+    assert abs(full) > 1.5
+    found = broyden(np.arctan, x0, jacobian=slope, iterations=1)
+    assert found.x == pytest.approx(0.5 * (x0 + full)) and found.history[1] == pytest.approx(np.abs(np.arctan(found.x[0])))
+    assert found.evaluations == 3 and found.increment == pytest.approx(0.5 * abs(full - x0)[0])
+    published = broyden(np.arctan, x0, jacobian=slope, iterations=1, restarts=False)
+    assert published.history[1] == pytest.approx(np.arctan(abs(full[0]))) and published.evaluations == 2
+    assert published.x == x0 and published.residual == published.history[0]  # the best of all, not the last
+    found = broyden(np.arctan, x0, jacobian=slope)
+    assert found.success and abs(found.x[0]) < 1e-12
+
+
+def test_a_later_step_may_raise_the_residual_tenfold():
+    """The secant through the first two points of this function overshoots: by less than ten it is taken, by more it is halved."""
+    for rise, halvings in ((5.0, 0), (30.0, 1)):
+        seen = []
+
+        def f(x, rise=rise, seen=seen):
+            seen.append(x[0])
+            return {1: np.array([1.0]), 2: np.array([0.9]), 3: np.array([0.9 * rise]), 4: np.array([0.5])}.get(len(seen), 0.0 * x)
+
+        found = broyden(f, [0.0], jacobian=[[1.0]])
+        assert seen[1] == pytest.approx(-1.0) and seen[2] == pytest.approx(-10.0)  # secant: slope .1 from 1 and .9
+        if halvings:
+            assert seen[3] == pytest.approx(-5.5) and found.history[2] == 0.5
+        else:
+            assert found.history[2] == pytest.approx(0.9 * rise) and seen[3] == pytest.approx(1.25)  # slope -.4 from there
+
+
+def test_a_residual_that_does_not_fall_gets_one_new_jacobian_and_then_up():
+    """|f| = 1 at the nearest: after eight steps without half the residual the Jacobian is made again, at the best point."""
+    at = []
+
+    def slope(x):
+        at.append(x.copy())
+        return np.array([[2.0 * x[0]]])
+
+    found = broyden(lambda x: x * x + 1.0, [0.7], jacobian=slope)
+    assert found.status is BroydenStatus.STALLED and found.jacobians == len(at) >= 2
+    assert found.residual == min(found.history) == pytest.approx(found.x[0]**2 + 1.0)
+    assert at[0] == 0.7 and all(abs(x[0]) <= 0.7 for x in at)
+    never = broyden(lambda x: x * x + 1.0, [0.7], jacobian=slope, restarts=False, iterations=50)
+    assert never.jacobians == 1 and never.status in (BroydenStatus.ITERATIONS, BroydenStatus.SINGULAR, BroydenStatus.STALLED)
+
+
+def test_what_is_counted_is_what_was_done():
+    """Residuals with those of differences; a given array is the first Jacobian only; one entry of the history a step."""
+    calls, slopes = [], []
+
+    def f(x):
+        calls.append(x.copy())
+        return rosenbrock(x)
+
+    found = broyden(f, [-1.2, 1.0])
+    assert found.success and found.evaluations == len(calls) and len(found.history) == found.iterations + 1
+    assert found.history[-1] == pytest.approx(found.residual) == np.linalg.norm(rosenbrock(found.x))
+    moved = np.array(calls[1:3]) - calls[0]
+    assert np.count_nonzero(moved) == 2 and moved[0, 0] == pytest.approx(1e-7) == moved[1, 1]
+    calls.clear()
+
+    def slope(x):
+        slopes.append(x)
+        return np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]])
+
+    found = broyden(f, [-1.2, 1.0], jacobian=slope)
+    assert found.jacobians == len(slopes) and found.evaluations == len(calls) and found.success
+    first = broyden(rosenbrock, [-1.2, 1.0], jacobian=[[24.0, 10.0], [-1.0, 0.0]], iterations=1)
+    exact = broyden(rosenbrock, [-1.2, 1.0], jacobian=slope, iterations=1)
+    assert np.array_equal(first.x, exact.x) and first.evaluations == exact.evaluations
+    calls.clear()
+    sized = broyden(f, [1.0 + 1e-6, 1.0], size=1e9)  # small beside what is natural
+    assert sized.success and sized.evaluations == 1 and sized.iterations == 0
+    unsized = broyden(f, [1.0 + 1e-6, 1.0])
+    assert unsized.success and unsized.iterations > 0
+
+
+def test_nothing_finite_is_said_and_the_best_is_kept():
+    found = broyden(lambda x: np.where(x > 0.5, x - 2.0, np.nan), [1.0], jacobian=[[-1e-3]])  # away from the root, and out
+    assert found.status is BroydenStatus.STALLED and found.x.tolist() == [1.0] and found.residual == 1.0
+    found = broyden(lambda x: x - 2.0, [1.0], jacobian=lambda x: np.full((1, 1), np.nan))
+    assert found.status is BroydenStatus.NOT_FINITE and found.iterations == 0 and found.jacobians == 1
+
+
+def test_a_small_step_is_judged_by_the_residual():
+    """Stopping on the increment it must not stop on the residual; either is measured in the natural size of the unknowns."""
+    found = broyden(rosenbrock, [-1.2, 1.0], increment=1e-9)
+    assert found.success and found.increment < 1e-9
+    loose = broyden(rosenbrock, [-1.2, 1.0], increment=1e-9, tolerance=0.5)
+    assert loose.success and loose.increment < 1e-9 and loose.residual < 1e-6
+    scaled = broyden(lambda x: rosenbrock(x / 1e3), [-1.2e3, 1e3], increment=1e-9, scale=1e3)
+    assert scaled.iterations == found.iterations and scaled.increment == pytest.approx(found.increment, rel=1e-2)
