@@ -22,8 +22,9 @@ SUPERLINEAR = 30  # evaluations before giving up
 LEVEL = 1e-9  # of the values at the ends of a bracket, at which it is shrunk enough
 # places in a `box`: what the caller answers, value and parameter; then the best place so far with both, and whether it was asked;
 # whether the search came to its end; of the zero the interval with the sign change, error of its place, slope, noise and second
-# difference of the parameter, and whether the value is at the level of the noise
-(VALUE, PARAMETER, AT, LEAST, THERE, ASKED, DONE, LOW, HIGH, ERROR, SLOPE, P_NOISE, P_CURVE, SETTLED, BOX) = range(15)
+# difference of the parameter, and whether the value is at the level of the noise; whether the place asked may have no point: the
+# value is then NaN
+(VALUE, PARAMETER, AT, LEAST, THERE, ASKED, DONE, LOW, HIGH, ERROR, SLOPE, P_NOISE, P_CURVE, SETTLED, TRIED, BOX) = range(16)
 generator = numba.njit(error_model="numpy", nogil=True)  # kept on disk in its callers: numba loads no generator for a new one
 
 
@@ -85,7 +86,7 @@ def polishing(box):
     `DONE` is 0 where the slope vanishes.  Where the test has a corner in its zero, that is known by the steep side alone: Newton
     steps on the flat one, or from beyond, lead to it.
     """
-    box[DONE] = 0.0
+    box[DONE], box[TRIED] = 0.0, 0.0
     if box[ASKED] == 0.0:
         yield box[AT]
         box[LEAST], box[THERE] = box[VALUE], box[PARAMETER]
@@ -107,8 +108,10 @@ def polishing(box):
             straight = off_line((-1.0, 0.0, UNEVEN), (below, value, above)) <= STRAIGHT * abs(above - below)
             if straight and corrections > 0 and abs(shift) <= FLAT:
                 corrections -= 1
+                box[TRIED] = 1.0
                 yield t + shift
-                if abs(box[VALUE]) <= STRAIGHT * abs(value) or (box[VALUE] > 0.0) != (value > 0.0):
+                box[TRIED] = 0.0
+                if abs(box[VALUE]) <= STRAIGHT * abs(value) or box[VALUE] * value < 0.0:
                     t, value, there = t + shift, box[VALUE], box[PARAMETER]
                     continue
             probe *= 10.0

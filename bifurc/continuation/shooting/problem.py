@@ -168,6 +168,7 @@ class OrbitProblem(Problem):
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
         self.monitors = tuple(monitors)
+        self._bounds = np.array([monitor.boundary for monitor in monitors])
         self.follows = len(monitors) == len(self._reads)  # what the kernel does not know is looked up in every step
         self._touch = np.array([-1.0, *(self.touch if monitor.boundary else -1.0 for monitor in monitors)])
 
@@ -188,12 +189,12 @@ class OrbitProblem(Problem):
             # an orbit run through twice solves the same equations, and is met at the end of a doubled branch alone
             return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
                              -math.inf, NO_MONITORS)
-        if self._chatters and self._backwards(U):
-            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
-                             -math.inf, NO_MONITORS)
         moved = (U - x) / self.scale
         sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
         values = self._values(U, told)
+        if self._chatters and not (values[self._bounds] > 0.0).any() and self._backwards(U):  # and no test tells that it is none
+            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
+                             -math.inf, NO_MONITORS)
         odd = self._merges if self._halves is not None else self._shrinks if self._born else None
         if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
             apart = -values[odd]
@@ -303,11 +304,12 @@ class OrbitProblem(Problem):
         return float(np.linalg.norm(branching.half_difference(self.sequence, x, self.scale)))
 
     def _backwards(self, x) -> bool:
-        """Whether flights of a complete chattering are of negative duration at ``x`` (n + 1,): a flight has the other root, too,
-        from which it came, and towards restitution 0 the two are near each other."""
+        """Whether an impact of a complete chattering comes before the last one at ``x`` (n + 1,): a flight has the other root, too,
+        from which it came, and towards restitution 0 the two are near each other.  Other events may change places with impacts."""
         s, unknowns = self.sequence.written_out(x[:-1])
-        flights = np.diff(unknowns[::len(unknowns) // len(s.nodes)])
-        return bool((flights[s.nodes[:-1, CLOSES] == 2] < -TOUCH).any())
+        train = np.flatnonzero(s.nodes[:, CLOSES])
+        flights = np.diff(unknowns[::len(unknowns) // len(s.nodes)][train])
+        return bool((flights[s.nodes[train[:-1], CLOSES] == 2] < -TOUCH).any())
 
     def _closure(self, x) -> float:
         """How much too early the impacts of a complete chattering end in closed form, or how many are listed too many: at most 0,

@@ -177,6 +177,8 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
             return None if c is None else (c.det_sign * math.exp(min(log, 50.0)) if c.det_sign else 0.0, c)
         outer = 1.0, math.exp(min(new.det_log - row.det_log - rate * curve.length, 50.0))
     band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*outer, half.sizes[j] if j < part.count else 0.0)
+    if j in part.boundary:
+        band = max(band, rounding(half, j))
     edges = beginning(half, row), ends
     zero = [on_boundary(half, end) and abs(v) <= band for end, v in zip((row, new), outer, strict=True)]
     low, high = 0.0, 1.0

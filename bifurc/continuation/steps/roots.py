@@ -100,6 +100,9 @@ def polish(f, t, value, point):
         box[zeros.LEAST], box[zeros.THERE], box[zeros.ASKED] = value, float(point.x[-1]), 1.0
     for place in polishing(box):
         made = f(place)
+        if made is None and box[zeros.TRIED]:
+            box[zeros.VALUE] = math.nan
+            continue
         if made is None:
             return None
         box[zeros.VALUE], point = made

@@ -44,7 +44,7 @@ from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
 from ...solve.steplaw import lowest
 from ...solve.steprun import BACK, BEYOND, HIGH, LAST_ROW, LENGTH, LOW, MADE, MOST, looked_at, taken
-from ...solve.zeros import DONE, PARAMETER, VALUE, enclosing, polishing
+from ...solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
 # sequence of impacts, 2: belongs to one; ENDING the guard of the mode AFTER that ends the interval, -1 none; then for every
@@ -757,7 +757,9 @@ def locate(T, data, hermite, bracket, place, point, info, tolerance, max_iterati
         return 0
     for t in polishing(box):
         status = tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterations, box)
-        if status != 1:
+        if status == 0 and box[TRIED] > 0.0:
+            box[VALUE] = np.nan
+        elif status != 1:
             return status
     return 1 if box[DONE] > 0.0 else 0
 
