@@ -84,14 +84,14 @@ class Crossing:
         return fu, np.array([0.0, 1.0])
 
     def correct(self, guess, tangent, fixed=False):
-        x = guess.copy()
-        for count in range(30):
+        x, count = guess.copy(), 0
+        while count < 30:
             fu, fp = self.jacobian(x[:-1], x[-1])
             matrix = np.vstack([np.column_stack([fu, fp]), tangent])
             right = np.append(self.equations(x), tangent @ (x - guess))
             if abs(np.linalg.det(matrix)) < 1e-14 or np.abs(right).max() < 1e-15:
                 break
-            x = x - np.linalg.solve(matrix, right)
+            x, count = x - np.linalg.solve(matrix, right), count + 1
         good = np.abs(self.equations(x)).max() < 1e-14
         return type("Corrected", (), {"x": x, "converged": bool(good), "iterations": count, "monitors": ()})()
 
