@@ -375,3 +375,17 @@ def test_repr_and_bad_motion():
     assert repr(condensed) == "Condensed(10 degrees of freedom to 1, 7 unknowns, receptance by modes)"
     status, f, _ = condensed.linearised(np.full(7, np.nan))
     assert status is ContactStatus.NOT_FINITE and np.isnan(f).all()
+
+
+def test_a_branch_where_every_pole_lies_in_a_cluster():
+    """Two critically damped pairs that circulatory stiffness couples one way: no pole stands alone; the whole balance agrees."""
+    K = np.array([[1.0, 0.5, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.7], [0.0, 0.0, 0.0, 4.0]])
+    elements = bf.elements.HarmonicForce(1.0), bf.elements.ElasticStop(gap=0.05, stiffness=2.0)
+    system = bf.System(np.eye(4), np.diag([2.0, 2.0, 4.0, 4.0]), K, elements, omega=0.7)
+    ends = []
+    for condense in (True, False):
+        orbit = bf.find_orbit(system, method=bf.HarmonicBalance(5, condense=condense))
+        branch = bf.trace(orbit, "omega", bounds=(0.5, 0.9))
+        assert branch.stop_reason == ("bound", "bound")
+        ends.append(branch.column("max_0")[[0, -1]])
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-13)

@@ -487,8 +487,8 @@ class LinearPart:
         kept = self.__dict__.get("_products")
         if kept is None or kept[0] is not terms:
             left, right = self.outputs @ terms.out, terms.into @ self.rows.T
-            pairs = np.ascontiguousarray((left.T[:, :, None] * right[:, None, :]).reshape(len(right), -1), complex)
-            kept = self.__dict__["_products"] = terms, left.astype(complex), pairs
+            pairs = (left.T[:, :, None] * right[:, None, :]).reshape(len(right), left.shape[0] * right.shape[1])
+            kept = self.__dict__["_products"] = terms, left.astype(complex), np.ascontiguousarray(pairs, complex)
         return kept[1:]
 
     def _stiffness(self, T, i: int, shift: complex, moved: bool) -> np.ndarray:
