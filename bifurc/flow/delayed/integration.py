@@ -31,7 +31,7 @@ SAME = 4e-16  # relative distance of times that are one
 CORRECTIONS, NEAR = 4, 1e-3  # of an event's time on a curve, and their largest size, of a step
 ON_SURFACE = 64 * 2.2e-16  # of the sizes of its terms: a guard so small at the start of a piece is zero there
 ORDERS = 3  # rates of a guard that may vanish with it at the start of a piece
-ROUNDED = 1e-13  # of the terms of a guard: so small a rate at the start of a piece, however short, is zero there
+SHARE = 1e-9  # of the terms of a guard's rate: what the rounding of the guard may hide of it at most, however short a piece is
 
 
 def integrate(system: System, y0: np.ndarray, start: float, stop: float, history=None, breaks=(),
@@ -336,7 +336,8 @@ def first_root(value: np.ndarray, start: float, noise: float) -> float | None:
             break
         value = value / c
         terms = _legendre() @ value
-        first, level = float(np.polynomial.legendre.legval(-1.0, terms)), ROUNDED * float(np.abs(terms).sum())
+        first = float(np.polynomial.legendre.legval(-1.0, terms))
+        level = min(level / c[0], SHARE * float(np.abs(terms).sum()))
     if first > level:
         return 0.0
     if terms[0] + np.abs(terms[1:]).sum() < 0.0:
