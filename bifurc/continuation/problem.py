@@ -538,6 +538,7 @@ class Problem:
         return new / length, sign, log + math.log(length)  # det [J; new] = det [J; old] / (old . new)
 
     def _failed(self, x, tangent, status, count, size_f):
+        """Return what is left of a guess from which no solution was reached: its last point and its largest residual."""
         return Corrected(x, tangent, False, status, count, size_f, math.inf, math.inf, 0.0, -math.inf, NO_MONITORS)
 
     def _size(self, i):

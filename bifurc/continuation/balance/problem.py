@@ -147,8 +147,7 @@ class BalanceProblem(Problem):
         if status != corrector.CONVERGED:
             failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR,
                       corrector.OTHER_ORDER: CorrectorStatus.INADMISSIBLE}
-            return Corrected(point, tangent, False, failed.get(status, CorrectorStatus.NOT_FINITE), int(count), residual, math.inf,
-                             math.inf, 0.0, -math.inf, NO_MONITORS)
+            return self._failed(point, tangent, failed.get(status, CorrectorStatus.NOT_FINITE), int(count), residual)
         why = CorrectorStatus.CONVERGED if sign else CorrectorStatus.SINGULAR
         return Corrected(point, new, True, why, int(count), residual, distance, contraction, sign, log, self._values())
 

@@ -27,7 +27,7 @@ from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import NO_MONITORS, Corrected, EndPoint, Monitor, Problem
+from ..problem import Corrected, EndPoint, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
 from ..watching import bare
@@ -183,18 +183,15 @@ class OrbitProblem(Problem):
         told = info.tolist()
         iterations, residual = int(told[sequence.ITERATIONS]), told[sequence.RESIDUAL]
         if status != 1:
-            return Corrected(U, tangent, False, STATUS[status], iterations, residual, math.inf, math.inf, 0.0, -math.inf,
-                             NO_MONITORS)
+            return self._failed(U, tangent, STATUS[status], iterations, residual)
         if self._halves is not None and self._apart(U) <= ONE and self._apart(x) > branching.SEPARATE:
             # an orbit run through twice solves the same equations, and is met at the end of a doubled branch alone
-            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
-                             -math.inf, NO_MONITORS)
+            return self._failed(U, tangent, CorrectorStatus.NOT_CONVERGED, iterations, residual)
         moved = (U - x) / self.scale
         sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
         values = self._values(U, told)
         if self._chatters and not (values[self._bounds] > 0.0).any() and self._backwards(U):  # and no test tells that it is none
-            return Corrected(U, tangent, False, CorrectorStatus.NOT_CONVERGED, iterations, residual, math.inf, math.inf, 0.0,
-                             -math.inf, NO_MONITORS)
+            return self._failed(U, tangent, CorrectorStatus.NOT_CONVERGED, iterations, residual)
         odd = self._merges if self._halves is not None else self._shrinks if self._born else None
         if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
             apart = -values[odd]
