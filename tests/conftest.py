@@ -3,6 +3,8 @@ import hashlib
 import os
 import tempfile
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # workers beside each other: threads that spin for a small matrix wait for cores
+
 import numpy as np
 import pytest
 from hypothesis import settings

@@ -15,6 +15,7 @@ from .tables import Tables
 
 EMPTY = np.empty((0, 0))
 RANK = 1e-12  # held rows whose normalised Gram matrix has a smaller singular value are dependent
+CANCELLED = 4e-15  # of what a number is the sum of, below which it is the rounding of a zero
 
 
 class DependentHolds(ValueError):
@@ -37,6 +38,14 @@ class Views(NamedTuple):
     LS: np.ndarray
     LP: np.ndarray
     LG: np.ndarray
+
+
+def cancelled(values, sizes):
+    """Return the ``values`` without those that are rounding of the terms, of ``sizes`` together, whose sum they are.
+
+    What holds cancel would else be a number that no parameter changes smoothly.
+    """
+    return np.where(np.abs(values) <= CANCELLED * sizes, 0.0, values)
 
 
 def layout(like: Tables) -> list[tuple[slice, tuple[int, ...]]]:
@@ -68,6 +77,12 @@ def is_stop(value) -> bool:
         return False
     names = value.names
     return "s" in names and not names & {"u", "z", "lam"}
+
+
+def unmoved(R, direction, row):
+    """Return the rows ``R`` (n, nx) without what moves ``row`` (nx,) along the ``direction`` (n,)."""
+    moved = direction[:, None] * row
+    return cancelled(R - moved, np.abs(R) + np.abs(moved))
 
 
 class Placed(NamedTuple):
@@ -333,8 +348,8 @@ class Packer:
         X = self.inverse @ D
         solve = 1.0 / (J @ X) if len(owners) == 1 else np.linalg.inv(J @ X)
         rest = np.array([site.rest[row] for site, row in sites])
-        lam = -solve @ (J @ free + rest)
-        free += X @ lam
+        lam = cancelled(-solve @ (J @ free + rest), np.abs(solve) @ (np.abs(J) @ np.abs(free) + np.abs(rest)))
+        free[:] = cancelled(free + X @ lam, np.abs(free) + np.abs(X) @ np.abs(lam))
         fixed = []
         for i, row in enumerate(J):  # a held coordinate stays exactly: no rounding is left in its acceleration
             places = row.nonzero()[0]
@@ -384,11 +399,11 @@ class Packer:
         if surface:
             direction = self._beside(hold, row[:n])
             T.D[m, g, :n] = direction
-            R[:n] -= direction[:, None] * row
+            R[:n] = unmoved(R[:n], direction, row)
         elif is_stop(guard.value) and row[n:2 * n].any():  # rounding must leave no speed that stick would break on
             direction = self._beside(hold, row[n:2 * n])
             T.D[m, g, n:2 * n] = direction
-            R[n:2 * n] -= direction[:, None] * row
+            R[n:2 * n] = unmoved(R[n:2 * n], direction, row)
         if guard.kick is not None and not isinstance(guard.kick, Law):
             W = site.J @ site.X
             constant, slope = guard.kick.impulse(np.zeros(len(W)), W)
@@ -411,7 +426,8 @@ class Packer:
         direction = self.inverse @ row
         if hold.owners:
             size = row @ direction
-            direction = direction - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ direction)))
+            drawn = self.inverse @ (hold.D @ (hold.solve @ (hold.J @ direction)))
+            direction = cancelled(direction - drawn, np.abs(direction) + np.abs(drawn))
             direction[hold.fixed] = 0.0
             if not row @ direction > RANK * size:
                 return np.zeros(len(row))

@@ -11,16 +11,19 @@ from .shooting.signature import Signature, divided, repeated, sections
 from .solving import solve
 
 SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
+GEOMETRIC = 1.25  # ratio of the factors by which speeds fall from impact to impact, up to which they are one sequence
 
 
 def mark_trains(nodes, speeds):
-    """Mark (CLOSES 2) the impacts of falling speed that lead to the end of a complete chattering: none of them can graze.
+    """Mark (CLOSES 2) the impacts that lead to the end of a complete chattering: none of them can graze.
 
-    Between two of them another element may have an event, as friction does where the speed turns: it is marked too.
+    Their speeds fall, each by nearly the same factor as the next: an impact before them, out of the geometric sequence, may become
+    a graze along a branch, however fast it is here.  Between two of them another element may have an event, as friction does where
+    the speed turns: it is marked too.
     """
     count = len(nodes)
     for end in np.flatnonzero(nodes[:, CLOSES] == 1):
-        at = end
+        at, factor = end, None
         for _ in range(count - 1):
             between = before = (at - 1) % count
             if nodes[between, AFTER] == nodes[end, BEFORE] != nodes[between, BEFORE]:
@@ -28,8 +31,11 @@ def mark_trains(nodes, speeds):
             if nodes[before, GUARD] != nodes[end, GUARD] or nodes[before, BEFORE] != nodes[end, BEFORE] \
                     or speeds[before] <= speeds[at] or nodes[before, CLOSES] or nodes[between, CLOSES]:
                 break
+            own = speeds[at] / speeds[before]
+            if factor and not factor / GEOMETRIC < own < factor * GEOMETRIC:
+                break
             nodes[[between, before], CLOSES] = 2
-            at = before
+            at, factor = before, own
 
 
 def reduced(orbit: PeriodicOrbit) -> PeriodicOrbit:

@@ -63,3 +63,10 @@ def test_a_train_is_of_falling_speeds():
     nodes = np.array([[0, 0, 0, 0, 0]] * 4 + [[0, 0, 1, 0, 1], [1, 0, 0, 0, 0]])
     mark_trains(nodes, np.array([0.1, 0.8, 0.4, 0.2, 0.1, 0.0]))
     assert nodes[:, 4].tolist() == [0, 2, 2, 2, 1, 0]
+
+
+def test_a_train_falls_by_one_factor():
+    """An impact that is faster than the next, but not by the factor of those behind it, may still become a graze: it is watched."""
+    nodes = np.array([[0, 0, 0, 0, 0]] * 4 + [[0, 0, 1, 0, 1], [1, 0, 0, 0, 0]])
+    mark_trains(nodes, np.array([0.9, 0.8, 0.4, 0.21, 0.1, 0.0]))
+    assert nodes[:, 4].tolist() == [0, 2, 2, 2, 1, 0]

@@ -190,6 +190,8 @@ def changed(problem, x, other):
         return beside_stick(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.STICK})
     if kinds == {EventKind.STICK, EventKind.SLIP}:
         return shortest(richer, at)
+    if kinds == {EventKind.CONTACT, EventKind.SEPARATION}:
+        return brief_contact(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.CONTACT})
     return None
 
 
@@ -224,6 +226,17 @@ def beside_stick(problem, x, elements):
             found += [(spans[i], scene.keys[mode][element] == STICK),
                       (spans[(i + 1) % len(nodes)], scene.keys[after][element] == STICK)]
     return SpecialPointKind.STICK_ONSET if min(found)[1] else SpecialPointKind.SLIP_ONSET
+
+
+def brief_contact(problem, x, elements):
+    """Return what a contact more at ``x`` (n + 1,) is, of one of the ``elements``: a grazing where it begins on a surface in space,
+    also where something else happens within it (a stick, that goes on without it); else a change of the load, which ends it too."""
+    scene, T, ns = problem.scene, problem.equations.numbers_at(float(x[-1])), problem.scene.ns
+    begin = next(i for i, (mode, guard, *_) in enumerate(problem.sequence.nodes.tolist()) if guard >= 0
+                 and scene.event_kind(mode, guard) is EventKind.CONTACT and scene.guard(mode, guard).element in elements)
+    mode, guard = problem.sequence.nodes[begin, :AFTER].tolist()
+    place = begin * (1 + ns) + 1
+    return SpecialPointKind.GRAZING if is_surface(scene, T, mode, guard, x[place:place + ns]) else SpecialPointKind.SEPARATION
 
 
 def shortest(problem, x):
