@@ -19,7 +19,7 @@ from .._jit import NOTHING, PAIR, apart, njit
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
 from .affine.event_free import coast
-from .affine.polynomial import EPS, first_zero
+from .affine.polynomial import EPS, first_zero, horner
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
 DONE, NEED, SETTLE, LIMIT, FULL, LOST = range(6)  # what `run` returns
@@ -191,6 +191,32 @@ def same_speed(T, m, g, k):
 
 
 @njit
+def struck(T, m, g, x, series, hit):
+    """The guard with a kick that is reached with guard ``g`` of mode ``m`` after the time ``hit`` from ``x`` (nx,), and the ratio of
+    their rates; -1 without one.
+
+    In this mode the two differ by a multiple and a constant, and the constant is nothing: a slider that slipped up to the stop
+    reaches its limit there again, and the impact turns it round in the same instant.  Which of the two zeros comes first is
+    rounding; the impact does, and what it lets slip joins it.
+    """
+    for k in range(T.n_guards[m]):
+        if T.kick[m, k] == 0 or T.element[m, k] == T.element[m, g]:
+            continue
+        own = both = square = 0.0
+        for c in range(T.G.shape[2]):
+            own += T.GT[m, k, c, 1]**2
+            both += T.GT[m, k, c, 1] * T.GT[m, g, c, 1]
+            square += T.GT[m, g, c, 1]**2
+        if both <= 0.0 or both * both < (1.0 - PARALLEL) * own * square:
+            continue
+        factor = both / square
+        noise = 4.0 * EPS * (terms_size(T, m, k, x) + factor * terms_size(T, m, g, x))
+        if abs(horner(series[k], 0, hit)[0]) <= noise:
+            return k, factor
+    return -1, 0.0
+
+
+@njit
 def slowed(r, v, push, away, loss, rate):
     """Duration of a complete chattering whose flights begin under the acceleration ``away`` and end under ``push``, to first and to
     second order in ``v``; ``rate`` is the rate of both, ``loss`` what they lose per unit of speed.
@@ -266,6 +292,10 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
                     g, hit, arrive, what = i, out[2], 0.0, GRAZE
                 elif out[0] < hit or (out[0] == hit and g < 0):
                     g, hit, arrive, what = i, out[0], out[1], EVENT
+            if what == EVENT and kick[m, g] == 0:
+                strikes, factor = struck(T, m, g, x, series, hit)
+                if strikes >= 0:
+                    g, arrive = strikes, factor * arrive
             hit = land(T, m, g if what == EVENT else -1, x, hit, xm)
             for c in range(nx):
                 x[c] = xm[c]

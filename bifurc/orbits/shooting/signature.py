@@ -150,7 +150,67 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
         order = abs(int(opening[STARTS + guard]))
         order = 0 if order == FOREVER else order
         node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard) else order
+    if scene.ns > 2 * scene.n:
+        mark_implied(scene, T, whole, closure)
     return whole
+
+
+def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
+    """Mark (`FOREVER`) the guards that reach zero only where a contact strikes that turns the motion round: they make no event.
+
+    A slider that slipped up to a stop, in one impact, reaches its limit there again in the next: as long as it sticks, its guard and
+    that of the stop differ by a multiple and by what the memory written then makes zero.
+    """
+    facts = [np.empty((0, T.A.shape[2]))] * len(whole)
+    for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is known at the end of the period counts at its beginning
+        known = facts[i - 1]
+        if i == 0 and closure < 0:
+            known = known.copy()
+            known[:, scene.ns] *= -1.0
+        facts[i] = frozen_facts(scene, T, whole[i], known)
+    for node, known in zip(whole, facts, strict=True):
+        mode = int(node[AFTER])
+        guards = range(int(T.n_guards[mode]))
+        rows = {q: left_of(T.G[mode, q], known) for q in guards if len(known) and not T.LG[mode, q].any()}
+        for k in (k for k in rows if T.kick[mode, k]):
+            for q in rows:
+                own = scene.guard(mode, q).element == scene.guard(mode, k).element
+                if not (own or T.kick[mode, q] or q == node[ENDING]) and parallel(rows[q], rows[k]):
+                    node[STARTS + q] = FOREVER
+
+
+def frozen_facts(scene: Scene, T, node: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return orthonormal rows (k, nx) of memory that stands still behind the event of a ``node``, and of the constant, that are zero
+    there; ``known`` are those of the interval before."""
+    before, guard, after = (int(value) for value in node[:DIVIDE])
+    size, unit = np.ones(T.A.shape[2]), np.eye(T.A.shape[2])
+    zero = [*known, *(unit[c] - row for c, row in scene.algebraic(before))]
+    zero += [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k])]
+    jump = unit
+    if guard >= 0:
+        zero.append(T.G[before, guard])
+        jump = slope_of_jump(scene, T, before, guard)
+    moved = {c for c, _ in scene.algebraic(after)}
+    places = [c for c in range(2 * scene.n, scene.ns) if c not in moved and not T.A[after, c].any()]
+    if not places:
+        return np.empty((0, size.size))
+    values = np.vstack([jump[places], unit[scene.ns]])
+    left = left_of(values, _basis(zero, size))
+    _, sizes, combinations = np.linalg.svd(left.T)
+    sizes = np.append(sizes, np.zeros(len(values) - sizes.size))
+    rows = combinations[sizes <= PROPORTIONAL * np.abs(values).max()]
+    return _basis(rows @ np.vstack([unit[places], unit[scene.ns]]), size)
+
+
+def left_of(row, basis):
+    """Return what orthonormal rows (k, nx) leave of a row, or of each of several."""
+    return row - (row @ basis.T) @ basis
+
+
+def parallel(a, b) -> bool:
+    """Return whether two rows are positive multiples of each other, and not zero."""
+    size = np.sqrt((a @ a) * (b @ b))
+    return bool(size > 0.0 and size - a @ b <= PROPORTIONAL * size)
 
 
 def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: int, zero: tuple = ()) -> np.ndarray:
@@ -227,9 +287,7 @@ def coincide(scene: Scene, T, opening, guard: int) -> bool:
     owner = scene.guard(after, guard).element
     if T.kick[before, fired] or owner == scene.guard(before, fired).element or law_guards(T, before, fired, after):
         return False
-    a, b = T.G[before, fired], T.G[after, guard]
-    size = np.sqrt((a @ a) * (b @ b))
-    return bool(size - a @ b <= PROPORTIONAL * size) and scene.keys[before][owner] == scene.keys[after][owner]
+    return parallel(T.G[before, fired], T.G[after, guard]) and scene.keys[before][owner] == scene.keys[after][owner]
 
 
 def _basis(rows, size) -> np.ndarray:
