@@ -192,8 +192,8 @@ def same_speed(T, m, g, k):
 
 @njit
 def struck(T, m, g, x, series, hit):
-    """The guard with a kick that is reached with guard ``g`` of mode ``m`` after the time ``hit`` from ``x`` (nx,), and the ratio of
-    their rates; -1 without one.
+    """The guard with a kick that is reached with guard ``g`` of mode ``m`` after the time ``hit`` from ``x`` (nx,), and the ratio
+    of their rates; -1 without one.
 
     In this mode the two differ by a multiple and a constant, and the constant is nothing: a slider that slipped up to the stop
     reaches its limit there again, and the impact turns it round in the same instant.  Which of the two zeros comes first is

@@ -60,3 +60,14 @@ def test_what_holds_cancel_is_zero(name):
     value = system.parameter(name)
     branch = bf.trace(bf.find_orbit(system), name, bounds=(0.95 * value, 1.05 * value))
     assert [end.reason.value for end in branch.ends] == ["bound"] * 2 and branch.audit.ok
+
+
+def test_what_rounding_leaves_of_a_flight_has_no_maximum():
+    """A disk that strikes its stator once a turn goes on to two impacts at .809374449316, also where it is traced from below: the
+    end of the flight counted as an unlisted touch wherever its steps did not add up to it to the last digit."""
+    stator = bf.systems.rigid_stator_rotor(zeta=0.207, nu=0.7, eccentricity=0.503, restitution=0.511)
+    branch = bf.trace(bf.find_orbit(stator), "nu", bounds=(0.65, 0.83))
+    assert branch.audit.ok and [end.reason.value for end in branch.ends] == ["bound"] * 2
+    assert [p.kind.value for p in branch.special_points] == ["grazing", "period_doubling"] * 2
+    np.testing.assert_allclose([p.parameter for p in branch.special_points],
+                               [0.73818077666, 0.74150432919, 0.809374449316, 0.812711381983], rtol=0, atol=1e-10)

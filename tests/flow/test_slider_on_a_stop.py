@@ -26,7 +26,8 @@ def test_no_slip_is_told_at_the_instant_of_an_impact(gap):
     motion = bf.simulate(case, y0=np.zeros(3), periods=40)
     times = np.array([event.time for event in motion.events])
     kinds = [(event.element, event.kind.value) for event in motion.events]
-    hits = {round(t, 9) for t, kind in zip(times, kinds, strict=True) if kind in (("rigid_stop", "impact"), ("rigid_stop", "chatter"))}
+    struck = ("rigid_stop", "impact"), ("rigid_stop", "chatter")
+    hits = {round(t, 9) for t, kind in zip(times, kinds, strict=True) if kind in struck}
     slips = {round(t, 9) for t, kind in zip(times, kinds, strict=True) if kind == ("jenkins", "slip")}
     assert len(hits) > 40 and slips and not hits & slips
 

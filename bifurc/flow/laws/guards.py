@@ -767,7 +767,7 @@ def segment_peak(T, m, g, x, s, closing_guard, low):
     none, accs, scratch = np.empty((0, 2)), np.empty((0, n, NODES + 2)), scratch_of(T, 0)
     best, where, t, rising = -np.inf, 0.0, 0.0, False
     top_of, inside = np.empty(nx), 0.0  # the step that has the largest maximum: its first state, and how far in it lies
-    while t < s:
+    while s - t > 1e-14 * s:  # what rounding leaves of the segment is no step, and has no maximum of its own
         h = fitted(T, m, now, s - t, acc, force, x1, none, accs, scratch)
         series(T, m, g, now, n, h, acc, force, 1, a)
         if t == 0.0:

@@ -156,7 +156,7 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
 
 
 def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
-    """Mark (`FOREVER`) the guards that reach zero only where a contact strikes that turns the motion round: they make no event.
+    """Mark (`FOREVER`) the guards that reach zero only where a contact strikes and turns the motion round: they make no event.
 
     A slider that slipped up to a stop, in one impact, reaches its limit there again in the next: as long as it sticks, its guard and
     that of the stop differ by a multiple and by what the memory written then makes zero.
@@ -180,8 +180,8 @@ def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
 
 
 def frozen_facts(scene: Scene, T, node: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return orthonormal rows (k, nx) of memory that stands still behind the event of a ``node``, and of the constant, that are zero
-    there; ``known`` are those of the interval before."""
+    """Return orthonormal rows (k, nx) of memory that stands still behind the event of a ``node``, and of the constant, that are
+    zero there; ``known`` are those of the interval before."""
     before, guard, after = (int(value) for value in node[:DIVIDE])
     size, unit = np.ones(T.A.shape[2]), np.eye(T.A.shape[2])
     zero = [*known, *(unit[c] - row for c, row in scene.algebraic(before))]
