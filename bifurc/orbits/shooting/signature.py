@@ -158,8 +158,8 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
 def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
     """Mark (`FOREVER`) the guards that reach zero only where a contact strikes and turns the motion round: they make no event.
 
-    A slider that slipped up to a stop, in one impact, reaches its limit there again in the next: as long as it sticks, its guard and
-    that of the stop differ by a multiple and by what the memory written then makes zero.
+    A slider that slipped up to a stop, in one impact, reaches its limit there again in the next: as long as it sticks, its guard
+    and that of the stop differ by a multiple and by what the memory written then makes zero.
     """
     facts = [np.empty((0, T.A.shape[2]))] * len(whole)
     for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is known at the end of the period counts at its beginning
