@@ -315,14 +315,16 @@ def silent(row, j):
 
 def cut_at(row, j, root):
     """Return a first row as the end of a step on the boundary ``j``: at its zero ``root``, or itself where there is none."""
-    part, name = row.part, row.part.monitors[j - 1].name
+    part = row.part
     if root is None:
+        low = high = error = 0.0
         c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, 0, row.residual, 0.0, 0.0, row.det_sign, row.det_log,
                       np.array(row.tests[1:]))
-        return detect.Cut(row, c, j, detect.Found(part.kinds[j], name, c.x, c.tangent, 0.0, 0.0, 0.0, 0.0, part, corrected=c))
-    c = root.point
-    return detect.Cut(row, c, j, detect.Found(part.kinds[j], name, c.x, c.tangent, 0.0, min(root.low, 0.0), max(root.high, 0.0),
-                                              detect.parameter_error(part, c, root), part, corrected=c))
+    else:
+        c, low, high = root.point, min(root.low, 0.0), max(root.high, 0.0)
+        error = detect.parameter_error(part, c, root)
+    special = detect.Found(*detect.named(part, j, c.x), c.x, c.tangent, 0.0, low, high, error, part, corrected=c)
+    return detect.Cut(row, c, j, special)
 
 
 def boundary_at(row, j):

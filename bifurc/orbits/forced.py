@@ -254,8 +254,12 @@ def from_orbit(system: System, guess: PeriodicOrbit, periods: int | None) -> Per
 
 
 def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbit:
-    """Return the orbit on which the motion from rest settles."""
-    y, best = resting_start(system), None
+    """Return the orbit on which the motion from rest settles.
+
+    A slider that slips less and less shakes down: an orbit that lists a slip of no duration is the edge of those that it settles
+    among, with multipliers of its own, and is taken only where nothing else comes.
+    """
+    y, best, edge = resting_start(system), None, None
     done = 0
     candidates = range(1, MOST_PERIODS + 1) if periods is None else [k for k in range(1, periods + 1) if periods % k == 0]
     while done < transient:
@@ -270,13 +274,16 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
         least = min(gaps.values())
         for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
             found = from_motion(system, simulate(system, y, periods=2 * k), 0, k)
-            if found.success:
+            if found.success and touching(found):
+                edge = found
+            elif found.success:
                 away = float(np.abs((found.state - y) / found.weights).max())
                 if found.stable is not False and away <= NEAR:
                     found.how["transient periods"] = done
                     return found
                 if best is None:
                     best = found
+    best = edge if best is None else best
     if best is not None and best.stable is not False:
         best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
         return best

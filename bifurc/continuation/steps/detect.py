@@ -147,9 +147,7 @@ def creeping(half, row):
     j = min(near)[1]
     c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0, row.det_sign,
                   row.det_log, np.array(row.tests[1:]))
-    monitor = part.monitors[j - 1]
-    kind = SpecialPointKind(part.problem.kind_at(monitor, row.x))
-    special = Found(kind, monitor.name, row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
+    special = Found(*named(part, j, row.x), row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
                     1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c)
     return Cut(row, c, j, special)
 
@@ -407,10 +405,16 @@ def located(part, a, b, j, curve, root):
         return None
     c = root.point
     s = a.s + root.at * curve.length
-    monitor = part.monitors[j - 1] if j else None
-    kind = part.kinds[j] if monitor is None else SpecialPointKind(part.problem.kind_at(monitor, c.x))
-    return Found(kind, monitor.name if monitor else "", c.x, c.tangent, s, a.s + root.low * curve.length,
+    return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
                  a.s + root.high * curve.length, parameter_error(part, c, root, curve), part, corrected=c)
+
+
+def named(part, j, x):
+    """Return kind and name of what lies where test ``j`` is zero, at ``x`` (n + 1,): what a boundary is, the problem says."""
+    if j == 0:
+        return part.kinds[0], ""
+    monitor = part.monitors[j - 1]
+    return SpecialPointKind(part.problem.kind_at(monitor, x)), monitor.name
 
 
 def parameter_error(part, c, root, curve=None):
@@ -431,9 +435,8 @@ def guessed(part, a, b, j):
     """A special point that is only enclosed."""
     t = abs(a.tests[j]) / (abs(a.tests[j]) + abs(b.tests[j]))
     curve = Curve(a, b)
-    monitor = part.monitors[j - 1] if j else None
     error = abs(b.p - a.p) + part.scale[-1] * curve.length**2
-    return Found(part.kinds[j], monitor.name if monitor else "", curve.place(t), curve.tangent(t),
+    return Found(*named(part, j, curve.place(t)), curve.place(t), curve.tangent(t),
                  a.s + t * curve.length, a.s, b.s, error, part, LocationStatus.GUESS)
 
 
@@ -502,8 +505,7 @@ def at_end(half, row):
         c = root.point
         error = parameter_error(part, c, root)
         if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
-            monitor = part.monitors[j - 1] if j else None
-            found.append(Found(part.kinds[j], monitor.name if monitor else "", c.x, c.tangent, row.s,
+            found.append(Found(*named(part, j, c.x), c.x, c.tangent, row.s,
                                row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part,
                                reverses=j == 0, corrected=c))
     return found
