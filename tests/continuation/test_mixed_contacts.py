@@ -71,3 +71,18 @@ def test_what_rounding_leaves_of_a_flight_has_no_maximum():
     assert [p.kind.value for p in branch.special_points] == ["grazing", "period_doubling"] * 2
     np.testing.assert_allclose([p.parameter for p in branch.special_points],
                                [0.73818077666, 0.74150432919, 0.809374449316, 0.812711381983], rtol=0, atol=1e-10)
+
+
+def test_a_reversal_that_releases_another_mass_is_refused_by_nothing():
+    """Beyond .804244241184 the friction that turns round releases the first mass in the same instant: the reversed slip of a mass
+    that stays is none of the modes tried before, and the branch goes on to where its chattering completes no more."""
+    system = coupled(0.225, 1.22, 0.777, 0.504, 0.271, 0.0793, 0.166, (0.437, 8.77))
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5439, 1.0101))
+    assert branch.audit.ok and [end.reason.value for end in branch.ends] == ["bound", "chattering"]
+    kinds = {p.kind.value: p.parameter for p in branch.special_points if p.parameter > 0.8}
+    assert list(kinds) == ["separation", "chatter_completion"]
+    assert abs(kinds["chatter_completion"] - 0.883123902099) < 1e-10
+    beyond = branch.orbits[int(np.argmin(np.abs(branch.column("omega") - 0.81)))]
+    motion = bf.simulate(beyond.system, y0=beyond.state, periods=2)
+    hits = [sum(event.element == "rigid_stop" for event in one.events) for one in (motion, beyond)]
+    assert hits[0] == 2 * hits[1] > 0

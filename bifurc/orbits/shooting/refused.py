@@ -47,7 +47,7 @@ def earlier_modes(scene, signature) -> list[Earlier]:
             continue
         for key in owner.guard.then:
             mode = scene.combine(before, owner.element, key)
-            if mode == after:
+            if mode == after or key == scene.keys[after][owner.element]:  # also where another element has changed with it
                 break
             if mode is not None and mode != before and scene.tables.n_holds[mode]:
                 found.append(Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))))
