@@ -85,7 +85,8 @@ def test_free_structures_need_their_rigid_body_modes():
 def test_errors_of_free_structures_know_no_units(method, keep, modes, mass, stiffness):
     chain = 2.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
     chain[0, 0] = chain[5, 5] = 1.0
-    plain, scaled = reduce(np.eye(6), chain, keep, modes, method)[2], reduce(mass * np.eye(6), stiffness * chain, keep, modes, method)[2]
+    plain = reduce(np.eye(6), chain, keep, modes, method)[2]
+    scaled = reduce(mass * np.eye(6), stiffness * chain, keep, modes, method)[2]
     assert scaled.static_error == pytest.approx(plain.static_error, rel=1e-6, abs=1e-12)
     assert scaled.frequencies[1:] == pytest.approx(np.sqrt(stiffness / mass) * plain.frequencies[1:], rel=1e-9)
     assert scaled.residual == pytest.approx(plain.residual / stiffness, rel=1e-9)
