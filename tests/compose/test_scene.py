@@ -386,3 +386,33 @@ def test_an_impact_writes_the_memory_of_all_elements_that_it_turns_round():
                 assert after[2] == pytest.approx(0.123 if way is None else gap - way * limit / k, rel=1e-14)
                 seen += 1
     assert seen >= 3
+
+
+@dataclass(frozen=True)
+class Badly(el.Element):
+    """A stop whose mode of contact is not what it should be."""
+
+    wrong: object = None
+    start = ("away",)
+    memory = ("place",)
+
+    def site(self, n):
+        return el.Rows.of([[1.0, 0.0], [0.0, 1.0]], n)
+
+    def mode(self, key, core):
+        if key == "away":
+            return el.Mode(guards=(el.Guard(u(0) - 1.0, el.EventKind.CONTACT, ("touching",)),))
+        return self.wrong
+
+
+@pytest.mark.parametrize("wrong, words", [
+    (None, r"badly, mode 'touching': mode\(...\) returned None; it must be a Mode"),
+    (el.Mode(force=(u(0),)), "badly, mode 'touching': force has 1 entries; the site has 2 rows"),
+    (el.Mode(hold=(el.Hold(2, (1.0, 0.0), u(0)),)), "badly, mode 'touching': Hold.* does not fit a site of 2 rows"),
+    (el.Mode(hold=(el.Hold(-1, (1.0, 0.0), u(0)),)), "does not fit a site of 2 rows"),
+    (el.Mode(hold=(el.Hold(0, (1.0,), u(0)),)), "does not fit a site of 2 rows"),
+    (el.Mode(memory=(None, None)), "badly, mode 'touching': memory has 2 entries; the element names 1")],
+    ids=["none", "force", "row", "row below", "push", "memory"])
+def test_a_mode_that_does_not_fit_its_site_is_refused_where_an_event_leads_to_it(wrong, words):
+    with pytest.raises(ValueError, match=words):
+        scene_of(System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [Badly(wrong)]))
