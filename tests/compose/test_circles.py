@@ -270,6 +270,22 @@ def test_rows_of_laws_and_laws_joined():
 # ---- texts ---------------------------------------------------------------------------------------------------------------------
 
 
+def test_laws_of_one_text_differ_in_their_element_alone():
+    """What a law gives, its derivatives, its numbers, its turn in a mode and where it is read are parts of the text."""
+    def f(u, s, k):
+        return -k * u
+
+    def g(u, s, k):
+        return -k * s
+    one = SceneLaw(0, "x", ("k",), 1, Law(f, (1.0,)), FORCE, 0, False)
+    for change in ({"stage": GUARD}, {"stage": KICK}, {"law": Law(g, (1.0,))}, {"law": Law(f, (1.0,), g)},
+                   {"law": Law(f, (1.0, 2.0))}, {"slot": 1}, {"curved": True}, {"rows": 2}):
+        other = one._replace(element=1, **change)
+        assert [each.places[0][0] for each in writer.alike([one, other])] == [0, 1], change
+    alike, = writer.alike([one, one._replace(element=1, name="y", law=Law(f, (3.0,)), keys=("a", "b")), one._replace(element=4)])
+    assert alike.places == [(0, 0, 0, 0, 0), (1, 1, 1, 1, 1), (2, 2, 2, 3, 4)]  # values of two modes
+
+
 @pytest.mark.parametrize("fast, slope", [(800.0, 0.0), (2000.0, 0.3)])
 def test_the_error_of_differences_is_that_of_their_formula(fast, slope):
     """Of sin(a u), five places h apart give a cos(a u) (8 sin a h - sin 2 a h) / 6 a h; of a linear part nothing is lost."""

@@ -1,13 +1,14 @@
 """Scenes: tables against closed forms and plain numpy, modes reached lazily, symmetry, numbers of other parameters."""
 import itertools
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bifurc import elements as el
 from bifurc import systems
-from bifurc.compose import scene_of
+from bifurc.compose import scene_of, writer
 from bifurc.compose.modal import give_modal
 from bifurc.compose.numbers import DependentHolds
 from bifurc.compose.scene import Scene
@@ -416,3 +417,60 @@ class Badly(el.Element):
 def test_a_mode_that_does_not_fit_its_site_is_refused_where_an_event_leads_to_it(wrong, words):
     with pytest.raises(ValueError, match=words):
         scene_of(System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [Badly(wrong)]))
+
+
+@dataclass(frozen=True)
+class Deciding(el.Element):
+    """Two rows, one of them on a belt; at its limit it asks where it is before it decides, and each mode has a force of its own."""
+
+    asked: tuple = ()
+    start = ("soft",)
+    memory = ("mark",)
+
+    def site(self, n):
+        return el.Rows.of([[1.0, -1.0], [0.5, 2.0]], n, drift=(0.0, -0.2))
+
+    def mode(self, key, core):
+        def decide(value):
+            return ("left" if value(u(0) - 0.1) < 0.0 else "right",) if not self.asked else tuple(map(value, self.asked))
+        power = {"soft": 3, "left": 5, "right": 7}[key]
+        law = el.Law(lambda u0, u1, s0, s1: (-u0**power, -s1 * u1 * u1), ())
+        return el.Mode(law, guards=(el.Guard(u(1) - 1.0, el.EventKind.CONTACT, decide if key == "soft" else ()),))
+
+
+def test_what_decides_reads_local_values_of_its_own_element(rng):
+    x = rng.normal(size=10)  # q, v, two marks, 1 and a harmonic: one place more than there are
+    asked = (u(0), u(1), s(0), s(1), el.local.z(), 2.0 * u(1) - s(0) + 3.0)
+    scene = scene_of(System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [el.HarmonicForce(0.3), Deciding(), Deciding(asked)], omega=1.1))
+    x = x[:scene.ns + scene.nw]
+    x[scene.ns] = 1.0
+    q, v = x[:2], x[2:4]
+    u0, u1, s0, s1 = q[0] - q[1], 0.5 * q[0] + 2.0 * q[1], v[0] - v[1], 0.5 * v[0] + 2.0 * v[1] - 0.2
+    owner = [scene.guard(0, g).element for g in range(scene.tables.n_guards[0])]
+    assert owner == [1, 2]
+    assert scene.followers(0, 1, x) == pytest.approx((u0, u1, s0, s1, x[5], 2.0 * u1 - s0 + 3.0), rel=1e-14)
+    assert scene.followers(0, 0, x) == (("left",) if u0 < 0.1 else ("right",))
+    for first, key in ((-0.5, "left"), (0.5, "right")):
+        x[:2] = first, 0.0
+        assert scene.followers(0, 0, x) == (key,)
+
+
+def test_modes_that_are_met_later_bring_their_laws_and_addresses(monkeypatch):
+    """Whoever has the tables in hand goes on with laws that are compiled; of one whose laws are not yet, none are."""
+    texts = []
+
+    def compiled(text):
+        texts.append(text)
+        return SimpleNamespace(ADDRESSES=(10 * len(texts), 10 * len(texts) + 1))
+    monkeypatch.setattr(writer, "step_module", compiled)
+    monkeypatch.setattr(writer, "_compiled", {})
+    scene = scene_of(System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [Deciding()], omega=1.1))
+    assert not scene.complete and len(scene.laws) == 1 and not scene.bound.any()
+    assert scene.combine(0, 0, "left") == 1 and len(scene.laws) == 2 and not scene.bound.any() and not texts
+    writer.bind(scene)
+    writer.bind(scene)
+    assert scene.bound.tolist() == [10, 11] and texts == [writer.law_text(scene.laws, 2)]
+    assert scene.combine(0, 0, "right") == 2 and len(scene.laws) == 3
+    assert scene.bound.tolist() == [20, 21] and scene.tables.bound is scene.bound
+    assert texts[1] == writer.law_text(scene.laws, 2) != texts[0]
+    assert scene.combine(0, 0, "left") == 1 and len(texts) == 2  # met before
