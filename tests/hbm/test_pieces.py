@@ -536,6 +536,25 @@ def test_the_splitting_finds_the_mean_of_an_asymmetric_contact():
     assert splitting(layout, omega, 1.2, 0.3, 1.4, load, [contact], iterations=2).iterations == 2
 
 
+@pytest.mark.parametrize("harmonics, periods", [(tuple(range(8)), 1), ((1, 3, 5, 7), 1), ((0, 1, 2, 4), 2)])
+def test_the_splitting_balances_every_harmonic_that_is_listed(harmonics, periods):
+    """Of two masses: K q - w^2 M q + i w C q = load - forces, with the forces that are within the bounds."""
+    layout, omega = Layout(harmonics, 2, periods), 0.9
+    M, C, K = np.array([[1.0, 0.2], [0.2, 2.0]]), np.array([[0.4, -0.1], [0.0, 0.3]]), np.array([[3.0, -1.0], [-1.0, 2.0]])
+    load = layout.pack({periods: [1.2 - 0.4j, 0.3j]} | ({0: [0.1, -0.2]} if layout.mean else {}))
+    contacts = [Contact(np.array(row), np.array([up + 0j]), np.array([low + 0j]))
+                for row, up, low in (([1.0, -1.0], 0.4, -0.4), ([0.0, 1.0], 0.2, -0.2))]
+    near = splitting(layout, omega, M, C, K, load, contacts, iterations=5000, tolerance=1e-8)
+    assert near.change <= 1e-8
+    spectrum = np.fft.rfft(near.forces, axis=1) / near.forces.shape[1]
+    for k in harmonics:
+        w = k * omega / periods
+        q, F = (np.array([layout.phasor(x, k, dof) for dof in range(2)]) for x in (near.x, load))
+        force = (spectrum[:, k] * (2.0 if k else 1.0)) @ [contact.row for contact in contacts]
+        np.testing.assert_allclose((K - w * w * M + 1j * w * C) @ q, F - force, rtol=0, atol=1e-7)
+    assert np.abs(near.forces[0]).max() <= 0.4 and np.abs(near.forces[1]).max() <= 0.2
+
+
 # propagators
 
 
