@@ -555,6 +555,27 @@ def test_the_splitting_balances_every_harmonic_that_is_listed(harmonics, periods
     assert np.abs(near.forces[0]).max() <= 0.4 and np.abs(near.forces[1]).max() <= 0.2
 
 
+@pytest.mark.parametrize("samples", [0, 8, 64])
+@pytest.mark.parametrize("harmonics", [(0, 1, 2, 3), (1, 3)])
+def test_what_a_cubic_spring_excites_beyond_the_harmonics_comes_back_to_them(harmonics, samples, rng):
+    """The lost harmonics of its force move the mass, and change the force; by sums over 512 samples."""
+    M, C, K, cubic, omega = 1.3, 0.2, 1.1, 0.7, 0.9
+    layout = Layout(harmonics, 1)
+    x = 0.5 * rng.standard_normal(layout.size)
+    theta = 2.0 * np.pi * np.arange(512) / 512
+    u = layout.values(x, theta)[:, 0]
+    further = u.copy()
+    force = np.fft.rfft(cubic * u**3) / 256
+    for k in system_contacts.longer(layout).harmonics:
+        if k not in harmonics and k > 0:
+            w = omega * k
+            further -= (force[k] / (K - w * w * M + 1j * w * C) * np.exp(1j * k * theta)).real
+    change = layout.analysis(cubic * (further**3 - u**3))
+    core = Balance(bf.System(M, C, K, [HarmonicForce(0.8), CubicSpring(cubic)], omega=omega), layout, samples)
+    assert np.abs(change).max() > 1e-4
+    np.testing.assert_allclose(system_contacts._law_change(core, x), change, rtol=0, atol=1e-13)
+
+
 # propagators
 
 
