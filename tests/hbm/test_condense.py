@@ -189,6 +189,31 @@ def test_core_that_changes_in_few_coordinates(damping, change):
         assert own.sign == other.sign and own.regular and not own.shift.any()
 
 
+@pytest.mark.parametrize("away, asked", [(0.5, []), (1e-2, []), (1e-6, [2]), (-1e-6, [2])])
+def test_an_update_that_loses_digits_is_not_made(monkeypatch, away, asked):
+    """A spring that brings the second harmonic of an undamped chain to resonance: there alone the core is factorised."""
+    n, omega, spring = 10, 0.4, np.zeros(10)
+    spring[[4, 5]] = 1.0, -1.0
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    needed = -1.0 / (spring @ np.linalg.solve(K - (2.0 * omega)**2 * np.eye(n), spring))  # det(Z + a g g^T) = 0
+    system = System(np.eye(n), np.zeros((n, n)), K, [HarmonicForce(1.0), ElasticStop(gap=0.2, stiffness=3.0, dof=7)], omega=omega)
+    condensed = condensed_of(system, drives=True, sweep=True, changed=Changed(np.array([4, 5]), ()))
+    moved = System(np.eye(n), np.zeros((n, n)), K + needed * (1.0 + away) * np.outer(spring, spring), system.elements, omega=omega)
+    flat, seen = condensed.balance.parts.flat_of(moved), []
+    direct = type(condensed.linear)._direct
+
+    def recorded(self, T, dT, which, moved):
+        seen.extend(which.tolist())
+        return direct(self, T, dT, which, moved)
+    monkeypatch.setattr(type(condensed.linear), "_direct", recorded)
+    found = condensed.point(flat, np.zeros_like(flat), True).linear
+    assert seen == asked
+    for k, G in zip((0, 1, 2, 3, 4, 5), found[0], strict=True):
+        whole = np.linalg.inv(moved.stiffness - (k * omega)**2 * np.eye(n))
+        scale = np.abs(whole).max()
+        assert np.abs(G[0, 0] - whole[7, 7]) <= 1e-11 * scale if k != 2 else scale > 1.0
+
+
 def test_core_that_changes_and_keeps_its_modes():
     """All of the damping and of the stiffness change with one number: only the numbers of the modes are new."""
     system = chain(CONTACTS["two"][0])
