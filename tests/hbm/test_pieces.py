@@ -32,6 +32,7 @@ from bifurc.hbm.setvalued.sign_pattern import Pattern, _product, added, differen
 from bifurc.hbm.setvalued.system_contacts import _energy, _mean_square, _phasors, _square, contacts_of, rest_of
 from bifurc.hbm.status import BalanceStatus, ContactStatus
 from bifurc.hbm.tables import Series, numbers_at
+from tests.reference.written_elements import Shaken
 
 # measures
 
@@ -574,6 +575,23 @@ def test_what_a_cubic_spring_excites_beyond_the_harmonics_comes_back_to_them(har
     core = Balance(bf.System(M, C, K, [HarmonicForce(0.8), CubicSpring(cubic)], omega=omega), layout, samples)
     assert np.abs(change).max() > 1e-4
     np.testing.assert_allclose(system_contacts._law_change(core, x), change, rtol=0, atol=1e-13)
+
+
+def test_springs_on_a_base_that_moves_about_a_place_on_a_belt(rng):
+    """Folded into stiffness, damping and load: the forces at any state are those of u = R q + b, s = R q' + b' + drift."""
+    omega, element = 1.3, Shaken()
+    M, C, K = np.diag([1.0, 2.0]), np.array([[0.3, 0.1], [0.0, 0.2]]), np.array([[2.0, -0.4], [-0.4, 1.0]])
+    layout = Layout((0, 1, 2), 2)
+    T = split(bf.System(M, C, K, [element], omega=omega), layout).numbers
+    R, drift, theta = np.array([[1.0, -0.5], [0.0, 2.0]]), np.array([0.6, -0.9]), np.linspace(0.0, 2.0 * np.pi, 9)[:-1]
+    b = np.array([0.4 + 0.5 * np.cos(theta + 0.3), -0.1 + 0.2 * np.cos(2.0 * theta - 0.8)])
+    rate = omega * np.array([-0.5 * np.sin(theta + 0.3), -0.4 * np.sin(2.0 * theta - 0.8)])
+    q, v = rng.standard_normal((2, 2, 8))
+    u, s = R @ q + b, R @ v + rate + drift[:, None]
+    f = np.array([-0.7 * u[0] - 0.3 * s[0] - 0.1 * u[1] + 0.05 * s[1], -1.4 * u[1] - 0.15 * s[1] + 0.3 * np.cos(theta + 1.1) + 0.2])
+    load = layout.values(T.E.ravel(), theta).T
+    np.testing.assert_allclose(load - (T.K - K) @ q - (T.C - C) @ v, R.T @ f, atol=1e-13)
+    assert np.array_equal(T.M, M) and T.omega[0] == omega
 
 
 # propagators

@@ -35,3 +35,20 @@ class Slider(el.Element):
 
     def mirrored_guard(self, key, guard):
         return 1 - guard if key == "stick" else guard
+
+
+@dataclass(frozen=True)
+class Shaken(el.Element):
+    """Springs and dashpots between two rows and a base that moves with two harmonics about a place, on a belt that runs."""
+
+    k: float = 0.7
+    c: float = 0.3
+    harmonics = (1, 2)
+
+    def site(self, n):
+        base = [el.local.affine(0.4) + el.local.wave(0.5, 1, 0.3), el.local.wave(0.2, 2, -0.8) + el.local.affine(-0.1)]
+        return el.Rows.of([[1.0, -0.5], [0.0, 2.0]], n, base=base, drift=(0.6, -0.9))
+
+    def mode(self, key, core):
+        return el.Mode(force=(-self.k * u(0) - self.c * s(0) - 0.1 * u(1) + 0.05 * s(1),
+                              -2.0 * self.k * u(1) - 0.5 * self.c * s(1) + el.local.wave(0.3, 1, 1.1) + 0.2))
