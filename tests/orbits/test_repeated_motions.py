@@ -99,3 +99,17 @@ def test_of_several_starts_the_best_counts(monkeypatch):
     orbit.multipliers = np.array([1e6])
     told[1] = 0.01, ""
     assert repetition(orbit) == Repetition(0.01, 0.02) and tried[-2:] == [3, 1]
+
+
+@pytest.mark.parametrize("zeta", [0.02, 0.1, 1.5], ids=["nearly one", "complex", "real"])
+def test_how_far_an_orbit_is_from_its_own_solution(zeta):
+    """The equations are linear: Newton's step leads all the way back; near a multiplier of 1 rounding moves it farther, and is
+    allowed for by |multiplier - 1|."""
+    orbit = bf.find_orbit(bf.System(1.0, 2.0 * zeta, 1.0, [HarmonicForce(0.8), ConstantForce(0.5)], omega=1.0))
+    mu = np.linalg.eigvals(expm(np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]]) * orbit.period))
+    near = min(1.0, np.abs(mu - 1.0).min())
+    assert orbit._correction < 1e-13 and (near < 0.2) == (zeta == 0.02)
+    for away in ([1e-4, 0.0], [0.0, -3e-4]):
+        other = moved(orbit, away)
+        step = np.abs(away / other.equations.scale[1:3]).max()
+        assert other._correction == pytest.approx(max(step * near, other.residual), rel=1e-6)
