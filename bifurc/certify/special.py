@@ -313,7 +313,8 @@ def touching(problem, point, p: float, width: float) -> Touch:
         x = _joined(path.candidate, i, model)
         B = model.mode(item.event.before).B
         speed = sum((a * (B * x)[k, 0] for k, a in enumerate(row.row)), arb(0))
-        if abs(middle(speed)) < SMALL * max(1.0, float(np.abs(path.candidate.weights).max())):
+        size = sum(abs(middle(a)) * w for a, w in zip(row.row, path.candidate.weights, strict=False))  # row: forcing follows
+        if abs(middle(speed)) < SMALL * size:
             return Touch(path, i)
     orbit = problem.solution(point.x)
     info = np.zeros(sequence.INFO)

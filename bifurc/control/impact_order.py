@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 
 from .linearization import NODES, Kick, Linearization, NotSupported, flow, gauss
 
-MOST_JUMPS = 3  # impacts a period: 2^(2 m - 1) patterns
+MOST_JUMPS = 3  # impacts a period: 2^(m - 1) (2^m + 1) patterns
 GRID = np.geomspace(1e-2, 1e4, 97)  # growths over two periods between which roots are bracketed
 STARTS, SETTLE, MEASURE = 8, 150, 150  # of the iteration: random starts, periods before and while growth is measured
 Pattern = tuple[tuple[int, ...], tuple[int, ...]]
@@ -55,9 +55,11 @@ class ImpactOrder:
 
     @property
     def patterns(self) -> list[Pattern]:
-        """Signs of dl in two successive periods, one of each pair that differs in the sign of the perturbation only."""
-        rows = list(itertools.product((1, -1), repeat=self.count))
-        return [(a, b) for a in rows for b in rows if a[0] == 1]
+        """Signs of dl in two successive periods, one of each pair in which the two periods have changed places.
+
+        Impacts that come later and later, and those that come earlier and earlier, are two patterns: the pulses lie on other sides.
+        """
+        return list(itertools.combinations_with_replacement(itertools.product((1, -1), repeat=self.count), 2))
 
     def matrix(self, growth: np.ndarray, gain: float, pattern: Pattern) -> tuple[np.ndarray, np.ndarray]:
         """Return the matrices I - (closing)(flights) (k, 2 ns, 2 ns) at ``growth`` (k,) over two periods, and rows (k, 2 m, 2 ns)

@@ -227,10 +227,10 @@ def _contraction(scene, R, end) -> tuple[int, float]:
             total += float(np.linalg.slogdet(Phi)[1])
     before, guard, after, what = R.rows[:, :4].T
     collapsed = np.flatnonzero((what == CHATTER) | (what == EVENT) & (T.n_holds[after] > T.n_holds[before]))
-    events = np.flatnonzero(what == EVENT)
+    events = np.flatnonzero((what == EVENT) | (what == CHATTER))  # a complete chattering counts once
     kicks = events[T.kick[before[events], guard[events]] != 0]
     if collapsed.size:
-        return int(np.count_nonzero(kicks < collapsed[0])), -np.inf
+        return kicks.size, -np.inf
     if not kicks.size:
         return 0, total
     rule = Rule(scene)

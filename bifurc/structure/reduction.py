@@ -154,7 +154,7 @@ def reduce(M: np.ndarray, K: np.ndarray, keep: tuple[int, ...], modes: int, meth
     else:
         own_frequencies = np.sqrt(np.maximum(eigh(stiffness, mass, eigvals_only=True), 0.0))
     count = len(own_frequencies)
-    error = _static_error(M, K, mass, stiffness, keep, bool(rigid.any()))
+    error = _static_error(M, K, mass, stiffness, keep, int(rigid.sum()))
     made = Reduction(method, tuple(keep), T, dofs, own_frequencies, full[:count], error, residual)
     return mass, stiffness, made
 
@@ -181,13 +181,14 @@ def _fixed_interface(M: np.ndarray, K: np.ndarray, keep: tuple[int, ...], modes:
 
 
 def _static_error(M: np.ndarray, K: np.ndarray, mass: np.ndarray, stiffness: np.ndarray, keep: tuple[int, ...],
-                  floats: bool) -> float:
+                  rigid: int) -> float:
     """Return the largest relative error of the static flexibility at the kept coordinates.
 
-    Of a structure that floats it is that of its elastic motions: the response to loads that are balanced by inertia.
+    Of a structure with rigid-body modes, ``rigid`` of them, it is that of its elastic motions: the response to loads that
+    are balanced by inertia.
     """
     b, kept = len(keep), np.array(keep)
-    if not floats:
+    if not rigid:
         unit = np.zeros((len(K), b))
         unit[kept] = np.eye(b)
         full = np.linalg.solve(K, unit)[kept]
@@ -197,9 +198,8 @@ def _static_error(M: np.ndarray, K: np.ndarray, mass: np.ndarray, stiffness: np.
         if not mass[:b].any():  # static at the kept coordinates, elastic in the modes
             soft = np.linalg.inv(stiffness[:b, :b])
             shift = -soft @ stiffness[:b, b:]
-            squares = np.diag(stiffness[b:, b:] - stiffness[b:, :b] @ soft @ stiffness[:b, b:])
-            elastic = squares > ZERO * max(squares.max(), np.trace(soft))
-            own = soft + (shift[:, elastic] / squares[elastic]) @ shift[:, elastic].T
+            squares = np.diag(stiffness[b:, b:] - stiffness[b:, :b] @ soft @ stiffness[:b, b:])  # of the modes, in their order
+            own = soft + (shift[:, rigid:] / squares[rigid:]) @ shift[:, rigid:].T
         else:
             own = _elastic_flexibility(mass, stiffness, np.arange(b))
     return float(np.abs(own - full).max() / max(np.abs(full).max(), 1e-300))

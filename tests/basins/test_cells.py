@@ -1,4 +1,6 @@
 """Cell mapping against closed forms of simple maps, graph algorithms of networkx, and the measured references of problem A."""
+from types import SimpleNamespace
+
 import networkx
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ import bifurc as bf
 from bifurc.basins.cells.cell_map import Audit, CellFate, GroupKind
 from bifurc.basins.cells.compute import cell_mapping
 from bifurc.basins.cells.generalized import _sorted, components, period, solved, stationary, transition
-from bifurc.basins.cells.morse import _reach
+from bifurc.basins.cells.morse import _reach, morse_graph
 from bifurc.basins.cells.simple import colour, cycles
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
@@ -314,3 +316,47 @@ def test_a_chaotic_attractor_has_a_density_where_its_motion_goes():
     assert density.ravel()[np.unique(cells)].sum() > 0.9  # cells smear the attractor a little
     blocks = [values.reshape(12, 10, 12, 10).sum(axis=(1, 3)) for values in (density, motion.reshape(120, 120))]
     assert np.abs(blocks[0] - blocks[1]).sum() < 0.15
+
+
+@pytest.mark.parametrize("size, draws", [(1, 1), (7, 1), (30, 1), (30, 2), (120, 1), (120, 3)])
+def test_morse_graphs_of_random_chains_are_those_of_networkx(size, draws, rng):
+    """Recurrent components of the condensation, and who reaches whom without a third between."""
+    for _ in range(4):
+        rows = np.repeat(np.arange(size), draws)
+        images = rng.integers(-1, size, rows.size)
+        images[rng.uniform(size=rows.size) < 0.2] = -1
+        matrix = transition(rows, images, size)
+        grid = bf.Grid(q0=(0.0, 1.0 * size, size))
+        parts = components(matrix)
+        closed = [k for k in range(parts.total) if parts.closed[k] and parts.label[size] != k]
+        groups = [SimpleNamespace(cells=np.flatnonzero(parts.label[:size] == k)[::-1], attractor=n, kind=GroupKind.SPURIOUS)
+                  for n, k in enumerate(closed) if n != 1]
+        found = morse_graph(SimpleNamespace(components=parts, matrix=matrix, grid=grid, groups=groups))
+        whole = networkx.DiGraph(list(zip(*(end.tolist() for end in matrix.nonzero()), strict=True)))
+        short = networkx.condensation(whole)
+        recurrent = [k for k, content in short.nodes(data="members")
+                     if len(content) > 1 or whole.has_edge(*[next(iter(content))] * 2)]
+        reach = networkx.DiGraph()
+        reach.add_nodes_from(recurrent)
+        reach.add_edges_from((a, b) for a in recurrent for b in networkx.descendants(short, a) if b in reach)
+        reach = networkx.transitive_reduction(reach)
+        members = {k: frozenset(short.nodes[k]["members"]) for k in recurrent}
+        sink = next(k for k in recurrent if size in members[k])
+        entered = any(size in whole.successors(cell) for cell in range(size))
+        if not entered:
+            reach.remove_node(sink)
+        own = {name: frozenset(content["numbers"].tolist()) if name != "left" else frozenset({size})
+               for name, content in found.nodes(data=True)}
+        assert set(own.values()) == {members[k] for k in reach} and found.graph["omitted"] == 0
+        assert {(own[a], own[b]) for a, b in found.edges} == {(members[a], members[b]) for a, b in reach.edges}
+        assert all(b == "left" or a > b for a, b in found.edges if a != "left") and not any(a == "left" for a, _ in found.edges)
+        for name, content in found.nodes(data=True):
+            if name == "left":
+                continue
+            cells = sorted(own[name])
+            mine = [k for k, group in enumerate(groups) if set(group.cells.tolist()) == set(cells)]
+            assert content["cells"] == len(cells) and content["period"] == period(matrix, np.array(cells))
+            assert (content["low"], content["high"]) == ((cells[0] + 0.5,), (cells[-1] + 0.5,))
+            assert content["attractor"] == (groups[mine[0]].attractor if mine else -1)
+            assert content["kind"] == (str(GroupKind.SPURIOUS) if mine else "transient")
+            assert content["closed"] == all(set(whole.successors(cell)) <= own[name] for cell in cells)

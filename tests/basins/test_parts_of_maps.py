@@ -8,6 +8,7 @@ from scipy.sparse import csr_matrix
 
 import bifurc as bf
 from bifurc.basins.boundaries import search, unstable
+from bifurc.basins.cells import cell_map
 from bifurc.basins.cells.cell_map import CellFate, CellMap, Group, GroupKind
 from bifurc.basins.cells.images import Carrier, offsets_of
 from bifurc.basins.maps import basin_map
@@ -77,6 +78,18 @@ def test_chances_and_times_of_a_gambler(chance):
     np.testing.assert_array_equal(labelled.labels.ravel()[1:4], np.argmax(want[:, :2], axis=1))
     unknown = dataclasses.replace(made, groups=(groups[0],))  # of the other end nothing is confirmed
     np.testing.assert_allclose(unknown.absorption().unresolved[1:4], want[:, 1], atol=1e-10)
+
+
+def test_chances_lie_between_none_and_all_whatever_rounding_says(monkeypatch):
+    """Of three cells one leads to the attractor of the other; what the equations are solved to may be off at both ends."""
+    P = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]])
+    made = CellMap(SYSTEM, bf.Grid(q0=(0.0, 3.0, 3)), 1, 1, (None,), (Group(np.array([0]), GroupKind.PERIODIC, 1, 0),),
+                   csr_matrix(P), np.empty(0, np.int64), np.full(3, CellFate.UNRESOLVED.code), None, None, None, 0, {}, "")
+    solved = cell_map.solved
+    monkeypatch.setattr(cell_map, "solved", lambda *given: solved(*given) * (1.0 + 1e-9) - 1e-10)
+    found = made.absorption()
+    for values, want in ((found.probability[:, 0], [1.0, 1.0, 0.0]), (found.left, [0.0, 0.0, 1.0]), (found.unresolved, [0.0] * 3)):
+        assert values.tolist() == want
 
 
 def test_images_are_read_in_the_components_of_the_grid(rng):

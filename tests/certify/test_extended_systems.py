@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.certify.arithmetic.balls import middle, working
+from bifurc.certify.arithmetic.balls import middle
 from bifurc.certify.arithmetic.forms import Form, Reach
 from bifurc.certify.parameter.sequence import along, point_of
 from bifurc.certify.parameter.sheet import Sheet
@@ -14,12 +14,7 @@ from bifurc.continuation.shooting.problem import orbit_problem
 
 flint = pytest.importorskip("flint")
 arb = flint.arb
-
-
-@pytest.fixture(autouse=True)
-def bits():
-    with working(128):
-        yield
+pytestmark = pytest.mark.usefixtures("bits")
 
 
 def made(system, name="omega", whole=False):

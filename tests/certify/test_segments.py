@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from bifurc.certify import segments
-from bifurc.certify.arithmetic.balls import working
 from bifurc.certify.arithmetic.jets import Jet
 from bifurc.certify.segments import (
     Steps,
@@ -22,12 +21,7 @@ from bifurc.certify.segments import (
 
 flint = pytest.importorskip("flint")
 arb, mat = flint.arb, flint.arb_mat
-
-
-@pytest.fixture(autouse=True)
-def bits():
-    with working(128):
-        yield
+pytestmark = pytest.mark.usefixtures("bits")
 
 
 def bernstein(values, t):

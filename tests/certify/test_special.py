@@ -6,6 +6,7 @@ from mpmath import mp
 
 import bifurc as bf
 from bifurc.certify import Verdict
+from bifurc.elements import HarmonicForce, RigidStop
 from tests.reference import digits, one_stop
 
 pytest.importorskip("flint")
@@ -96,3 +97,20 @@ def test_peaks_have_no_extended_system(branch):
     point = dataclasses.replace(branch.special_points[0], kind=bf.continuation.SpecialPointKind.PEAK)
     found = point.certify()
     assert found.exists is Verdict.UNDECIDED and "peak" in found.message
+
+
+def test_points_of_a_motion_are_proved_in_any_unit_of_length():
+    """Between two stops, one grazed while the other is hit: loads and gaps in units of 1, of 1e-6 and of 1e8."""
+    found = []
+    for unit in (1.0, 1e-6, 1e8):
+        elements = (HarmonicForce(0.9 * unit), RigidStop(0.6 * unit, 0.5), RigidStop(0.75 * unit, 0.5, side=-1))
+        system = bf.System(1.0, 0.2, 1.0, elements, omega=0.9)
+        branch = bf.trace(bf.find_orbit(system), system.parameter_name("omega"), bounds=(0.5, 1.0))
+        points = [point for point in branch.special_points if point.kind == "grazing"]
+        assert len(points) == 3 and all(point.problem.sequence.events > 1 for point in points)
+        made = [point.certify() for point in points]
+        assert all(certificate.proved for certificate in made), [certificate.message for certificate in made]
+        found.append([certificate.parameter for certificate in made])
+    for other in found[1:]:
+        for (low, high), (below, above) in zip(found[0], other, strict=True):
+            assert max(low, below) <= min(high, above) and above - below < 1e-12

@@ -270,6 +270,39 @@ def test_rows_of_laws_and_laws_joined():
 # ---- texts ---------------------------------------------------------------------------------------------------------------------
 
 
+def test_laws_of_one_text_differ_in_their_element_alone():
+    """What a law gives, its derivatives, its numbers, its turn in a mode and where it is read are parts of the text."""
+    def f(u, s, k):
+        return -k * u
+
+    def g(u, s, k):
+        return -k * s
+    one = SceneLaw(0, "x", ("k",), 1, Law(f, (1.0,)), FORCE, 0, False)
+    for change in ({"stage": GUARD}, {"stage": KICK}, {"law": Law(g, (1.0,))}, {"law": Law(f, (1.0,), g)},
+                   {"law": Law(f, (1.0, 2.0))}, {"slot": 1}, {"curved": True}, {"rows": 2}):
+        other = one._replace(element=1, **change)
+        assert [each.places[0][0] for each in writer.alike([one, other])] == [0, 1], change
+    alike, = writer.alike([one, one._replace(element=1, name="y", law=Law(f, (3.0,)), keys=("a", "b")), one._replace(element=4)])
+    assert alike.places == [(0, 0, 0, 0, 0), (1, 1, 1, 1, 1), (2, 2, 2, 3, 4)]  # values of two modes
+
+
+@pytest.mark.parametrize("fast, slope", [(800.0, 0.0), (2000.0, 0.3)])
+def test_the_error_of_differences_is_that_of_their_formula(fast, slope):
+    """Of sin(a u), five places h apart give a cos(a u) (8 sin a h - sin 2 a h) / 6 a h; of a linear part nothing is lost."""
+    law = SceneLaw(0, "x", ("k",), 1, Law(lambda u, s: math.sin(fast * u) + slope * s), FORCE, 0, False)
+    points = np.array([[1.0, 0.2], [-0.4, 2.0], [0.7, -1.0]])
+
+    def slopes(u, step):
+        return fast * math.cos(fast * u) * (8.0 * math.sin(fast * step) - math.sin(2.0 * fast * step)) / (6.0 * fast * step)
+    first, second = 1e-3, 1e-3 / 16.0  # a thousandth of the largest coordinate, then 16 times smaller
+    changes = [abs(slopes(u, first) - slopes(u, second)) for u in points[:, 0]]
+    size = max(*(abs(slopes(u, second)) for u in points[:, 0]), slope)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writer, "LEVELS", 2)
+        assert writer.difference_error(law, points) == pytest.approx(max(changes) / size, rel=1e-6)
+    assert writer.difference_error(law, points) < 1e-3 * max(changes) / size  # the best of all pairs of steps
+
+
 def test_laws_of_one_text_are_gone_through_together():
     springs = [CubicSpring(0.1 * k, dof=k) for k in (1, 2)] + [CubicSpring(0.3)]
     scene = scene_of(bf.System(np.eye(3), np.eye(3), np.eye(3), [*springs, Force(pair, site=np.eye(3)[:2], k=1.0)]))

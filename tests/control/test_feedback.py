@@ -1,4 +1,6 @@
 """Gains of delayed feedback: closed forms, two methods against each other, limits that are named."""
+import itertools
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -120,6 +122,39 @@ def test_growth_a_period_near_the_velocity_gain(orbit, ratio, growth):
     (top, pattern), = order.growths(gain)
     assert np.sqrt(top) == pytest.approx(growth, abs=6e-6) and pattern == ((1,), (-1,))
     assert order.iterated(gain) == pytest.approx(np.sqrt(top), abs=1e-9)
+
+
+@pytest.mark.parametrize("gain", [-0.3, 0.3])
+def test_impacts_that_come_earlier_and_earlier_grow_otherwise_than_later_ones(gain):
+    """Of a saddle, against the delay equation: the pulses of the feedback lie before later impacts, and behind earlier ones."""
+    system = bf.systems.impact_oscillator(omega=1.52446)
+    saddle = bf.find_orbit(system, (-1.53703, 1.30947), transient=0)
+    assert saddle.success and saddle.multipliers.real == pytest.approx([1.1315, 0.2868], abs=1e-3)
+    order = ImpactOrder(linearized(saddle, "velocity", 0, 0.5))
+    found = order.growths(gain)
+    assert order.iterated(gain) == pytest.approx(np.sqrt(found[0][0]), abs=1e-9)
+    held = bf.System(system.mass, system.damping, system.stiffness,
+                     [*system.elements, bf.elements.DelayedFeedback(gain, of="velocity")], omega=system.omega)
+    seen = set()
+    for side in (1e-7, -1e-7):
+        motion = bf.simulate(held, saddle.state + side * saddle.weights, periods=16, history=saddle)
+        away = motion.sections[:, 0] - saddle.state[0]
+        sign = int(np.sign(away[14] * away[12]) * np.sign(np.diff([event.time for event in motion.events])[-1] - system.period))
+        largest = next(growth for growth, pattern in found if pattern == ((sign,), (sign,)))
+        assert away[14] / away[12] == pytest.approx(largest, rel=2e-3)
+        seen.add(sign)
+    assert seen == {-1, 1}
+
+
+@pytest.mark.parametrize("impacts, patterns", [(1, 3), (2, 10), (3, 36)])
+def test_every_pattern_of_signs_is_asked_for_once(impacts, patterns):
+    """Of 4^m pairs of periods those in which the two have changed places are the same motion."""
+    order = ImpactOrder.__new__(ImpactOrder)
+    order.count = impacts
+    found = order.patterns
+    assert len(found) == patterns and len({frozenset((pair, pair[::-1])) for pair in found}) == patterns
+    every = set(itertools.product(itertools.product((1, -1), repeat=impacts), repeat=2))
+    assert every == {*found, *(pair[::-1] for pair in found)}
 
 
 def test_one_characteristic_equation_would_give_wrong_velocity_gains(orbit):

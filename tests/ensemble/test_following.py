@@ -7,7 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
-from bifurc.ensemble import initial_conditions, outcomes
+from bifurc.ensemble import initial_conditions, integrator, outcomes
 from bifurc.ensemble.grid import Grid, place_of
 from bifurc.ensemble.integrator import Cells, Integrator, Targets
 from bifurc.ensemble.outcomes import CellState
@@ -107,6 +107,44 @@ def test_images_are_those_of_simulations(system, by, rng):
         assert (images.outcomes[i], images.impacts[i]) == (outcomes.REACHED, len(hits))
         assert images.speeds[i] == pytest.approx(min(hits, default=np.inf), rel=1e-7, abs=1e-10)
     assert repr(found) == f"PeriodMap({system!r}, kernel {'batch' if system is PLAIN else 'scalar'})" and found.error == 0.0
+
+
+def test_a_simulation_goes_on_from_block_to_block(rng, monkeypatch):
+    """What it counts in blocks of 3 periods is what one simulation counts, an impact just behind the last section included."""
+    monkeypatch.setattr(integrator, "BLOCK", 3)
+    just_behind = 0
+    for system in (PLAIN, RICH):
+        found = Integrator(scene_of(system), 2000)
+        found._module = found._scalar = None
+        X = drawn(system, rng, 12)
+        ends, carried = X.copy(), X.copy()
+        cells, images = found.label(ends, Targets.none(X.shape[1]), 8), found.carry(carried, 8)
+        for i, x in enumerate(X):
+            motion = bf.simulate(system, x, periods=9)
+            hits = [(e.time / system.period, 0.0 if e.kind == "chatter" else e.speed) for e in motion.events
+                    if e.kind in ("impact", "contact", "chatter")]
+            before = [speed for time, speed in hits if time < 8]
+            just_behind += sum(8 < time < 8 + 1.0 / system.period for time, _ in hits)
+            assert cells.impacts[i] == images.impacts[i] == len(before) and cells.periods[i] == 8
+            assert cells.speeds[i] == images.speeds[i] == pytest.approx(min(before, default=np.inf), rel=1e-6, abs=1e-9)
+            assert ends[i] == pytest.approx(motion.sections[8], abs=1e-7) and np.array_equal(ends[i], carried[i])
+        assert (cells.states == outcomes.UNSETTLED).all() and (images.outcomes == outcomes.REACHED).all()
+    assert just_behind > 3
+
+
+def test_a_target_met_in_a_later_block_is_reached_with_what_came_before_it(rng, monkeypatch):
+    monkeypatch.setattr(integrator, "BLOCK", 2)
+    found = Integrator(scene_of(RICH), 2000)
+    found._module = found._scalar = None
+    for x in drawn(RICH, rng, 6):
+        motion = bf.simulate(RICH, x, periods=6)
+        hits = [(e.time / RICH.period, 0.0 if e.kind == "chatter" else e.speed) for e in motion.events
+                if e.kind in ("impact", "contact", "chatter")]
+        T = Targets.none(len(x))._replace(points=motion.sections[[5]], squares=np.array([1e-16]), owner=np.array([4]))
+        cells = found.label(x[None].copy(), T, 6)
+        before = [speed for time, speed in hits if time < 5]
+        assert (cells.labels[0], cells.states[0], cells.periods[0], cells.impacts[0]) == (4, outcomes.REACHED, 5, len(before))
+        assert cells.speeds[0] == pytest.approx(min(before, default=np.inf), rel=1e-6, abs=1e-9)
 
 
 def test_too_many_events_are_said_by_either(rng):

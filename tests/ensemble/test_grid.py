@@ -32,6 +32,7 @@ def test_record_and_line():
     ({"q0": (-1, float("inf"), 3), "v0": (-1, 1, 3)}, "must be finite"),
     ({"q0": (-1, 1, 0), "v0": (-1, 1, 3)}, "number of cells"),
     ({"q0": (-1, 1, 2.5), "v0": (-1, 1, 3)}, "number of cells"),
+    ({"q0": (-1, 1, True), "v0": (-1, 1, 3)}, "number of cells"),
     ({"q0": (-1, 1), "v0": (-1, 1, 3)}, "must be (low, high, cells)"),
     ({"q0": "wide", "v0": (-1, 1, 3)}, "must be (low, high, cells)"),
     ({"q0": (-1, 1, 3), "v0": (-1, 1, 3), "at": {"q0": 1.0}}, "which the grid runs over"),
@@ -92,3 +93,8 @@ def test_the_memory_of_an_enormous_grid_is_said_before_it_is_taken():
     grid = bf.Grid(q0=(-1, 1, 10**7), v0=(-1, 1, 10**7))
     with pytest.raises(MemoryError, match=r"1e\+14 cells; a basin map needs about .* TB.*write at most"):
         bf.basins_of_attraction(bf.systems.impact_oscillator(), grid)
+
+
+def test_one_cell_is_a_grid():
+    grid = bf.Grid(q0=(-1, 3, 1), v0=(0, 2, np.int64(2)))
+    assert grid.shape == (1, 2) and grid.points(np.arange(2)).tolist() == [[1.0, 0.5], [1.0, 1.5]]

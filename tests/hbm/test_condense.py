@@ -7,7 +7,7 @@ from bifurc import HarmonicBalance, System
 from bifurc.elements import BaseMotion, CubicSpring, ElasticStop, HarmonicForce, Jenkins, LinearSpring
 from bifurc.elements.driven import Driven
 from bifurc.hbm.balance import Balance
-from bifurc.hbm.condensation.condensed import Condensed
+from bifurc.hbm.condensation.condensed import Condensed, _driven
 from bifurc.hbm.condensation.receptance import BLOCKS, FACTORS, MODES, POLES, Changed
 from bifurc.hbm.layout import Layout, listed
 from bifurc.hbm.status import BalanceStatus, ContactStatus
@@ -187,6 +187,31 @@ def test_core_that_changes_in_few_coordinates(damping, change):
         for mine, true in zip(own[:4], other[:4], strict=True):
             np.testing.assert_allclose(mine, true, atol=1e-11 * np.abs(true).max())
         assert own.sign == other.sign and own.regular and not own.shift.any()
+
+
+@pytest.mark.parametrize("away, asked", [(0.5, []), (1e-2, []), (1e-6, [2]), (-1e-6, [2])])
+def test_an_update_that_loses_digits_is_not_made(monkeypatch, away, asked):
+    """A spring that brings the second harmonic of an undamped chain to resonance: there alone the core is factorised."""
+    n, omega, spring = 10, 0.4, np.zeros(10)
+    spring[[4, 5]] = 1.0, -1.0
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    needed = -1.0 / (spring @ np.linalg.solve(K - (2.0 * omega)**2 * np.eye(n), spring))  # det(Z + a g g^T) = 0
+    system = System(np.eye(n), np.zeros((n, n)), K, [HarmonicForce(1.0), ElasticStop(gap=0.2, stiffness=3.0, dof=7)], omega=omega)
+    condensed = condensed_of(system, drives=True, sweep=True, changed=Changed(np.array([4, 5]), ()))
+    moved = System(np.eye(n), np.zeros((n, n)), K + needed * (1.0 + away) * np.outer(spring, spring), system.elements, omega=omega)
+    flat, seen = condensed.balance.parts.flat_of(moved), []
+    direct = type(condensed.linear)._direct
+
+    def recorded(self, T, dT, which, moved):
+        seen.extend(which.tolist())
+        return direct(self, T, dT, which, moved)
+    monkeypatch.setattr(type(condensed.linear), "_direct", recorded)
+    found = condensed.point(flat, np.zeros_like(flat), True).linear
+    assert seen == asked
+    for k, G in zip((0, 1, 2, 3, 4, 5), found[0], strict=True):
+        whole = np.linalg.inv(moved.stiffness - (k * omega)**2 * np.eye(n))
+        scale = np.abs(whole).max()
+        assert np.abs(G[0, 0] - whole[7, 7]) <= 1e-11 * scale if k != 2 else scale > 1.0
 
 
 def test_core_that_changes_and_keeps_its_modes():
@@ -389,3 +414,33 @@ def test_a_branch_where_every_pole_lies_in_a_cluster():
         assert branch.stop_reason == ("bound", "bound")
         ends.append(branch.column("max_0")[[0, -1]])
     np.testing.assert_allclose(ends[0], ends[1], rtol=1e-13)
+
+
+def test_loads_beside_the_rows_are_driven_once_each():
+    """Loads along one line, whatever their phase and size, share an output; what the rows span and a mean need none."""
+    rows = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
+    load = np.zeros((6, 4), complex)
+    load[0] = 3.0, 0.0, 5.0, 0.0  # a mean
+    load[1] = 0.0, 0.0, 2.0j, 2.0j
+    load[2] = 1.0 - 1.0j, 4.0, 0.0, 0.0  # along the rows
+    load[3] = 0.0, 0.0, -0.1, -0.1
+    load[5] = 1.0, 0.0, 0.0, 1.0
+    out, drives = _driven(load, rows, (0, 1, 2, 3, 4, 5))
+    assert out.dtype == float and np.array_equal(out[:2], rows) and len(out) == 4
+    assert np.abs(out[2]) == pytest.approx([0.0, 0.0, 0.5, 0.5]) and np.abs(out[3]) == pytest.approx([0.5, 0.0, 0.0, 0.5])
+    assert drives.tolist() == [[1, 2], [3, 2], [5, 3]]
+    load[4] = 0.0, 0.0, 1.0, 1.0j  # two phases: no real direction
+    out, drives = _driven(load, rows, (0, 1, 2, 3, 4, 5))
+    assert np.iscomplexobj(out) and drives.tolist() == [[1, 2], [3, 2], [4, 3], [5, 4]]
+    out, drives = _driven(load[[0, 2]], rows, (0, 2))
+    assert np.array_equal(out, rows) and drives.shape == (0, 2)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.7])
+def test_two_harmonics_of_one_load_away_from_the_contact(phase):
+    """The condensed balance is that of the whole system, with loads of two harmonics on a coordinate that no contact touches."""
+    loads = [HarmonicForce(0.6, dof=6), HarmonicForce(0.3, 3, phase, dof=6), HarmonicForce(0.2, 2, dof=8)]
+    system = chain([*loads, ElasticStop(gap=0.2, stiffness=3.0, dof=1)], omega=0.4)
+    small, whole = (bf.find_orbit(system, method=method) for method in (METHOD, WHOLE))
+    assert small.success and whole.success and small.condensed.size == 11
+    np.testing.assert_allclose(small.coefficients, whole.coefficients, rtol=0, atol=1e-11 * np.abs(whole.coefficients).max())

@@ -60,3 +60,13 @@ def test_bad_harmonics_are_refused(harmonics):
 def test_too_few_samples_name_the_need():
     with pytest.raises(ValueError, match="at least 7"):
         Layout((0, 1, 2, 3), 1).analysis(np.zeros(6))
+
+
+@pytest.mark.parametrize("harmonics", [(0, 1), (0, 1, 2, 3), (1, 3), (0, 5)])
+def test_as_many_samples_as_there_are_coefficients_up_to_the_top_are_enough(harmonics, rng):
+    layout = Layout(harmonics, 2)
+    x, count = rng.standard_normal(layout.size), 2 * harmonics[-1] + 1
+    samples = layout.values(x, 2.0 * np.pi * np.arange(count) / count)
+    np.testing.assert_allclose(layout.analysis(samples), x, atol=1e-14)
+    with pytest.raises(ValueError, match=f"{count - 1} samples are not enough for harmonic {harmonics[-1]}; give at least {count}"):
+        layout.analysis(samples[1:])

@@ -32,6 +32,7 @@ from bifurc.hbm.setvalued.sign_pattern import Pattern, _product, added, differen
 from bifurc.hbm.setvalued.system_contacts import _energy, _mean_square, _phasors, _square, contacts_of, rest_of
 from bifurc.hbm.status import BalanceStatus, ContactStatus
 from bifurc.hbm.tables import Series, numbers_at
+from tests.reference.written_elements import Shaken
 
 # measures
 
@@ -534,6 +535,63 @@ def test_the_splitting_finds_the_mean_of_an_asymmetric_contact():
     np.testing.assert_allclose(near.x, exact.x, atol=2e-2)
     assert near.forces.min() >= -0.3 and near.forces.max() <= 0.6
     assert splitting(layout, omega, 1.2, 0.3, 1.4, load, [contact], iterations=2).iterations == 2
+
+
+@pytest.mark.parametrize("harmonics, periods", [(tuple(range(8)), 1), ((1, 3, 5, 7), 1), ((0, 1, 2, 4), 2)])
+def test_the_splitting_balances_every_harmonic_that_is_listed(harmonics, periods):
+    """Of two masses: K q - w^2 M q + i w C q = load - forces, with the forces that are within the bounds."""
+    layout, omega = Layout(harmonics, 2, periods), 0.9
+    M, C, K = np.array([[1.0, 0.2], [0.2, 2.0]]), np.array([[0.4, -0.1], [0.0, 0.3]]), np.array([[3.0, -1.0], [-1.0, 2.0]])
+    load = layout.pack({periods: [1.2 - 0.4j, 0.3j]} | ({0: [0.1, -0.2]} if layout.mean else {}))
+    contacts = [Contact(np.array(row), np.array([up + 0j]), np.array([low + 0j]))
+                for row, up, low in (([1.0, -1.0], 0.4, -0.4), ([0.0, 1.0], 0.2, -0.2))]
+    near = splitting(layout, omega, M, C, K, load, contacts, iterations=5000, tolerance=1e-8)
+    assert near.change <= 1e-8
+    spectrum = np.fft.rfft(near.forces, axis=1) / near.forces.shape[1]
+    for k in harmonics:
+        w = k * omega / periods
+        q, F = (np.array([layout.phasor(x, k, dof) for dof in range(2)]) for x in (near.x, load))
+        force = (spectrum[:, k] * (2.0 if k else 1.0)) @ [contact.row for contact in contacts]
+        np.testing.assert_allclose((K - w * w * M + 1j * w * C) @ q, F - force, rtol=0, atol=1e-7)
+    assert np.abs(near.forces[0]).max() <= 0.4 and np.abs(near.forces[1]).max() <= 0.2
+
+
+@pytest.mark.parametrize("samples", [0, 8, 64])
+@pytest.mark.parametrize("harmonics", [(0, 1, 2, 3), (1, 3)])
+def test_what_a_cubic_spring_excites_beyond_the_harmonics_comes_back_to_them(harmonics, samples, rng):
+    """The lost harmonics of its force move the mass, and change the force; by sums over 512 samples."""
+    M, C, K, cubic, omega = 1.3, 0.2, 1.1, 0.7, 0.9
+    layout = Layout(harmonics, 1)
+    x = 0.5 * rng.standard_normal(layout.size)
+    theta = 2.0 * np.pi * np.arange(512) / 512
+    u = layout.values(x, theta)[:, 0]
+    further = u.copy()
+    force = np.fft.rfft(cubic * u**3) / 256
+    for k in system_contacts.longer(layout).harmonics:
+        if k not in harmonics and k > 0:
+            w = omega * k
+            further -= (force[k] / (K - w * w * M + 1j * w * C) * np.exp(1j * k * theta)).real
+    change = layout.analysis(cubic * (further**3 - u**3))
+    core = Balance(bf.System(M, C, K, [HarmonicForce(0.8), CubicSpring(cubic)], omega=omega), layout, samples)
+    assert np.abs(change).max() > 1e-4
+    np.testing.assert_allclose(system_contacts._law_change(core, x), change, rtol=0, atol=1e-13)
+
+
+def test_springs_on_a_base_that_moves_about_a_place_on_a_belt(rng):
+    """Folded into stiffness, damping and load: the forces at any state are those of u = R q + b, s = R q' + b' + drift."""
+    omega, element = 1.3, Shaken()
+    M, C, K = np.diag([1.0, 2.0]), np.array([[0.3, 0.1], [0.0, 0.2]]), np.array([[2.0, -0.4], [-0.4, 1.0]])
+    layout = Layout((0, 1, 2), 2)
+    T = split(bf.System(M, C, K, [element], omega=omega), layout).numbers
+    R, drift, theta = np.array([[1.0, -0.5], [0.0, 2.0]]), np.array([0.6, -0.9]), np.linspace(0.0, 2.0 * np.pi, 9)[:-1]
+    b = np.array([0.4 + 0.5 * np.cos(theta + 0.3), -0.1 + 0.2 * np.cos(2.0 * theta - 0.8)])
+    rate = omega * np.array([-0.5 * np.sin(theta + 0.3), -0.4 * np.sin(2.0 * theta - 0.8)])
+    q, v = rng.standard_normal((2, 2, 8))
+    u, s = R @ q + b, R @ v + rate + drift[:, None]
+    f = np.array([-0.7 * u[0] - 0.3 * s[0] - 0.1 * u[1] + 0.05 * s[1], -1.4 * u[1] - 0.15 * s[1] + 0.3 * np.cos(theta + 1.1) + 0.2])
+    load = layout.values(T.E.ravel(), theta).T
+    np.testing.assert_allclose(load - (T.K - K) @ q - (T.C - C) @ v, R.T @ f, atol=1e-13)
+    assert np.array_equal(T.M, M) and T.omega[0] == omega
 
 
 # propagators

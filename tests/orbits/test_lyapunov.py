@@ -3,7 +3,9 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.elements import ConstantForce, Coulomb, CubicSpring, HarmonicForce, Jenkins, RigidStop, Stribeck
+from bifurc.orbits import lyapunov
 
 CHAOTIC = {"omega": 2.8, "amplitude": 1.0, "gap": 0.0, "restitution": 0.8}
 
@@ -98,3 +100,36 @@ def test_what_is_held_from_the_beginning_has_the_same_exponents_as_what_comes_to
     values = bf.lyapunov_exponents(two, np.zeros(4), periods=400, transient=5).values
     assert values[3] == -np.inf and values[0] == pytest.approx(0.0, abs=1e-4)
     assert values[1:3].sum() == pytest.approx(-0.1, abs=1e-4)
+
+
+@pytest.mark.parametrize("friction, restitution", [(0.25, 0.6), (0.25, 0.2), (0.0, 0.6)])
+def test_impacts_are_counted_whether_or_not_a_direction_dies(friction, restitution):
+    """Beside a mass that sticks, and with complete chattering, which counts once: as many a period as a simulation has."""
+    elements = [HarmonicForce(1.5), RigidStop(0.4, restitution), *([Coulomb(friction, dof=1)] if friction else [])]
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[2.0, -0.3], [-0.3, 1.5]], elements, omega=1.1)
+    found = bf.lyapunov_exponents(system, (0.0, 0.0, 0.0, 0.0), periods=80, transient=20)
+    motion = bf.simulate(system, (0.0, 0.0, 0.0, 0.0), periods=100)
+    hits = [event for event in motion.events if event.kind in ("impact", "chatter") and event.time > 20.0 * system.period]
+    assert len(hits) > 100 and found.impacts == pytest.approx(len(hits) / 80)
+    sticks = any(event.kind in ("stick", "chatter") for event in motion.events)
+    assert np.isfinite(found.sum_rule) is not sticks and sticks == (friction > 0.0 or restitution < 0.5)
+    assert (found.values[-1] == -np.inf) == sticks
+
+
+def test_what_lets_go_keeps_its_volumes():
+    """Volumes shrink by the damping in flight, from a release on; an impact takes the square of its ratio, a rest everything."""
+    zeta, r = 0.05, 0.7
+    system = bf.System(1.0, 2.0 * zeta, 1.0, [HarmonicForce(0.8), RigidStop(0.3, r)], omega=0.5)
+    scene = scene_of(system)
+    for start, kind in (((0.3, 0.0), "release"), ((-1.0, 0.0), "impact")):
+        motion = bf.simulate(system, start, duration=4.0)
+        first = motion.events[0]
+        assert first.kind == kind
+        count, begin = sum(event.kind == "impact" for event in motion.events), first.time if kind == "release" else 0.0
+        kicks, log = lyapunov._contraction(scene, motion.recorded, motion.stop)
+        assert kicks == count and log == pytest.approx(-2.0 * zeta * (4.0 - begin) + count * np.log(r**2), abs=1e-12)
+    soft = bf.System(1.0, 2.0 * zeta, 1.0, [HarmonicForce(0.8), RigidStop(0.3, 0.3)], omega=0.5)
+    rests = bf.simulate(soft, (-1.0, 0.0), periods=3)
+    assert any(event.kind == "chatter" for event in rests.events)
+    kicks, log = lyapunov._contraction(scene_of(soft), rests.recorded, rests.stop)
+    assert log == -np.inf and kicks == sum(event.kind in ("impact", "chatter") for event in rests.events)

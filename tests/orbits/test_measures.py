@@ -288,6 +288,42 @@ def test_numbers_along_a_parameter_are_those_of_the_system():
         path.series_over(linear, "omega", (0.5, 2.0), lambda s: np.array([abs(s.parameter("omega") - 1.1)]))
 
 
+@pytest.mark.parametrize("place", path.CHECKS)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_number_that_leaves_its_series_at_any_check_to_either_side_is_refused(place, sign):
+    """Polynomials of degree 2 beside one that has a bump, which the nodes do not see."""
+    system = bf.systems.impact_oscillator()
+
+    def numbers(height):
+        def packed(made):
+            w = made.parameter("omega")
+            z = (w - 1.25) / 0.75
+            return np.array([7.0, w, 3.0 * w * w, 2.0 - w + sign * height * (abs(z - place) < 1e-9)])
+        return packed
+    index, series, low, high = path.series_over(system, "omega", (0.5, 2.0), numbers(0.0), pad=0.0)
+    assert index.tolist() == [1, 2, 3] and (low, high) == (0.5, 2.0) and series.shape == (3, 3)
+    # w = 1.25 + .75 z, w^2 = 1.5625 + 1.875 z + .5625 z^2, z^2 = (T_0 + T_2) / 2
+    assert series == pytest.approx(np.array([[1.25, 0.75, 0.0], [5.53125, 5.625, 0.84375], [0.75, -0.75, 0.0]]), rel=1e-14)
+    with pytest.raises(ValueError, match="are no smooth function of it"):
+        path.series_over(system, "omega", (0.5, 2.0), numbers(1e-6), pad=0.0)
+
+
+def test_a_series_is_as_long_as_its_function_asks_for():
+    """Of 4 / (4 + z^2), with poles at 2i and -2i, every second coefficient falls by (sqrt 5 - 2)^2."""
+    system = bf.systems.impact_oscillator()
+
+    def bell(made):
+        z = (made.parameter("omega") - 1.25) / 0.75
+        return np.array([1.0 / (1.0 + 0.25 * z * z)])
+    index, series, *_ = path.series_over(system, "omega", (0.5, 2.0), bell, pad=0.0)
+    ratio = math.sqrt(5.0) - 2.0
+    even = series[0, ::2]
+    assert index.tolist() == [0] and np.abs(series[0, 1::2]).max() < 1e-14
+    assert even[1:6] / even[:5] == pytest.approx([-2.0 * ratio**2] + 4 * [-ratio**2], rel=1e-9)
+    with pytest.raises(ValueError, match="no polynomial of degree 8 fits"):
+        path.series_over(system, "omega", (0.5, 2.0), bell, pad=0.0, degrees=(4, 8))
+
+
 def test_motions_with_a_stated_neutral_band():
     for values, told in (([0.5, -0.3], True), ([1.5], False), ([1.0], None), ([1.0 + 0.5e-8], None), ([1.0 + 2e-8], False),
                          ([1.0 - 2e-8], True), ([1j * 0.9], True), ([], True)):

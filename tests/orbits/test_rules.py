@@ -23,14 +23,6 @@ def test_middles_lie_half_way_to_the_next_event_round_the_period(times, span):
     np.testing.assert_allclose(at, 0.5 * (times + following))
 
 
-def test_rounding_may_grow_with_the_largest_multiplier_but_not_for_ever():
-    def growing(*multipliers):
-        return repetition._growing(SimpleNamespace(multipliers=np.array(multipliers, complex)))
-    assert growing(0.5) == growing() == repetition.ALLOWED
-    assert growing(0.5, -3.0j) == pytest.approx(3.0 * repetition.ALLOWED)
-    assert growing(0.99 * repetition.GROWTH) <= repetition.MOST and growing(1.01 * repetition.GROWTH) == np.inf
-
-
 def test_moments_within_the_rest_of_a_chattering_are_told():
     rows = np.zeros((3, 5), int)
     rows[1, repetition.KIND], rows[2, repetition.KIND] = CHATTER, CHATTER

@@ -1,7 +1,10 @@
 """Where the next point of a branch is foretold, and the blocks of the LU that runs of steps call."""
+import math
+
 import numpy as np
 import pytest
 
+from bifurc.solve import steplaw, steprun
 from bifurc.solve.dense import BLOCKED, lu, lu_solve
 from bifurc.solve.steprun import foretold
 
@@ -57,3 +60,77 @@ def test_blocks_give_the_same_numbers_as_one_column_at_a_time(n):
     assert np.array_equal(factors, own)
     singular = np.ones((n, n))
     assert lu(singular, pivot)[0] == 0.0
+
+
+# what a step is looked at for: (u, p) along an arc that turns by TURN, three tests, of which the last is a boundary
+
+SCALES, OLD, STEP, TURN = np.array([2.0, 0.5]), np.array([0.8, 0.6]), 0.1, 0.05
+LAST = np.array([3.0, -1.0])
+ASIDE = math.tan(0.5 * TURN)  # an arc leaves its tangent at half the turn
+
+
+def step(turn=TURN, sideways=ASIDE, run=(), tests=(), values=(), **more):
+    """Look at a step in which nothing lies, but for what is changed."""
+    across = np.array([-OLD[1], OLD[0]])
+    given = {"last": LAST, "old": OLD, "predicted": LAST + STEP * SCALES * OLD,
+             "point": LAST + STEP * SCALES * (OLD + sideways * across),
+             "tangent": math.cos(turn) * OLD + math.sin(turn) * across, "scales": SCALES, "iterations": 4, "sign": 1.0, "log": 0.3}
+    state = np.zeros(steprun.RUN)
+    table = np.zeros((steprun.TESTS, 3))
+    for name, value in {"LENGTH": STEP, "MOST": 0.5, "LOW": -9.0, "HIGH": 9.0, "ORIGIN": np.nan, "BACK": STEP, "SIGN_BEFORE": 1.0,
+                        "LOG": 0.2, "LOG_BEFORE": 0.1, "SIGN": 1.0, "BEND": 0.5, **dict(run)}.items():
+        state[getattr(steprun, name)] = value
+    for name, row in {"EARLIER": (0.6, 1.2, -0.8), "LATEST": (0.6, 1.1, -0.9), "CLEARLY": (1.0, 1.0, -1.0),
+                      "SIZE": (0.6, 1.2, 0.9), "TOUCHED": (-1.0, -1.0, 1e-9), **dict(tests)}.items():
+        table[getattr(steprun, name)] = row
+    seen = np.array([0.6, 1.0, -1.0])
+    for j, value in dict(values).items():
+        seen[j] = value
+    return steprun.looked_at.py_func(**(given | more), values=seen, run=state, tests=table)
+
+
+def test_a_step_in_which_nothing_lies_has_the_length_of_its_arc():
+    length, angle, misfit = step()
+    assert angle == pytest.approx(TURN) and misfit == pytest.approx(0.0, abs=1e-12)
+    chord = STEP / math.cos(0.5 * TURN)
+    assert length == pytest.approx(chord * 0.5 * TURN / math.sin(0.5 * TURN), rel=1e-9)
+    assert step(sideways=ASIDE + 0.005)[2] == pytest.approx(0.005)
+
+
+@pytest.mark.parametrize("kept, looked", [
+    ({"iterations": 6}, {"iterations": 7}),
+    ({"run": {"HIGH": -0.96}}, {"run": {"HIGH": -0.98}}), ({"run": {"LOW": -0.98}}, {"run": {"LOW": -0.96}}),  # p is at -0.969
+    ({}, {"sign": -1.0}), ({}, {"log": -20.0}), ({"log": 0.6}, {"log": -0.7}),
+    ({"turn": 0.34, "sideways": math.tan(0.17)}, {"turn": 0.36, "sideways": math.tan(0.18)}),
+    ({"sideways": ASIDE - 0.009}, {"sideways": ASIDE - 0.011}),
+    ({"sideways": ASIDE + 0.03, "run": {"CORNER": 0.05}}, {"sideways": ASIDE + 0.03}),
+    ({"run": {"ORIGIN": -0.944}}, {"run": {"ORIGIN": -0.946}}), ({"run": {"ORIGIN": -1.056}}, {"run": {"ORIGIN": -1.054}}),
+    ({"values": {0: -1e-12}}, {"values": {0: -1e-10}}), ({"values": {1: -1e-12}}, {"values": {1: -2e-12}}),
+    ({}, {"values": {1: np.nan}}), ({}, {"values": {2: np.inf}}),
+    ({"values": {2: 0.8e-12}}, {"values": {2: 1e-11}}), ({"values": {2: -1.05}}, {"values": {2: 0.1}}),
+    ({"tests": {"TOUCHED": (-1.0, -1.0, 0.0)}, "values": {2: -1e-14}},
+     {"tests": {"TOUCHED": (-1.0, -1.0, 0.0)}, "values": {2: 1e-14}}),
+    ({"tests": {"EARLIER": (0.6, 1.2, -0.8), "LATEST": (0.6, 0.7, -0.9)}}, {"tests": {"LATEST": (0.6, 0.05, -0.9)}}),  # a dip
+    ({"tests": {"LATEST": (0.6, 1.1, -0.5)}}, {"tests": {"LATEST": (0.6, 1.1, -0.01)}}),
+    ({"values": {0: 0.9}}, {"values": {0: 5.0}, "tests": {"LATEST": (5.0, 1.1, -0.9)}}),  # dp/ds is 5 at both ends, .6 between
+    ({"run": {"LOG": 0.0, "LOG_BEFORE": 0.1}}, {"run": {"LOG": -1.4, "LOG_BEFORE": 0.1}}),  # the determinant dips
+    ({"log": -0.3}, {"run": {"LOG": -1.0, "LOG_BEFORE": 0.1}, "log": -2.5})])
+def test_what_lies_in_a_step_is_left_to_the_look_at_it(kept, looked):
+    assert step(**kept)[0] > 0.0
+    assert step(**looked) == (0.0, 0.0, 0.0)
+
+
+def test_a_step_that_is_taken_is_written_and_is_the_last_one_from_then_on():
+    run, tests = np.arange(1.0, 1.0 + steprun.RUN), np.zeros((steprun.TESTS, 3))
+    run[steprun.LENGTH], run[steprun.MOST], run[steprun.BEND], run[steprun.LOG], run[steprun.SIGN] = 0.1, 0.5, 0.4, 1.7, -1.0
+    tests[steprun.LATEST], tests[steprun.EARLIER], tests[steprun.CLEARLY] = (0.3, -2.0, 7.0), (9.0, 9.0, 9.0), (1.0, 1.0, 1.0)
+    tests[steprun.SIZE] = 0.3, 2.0, 7.0
+    point, tangent, values = np.array([1.0, 2.0]), np.array([0.6, -0.8]), np.array([-1e-12, -3.0, 1e-13])
+    row = np.empty(2 * 2 + 3 + steprun.TOLD)
+    steprun.taken.py_func(point, tangent, values, (0.2, 0.05, 0.001), (5, 1e-14, 1.0, 2.5), run, tests, row)
+    new = steplaw.next_length(0.1, 0.25, 0.4, 5, 0.5)
+    assert row.tolist() == [1.0, 2.0, 0.6, -0.8, -1e-12, -3.0, 1e-13, 0.2, 0.05, 0.001, new, 5, 1e-14, 1.0, 2.5]
+    assert tests.tolist()[:4] == [[0.3, -2.0, 7.0], values.tolist(), [1.0, -1.0, 1.0], [0.3, 3.0, 7.0]]  # rounding sets no sign
+    named = {name: run[getattr(steprun, name)] for name in ("LENGTH", "BEND", "BACK", "LOG_BEFORE", "SIGN_BEFORE", "LOG", "SIGN")}
+    assert named == {"LENGTH": new, "BEND": pytest.approx(0.25), "BACK": 0.2, "LOG_BEFORE": 1.7, "SIGN_BEFORE": -1.0, "LOG": 2.5,
+                     "SIGN": 1.0}

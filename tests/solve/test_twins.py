@@ -168,15 +168,21 @@ def curved(rng, n):
             lambda x: A + 1.2 * B * x + np.diag(3.0 / (1.0 + 9.0 * x * x)))
 
 
+def problems(seed, count, most, spread):
+    """Yield number, residual, Jacobian, scale of the unknowns and start, of up to ``most`` unknowns."""
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        n = int(rng.integers(1, most + 1))
+        f, J = curved(rng, n)
+        scale = 10.0**rng.uniform(-1.0, 1.0, n)
+        yield k, f, J, scale, spread * rng.normal(size=n)
+
+
 def test_newton_makes_the_steps_of_its_twin():
-    rng, seen = np.random.default_rng(5), []
+    seen = []
     with np.errstate(all="ignore"):
-        for k in range(160):
-            n = int(rng.integers(1, 4))
-            f, J = curved(rng, n)
-            scale = 10.0**rng.uniform(-1.0, 1.0, n)
+        for k, f, J, scale, start in problems(5, 160, 3, 3.0):
             given = dict(scale=scale, tolerance=(1e-14, 1e-6)[k % 2], iterations=(50, 3)[k % 5 == 4], noise=(0.0, 1.0)[k % 7 == 6])
-            start = 3.0 * rng.normal(size=n)
             found = newton.newton(f, J, start, **given)
             status, x, count, left, correction = twin_newton(f, J, start, **given)
             assert (found.status, found.iterations) == (status, count), k
@@ -253,15 +259,11 @@ def twin_broyden(residual, x, J, kind, scale, size, tolerance, iterations, incre
 
 
 def test_broyden_makes_the_steps_of_its_twin():
-    rng, seen = np.random.default_rng(6), []
+    seen = []
     with np.errstate(all="ignore"):
-        for k in range(120):
-            n = int(rng.integers(1, 5))
-            f, J = curved(rng, n)
-            scale = 10.0**rng.uniform(-1.0, 1.0, n)
+        for k, f, J, scale, start in problems(6, 120, 4, 1.5):
             given = dict(kind=("good", "bad")[k % 2], scale=scale, size=(None, 0.3)[k % 3 == 2], tolerance=(1e-9, 1e-3)[k % 4 == 3],
                          iterations=(60, 4)[k % 5 == 4], increment=(None, 1e-3)[k % 6 == 5], restarts=k % 7 != 6)
-            start = 1.5 * rng.normal(size=n)
             found = broyden.broyden(f, start, J, **given)
             status, x, count, jacobians, history = twin_broyden(f, start, J, **given, calls=None)
             some = min(len(history), 12)  # rounding grows where the path wanders

@@ -43,3 +43,18 @@ def test_a_test_that_is_zero_at_an_end_is_not_asked():
     box = [0.0] * zeros.BOX
     assert list(roots.enclosing(box, 0.0, 0.0, 1.0, 2.0, math.nan)) == []
     assert (box[AT], box[DONE], box[zeros.ASKED]) == (0.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("far, steps", [(0.5 * zeros.FLAT, True), (20.0 * zeros.FLAT, False)])
+def test_a_zero_near_by_is_stepped_to_and_one_far_away_is_looked_for_with_a_wider_probe(side, far, steps):
+    """Of a straight test beside its zero, on either side of it: Newton, or ten times the distance of the places asked."""
+    box, start = [0.0] * zeros.BOX, 0.3 + side * far
+    box[AT], asked = start, []
+    for t in roots.polishing(box):
+        asked.append(t)
+        box[VALUE], box[PARAMETER] = 2.0 * (t - 0.3), t
+        if len(asked) == 4:
+            break
+    assert asked[:3] == [start, start - zeros.PROBE, start + zeros.UNEVEN * zeros.PROBE]
+    assert asked[3] == pytest.approx(0.3 if steps else start - 10.0 * zeros.PROBE, abs=0.1 * zeros.PROBE)

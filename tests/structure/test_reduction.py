@@ -79,6 +79,20 @@ def test_free_structures_need_their_rigid_body_modes():
         reduce(np.eye(3), loose, (2,), 1, "craig-bampton")
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("keep, modes", [((5,), 1), ((5,), 3), ((0, 5), 2)])
+@pytest.mark.parametrize("mass, stiffness", [(1e3, 1e8), (1.0, 1e-8), (1e-12, 1e-12), (1e12, 1e12)])
+def test_errors_of_free_structures_know_no_units(method, keep, modes, mass, stiffness):
+    chain = 2.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
+    chain[0, 0] = chain[5, 5] = 1.0
+    plain = reduce(np.eye(6), chain, keep, modes, method)[2]
+    scaled = reduce(mass * np.eye(6), stiffness * chain, keep, modes, method)[2]
+    assert scaled.static_error == pytest.approx(plain.static_error, rel=1e-6, abs=1e-12)
+    assert scaled.frequencies[1:] == pytest.approx(np.sqrt(stiffness / mass) * plain.frequencies[1:], rel=1e-9)
+    assert scaled.residual == pytest.approx(plain.residual / stiffness, rel=1e-9)
+    assert scaled.errors == pytest.approx(plain.errors, abs=1e-9) and scaled.errors[0] == 0.0
+
+
 def test_the_massless_boundary_is_free_modes_beside_a_spring(beam):
     M, K, _ = beam
     mass, stiffness, found = reduce(M, K, (38,), 6, "massless")

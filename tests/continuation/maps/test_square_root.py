@@ -156,3 +156,18 @@ def test_diagram_is_drawn():
     ax = SquareRootMap(lam=0.2, mu=0.1).diagram("mu", np.linspace(0.01, 0.2, 20)).plot()
     assert ax.get_xlabel() and len(ax.lines[0].get_xdata()) == 20 * 128
     plt.close(ax.figure)
+
+
+@pytest.mark.parametrize("system", [SquareRootMap(lam=0.3, mu=0.1), NordmarkMap(alpha=0.6, gamma=0.05, r2=0.3, rho=0.1)])
+def test_the_border_belongs_to_the_free_side(system):
+    """There the map is continuous, its slope that of the free motion; it becomes infinite from the other side."""
+    n = system.dimension
+    on, below, above = np.zeros(n), np.full(n, 0.0), np.full(n, 0.0)
+    below[0], above[0] = -1e-12, 1e-12
+    assert system.piece_of(on) == system.piece_of(below) != system.piece_of(above)
+    np.testing.assert_allclose(system.step(on), system.step(below), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(system.step(on), system.step(above), rtol=0, atol=1.1e-6)
+    slope = (system.step(on) - system.step(below)) / 1e-12
+    np.testing.assert_allclose(system.slope(on)[:, 0], slope, rtol=1e-3)
+    np.testing.assert_array_equal(system.slope(on), system.slope(below))
+    assert system.slope(above)[0, 0] == pytest.approx(-0.5e6)

@@ -486,3 +486,32 @@ def test_a_row_on_a_boundary_is_told_to_rounding():
     assert begun.holds(half, SimpleNamespace(x=np.array([0.0, 1e-7]), monitors=[0.0]))
     assert not begun.holds(half, SimpleNamespace(x=np.array([0.0, 1e-5]), monitors=[0.0]))
     assert not begun.holds(half, at(0.5))
+
+
+@pytest.mark.parametrize("scale", [(2.0, 1.0), (1e-4, 1.0), (1e4, 10.0)])
+@pytest.mark.parametrize("shift, kept", [(0.5, False), (-0.5, False), (2.0, True), (-2.0, True)])
+def test_a_pair_that_is_known_is_told_by_its_distance_in_scaled_unknowns(monkeypatch, scale, shift, kept):
+    """Points of the circle are one where every scaled unknown agrees to a millionth, whatever the units are."""
+    kind = SpecialPointKind.NEIMARK_SACKER
+    problem = SimpleNamespace(scale=np.array(scale))
+    part = SimpleNamespace(problem=problem, scale=problem.scale, kinds=(kind,))
+    a, b = (SimpleNamespace(part=part, s=s) for s in (0.0, 1.0))
+    known = SimpleNamespace(kind=kind, s=0.5, x=np.array([0.3, 0.7]) * scale)
+    other = SimpleNamespace(kind=SpecialPointKind.FOLD, s=0.25, x=known.x)  # of another kind: it may lie there
+    place, asked = known.x.copy(), []
+    place[0] += shift * detect.SHORT * scale[0]
+
+    def located(part, low, high, j, *made):
+        asked.append((low.s, high.s))
+        return SimpleNamespace(kind=kind, s=0.4, x=place)
+    monkeypatch.setattr(detect, "beginning", lambda half, row, new, j: a)
+    monkeypatch.setattr(detect, "Curve", lambda a, b: SimpleNamespace(length=1.0, at=lambda t: t))
+    monkeypatch.setattr(detect, "Row", lambda c, part, s, *rest: SimpleNamespace(part=part, s=s))
+    monkeypatch.setattr(detect, "tests_of", lambda c: None)
+    monkeypatch.setattr(detect, "located", located)
+    monkeypatch.setattr(detect, "pair_on_circle", lambda part, low, high, found: (1,) if low.s < 0.4 < high.s else None)
+    monkeypatch.setattr(detect, "inner_change", lambda part, low, high: None)
+    b.angle = b.ds = 0.0
+    found = detect.torus(None, a, b, None, [other, known])
+    assert [special.x.tolist() for special in found] == ([place.tolist()] if kept else [])
+    assert asked[0][0] < 0.4 < asked[0][1]

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bifurc.continuation.kinds import CorrectorStatus, SpecialPointKind
+from bifurc.continuation.kinds import CorrectorStatus, SpecialPointKind, StopReason
 from bifurc.continuation.problem import Corrected, Monitor
-from bifurc.continuation.steps import branchpoint, hidden, tori
+from bifurc.continuation.steps import arclength, branchpoint, hidden, tori
 from bifurc.continuation.steps.branchpoint import Crossing, first_direction, locate_crossing, other_direction
 from bifurc.continuation.steps.detect import clear_slope, known_to, near, remember, stands
 from bifurc.continuation.steps.rows import Curve, Part, Point, Row, followed, reversed_row
@@ -433,3 +433,59 @@ def test_multipliers_outside_the_circle_and_complex_ones():
     assert value == pytest.approx(1.05**2 - 1.0) and point.x[-1] == pytest.approx(0.25)  # of the pair nearest to the circle
     part, a, b = step_of(lambda p: [0.3, 0.2])
     assert tori.curve_value(part.problem, Curve(a, b))(0.25) is None
+
+
+# a branch that creeps goes on with other equations, or not
+
+
+class Creeping:
+    """What `Half.leap_from` sees of a half; ``crossed`` is what the other equations make of it."""
+
+    def __init__(self, crossed, end=StopReason.DS_MIN):
+        self.crossed, self.end = crossed, end
+        self.slope, self.signs, self.sizes, self.edge, self.pending = 0.1, [1, -1], [2.0, 3.0], None, ["later"]
+        self.rows, self.parts, self.found = [SimpleNamespace(p=1.0)], ["first"], []
+        self.reason, self.message, self.ds = None, "", 1e-9
+        self.options = SimpleNamespace(ds=0.3, ds_max=0.2)
+
+    def cross(self, row, cut):
+        assert self.slope == row.tests[0]  # dp/ds where it creeps, not where it began to
+        self.slope, self.signs, self.sizes, self.edge, self.pending = 9.0, [0], [0.0], 1e-9, []
+        if isinstance(self.crossed, StopReason):
+            self.reason, self.message = self.crossed, "it ends"
+        else:
+            self.rows.append(SimpleNamespace(p=self.crossed))
+            self.parts.append("second")
+
+    def ends_in(self, row):
+        assert row is self.rows[-1]
+        return self.end
+
+    @property
+    def kept(self):
+        return self.slope, self.signs, self.sizes, self.edge, self.pending
+
+
+@pytest.mark.parametrize("half, leaps, goes_on", [
+    (Creeping(StopReason.BOUND), True, False), (Creeping(StopReason.NO_SUCCESSOR), False, False),
+    (Creeping(1.25), True, True), (Creeping(1.25, StopReason.MERGED), False, False), (Creeping(0.75), True, True)],
+    ids=["ends there", "no successor", "goes on", "creeps on", "goes on below"])
+@pytest.mark.parametrize("silent", [False, True])
+def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent, monkeypatch):
+    half = Creeping(half.crossed, half.end)
+    row, special = SimpleNamespace(tests=[0.7], p=1.0, x=np.array([5.0, 6.0, 1.0])), SimpleNamespace(error=1e-6, x=None)
+    monkeypatch.setattr(arclength.detect, "creeping", lambda made, start: None)
+    assert arclength.Half.leap_from(half, row, "start") is False and half.rows[1:] == [] and half.slope == 0.1
+    monkeypatch.setattr(arclength.detect, "creeping", lambda made, start: SimpleNamespace(special=special, silent=silent))
+    before = half.kept
+    assert arclength.Half.leap_from(half, row, "start") is leaps
+    if goes_on:
+        assert [made.p for made in half.rows] == [1.0, half.crossed] and half.parts == ["first", "second"] and half.slope == 9.0
+        assert special.error == pytest.approx(1e-6 + 0.25) and special.x.tolist() == [5.0, 6.0, half.crossed]
+        assert half.found == ([] if silent else [special]) and half.ds == 0.2 and half.reason is None
+        return
+    assert len(half.rows) == len(half.parts) == 1 and half.found == [] and half.ds == 1e-9 and special.x is None
+    assert half.reason is (StopReason.BOUND if leaps else None) and half.message == ("it ends" if leaps else "")
+    assert leaps or half.slope == 0.1
+    if half.crossed == 1.25:
+        assert half.kept == before

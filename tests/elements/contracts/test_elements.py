@@ -9,8 +9,9 @@ import pytest
 
 from bifurc import elements as el
 from bifurc.compose import scene_of
-from bifurc.elements.local import lam, s, u, wave
+from bifurc.elements.local import lam, u, wave
 from bifurc.system import System
+from tests.reference.written_elements import Slider
 
 OMEGA = 1.3
 
@@ -33,38 +34,6 @@ class UserStop(el.Element):
                            accumulates=(self.r, "resting"))
             return el.Mode(guards=(hit,))
         return el.Mode(hold=(el.Hold(0, (1.0,), d),), guards=(el.Guard(lam(), el.EventKind.RELEASE, ("away",)),))
-
-
-@dataclass(frozen=True)
-class Slider(el.Element):
-    """Spring and slider in series, with memory: the position of the slider."""
-
-    kt: float = 2.0
-    limit: float = 0.3
-    start = ("stick", "up", "down")
-    memory = ("slider",)
-
-    def site(self, n):
-        return el.Rows.of(0, n)
-
-    def mode(self, key, core):
-        if key == "stick":
-            pull = self.kt * (u() - el.local.z())
-            return el.Mode(force=(-pull,), guards=(el.Guard(pull - self.limit, el.EventKind.SLIP, ("up",)),
-                                                   el.Guard(-pull - self.limit, el.EventKind.SLIP, ("down",))))
-        way = 1.0 if key == "up" else -1.0
-        slider = el.Algebraic(u() - way * self.limit / self.kt)
-        return el.Mode(force=(el.local.affine(-way * self.limit),), memory=(slider,),
-                       guards=(el.Guard(-way * s(), el.EventKind.STICK, ("stick",)),))
-
-    def mirrored(self):
-        return self
-
-    def mirrored_key(self, key):
-        return {"stick": "stick", "up": "down", "down": "up"}[key]
-
-    def mirrored_guard(self, key, guard):
-        return 1 - guard if key == "stick" else guard
 
 
 @dataclass(frozen=True)

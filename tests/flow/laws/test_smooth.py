@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import differenced, kernels
-from bifurc.elements import CubicSpring, Force, HarmonicForce, RigidStop
+from bifurc.elements import Coulomb, CubicSpring, Force, HarmonicForce, RigidStop
 from bifurc.flow.laws.calls import scratch_of, step
 from bifurc.flow.laws.gauss import NODES
 from tests.flow.taylor import Duffing
@@ -197,3 +197,34 @@ def test_divergence_is_a_status():
     system = duffing(beta=-1.0, omega=1.0)
     motion = bf.simulate(system, (3.0, 3.0), periods=2)
     assert not motion.success and motion.status == "diverged"
+
+
+@pytest.mark.parametrize("cubic", [0.0, 0.7])
+@pytest.mark.parametrize("load, omega, phase", [(1.3, 0.8, 0.4), (0.9, 0.5, -1.1)])
+def test_rates_at_the_events_of_dry_friction_are_those_of_its_forces(cubic, load, omega, phase):
+    """What holds, F cos - K q - k q^3, changes with -F omega sin when it lets go; a slide ends with its own deceleration."""
+    limit, springs = 0.5, [CubicSpring(cubic)] if cubic else []
+    system = bf.System(2.0, 0.1, 1.0, [HarmonicForce(load, phase=phase), *springs, Coulomb(limit)], omega=omega)
+    seen = []
+    for y in ((0.6, 0.0), (-0.3, 0.0), (0.1, 0.0)):
+        for event in bf.simulate(system, y, duration=20.0).events:
+            q, angle = event.before[0], omega * event.time + phase
+            force = load * np.cos(angle) - q - cubic * q**3
+            if event.kind == "slip":
+                assert abs(force) == pytest.approx(limit, rel=1e-12)
+                assert event.speed == pytest.approx(abs(load * omega * np.sin(angle)), rel=1e-10)
+            else:  # it slid with the force that is less than the friction, or against it
+                rates = [abs(force - way * limit) / 2.0 for way in (-1.0, 1.0)]
+                assert event.kind == "stick" and min(abs(event.speed - rate) for rate in rates) < 1e-8 * max(rates)
+            seen.append(event.kind)
+    assert seen.count("slip") > 1 and "stick" in seen
+
+
+def test_rest_on_a_stop_ends_with_the_rate_of_its_reaction():
+    system = bf.System(1.5, 0.2, 1.0, [HarmonicForce(2.0, phase=0.3), CubicSpring(0.4), RigidStop(0.2, 0.0)], omega=0.6)
+    releases = [event for event in bf.simulate(system, (0.2, 0.0), duration=60.0).events if event.kind == "release"]
+    assert len(releases) > 3
+    for event in releases:
+        angle = 0.6 * event.time + 0.3
+        assert 2.0 * np.cos(angle) == pytest.approx(0.2 + 0.4 * 0.2**3, abs=1e-11)
+        assert event.speed == pytest.approx(2.0 * 0.6 * abs(np.sin(angle)), rel=1e-10)

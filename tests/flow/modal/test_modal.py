@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 import bifurc as bf
 from bifurc.compose import modal
@@ -136,3 +136,32 @@ def test_coordinates_turn_with_the_eigenvalues(m):
     generator[-1, -2], generator[-2, -1] = system.omega, -system.omega
     sizes = np.abs(generator) @ np.abs(V) + np.abs(V) @ np.abs(turning)
     assert np.all(np.abs(generator @ V - V @ turning).max(axis=1) <= 1e-11 * sizes.max(axis=1))
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-4, 1e-6])
+def test_no_peak_that_reaches_a_stop_is_passed_over(depth):
+    """Undamped chains from random states, sums over their modes: the stop lies a little below the highest of their peaks."""
+    n, times, rng = 6, np.linspace(0.0, 30.0, 6001), np.random.default_rng(8)
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    w2, Phi = scipy.linalg.eigh(K)
+    w = np.sqrt(w2)
+    for _ in range(12):
+        q, v = rng.normal(size=n), rng.normal(size=n)
+        a, b = Phi[2] * (Phi.T @ q), Phi[2] * (Phi.T @ v) / w
+
+        def place(t, a=a, b=b):
+            angle = np.multiply.outer(t, w)
+            return np.cos(angle) @ a + np.sin(angle) @ b
+        found = place(times)
+        k = int(np.argmax(found))
+        top = minimize_scalar(lambda t, place=place: -place(t), bounds=times[[max(k - 1, 0), min(k + 1, 6000)]],
+                              options={"xatol": 1e-12}, method="bounded")
+        gap = -top.fun - depth
+        if found[0] > gap - 0.1 or not 0 < k < 6000:
+            continue
+        above = np.flatnonzero(found > gap)  # none where the peak is narrower than the samples
+        low, high = times[[above[0] - 1, above[0]]] if above.size else (top.x - 0.1, top.x)
+        near = brentq(lambda t, place=place, gap=gap: place(t) - gap, low, high, xtol=1e-14)
+        system = bf.System(np.eye(n), np.zeros((n, n)), K, [RigidStop(gap, 0.5, dof=2)])
+        motion = bf.simulate(system, np.concatenate([q, v]), duration=30.0, max_events=1000)
+        assert motion.events and motion.events[0].time == pytest.approx(near, abs=1e-9 / depth**0.5)
