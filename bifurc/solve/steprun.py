@@ -9,8 +9,10 @@ import numpy as np
 
 from .._jit import inlined, leaf
 from .steplaw import (
+    ASIDE,
     CLEAR,
     CREDIBLE,
+    JUMPS,
     MANY,
     MONITOR_BAND,
     NEARLY_SINGULAR,
@@ -65,9 +67,54 @@ def foretold(before, early, last, old, scales, back, length, predicted, guess):
         guess[j] = last[j] + scales[j] * ((s + rest) * old[j] + s * s * (chord + back * cube + s * cube))
 
 
+@leaf
+def between(last, old, point, tangent, scales, length, middle, direction):
+    """Write the middle of the cubic between two points with their tangents, and its unit tangent there (n + 1,)."""
+    size = 0.0
+    for j in range(last.size):
+        chord = (point[j] - last[j]) / scales[j]
+        middle[j] = last[j] + scales[j] * (0.5 * chord + 0.125 * length * (old[j] - tangent[j]))
+        direction[j] = 1.5 * chord - 0.25 * length * (old[j] + tangent[j])
+        size += direction[j]**2
+    size = math.sqrt(size)
+    for j in range(last.size):
+        direction[j] /= size
+
+
+@leaf
+def aside(middle, point, scales, length, corner):
+    """Return whether the ``middle`` of a step and the solution that was found from there are so far apart that the step jumps."""
+    distance = 0.0
+    for j in range(point.size):
+        distance += ((point[j] - middle[j]) / scales[j])**2
+    return not math.sqrt(distance) <= (ASIDE + 0.25 * corner) * length
+
+
+@leaf
+def beside(hermite, t, miss, scales, place, guess, tangent):
+    """Write the ``place`` at ``t`` of a cubic curve, its unit tangent there, and a ``guess`` where the branch is beside it (n + 1,).
+
+    ``hermite`` (4, n + 1) are start and chord of the curve, and its derivatives at both ends, own units; ``miss`` (n + 1,) is how
+    far the last point was from the curve, scaled: the next one misses it by nearly the same.
+    """
+    size, along = 0.0, 0.0
+    for j in range(place.size):
+        start, chord, one, two = hermite[0, j], hermite[1, j], hermite[2, j], hermite[3, j]
+        place[j] = start + t * t * (3.0 - 2.0 * t) * chord + t * (1.0 - t) * ((1.0 - t) * one - t * two)
+        tangent[j] = (6.0 * t * (1.0 - t) * chord + (1.0 - t) * (1.0 - 3.0 * t) * one + t * (3.0 * t - 2.0) * two) / scales[j]
+        size += tangent[j]**2
+    size = math.sqrt(size)
+    for j in range(place.size):
+        tangent[j] /= size
+        along += tangent[j] * miss[j]
+    for j in range(place.size):
+        guess[j] = place[j] + scales[j] * (miss[j] - along * tangent[j])
+
+
 @inlined
 def looked_at(last, old, point, predicted, tangent, scales, values, iterations, sign, log, run, tests):
-    """Return length, angle and misfit of the step from ``last`` to ``point``; length 0: something in it needs a look.
+    """Return length, angle and misfit of the step from ``last`` to ``point``; length 0: something in it needs a look; negative: its
+    middle does, see `between`.
 
     ``old`` and ``tangent`` are the tangents there (n + 1,), ``values`` (k,) the tests at the point, the first of them dp/ds.
     """
@@ -82,7 +129,10 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
     distance = math.sqrt(distance)
     verdict, angle, misfit = judged(cosine, ds, distance, False)
     length = arc_length(math.hypot(ds, distance), angle)
-    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
+    if verdict != CREDIBLE:
+        return none
+    away = run[ORIGIN] - last[n]  # a closed branch ends there: not while the parameter moves away from it
+    if abs(away) <= 1.1 * length * scales[n] and not (away * old[n] < 0.0 and away * values[0] < 0.0):
         return none
     for j in range(count):
         value = values[j]
@@ -98,9 +148,10 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
     falls = run[LOG] < run[LOG_BEFORE] or run[LOG] < log
     if falls and two_zeros(run[SIGN_BEFORE], run[SIGN] * a, sign * b, run[BACK], length) != 2.0:
         return none
-    if doubtful(misfit, run[CORNER], a, b, run[BACK], length, True) != CLEAR:
+    doubt = doubtful(misfit, run[CORNER], a, b, run[BACK], length, True)
+    if doubt == JUMPS:
         return none
-    return length, angle, misfit
+    return length if doubt == CLEAR else -length, angle, misfit
 
 
 @leaf
