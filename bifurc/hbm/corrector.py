@@ -24,6 +24,7 @@ from ..solve.steprun import (
     between,
     foretold,
     looked_at,
+    remembered,
     taken,
 )
 from ..solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
@@ -191,10 +192,12 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
     last, old, n = start.copy(), tangent.copy(), start.size - 1
     predicted, guess, values = start.copy(), start.copy(), np.empty(tests.shape[1])
     spare = Found(np.empty(n + 1), np.empty(n + 1), np.empty_like(info), np.empty_like(events))
+    past, lengths = np.zeros((4, n + 1)), np.zeros(2)
+    past[:2], lengths[0] = before, run[BACK]
     for made in range(most):
         run[MADE] = made
         run[LENGTH] = min(run[LENGTH], run[MOST])
-        foretold(before[0], before[1], last, old, scale, run[BACK], run[LENGTH], predicted, guess)
+        foretold(past, last, old, scale, lengths, run[LENGTH], predicted, guess)
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
         status = correct(S, R, along, grid, listed, room, guess, predicted, old, False, scale, found)
@@ -214,9 +217,8 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
                     guess, spare.x, scale, -length, run[CORNER]):
                 return status
         taken(x, new, values, (abs(length), angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
-        for j in range(n + 1):
-            before[0, j], before[1, j] = last[j], old[j]
-            last[j], old[j] = x[j], new[j]
+        remembered(past, lengths, last, old, run[BACK])
+        last[:], old[:] = x, new
     run[MADE] = most
     return LAST_ROW
 
