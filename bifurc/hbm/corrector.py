@@ -7,9 +7,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import both, inlined, leaf
+from .._jit import WHOLE, apart, both, leaf, njit
 from ..solve.dense import lu, lu_solve
-from ..solve.steprun import BACK, BEYOND, HIGH, LAST_ROW, LENGTH, LOW, MADE, MOST, foretold, looked_at, taken
+from ..solve.steprun import (
+    BACK,
+    BEYOND,
+    CORNER,
+    HIGH,
+    LAST_ROW,
+    LENGTH,
+    LOW,
+    MADE,
+    MOST,
+    aside,
+    beside,
+    between,
+    foretold,
+    looked_at,
+    remembered,
+    taken,
+)
+from ..solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 from .contacts.common import FOLLOWED, Contact, Segments
 from .contacts.margins import FAR, MISS, OVERSHOOT, margins
 from .residual import kept, linearised, motion
@@ -34,7 +52,7 @@ class Found(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What a run of steps reads and writes, see `solve.steprun`; without ``rows`` one point is corrected."""
+    """What a run of steps reads and writes, see `solve.steprun`."""
 
     before: np.ndarray  # (2, size + 1) point and tangent of the row before the one where it begins
     kinds: np.ndarray  # int (k,): of the events whose margins are monitors
@@ -43,10 +61,7 @@ class Run(NamedTuple):
     rows: np.ndarray  # (most, 2 (size + 1) + 1 + 2 k + TOLD)
 
 
-ONCE = Run(np.empty((0, 0)), np.empty(0, np.int64), np.empty(0), np.empty((0, 0)), np.empty((0, 0)))
-
-
-@inlined
+@apart(WHOLE, python=True)
 def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale, found):
     """Correct ``start`` (size + 1,), in a plane through ``plane`` (size + 1,), onto the branch; write what is ``found``.
 
@@ -160,8 +175,8 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
 
 
 @both
-def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, fixed, scale, found: Found, steps: Run):
-    """`correct` once where ``steps`` has no rows; otherwise go step by step along the branch until one needs a look.
+def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, scale, found: Found, steps: Run):
+    """Go step by step along the branch until one needs a look.
 
     The run begins at ``start`` with the tangent there; arguments else as of `correct`.  At the end ``found`` belongs to the step
     that needs a look.
@@ -174,33 +189,92 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
     before, kinds, run, tests, rows = steps
     x, new, info, events = found
     most = rows.shape[0]
-    if most == 0:
-        return correct(S, R, along, grid, listed, room, start, start, tangent, fixed, scale, found)
     last, old, n = start.copy(), tangent.copy(), start.size - 1
     predicted, guess, values = start.copy(), start.copy(), np.empty(tests.shape[1])
+    spare = Found(np.empty(n + 1), np.empty(n + 1), np.empty_like(info), np.empty_like(events))
+    past, lengths = np.zeros((4, n + 1)), np.zeros(2)
+    past[:2], lengths[0] = before, run[BACK]
     for made in range(most):
         run[MADE] = made
         run[LENGTH] = min(run[LENGTH], run[MOST])
-        foretold(before[0], before[1], last, old, scale, run[BACK], run[LENGTH], predicted, guess)
+        foretold(past, last, old, scale, lengths, run[LENGTH], predicted, guess)
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
-        status = correct(S, R, along, grid, listed, room, guess, predicted, old, fixed, scale, found)
+        status = correct(S, R, along, grid, listed, room, guess, predicted, old, False, scale, found)
         if status != CONVERGED or info[DET_SIGN] == 0.0:
             return status
         values[0] = new[n]
         for k in range(kinds.size):
-            values[1 + 2 * k] = max(events[kinds[k], MISS], UNSEEN)
-            values[2 + 2 * k] = max(-events[kinds[k], OVERSHOOT], UNSEEN)
+            values[1 + 2 * k], values[2 + 2 * k] = monitored(events, kinds[k], MISS), monitored(events, kinds[k], OVERSHOOT)
         count, sign, log = int(info[ITERATIONS]), info[DET_SIGN], info[DET_LOG]
         length, angle, misfit = looked_at(last, old, x, predicted, new, scale, values, count, sign, log, run, tests)
         if length == 0.0:
             return status
-        taken(x, new, values, (length, angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
-        for j in range(n + 1):
-            before[0, j], before[1, j] = last[j], old[j]
-            last[j], old[j] = x[j], new[j]
+        if length < 0.0:  # as `continuation.steps.hidden.jumped`
+            between(last, old, x, new, scale, -length, guess, spare.new)
+            direction = spare.new.copy()
+            if correct(S, R, along, grid, listed, room, guess, guess, direction, False, scale, spare) != CONVERGED or aside(
+                    guess, spare.x, scale, -length, run[CORNER]):
+                return status
+        taken(x, new, values, (abs(length), angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
+        remembered(past, lengths, last, old, run[BACK])
+        last[:], old[:] = x, new
     run[MADE] = most
     return LAST_ROW
+
+
+@both
+def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, bracket, place, found: Found, box):
+    """Find the zero of a test on the branch beside a cubic curve, as `solve.zeros` does; return whether it is found.
+
+    Parameters
+    ----------
+    hermite : ndarray (4, n + 1)
+        Start and chord of the curve, and its derivatives at both ends, own units; the curve is run through from 0 to 1.
+    bracket : tuple of float
+        The test at both ends, and the place to try first.
+    place : tuple of int
+        Kind of the events and field of their margin that is a monitor; kind -1 for the slope of the parameter.
+    found : Found
+        Receives the solution; other arguments as of `correct`.
+    box : ndarray (BOX,)
+        Receives what is known of the zero.
+    """
+    first, last, guess = bracket
+    miss = np.zeros(scale.size)
+    for t in enclosing(box, 0.0, first, 1.0, last, guess):
+        if not tested(S, R, along, grid, listed, room, scale, hermite, t, miss, place, found, box):
+            return False
+    if box[DONE] == 0.0:
+        return False
+    for t in polishing(box):
+        if not tested(S, R, along, grid, listed, room, scale, hermite, t, miss, place, found, box):
+            if box[TRIED] == 0.0:
+                return False
+            box[VALUE] = np.nan
+    return box[DONE] > 0.0
+
+
+@njit
+def tested(S, R, along, grid, listed, room, scale, hermite, t, miss, place, found, box):
+    """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return whether that is known."""
+    plane, start, tangent = np.empty((3, scale.size))
+    beside(hermite, t, miss, scale, plane, start, tangent)
+    status = correct(S, R, along, grid, listed, room, start, plane, tangent, False, scale, found)
+    if status != CONVERGED:
+        return False
+    for j in range(scale.size):
+        miss[j] = (found.x[j] - plane[j]) / scale[j]
+    kind, field = place
+    n = scale.size - 1
+    box[VALUE], box[PARAMETER] = found.new[n] if kind < 0 else monitored(found.events, kind, field), found.x[n]
+    return np.isfinite(box[VALUE])
+
+
+@leaf
+def monitored(events, kind, field):
+    """Return a monitor: the largest near miss of a kind of event, or minus its least overshoot; both are negative inside."""
+    return max(events[kind, MISS] if field == MISS else -events[kind, OVERSHOOT], UNSEEN)
 
 
 @leaf

@@ -24,6 +24,7 @@ FALLEN = 0.4  # of the values at both neighbours, that at the middle row: a peak
 LOOSE = 0.03  # part of the larger end value by which the interpolated extremum may be wrong
 AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a boundary of the equations is that end
 DOUBT = 0.01  # misfit of a step that is looked at
+ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 DECAY = 0.5  # part to which the determinant falls in a step that is looked at
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
 CREDIBLE, TURNS, LEADS_AWAY = 0, 1, 2

@@ -9,8 +9,10 @@ import numpy as np
 
 from .._jit import inlined, leaf
 from .steplaw import (
+    ASIDE,
     CLEAR,
     CREDIBLE,
+    JUMPS,
     MANY,
     MONITOR_BAND,
     NEARLY_SINGULAR,
@@ -42,32 +44,111 @@ def run_of(before, row, ds, limits, origin, corner) -> np.ndarray:
 
 
 @leaf
-def foretold(before, early, last, old, scales, back, length, predicted, guess):
+def foretold(past, last, old, scales, lengths, ahead, predicted, guess):
     """Write the end of the tangent at ``last`` into ``predicted`` (n + 1,), and into ``guess`` where the branch may be.
 
-    The guess is the cubic through the last two points, ``before`` and ``last``, a length ``back`` apart, with their tangents,
-    ``early`` and ``old``; at the place where it passes the plane orthogonal to the tangent at a ``length``, to the fourth order.
+    The guess is the polynomial through the last points with their tangents, in the plane orthogonal to the tangent a length
+    ``ahead``: of two points the cubic, of three that of fifth degree.
+
+    Parameters
+    ----------
+    past : ndarray (4, n + 1)
+        Point and tangent of the row before ``last``, whose tangent is ``old``, and of the one before that.
+    lengths : ndarray (2,)
+        Lengths of the last two steps; the second is 0 where only two points are known.
     """
-    second, third = 0.0, 0.0  # parts along the tangent of the coefficients of the square and of the cube
+    b, c = lengths[0], lengths[1]
+    s, rest = ahead, 0.0
+    for turn in range(2):  # where the polynomial has come ahead: the parts of its terms along the tangent
+        one, two = s * s, s * s * (s + b)
+        three, four = two * (s + b), two * (s + b) * (s + b + c)
+        along = s
+        for j in range(last.size):
+            A, E, G, H = differences(past, last, old, scales, b, c, j)
+            along += old[j] * (one * A + two * E + three * G + four * H)
+        rest = ahead - along
+        if turn == 0:
+            s += rest
+    one, two = s * s, s * s * (s + b)
+    three, four = two * (s + b), two * (s + b) * (s + b + c)
     for j in range(last.size):
-        chord = ((before[j] - last[j]) / scales[j] + back * old[j]) / (back * back)
-        slope = 0.5 * (old[j] - early[j]) / back
-        cube = 2.0 * (chord - slope) / back
-        third += cube * old[j]
-        second += (chord + back * cube) * old[j]
-    s = length - length * length * (second + length * third)
-    rest = length - s * (1.0 + s * (second + s * third))
+        A, E, G, H = differences(past, last, old, scales, b, c, j)
+        predicted[j] = last[j] + ahead * (scales[j] * old[j])
+        guess[j] = last[j] + scales[j] * ((s + rest) * old[j] + one * A + two * E + three * G + four * H)
+
+
+@leaf
+def differences(past, last, old, scales, b, c, j):
+    """Return divided differences of unknown ``j``, of second to fifth order, over the points of `foretold`, each counted twice."""
+    chord, tangent = (last[j] - past[0, j]) / (scales[j] * b), past[1, j]
+    A, B = (old[j] - chord) / b, (chord - tangent) / b
+    E = (A - B) / b
+    if c == 0.0:
+        return A, E, 0.0, 0.0
+    chord = (past[0, j] - past[2, j]) / (scales[j] * c)
+    C, D = (tangent - chord) / c, (chord - past[3, j]) / c
+    F = (B - C) / (b + c)
+    G = (E - F) / (b + c)
+    return A, E, G, (G - (F - (C - D) / c) / (b + c)) / (b + c)
+
+
+@leaf
+def remembered(past, lengths, last, old, length):
+    """Note that ``last`` and its tangent ``old`` (n + 1,) are those of the row before now, a ``length`` back; see `foretold`."""
     for j in range(last.size):
-        chord = ((before[j] - last[j]) / scales[j] + back * old[j]) / (back * back)
-        slope = 0.5 * (old[j] - early[j]) / back
-        cube = 2.0 * (chord - slope) / back
-        predicted[j] = last[j] + length * (scales[j] * old[j])
-        guess[j] = last[j] + scales[j] * ((s + rest) * old[j] + s * s * (chord + back * cube + s * cube))
+        past[2, j], past[3, j] = past[0, j], past[1, j]
+        past[0, j], past[1, j] = last[j], old[j]
+    lengths[1], lengths[0] = lengths[0], length
+
+
+@leaf
+def between(last, old, point, tangent, scales, length, middle, direction):
+    """Write the middle of the cubic between two points with their tangents, and its unit tangent there (n + 1,)."""
+    size = 0.0
+    for j in range(last.size):
+        chord = (point[j] - last[j]) / scales[j]
+        middle[j] = last[j] + scales[j] * (0.5 * chord + 0.125 * length * (old[j] - tangent[j]))
+        direction[j] = 1.5 * chord - 0.25 * length * (old[j] + tangent[j])
+        size += direction[j]**2
+    size = math.sqrt(size)
+    for j in range(last.size):
+        direction[j] /= size
+
+
+@leaf
+def aside(middle, point, scales, length, corner):
+    """Return whether the ``middle`` of a step and the solution that was found from there are so far apart that the step jumps."""
+    distance = 0.0
+    for j in range(point.size):
+        distance += ((point[j] - middle[j]) / scales[j])**2
+    return not math.sqrt(distance) <= (ASIDE + 0.25 * corner) * length
+
+
+@leaf
+def beside(hermite, t, miss, scales, place, guess, tangent):
+    """Write the ``place`` at ``t`` of a cubic curve, its unit tangent, and a ``guess`` where the branch is beside it (n + 1,).
+
+    ``hermite`` (4, n + 1) are start and chord of the curve, and its derivatives at both ends, own units; ``miss`` (n + 1,) is how
+    far the last point was from the curve, scaled: the next one misses it by nearly the same.
+    """
+    size, along = 0.0, 0.0
+    for j in range(place.size):
+        start, chord, one, two = hermite[0, j], hermite[1, j], hermite[2, j], hermite[3, j]
+        place[j] = start + t * t * (3.0 - 2.0 * t) * chord + t * (1.0 - t) * ((1.0 - t) * one - t * two)
+        tangent[j] = (6.0 * t * (1.0 - t) * chord + (1.0 - t) * (1.0 - 3.0 * t) * one + t * (3.0 * t - 2.0) * two) / scales[j]
+        size += tangent[j]**2
+    size = math.sqrt(size)
+    for j in range(place.size):
+        tangent[j] /= size
+        along += tangent[j] * miss[j]
+    for j in range(place.size):
+        guess[j] = place[j] + scales[j] * (miss[j] - along * tangent[j])
 
 
 @inlined
 def looked_at(last, old, point, predicted, tangent, scales, values, iterations, sign, log, run, tests):
-    """Return length, angle and misfit of the step from ``last`` to ``point``; length 0: something in it needs a look.
+    """Return length, angle and misfit of the step from ``last`` to ``point``; length 0: something in it needs a look; negative: its
+    middle does, see `between`.
 
     ``old`` and ``tangent`` are the tangents there (n + 1,), ``values`` (k,) the tests at the point, the first of them dp/ds.
     """
@@ -82,7 +163,10 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
     distance = math.sqrt(distance)
     verdict, angle, misfit = judged(cosine, ds, distance, False)
     length = arc_length(math.hypot(ds, distance), angle)
-    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
+    if verdict != CREDIBLE:
+        return none
+    away = run[ORIGIN] - last[n]  # a closed branch ends there: not while the parameter moves away from it
+    if abs(away) <= 1.1 * length * scales[n] and not (away * old[n] < 0.0 and away * values[0] < 0.0):
         return none
     for j in range(count):
         value = values[j]
@@ -98,9 +182,10 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
     falls = run[LOG] < run[LOG_BEFORE] or run[LOG] < log
     if falls and two_zeros(run[SIGN_BEFORE], run[SIGN] * a, sign * b, run[BACK], length) != 2.0:
         return none
-    if doubtful(misfit, run[CORNER], a, b, run[BACK], length, True) != CLEAR:
+    doubt = doubtful(misfit, run[CORNER], a, b, run[BACK], length, True)
+    if doubt == JUMPS:
         return none
-    return length, angle, misfit
+    return length if doubt == CLEAR else -length, angle, misfit
 
 
 @leaf

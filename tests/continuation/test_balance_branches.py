@@ -6,6 +6,7 @@ import pytest
 
 import bifurc as bf
 from bifurc import HarmonicBalance, System, systems
+from bifurc.continuation.balance.problem import BalanceProblem
 from bifurc.elements import CubicSpring, ElasticStop, HarmonicForce
 
 ONSETS = [math.sqrt(s) for s in np.roots([1.0, 0.02**2 - 4.0, 3.0])[::-1]]  # (2 - s)^2 + .02^2 s = 1: the stuck amplitude is 1
@@ -106,3 +107,19 @@ def test_set_valued_friction_is_not_continued():
     orbit = bf.find_orbit(systems.dry_friction_oscillator(), method=HarmonicBalance(15))
     with pytest.raises(ValueError, match="set-valued"):
         bf.trace(orbit, "omega", bounds=(0.5, 2.0))
+
+def test_special_points_are_those_of_the_general_search(monkeypatch):
+    """The zero of a margin in one compiled call, and asked place by place from Python."""
+    made = []
+    for general in (False, True):
+        if general:
+            monkeypatch.setattr(BalanceProblem, "zero", lambda *_: None)
+        for system, bounds in ((lambda w: bf.systems.jenkins_oscillator(zeta=0.01, omega=w, amplitude=1.0), (0.4, 2.0)),
+                               (lambda w: bf.systems.bilinear_oscillator(zeta=0.05, omega=w, amplitude=0.3, gap=0.5), (0.5, 1.5))):
+            orbit = bf.find_orbit(system(bounds[0]), method=bf.HarmonicBalance(5))
+            made.append(bf.trace(orbit, "omega", bounds=bounds).special_points)
+    for fast, slow in zip(made[:2], made[2:], strict=True):
+        assert len(fast) >= 2 and [point.kind for point in fast] == [point.kind for point in slow]
+        for one, other in zip(fast, slow, strict=True):
+            assert abs(one.parameter - other.parameter) <= one.error + other.error
+            assert 0.0 < one.error < 1e-11

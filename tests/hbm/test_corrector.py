@@ -8,7 +8,7 @@ from bifurc.elements import ElasticStop, HarmonicForce, Jenkins
 from bifurc.hbm import corrector
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.contacts.margins import FIELDS, KINDS
-from bifurc.hbm.corrector import ONCE, Found, bordered, follow, scaled
+from bifurc.hbm.corrector import Found, bordered, correct, scaled
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.residual import order_of
 from bifurc.hbm.tables import Series
@@ -45,8 +45,8 @@ class Case:
     def correct(self, start, tangent, fixed, listed=None):
         parts = self.balance.parts
         listed = np.full(len(parts.contacts), -1) if listed is None else listed
-        return follow(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room, start, tangent,
-                      fixed, self.scale, self.found, ONCE)
+        return correct(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room, start, start,
+                       tangent, fixed, self.scale, self.found)
 
     def wide(self, x, h=1e-6):
         """Derivatives by scaled unknowns: those of the balance, and differences by the parameter."""

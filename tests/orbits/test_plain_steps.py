@@ -37,9 +37,20 @@ def step():
 _, DATA, LAST, OLD, U, PREDICTED, TANGENT, INFO, READS, RUN, TESTS, ROW = range(12)
 
 
+def taken(a):
+    """Take a step as `sequence.follow` does, where nothing in it needs a look; return whether."""
+    values, info = a[ROW][4:8], a[INFO]
+    length, angle, misfit = sq.plain(*a[:ROW], values)
+    if length <= 0.0:
+        return False
+    sr.taken(a[U], a[TANGENT], values, (length, angle, misfit),
+             (int(info[sq.ITERATIONS]), info[sq.RESIDUAL], info[sq.DET_SIGN], info[sq.DET_LOG]), a[RUN], a[TESTS], a[ROW])
+    return True
+
+
 def test_a_plain_step_is_taken_and_kept():
     a = step()
-    assert sq.plain(*a)
+    assert taken(a)
     run, tests, row = a[RUN], a[TESTS], a[ROW]
     assert row[:2] == pytest.approx(a[U]) and row[2:4] == pytest.approx(a[TANGENT])
     assert row[4:8] == pytest.approx([0.8, 0.5, -0.4, -0.3])
@@ -53,7 +64,7 @@ def test_a_plain_step_is_taken_and_kept():
 def test_the_next_step_sees_what_this_one_found():
     a = step()
     a[INFO][[sq.FLIP, sq.DET_LOG]] = 0.7, 0.2
-    assert sq.plain(*a)
+    assert taken(a)
     run, tests = a[RUN], a[TESTS]
     assert (tests[sr.EARLIER, 1 + FLIP], tests[sr.LATEST, 1 + FLIP]) == (0.5, 0.7)
     assert tests[sr.SIZE, 1 + FLIP] == 1.0
@@ -61,7 +72,7 @@ def test_the_next_step_sees_what_this_one_found():
     a[INFO][sq.FLIP] = 1.5
     a[LAST][:] = a[U]
     a[PREDICTED][:] = a[U][:] = a[LAST] + run[sr.LENGTH] * a[DATA].scales * a[TANGENT]
-    assert sq.plain(*a)
+    assert taken(a)
     assert tests[sr.EARLIER, 1 + FLIP] == 0.7 and tests[sr.SIZE, 1 + FLIP] == 1.5
 
 
@@ -113,18 +124,35 @@ def disturbed(what):
 def test_every_reason_stops_the_run(what):
     a = disturbed(what)
     before = a[RUN].copy(), a[TESTS].copy()
-    assert not sq.plain(*a)
+    assert not taken(a)
     assert np.array_equal(a[RUN], before[0], equal_nan=True) and np.array_equal(a[TESTS], before[1])
+
+
+@pytest.mark.parametrize("what", ["the determinant heads for zero", "some misfit"])
+def test_where_a_jump_is_possible_the_middle_of_the_step_is_looked_at(what):
+    a = disturbed(what)
+    if what == "some misfit":
+        a[U][:] += 0.005 * a[DATA].scales * np.array([-0.8, 0.6])
+    length, angle, _ = sq.plain(*a[:ROW], a[ROW][4:8])
+    assert length == pytest.approx(-math.hypot(0.1, 0.005 if what == "some misfit" else 0.0))
+    assert angle == pytest.approx(0.0, abs=1e-7)
+
+
+def test_a_step_away_from_where_a_closed_branch_ends_is_plain():
+    for origin, plain in ((1.0, False), (0.99, True), (1.2, False), (2.0, True)):
+        a = step()
+        a[RUN][sr.ORIGIN] = origin
+        assert taken(a) is plain
 
 
 def test_a_value_within_rounding_of_zero_does_not_stop_it():
     a = step()
     a[INFO][sq.PEAK] = 0.5e-13
-    assert sq.plain(*a)
+    assert taken(a)
     a = step()
     a[INFO][sq.FLIP] = -0.5e-12
     a[TESTS][sr.EARLIER, 1 + FLIP] = a[TESTS][sr.LATEST, 1 + FLIP] = 1e-3
-    assert sq.plain(*a)
+    assert taken(a)
     assert a[TESTS][sr.CLEARLY, 1 + FLIP] == 1  # the old sign stays
 
 

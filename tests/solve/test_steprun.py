@@ -3,34 +3,82 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from bifurc.continuation.steps.rows import Curve
 from bifurc.solve import steplaw, steprun
 from bifurc.solve.dense import BLOCKED, lu, lu_solve
-from bifurc.solve.steprun import foretold
+from bifurc.solve.steprun import aside, beside, between, foretold, remembered
 
 
 def on_curve(s, scales):
     """Return a point of a clothoid-like curve in the plane, in its own units, and the unit tangent in scaled ones."""
     turn = 0.8 * s + 0.3 * s**2
-    t = np.linspace(0.0, s, 2001)
-    angles = 0.8 * t + 0.3 * t**2
-    x = np.array([np.trapezoid(np.cos(angles), t), np.trapezoid(np.sin(angles), t)])
+    t, weights = np.polynomial.legendre.leggauss(40)
+    angles = 0.8 * (t + 1.0) * s / 2.0 + 0.3 * ((t + 1.0) * s / 2.0)**2
+    x = 0.5 * s * np.array([weights @ np.cos(angles), weights @ np.sin(angles)])
     return scales * x, np.array([np.cos(turn), np.sin(turn)])
 
 
-@pytest.mark.parametrize("ratio", [0.7, 1.0, 2.0])
-def test_guess_lies_on_the_curve_to_the_fourth_order_and_in_the_plane(ratio):
+def out_of_plane(s, scales, at, normal):
+    return (on_curve(s, scales)[0] - at) / scales @ normal
+
+
+@pytest.mark.parametrize(("ratio", "known", "order", "bound"), [
+    (0.7, 2, 3.0, 2e-5), (1.0, 2, 3.0, 2e-5), (2.0, 2, 3.0, 1e-4), (0.7, 3, 5.0, 1e-7), (1.0, 3, 5.0, 1e-7), (2.0, 3, 5.0, 2e-6)])
+def test_guess_lies_on_the_curve_to_its_order_and_in_the_plane(ratio, known, order, bound):
+    """Two rows give the fourth order, three the sixth."""
     scales, errors = np.array([3.0, 0.2]), []
     for h in (0.1, 0.05):
-        before, early = on_curve(0.5 - h, scales)
+        past, lengths = np.zeros((4, 2)), np.zeros(2)
+        for s, length in ((0.5 - 2.2 * h, 0.0), (0.5 - h, 1.2 * h))[3 - known:]:
+            remembered(past, lengths, *on_curve(s, scales), length)
+        lengths[:] = h, 1.2 * h if known == 3 else 0.0
         last, old = on_curve(0.5, scales)
         predicted, guess = np.empty(2), np.empty(2)
-        foretold(before, early, last, old, scales, h, ratio * h, predicted, guess)
+        foretold(past, last, old, scales, lengths, ratio * h, predicted, guess)
         np.testing.assert_allclose(predicted, last + ratio * h * scales * old, rtol=1e-14)
         assert abs((guess - predicted) / scales @ old) <= 1e-14
-        near = np.array([on_curve(0.5 + ratio * h * (1.0 + e), scales)[0] for e in np.linspace(0.0, 0.2 * h, 201)])
-        errors.append(np.linalg.norm((near - guess) / scales, axis=1).min())
-    assert errors[1] < 2e-5 and np.log2(errors[0] / errors[1]) > 3.0
+        s = brentq(out_of_plane, 0.5, 1.5, (scales, predicted, old), xtol=1e-15)
+        errors.append(np.linalg.norm((on_curve(s, scales)[0] - guess) / scales))
+    assert errors[1] < bound and np.log2(errors[0] / errors[1]) > order
+
+
+def test_rows_before_are_remembered_in_their_order():
+    past, lengths = np.zeros((4, 2)), np.zeros(2)
+    rows = [(np.array([k, 2.0]), np.array([0.6, -k])) for k in (1.0, 3.0, 7.0)]
+    for (x, tangent), length in zip(rows, (0.1, 0.2, 0.3), strict=True):
+        remembered(past, lengths, x, tangent, length)
+    assert past.tolist() == [[7.0, 2.0], [0.6, -7.0], [3.0, 2.0], [0.6, -3.0]] and lengths.tolist() == [0.3, 0.2]
+
+
+def test_places_on_a_cubic_are_those_of_the_curve_between_two_rows():
+    """The same cubic in Python: `continuation.steps.rows.Curve`."""
+    scales, length = np.array([3.0, 0.2]), 0.4
+    (x, old), (y, new) = on_curve(0.3, scales), on_curve(0.7, scales)
+    curve = Curve.__new__(Curve)
+    curve.scale, curve.length, curve.xa, curve.chord = scales, length, x, y - x
+    curve.da, curve.db = length * scales * old, length * scales * new
+    middle, direction = np.empty(2), np.empty(2)
+    between(x, old, y, new, scales, length, middle, direction)
+    np.testing.assert_allclose(middle, curve.place(0.5), rtol=1e-14)
+    np.testing.assert_allclose(direction, curve.tangent(0.5), rtol=1e-14)
+    hermite, miss = np.array([curve.xa, curve.chord, curve.da, curve.db]), np.array([0.01, -0.02])
+    place, guess, tangent = np.empty((3, 2))
+    for t in (0.0, 0.3, 1.0):
+        beside(hermite, t, miss, scales, place, guess, tangent)
+        np.testing.assert_allclose(place, curve.place(t), rtol=1e-14)
+        np.testing.assert_allclose(tangent, curve.tangent(t), rtol=1e-13)
+        away = (guess - place) / scales
+        assert abs(away @ tangent) <= 1e-15 and away == pytest.approx(miss - (miss @ tangent) * tangent, abs=1e-15)
+
+
+def test_a_middle_far_from_the_solution_beside_it_is_a_jump():
+    scales, middle = np.array([3.0, 0.2]), np.array([1.0, 1.0])
+    off = np.array([0.0, 0.2])  # a scaled distance of 1
+    assert not aside(middle, middle + 1.9e-4 * off, scales, 0.1, 0.0) and aside(middle, middle + 2.1e-4 * off, scales, 0.1, 0.0)
+    assert not aside(middle, middle + 2.1e-4 * off, scales, 0.1, 0.01)  # where branches have corners
+    assert aside(middle, np.full(2, np.nan), scales, 0.1, 0.0)
 
 
 @pytest.mark.parametrize("n", [1, 5, BLOCKED - 1, BLOCKED, BLOCKED + 1, 37, 104])

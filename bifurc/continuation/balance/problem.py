@@ -13,7 +13,7 @@ from ...elements import EventKind
 from ...hbm import corrector
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
-from ...hbm.contacts.margins import FIELDS, KINDS
+from ...hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
 from ...hbm.corrector import INFO, UNSEEN, watched
 from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
@@ -24,11 +24,13 @@ from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
 from ...orbits.shooting.path import DEGREES, PAD, sampled_over
-from ...solve.bordered import factor, null_vectors
+from ...solve.bordered import factor
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
+from ...solve.zeros import BOX
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from ..steps.roots import root_of
 from ..steps.rows import followed
 
 BIRTH, DEATH = "birth", "death"
@@ -131,18 +133,23 @@ class BalanceProblem(Problem):
         """See `Problem.correct`; one compiled call where no law is sampled."""
         if self._law:
             return self._in_order(super().correct(x, tangent, fixed))
-        return self._corrected(tangent, *self._called(x, tangent, fixed, corrector.ONCE))
+        found = self._found()
+        x = np.ascontiguousarray(x, float)
+        status = corrector.correct(*self._called(), x, x, tangent, fixed, self.scale, found)
+        return self._corrected(tangent, status, found)
 
-    def _called(self, x, tangent, fixed, steps) -> tuple[int, np.ndarray, np.ndarray]:
-        """Return status, point and tangent of a call of `hbm.corrector.follow`; the rest is in ``_info`` and ``_events``."""
+    def _found(self) -> corrector.Found:
+        """Return arrays for what `hbm.corrector` finds; the last two are overwritten by the next call."""
+        return corrector.Found(np.empty(self.size + 1), np.empty(self.size + 1), self._info, self._events)
+
+    def _called(self):
+        """Return the first arguments of functions of `hbm.corrector`."""
         balance, parts = self.balance, self.balance.parts
-        point, new = np.empty(self.size + 1), np.empty(self.size + 1)
-        status = corrector.follow(parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room, x,
-                                  tangent, fixed, self.scale, corrector.Found(point, new, self._info, self._events), steps)
-        return status, point, new
+        return parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room
 
-    def _corrected(self, tangent, status, point, new) -> Corrected:
+    def _corrected(self, tangent, status, found) -> Corrected:
         """Return what `hbm.corrector` found."""
+        point, new = found.x, found.new
         count, residual, contraction, distance, sign, log, _ = self._info.tolist()
         if status != corrector.CONVERGED:
             failed = {corrector.NOT_CONVERGED: CorrectorStatus.NOT_CONVERGED, corrector.SINGULAR: CorrectorStatus.SINGULAR,
@@ -160,11 +167,23 @@ class BalanceProblem(Problem):
         run = run_of(before, row, ds, limits, origin, self.corner)
         rows = np.empty((most, 2 * row.x.size + tests.shape[1] + TOLD))
         steps = corrector.Run(np.array([before.x, before.tangent]), self._kinds, run, tests, rows)
-        status, point, new = self._called(row.x, row.tangent, False, steps)
+        found = self._found()
+        status = corrector.follow(*self._called(), row.x, row.tangent, self.scale, found, steps)
         made = followed(row, rows[:int(run[MADE])], tuple(signs))
         sizes[:] = tests[SIZE].tolist()
         # what fails from a guess ahead is tried again from the tangent
-        return made, self._corrected(row.tangent, status, point, new) if status == corrector.CONVERGED else None
+        return made, self._corrected(row.tangent, status, found) if status == corrector.CONVERGED else None
+
+    def zero(self, curve, test, ends, guess):
+        """See `Problem.zero`; one compiled call."""
+        if not self.follows:
+            return None
+        hermite, box, found = np.array([curve.xa, curve.chord, curve.da, curve.db]), np.zeros(BOX), self._found()
+        place = (int(self._kinds[(test - 1) // 2]), OVERSHOOT if (test - 1) % 2 else MISS) if test else (-1, 0)
+        if not corrector.locate(*self._called(), self.scale, hermite, (*ends, math.nan if guess is None else guess), place, found,
+                                box):
+            return (None,)
+        return (root_of(box, self._corrected(found.new, corrector.CONVERGED, found)),)
 
     def _in_order(self, found: Corrected) -> Corrected:
         """Return what the general corrector found as `hbm.corrector` does: determinants of rows of unit size, no other order."""
@@ -283,8 +302,8 @@ class BalanceProblem(Problem):
         wide = self._linearised(x)[1] * self.scale
         if not np.isfinite(wide).all():
             return np.zeros(self.size + 1), 0.0
-        right, _ = null_vectors(wide)
-        return right[0], factor(np.vstack([wide, right[0]]))[2] * self._rest_sign(x[-1])
+        right = np.linalg.qr(wide.T, "complete")[0][:, -1]  # whatever the rank, and for a tenth of what singular values cost
+        return right, factor(np.vstack([wide, right]))[2] * self._rest_sign(x[-1])
 
     def _rest_sign(self, p) -> float:
         """Return the sign of the determinant of what is not among the unknowns."""

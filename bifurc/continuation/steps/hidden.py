@@ -3,11 +3,10 @@ import math
 from dataclasses import dataclass
 
 from ...solve import steplaw
-from ...solve.steplaw import AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
+from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
 from .rows import Curve, Row, tests_of
 
-ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
 BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
 STATES = 1e-3  # of the test of a boundary, which is scaled: the least size of the states that it is made of

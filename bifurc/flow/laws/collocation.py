@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 from ..._jit import njit
 from ...compose.tables import TURN
 from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
-from .gauss import DOUBLE, EDGES, MOMENTS, NODES, SINGLE, WEIGHTS, C
+from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, WEIGHTS, C
 from .nolaw import (
     ACTING,
     COUNT,
@@ -149,13 +149,16 @@ def excite(A, m, LU, LS, x, turn, base, local):
 @njit
 def spread(x, i, n, h, a, q, v):
     """Positions and velocities of coordinate ``i`` at the nodes, from its accelerations there."""
-    for j in range(NODES):
-        once, twice = 0.0, 0.0
-        for k in range(NODES):
-            twice += DOUBLE[j, k] * a[i, k]
-            once += SINGLE[j, k] * a[i, k]
-        q[i, j] = x[i] + h * (C[j] * x[n + i] + h * twice)
-        v[i, j] = x[n + i] + h * once
+    x0, v0 = x[i], x[n + i]
+    a0, a1, a2, a3, a4, a5, a6, a7 = a[i, 0], a[i, 1], a[i, 2], a[i, 3], a[i, 4], a[i, 5], a[i, 6], a[i, 7]
+    D, S = ONTO_DOUBLE, ONTO_SINGLE
+    for j in range(NODES):  # sums written out, node beside node: none waits for another
+        twice = D[0, j] * a0 + D[1, j] * a1 + D[2, j] * a2 + D[3, j] * a3
+        once = S[0, j] * a0 + S[1, j] * a1 + S[2, j] * a2 + S[3, j] * a3
+        twice = twice + D[4, j] * a4 + D[5, j] * a5 + D[6, j] * a6 + D[7, j] * a7
+        once = once + S[4, j] * a4 + S[5, j] * a5 + S[6, j] * a6 + S[7, j] * a7
+        q[i, j] = x0 + h * (C[j] * v0 + h * twice)
+        v[i, j] = v0 + h * once
 
 
 @njit

@@ -47,6 +47,7 @@ _basis = lagrange(_nodes)
 C = np.array([float(c) for c in _nodes])  # (NODES,)
 SINGLE = np.array([_integrals(_basis, c, 1) for c in _nodes])  # (NODES, NODES)
 DOUBLE = np.array([_integrals(_basis, c, 2) for c in _nodes])  # (NODES, NODES)
+ONTO_SINGLE, ONTO_DOUBLE = SINGLE.T.copy(), DOUBLE.T.copy()  # row k: what the acceleration at node k gives to all
 WEIGHTS = np.array(_integrals(_basis, Fraction(1), 1))  # (NODES,)
 MOMENTS = np.array(_integrals(_basis, Fraction(1), 2))  # (NODES,)
 EDGES = np.array([[float(row[0]) for row in _basis], [float(sum(row)) for row in _basis]])  # values at 0 and at 1

@@ -43,7 +43,24 @@ from ...flow.affine.peak import segment_peak
 from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
 from ...solve.steplaw import lowest
-from ...solve.steprun import BACK, BEYOND, HIGH, LAST_ROW, LENGTH, LOW, MADE, MOST, looked_at, taken
+from ...solve.steprun import (
+    BACK,
+    BEYOND,
+    CORNER,
+    HIGH,
+    LAST_ROW,
+    LENGTH,
+    LOW,
+    MADE,
+    MOST,
+    aside,
+    beside,
+    between,
+    foretold,
+    looked_at,
+    remembered,
+    taken,
+)
 from ...solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 
 # columns of `nodes`: GUARD -1 is a section at a fixed time; DIVIDE 0, order, or TOGETHER; CLOSES 1: ends an infinite
@@ -688,45 +705,41 @@ def monitored(info, place):
 def follow(T, data, point, info, tolerance, max_iterations, walk):
     """Step along the branch until a step needs a look; return the status of its correction, `BEYOND` or `LAST_ROW`.
 
-    ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``reads``, ``run``, ``tests``, ``rows``.
+    ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``before``, ``reads``, ``run``, ``tests``, ``rows``.
     ``rows`` (most, 2 (n + 1) + k + TOLD) takes the steps made, ``run[MADE]`` their number.  The walk begins at ``U`` with the
-    tangent there, and ``predicted`` holds that of the row before; at the end ``U``, ``predicted``, ``tangent`` and ``info`` belong
-    to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds, ``tests`` (TESTS, k)
-    what is known of them.
-
-    Newton begins on the polynomial through the last rows: a parabola, and a cubic where there are three.
+    tangent there, and ``before`` (2, n + 1) are point and tangent of the row before; at the end ``U``, ``predicted``, ``tangent``
+    and ``info`` belong to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds,
+    ``tests`` (TESTS, k) what is known of them.
     """
     U, predicted, tangent = point
-    reads, run, tests, rows = walk
+    before, reads, run, tests, rows = walk
     scales = data.scales
     n, most = U.size - 1, rows.shape[0]
     last, old = U.copy(), tangent.copy()
-    turn, before, curl = (tangent - predicted) / run[BACK], np.empty(n + 1), np.zeros(n + 1)
-    made = 0
+    past, lengths = np.zeros((4, n + 1)), np.zeros(2)
+    past[:2], lengths[0] = before, run[BACK]
+    made, spare = 0, (np.empty(n + 1), np.empty(n + 1), np.empty(n + 1), np.empty_like(info))
     while True:
         run[MADE] = made
         if made == most:
             return LAST_ROW
         run[LENGTH] = min(run[LENGTH], run[MOST])
-        ahead, back = run[LENGTH], run[BACK]
-        along = 0.0
-        for j in range(n + 1):
-            U[j] = ahead**2 * (0.5 * turn[j] + curl[j] * (0.5 * back + ahead / 3.0))
-            along += U[j] * old[j]
-        for j in range(n + 1):
-            predicted[j], tangent[j] = last[j] + ahead * (scales[j] * old[j]), old[j]
-            U[j] = predicted[j] + scales[j] * (U[j] - along * old[j])  # in the plane orthogonal to the tangent
+        foretold(past, last, old, scales, lengths, run[LENGTH], predicted, U)
+        tangent[:] = old
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
         status = correct(T, data, U, predicted, tangent, 1.0, info, tolerance, max_iterations)
         if status != 1:
             return status
-        if not plain(T.kick, data, last, old, U, predicted, tangent, info, reads, run, tests, rows[made]):
+        values = rows[made, 2 * (n + 1):2 * (n + 1) + tests.shape[1]]
+        length, angle, misfit = plain(T.kick, data, last, old, U, predicted, tangent, info, reads, run, tests, values)
+        if length == 0.0 or length < 0.0 and jumped(T, data, last, old, U, tangent, -length, run[CORNER], tolerance,
+                                                    max_iterations, spare):
             return status
-        for j in range(n + 1):
-            before[j], turn[j] = turn[j], (tangent[j] - old[j]) / run[BACK]
-            curl[j] = (turn[j] - before[j]) / (run[BACK] + back)
-            last[j], old[j] = U[j], tangent[j]
+        taken(U, tangent, values, (abs(length), angle, misfit),
+              (int(info[ITERATIONS]), info[RESIDUAL], info[DET_SIGN], info[DET_LOG]), run, tests, rows[made])
+        remembered(past, lengths, last, old, run[BACK])
+        last[:], old[:] = U, tangent
         made += 1
 
 
@@ -770,18 +783,7 @@ def tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterati
     U, predicted, tangent = point
     scales = data.scales
     n = U.size - 1
-    size, along = 0.0, 0.0
-    for j in range(n + 1):
-        start, chord, one, two = hermite[0, j], hermite[1, j], hermite[2, j], hermite[3, j]
-        predicted[j] = start + t * t * (3.0 - 2.0 * t) * chord + t * (1.0 - t) * ((1.0 - t) * one - t * two)
-        tangent[j] = (6.0 * t * (1.0 - t) * chord + (1.0 - t) * (1.0 - 3.0 * t) * one + t * (3.0 * t - 2.0) * two) / scales[j]
-        size += tangent[j]**2
-    size = np.sqrt(size)
-    for j in range(n + 1):
-        tangent[j] /= size
-        along += tangent[j] * miss[j]
-    for j in range(n + 1):
-        U[j] = predicted[j] + scales[j] * (miss[j] - along * tangent[j])
+    beside(hermite, t, miss, scales, predicted, U, tangent)
     status = correct(T, data, U, predicted, tangent, 1.0, info, tolerance, max_iterations)
     if status != 1:
         return 0
@@ -792,15 +794,24 @@ def tested(T, data, hermite, t, place, point, miss, info, tolerance, max_iterati
 
 
 @njit
-def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests, row):
-    """Whether nothing lies in the step from ``last`` to ``U`` that needs a look; writes the step into ``row`` and goes on to it."""
-    values = row[2 * U.size:2 * U.size + tests.shape[1]]
+def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests, values):
+    """Return what `steprun.looked_at` does of the step from ``last`` to ``U``; write its tests into ``values`` (k,)."""
     values[0] = tangent[U.size - 1]
     for j in range(1, values.size):
         values[j] = monitored(info, reads[j - 1])
     iterations, sign, log = int(info[ITERATIONS]), info[DET_SIGN], info[DET_LOG]
     length, angle, misfit = looked_at(last, old, U, predicted, tangent, data.scales, values, iterations, sign, log, run, tests)
-    if length == 0.0 or emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, length) > 0.0:
-        return False
-    taken(U, tangent, values, (length, angle, misfit), (iterations, info[RESIDUAL], sign, log), run, tests, row)
-    return True
+    if length != 0.0 and emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, abs(length)) > 0.0:
+        length = 0.0
+    return length, angle, misfit
+
+
+@njit
+def jumped(T, data, last, old, U, tangent, length, corner, tolerance, max_iterations, spare):
+    """Whether the middle of a step of a ``length`` is not beside its ends, see `continuation.steps.hidden.jumped`; ``spare`` is a
+    point as of `follow`, and room for ``info``."""
+    middle, guess, direction, info = spare
+    between(last, old, U, tangent, data.scales, length, guess, direction)
+    middle[:] = guess
+    status = correct(T, data, middle, guess, direction, 1.0, info, tolerance, max_iterations)
+    return status != 1 or aside(guess, middle, data.scales, length, corner)
