@@ -312,7 +312,8 @@ def kicks(scene, signature) -> float:
 
 
 def cycle(problem):
-    """Return what tells the cyclic event sequences of two problems apart: which event is listed first is chance."""
+    """Return what tells the cyclic event sequences of two problems apart: which event is listed first is chance, and of those that
+    always happen at one instant which one comes before the other."""
     return _cycle(problem.scene, problem.sequence)
 
 
@@ -320,7 +321,15 @@ def _cycle(scene, signature):
     nodes = signature.nodes
     if signature.closure < 0:
         nodes = repeated(scene, signature, np.zeros(len(nodes) * (1 + scene.ns)))[0].nodes
-    rows = [(before, guard, after, int(closes == 1)) for before, guard, after, _, closes in nodes[:, :ENDING].tolist()]
+    begin = next((k for k, node in enumerate(nodes) if node[DIVIDE] != TOGETHER), 0)
+    rows: list[tuple] = []
+    for before, guard, after, order, closes in np.roll(nodes[:, :ENDING], -begin, axis=0).tolist():
+        event = (scene.guard(before, guard).element if guard >= 0 else -1, guard, int(closes == 1))
+        if order == TOGETHER and rows:
+            first, events, _ = rows.pop()
+            rows.append((first, tuple(sorted((*((element,) for element, *_ in events), event[:1]))), after))
+        else:
+            rows.append((before, (event,), after))
     return min(rows[k:] + rows[:k] for k in range(len(rows))), signature.span, signature.closure
 
 
