@@ -148,11 +148,11 @@ def test_a_step_in_which_nothing_lies_has_the_length_of_its_arc():
 @pytest.mark.parametrize("kept, looked", [
     ({"iterations": 6}, {"iterations": 7}),
     ({"run": {"HIGH": -0.96}}, {"run": {"HIGH": -0.98}}), ({"run": {"LOW": -0.98}}, {"run": {"LOW": -0.96}}),  # p is at -0.969
-    ({}, {"sign": -1.0}), ({}, {"log": -20.0}), ({"log": 0.6}, {"log": -0.7}),
+    ({}, {"sign": -1.0}), ({}, {"log": -20.0}),
     ({"turn": 0.34, "sideways": math.tan(0.17)}, {"turn": 0.36, "sideways": math.tan(0.18)}),
-    ({"sideways": ASIDE - 0.009}, {"sideways": ASIDE - 0.011}),
-    ({"sideways": ASIDE + 0.03, "run": {"CORNER": 0.05}}, {"sideways": ASIDE + 0.03}),
-    ({"run": {"ORIGIN": -0.944}}, {"run": {"ORIGIN": -0.946}}), ({"run": {"ORIGIN": -1.056}}, {"run": {"ORIGIN": -1.054}}),
+    ({"run": {"ORIGIN": -0.944}}, {"run": {"ORIGIN": -0.946}}),  # where a closed branch ends, unless the step leads away from there
+    ({"run": {"ORIGIN": -1.054}}, {"run": {"ORIGIN": -1.054}, "values": {0: -1e-12}}),
+    ({"run": {"ORIGIN": -1.056}, "values": {0: -1e-12}}, {"run": {"ORIGIN": -1.054}, "values": {0: -1e-12}}),
     ({"values": {0: -1e-12}}, {"values": {0: -1e-10}}), ({"values": {1: -1e-12}}, {"values": {1: -2e-12}}),
     ({}, {"values": {1: np.nan}}), ({}, {"values": {2: np.inf}}),
     ({"values": {2: 0.8e-12}}, {"values": {2: 1e-11}}), ({"values": {2: -1.05}}, {"values": {2: 0.1}}),
@@ -166,6 +166,17 @@ def test_a_step_in_which_nothing_lies_has_the_length_of_its_arc():
 def test_what_lies_in_a_step_is_left_to_the_look_at_it(kept, looked):
     assert step(**kept)[0] > 0.0
     assert step(**looked) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("kept, looked", [
+    ({"log": 0.6}, {"log": -0.7}), ({"sideways": ASIDE - 0.009}, {"sideways": ASIDE - 0.011}),
+    ({"sideways": ASIDE + 0.03, "run": {"CORNER": 0.05}}, {"sideways": ASIDE + 0.03})])
+def test_a_doubtful_step_is_taken_if_its_middle_lies_beside_it(kept, looked):
+    """Its length is given below zero: whoever made the step corrects its middle."""
+    assert step(**kept)[0] > 0.0
+    length, angle, misfit = step(**looked)
+    given = step(**{name: value for name, value in looked.items() if name != "log"} | {"run": {"CORNER": 0.05}})
+    assert length < 0.0 and (-length, angle, misfit) == pytest.approx(given)
 
 
 def test_a_step_that_is_taken_is_written_and_is_the_last_one_from_then_on():
