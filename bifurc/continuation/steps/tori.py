@@ -58,8 +58,8 @@ def inner_change(part, a, b):
     outside the circle than at both; None where none is found.
 
     Two complex pairs may change sides one after the other, or a pair passes and comes back.  What has become of each multiplier is
-    told by its distance.  Where one of a pair is nearer to the circle than it has moved towards it or from it, the part of the step
-    is halved, the most doubtful one first.
+    told by its distance.  Where one of a pair is nearer to the circle than it has moved, the part of the step is halved, the most
+    doubtful one first.
     """
     mu = [multipliers(part.problem, row.x) for row in (a, b)]
     if mu[0] is None or mu[1] is None:
@@ -83,11 +83,12 @@ def inner_change(part, a, b):
 
 
 def doubt(first, last):
-    """Return how far a multiplier of a pair has moved between two points, by its size, over its distance from the circle there, the
-    largest over all; and where between them, 0 to 1, to look: between the passages of two pairs that have changed sides."""
+    """Return how far a multiplier of a pair has moved between two points over its distance from the circle there, the largest over
+    all; and where between them, 0 to 1, to look: between the passages of two pairs that have changed sides."""
     one, two = linear_sum_assignment(np.abs(first[:, None] - last[None]))
     pairs = (np.abs(first[one].imag) > COMPLEX) | (np.abs(last[two].imag) > COMPLEX)
-    before, after = (np.abs(mu[k][pairs]) - 1.0 for mu, k in ((first, one), (last, two)))
+    first, last = first[one][pairs], last[two][pairs]
+    before, after = np.abs(first) - 1.0, np.abs(last) - 1.0
     if not before.size:
         return 0.0, 0.5
     near = np.maximum(np.minimum(np.abs(before), np.abs(after)), 1e-300)
@@ -96,7 +97,7 @@ def doubt(first, last):
     if turned.any():
         passed = before[turned] / (before[turned] - after[turned])
         place = min(max(0.5 * float(passed.min() + passed.max()), EDGE), 1.0 - EDGE)
-    return float((np.abs(after - before) / near).max()), place
+    return float((np.abs(last - first) / near).max()), place
 
 
 def multipliers(problem, x):
