@@ -16,6 +16,7 @@ import numpy as np
 from .kinds import ERRORS, SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
+ROUNDED = 64.0 * float(np.finfo(float).eps)  # of the largest multiplier: rounding of the others, beside a graze more than 1
 EDGE = 1e-9  # arclength: a row so near a change of the sequence of events lies on it, where both sides are right
 # arclengths from a change of the sequence of events at which multipliers are counted
 BESIDE = (1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4)
@@ -130,8 +131,12 @@ def beside(problem, x, tangent, step):
 
 
 def counted(multipliers):
-    """Return how many multipliers lie beyond +1, beyond -1 and outside the unit circle; None where that cannot be told."""
-    if multipliers is None or not np.isfinite(multipliers).all() or np.any(np.abs(np.abs(multipliers) - 1.0) < ON_CIRCLE):
+    """Return how many multipliers lie beyond +1, beyond -1 and outside the unit circle; None where that cannot be told, because
+    one is too near to the circle or too small beside the largest."""
+    if multipliers is None or not np.isfinite(multipliers).all():
+        return None
+    clear = max(ON_CIRCLE, ROUNDED * float(np.abs(multipliers).max(initial=0.0)))
+    if np.any(np.abs(np.abs(multipliers) - 1.0) < clear):
         return None
     outside = multipliers[np.abs(multipliers) > 1.0]
     real = np.abs(outside.imag) <= 1e-12 * np.abs(outside)

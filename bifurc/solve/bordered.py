@@ -7,7 +7,11 @@ exactly at simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2
 import math
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.linalg.lapack import dgetrf, dgetrs, dtrtrs
+
+LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt
+SURE = 10.0  # of the limit of a ratio, from which on a rough one decides
+ITERATIONS = 20
 
 
 def factor(matrix):
@@ -61,3 +65,46 @@ def null_vectors(wide, tolerance: float = 1e-10):
     u, sigma, vt = np.linalg.svd(wide)
     rank = int(np.count_nonzero(sigma > tolerance * sigma[0])) if sigma.size and sigma[0] > 0.0 else 0
     return vt[rank:], u[:, rank:n].T
+
+
+def kernel(wide, rank: float):
+    """Return the right singular vectors of a wide matrix that its solutions leave along.
+
+    Parameters
+    ----------
+    wide : ndarray (n, n + 1)
+        In scaled columns.
+    rank : float
+        The least singular value over the next, dimensionless, up to which another rank is lost.
+
+    Returns
+    -------
+    ndarray (k, n + 1)
+        The unit null vector last; before it, where another rank is lost, the vector of the least singular value.
+    """
+    n = wide.shape[0]
+    if n >= LARGE:  # a factorisation by reflections takes a tenth of the time
+        q, r = np.linalg.qr(wide.T, mode="complete")
+        if least_ratio(r[:n]) > SURE * rank:
+            return q[:, -1:].T
+    _, sizes, rows = np.linalg.svd(wide)
+    return rows[-1:] if n < 2 or sizes[-1] > rank * sizes[-2] else rows[-2:]
+
+
+def least_ratio(r) -> float:
+    """Return the least singular value of a triangular matrix (n, n) over the next, roughly, by inverse iteration; 0 where it is
+    singular."""
+    found, old = np.random.default_rng(0).standard_normal((len(r), 3)), 0.0
+    for _ in range(ITERATIONS):
+        found = np.linalg.qr(found)[0]
+        with np.errstate(all="ignore"):
+            ahead, failed = dtrtrs(r, found)
+            back, also = dtrtrs(r, ahead, trans=1)
+        if failed or also or not np.isfinite(back).all():
+            return 0.0
+        sizes = np.linalg.svd(ahead, compute_uv=False)
+        found, ratio = back, float(sizes[1] / sizes[0])
+        if abs(ratio - old) <= 0.01 * ratio:
+            break
+        old = ratio
+    return ratio

@@ -8,6 +8,8 @@ import numpy as np
 from .._jit import leaf, njit
 
 BLOCKED = 24  # size from which on the arithmetic is more than the memory it walks through
+FILLED = 0.2  # part of the entries that are not zero, below which it pays to pass over the others
+TILE = 8  # columns that are zero together, or not
 
 
 @njit
@@ -25,7 +27,11 @@ def lu(a, pivot):
             return 0.0, -np.inf
         scale[i] = 1.0 / top
     if n >= BLOCKED:
-        return blocked(a, pivot, scale)
+        filled = 0
+        for i in range(n):
+            for j in range(n):
+                filled += a[i, j] != 0.0
+        return sparse(a, pivot, scale) if filled < FILLED * n * n else blocked(a, pivot, scale)
     for k in range(n):
         best, row = -1.0, k
         for i in range(k, n):
@@ -93,6 +99,85 @@ def blocked(a, pivot, scale):
             lessened_by_four(a[i, last:], a[i, first:last], a[first, last:], a[first + 1, last:], a[first + 2, last:],
                              a[first + 3, last:])
     return sign, log
+
+
+@njit
+def sparse(a, pivot, scale):
+    """Do what `lu` does where most entries are zero, as of a long sequence of events, in which each row knows two neighbours and
+    the parameter: each number is the same, but only rows that reach a column are looked at, and of the pivot's row only `TILE`
+    columns that are not all zero."""
+    n = a.shape[0]
+    tiles = (n + TILE - 1) // TILE
+    holds = np.zeros((n, tiles), np.int8)
+    first, begin = np.empty(n, np.int64), np.empty(n, np.int64)  # tile, and column to eliminate, in which a row begins
+    for i in range(n):
+        for t in range(tiles - 1, -1, -1):
+            if held(a[i, t * TILE:min((t + 1) * TILE, n)]):
+                holds[i, t] = 1
+                first[i] = t
+        begin[i] = first[i] * TILE
+    low, high, reach = np.empty(tiles, np.int64), np.empty(tiles, np.int64), np.empty(n, np.int64)
+    sign = 1.0
+    log = 0.0
+    for k in range(n):
+        best, row, count = -1.0, k, 0
+        for i in range(k, n):
+            if begin[i] <= k:
+                reach[count] = i
+                count += 1
+                size = abs(a[i, k]) * scale[i]
+                if size > best:
+                    best, row = size, i
+        pivot[k] = row
+        if row != k:
+            sign = -sign
+            scale[row] = scale[k]
+            start = min(first[k], first[row])
+            for t in range(start, tiles):
+                if holds[k, t] + holds[row, t] > 0:
+                    holds[k, t], holds[row, t] = holds[row, t], holds[k, t]
+                    for j in range(t * TILE, min((t + 1) * TILE, n)):
+                        a[k, j], a[row, j] = a[row, j], a[k, j]
+            first[k], first[row] = first[row], first[k]
+            begin[k], begin[row] = begin[row], begin[k]
+        d = a[k, k]
+        if d == 0.0 or not np.isfinite(d):
+            return 0.0, -np.inf
+        if d < 0.0:
+            sign = -sign
+        log += np.log(abs(d))
+        pieces = 0
+        for t in range((k + 1) // TILE, tiles):
+            if holds[k, t] > 0:
+                start = max(k + 1, t * TILE)
+                if pieces > 0 and high[pieces - 1] == start:
+                    pieces -= 1
+                else:
+                    low[pieces] = start
+                high[pieces] = min((t + 1) * TILE, n)
+                pieces += 1
+        for m in range(count):
+            i = reach[m]
+            if i == k or begin[i] > k:  # the pivot's row, and the one that has changed places with it
+                continue
+            begin[i] = k + 1
+            r = a[i, k] / d
+            a[i, k] = r
+            if r != 0.0:
+                for t in range(pieces):
+                    lessened(a[i, low[t]:high[t]], r, a[k, low[t]:high[t]])
+                    for j in range(low[t] // TILE, (high[t] - 1) // TILE + 1):
+                        holds[i, j] = 1
+    return sign, log
+
+
+@leaf
+def held(entries):
+    """Whether one of a few entries is not zero."""
+    total = 0
+    for j in range(entries.size):
+        total += entries[j] != 0.0
+    return total > 0
 
 
 @leaf

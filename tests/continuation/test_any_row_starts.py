@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.continuation.kinds import StopReason
-from bifurc.elements import Coulomb, HarmonicForce, RigidStop
+from bifurc.continuation.kinds import SpecialPointKind, StopReason
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.orbits.least import reduced
 
 
 def rubbing(damping, omega, gap, restitution, friction):
@@ -106,3 +107,20 @@ def test_flights_of_a_chattering_do_not_turn_round():
         again = bf.trace(branch.orbits[k], name, bounds=(0.0, 0.399))
         assert again.audit.ok and all(orbit.success for orbit in again.orbits)
         assert alike(told(again, 1e-3, 0.39), told(branch, 1e-3, 0.39))
+
+
+@pytest.mark.parametrize(("damping", "omega", "amplitude", "stop", "name", "bounds"), [
+    (0.0332, 1.36, 0.445, ElasticStop(-0.167, 45.9, damping=0.19), "elastic_stop.gap", (-0.247, -0.087)),
+    (0.0875, 1.18, 0.279, ElasticStop(-0.157, 7.97, damping=0.0716), "omega", (0.826, 1.534))
+])
+def test_a_doubled_branch_merges_beside_a_graze_of_its_parent(damping, omega, amplitude, stop, name, bounds):
+    """Within 1e-8 of the parameter the parent grazes an elastic stop, turns back and doubles: the end is located there, and no row
+    lies so near to it that its tangent is rounding."""
+    system = bf.System(1.0, damping, 1.0, [HarmonicForce(amplitude), stop], omega=omega)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    merged = [point for point in branch.special_points if point.name == "merges"]
+    assert len(merged) == [end.reason for end in branch.ends].count(StopReason.MERGED) > 0
+    assert branch.audit.ok and all(orbit.success for orbit in branch.orbits)
+    parent = bf.trace(reduced(branch.orbits[-1]), name, bounds=bounds)
+    flips = [point.parameter for point in parent.special_points if point.kind is SpecialPointKind.PERIOD_DOUBLING]
+    assert all(min(abs(flip - point.parameter) for flip in flips) < 1e-12 for point in merged)

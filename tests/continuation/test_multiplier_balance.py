@@ -22,6 +22,8 @@ def test_counts():
     """Real ones by their side; none where one lies on the circle or is not finite."""
     assert counted(np.array([2.0, -3.0, 0.5, -0.2, 1.5 + 1j, 1.5 - 1j])) == (1, 1, 4)
     assert counted(np.array([0.3, 1.0 + 1e-9])) is None
+    assert counted(np.array([-1e17, 40.0])) is None is counted(np.array([-1e17, 0.1]))  # what the other is, rounding decides
+    assert counted(np.array([-1e10, 40.0])) == (1, 1, 2) and counted(np.array([-1e10, 0.1])) == (0, 1, 1)
     assert counted(np.array([np.inf, 0.1])) is None
     assert counted(None) is None
 

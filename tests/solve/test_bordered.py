@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bifurc.solve.bordered import factor, null_vectors, solve_factored
+from bifurc.solve.bordered import LARGE, factor, kernel, least_ratio, null_vectors, solve_factored
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 20])
@@ -42,3 +42,21 @@ def test_sign_changes_with_the_last_row():
     (t,), _ = null_vectors(wide)
     value = np.linalg.det(np.vstack([wide, row]))
     assert value == pytest.approx((row @ t) * np.linalg.det(np.vstack([wide, t])), rel=1e-12)
+
+
+@pytest.mark.parametrize("n", [4, LARGE, LARGE + 31])
+def test_solutions_leave_along_the_kernel(n):
+    """By reflections where the matrix is large; where another rank is all but lost, its vector comes before the null vector."""
+    rng = np.random.default_rng(n)
+    left, right = (np.linalg.qr(rng.standard_normal((k, k)))[0] for k in (n, n + 1))
+    for least, count in ((1e-3, 1), (3e-5, 1), (1e-7, 2), (0.0, 2)):
+        sizes = np.append(np.geomspace(3.0, 1.0, n - 1), least)
+        rows = kernel((left * sizes) @ right[:n], 1e-5)
+        assert len(rows) == count
+        assert np.linalg.norm(right[n - count + 1:] @ rows[-1]) == pytest.approx(1.0, abs=1e-12)
+        assert np.abs(rows @ rows.T - np.eye(count)).max() < 1e-12
+        if least > 0.0:
+            assert abs(rows[-1] @ right[n]) == pytest.approx(1.0, abs=1e-12)
+    r = np.triu(rng.standard_normal((n, n))) + 9.0 * np.eye(n)
+    sizes = np.linalg.svd(r, compute_uv=False)
+    assert least_ratio(r) == pytest.approx(sizes[-1] / sizes[-2], rel=0.2)

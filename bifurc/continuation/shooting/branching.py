@@ -18,6 +18,7 @@ SEPARATE = 1e-6  # scaled difference of the halves of a doubled orbit that has n
 APART = 1e-3  # of a unit direction, by which the halves come apart along it
 TURNED = 0.5  # cosine of two differences of halves of which one has turned into the other
 OUT = (1e-3, 1e-4, 1e-2, 1e-5)  # scaled steps to the orbits that are handed out
+SECANT, PART = 1e-5, 0.1  # first step of the secant to a flip, scaled, and as part of the distance of the rows beside it, at most
 BESIDE = 2.0  # distances of two rows from each other, up to which a point from either lies between them
 
 
@@ -125,8 +126,9 @@ def doubled(problem, point):
 def merging(problem, a, b, t):
     """Return the corrected point where the doubled orbits between rows ``a`` and ``b`` merge, near the part ``t``; or None.
 
-    It is the flip of the single orbit: secant on its flip test at fixed parameters, then written out twice.  Where the parameter
-    does not move that orbit the secant goes anywhere: what lies far from the rows is no point between them.
+    It is the flip of the single orbit: secant on its flip test along its own branch, then written out twice.  At fixed parameters
+    there may be no single orbit beside the flip: where it grazes an elastic stop next to it, the parameter hardly moves.  What
+    lies far from the rows is no point between them.
     """
     s, x = problem.sequence, a.x + t * (b.x - a.x)
     half = (len(x) - 1) // 2
@@ -135,29 +137,25 @@ def merging(problem, a, b, t):
     shift[::half // count] = 0.5 * s.span
     single = problem.with_sequence(Signature(s.nodes[:count], s.fixed[:count], 0.5 * s.span),
                                    np.append(0.5 * (x[:half] + x[half:-1] - shift), x[-1]))
-    tangent = np.zeros(half + 1)
-    tangent[-1] = 1.0
 
-    def flip(guess, p):
-        c = single.correct(np.append(guess, p), tangent, True)
+    def flip(guess, tangent):
+        c = single.correct(guess, tangent)
         return c if c.converged and np.isfinite(c.monitors[0]) else None
 
-    old = flip(single.x0[:-1], x[-1])
-    if old is None:
-        return None
-    new = flip(old.x[:-1], x[-1] + 1e-5 * problem.scale[-1])
+    apart = float(np.linalg.norm((b.x - a.x) / problem.scale))
+    old, step = flip(single.x0, single.null_tangent(single.x0)), min(SECANT, PART * apart)
+    new = None if old is None else flip(old.x + step * single.scale * old.tangent, old.tangent)
     for _ in range(20):
         if new is None or new.monitors[0] == old.monitors[0]:
             break
-        step = -new.monitors[0] * (new.p - old.p) / (new.monitors[0] - old.monitors[0])
-        old, new = new, flip(new.x[:-1], new.p + step)
-        if new is None or abs(step) <= 1e-15 * problem.scale[-1] + 4e-16 * abs(new.p):
+        step *= -new.monitors[0] / (new.monitors[0] - old.monitors[0])
+        old, new = new, flip(new.x + step * single.scale * new.tangent, new.tangent)
+        if new is None or abs(step) <= 4e-16 * (1.0 + abs(new.p) / problem.scale[-1]):
             break
     if new is None:
         return None
     joined = np.concatenate([new.x[:-1], new.x[:-1] + shift, new.x[-1:]])
-    reach = BESIDE * np.linalg.norm((b.x - a.x) / problem.scale)
-    if any(np.linalg.norm((joined - row.x) / problem.scale) > reach for row in (a, b)):
+    if any(np.linalg.norm((joined - row.x) / problem.scale) > BESIDE * apart for row in (a, b)):
         return None
     v = critical(single, new.x)
     direction = np.concatenate([v, -v, [0.0]]) / problem.scale

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ...solve.bordered import kernel
 from ...solve.steplaw import MANY
 
 RANK = 1e-5  # least singular value of [F_u F_p] over the next, below which another rank is lost: along trains of impacts they fall
@@ -27,8 +28,8 @@ def directions(problem, x) -> list[np.ndarray]:
     none where Newton wanders to such a solution or does not find it again.
     """
     fu, fp = problem.jacobian(x[:-1], x[-1])
-    _, sizes, rows = np.linalg.svd(np.column_stack([fu, fp]) * problem.scale)
-    if sizes.size < 2 or sizes[-1] > RANK * sizes[-2]:
+    rows = kernel(np.column_stack([fu, fp]) * problem.scale, RANK)
+    if len(rows) < 2:
         return [rows[-1]]
     found: list[np.ndarray] = []
     lost = False
@@ -42,7 +43,7 @@ def directions(problem, x) -> list[np.ndarray]:
                 lost = True
             elif 0.1 * AROUND < length < 10.0 * AROUND and leaves(problem, c) \
                     and all(abs(chord @ other) < ALIKE * length for other in found):
-                if found_again(problem, x, chord / length, rows[-2:]):
+                if found_again(problem, x, chord / length, rows):
                     found.append(chord / length)
                 else:
                     lost = True

@@ -22,6 +22,7 @@ from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, par
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
+from ...solve.bordered import kernel
 from ...solve.steprun import SIZE, run_of
 from ...system import System
 from ..conditions import ASIDE, difference
@@ -420,8 +421,7 @@ class OrbitProblem(Problem):
     def null_tangent(self, x) -> np.ndarray:
         """Return a unit null vector of [F_u F_p] in scaled unknowns (n + 1,)."""
         fu, fp = self.jacobian(x[:-1], x[-1])
-        wide = np.column_stack([fu, fp]) * self.scale
-        return np.linalg.svd(wide)[2][-1]
+        return kernel(np.column_stack([fu, fp]) * self.scale, 0.0)[-1]
 
     # other equations
 

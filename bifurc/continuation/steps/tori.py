@@ -14,7 +14,8 @@ from .roots import enclose, polish
 from .rows import Curve
 
 HALVINGS = 40
-PLACES = 16  # parts of a step between two passages of the circle
+PLACES = 16  # in a step, at most, at which a pair that may have passed the circle and come back is looked at
+EDGE = 0.1  # of the part of a step, from its ends, next to which it is not looked
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
 STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multipliers pass the unit circle
@@ -56,48 +57,67 @@ def inner_change(part, a, b):
     """Return a corrected point between the rows ``a`` and ``b``, and its position in (0, 1), where more or fewer multipliers are
     outside the circle than at both; None where none is found.
 
-    Two complex pairs may change sides one after the other, or a pair passes and comes back.  Which pair has become which is told by
-    their distance; one that stays on its side is looked at if it is nearer to the circle than it moves in the step.
+    Two complex pairs may change sides one after the other, or a pair passes and comes back.  What has become of each multiplier is
+    told by its distance.  Where one of a pair is nearer to the circle than it has moved, the part of the step is halved, the most
+    doubtful one first.
     """
-    pairs = [complex_pairs(part.problem, row.x) for row in (a, b)]
-    if pairs[0] is None or pairs[1] is None or len(pairs[0]) != len(pairs[1]) or len(pairs[0]) == 0:
+    mu = [multipliers(part.problem, row.x) for row in (a, b)]
+    if mu[0] is None or mu[1] is None:
         return None
-    one, two = linear_sum_assignment(np.abs(pairs[0][:, None] - pairs[1][None]))
-    first, last = (np.abs(mu[k])**2 - 1.0 for mu, k in zip(pairs, (one, two), strict=True))
-    turned = first * last < 0.0
-    if turned.any():
-        passed = first[turned] / (first[turned] - last[turned])
-        places = [0.5 * float(passed.min() + passed.max()), *(k / PLACES for k in range(1, PLACES))]
-    elif np.any(np.minimum(np.abs(first), np.abs(last)) < np.abs(last - first)):
-        places = [0.5, 0.25, 0.75]
-    else:
-        return None
-    curve, count = Curve(a, b), outside(part.problem, a.x)
-    for t in places:
+    curve, count = Curve(a, b), int(np.count_nonzero(np.abs(mu[0]) > 1.0))
+    spans = [(*doubt(*mu), 0.0, 1.0, *mu)]
+    for _ in range(PLACES):
+        worst = max(range(len(spans)), key=lambda k: spans[k][0])
+        doubtful, place, low, high, first, last = spans.pop(worst)
+        if not doubtful > 1.0:
+            return None
+        t = low + place * (high - low)
         c = curve.at(t)
-        if c is not None and outside(part.problem, c.x) not in (None, count):
+        middle = None if c is None else multipliers(part.problem, c.x)
+        if middle is None:
+            return None
+        if int(np.count_nonzero(np.abs(middle) > 1.0)) != count:
             return c, t
+        spans += [(*doubt(first, middle), low, t, first, middle), (*doubt(middle, last), t, high, middle, last)]
     return None
 
 
-def complex_pairs(problem, x):
-    """Return the complex multipliers at ``x`` (n + 1,) with positive imaginary parts; None where they are not known."""
+def doubt(first, last):
+    """Return how far a multiplier of a pair has moved between two points over its distance from the circle there, the largest over
+    all; and where between them, 0 to 1, to look: between the passages of two pairs that have changed sides."""
+    one, two = linear_sum_assignment(np.abs(first[:, None] - last[None]))
+    pairs = (np.abs(first[one].imag) > COMPLEX) | (np.abs(last[two].imag) > COMPLEX)
+    first, last = first[one][pairs], last[two][pairs]
+    before, after = np.abs(first) - 1.0, np.abs(last) - 1.0
+    if not before.size:
+        return 0.0, 0.5
+    near = np.maximum(np.minimum(np.abs(before), np.abs(after)), 1e-300)
+    turned = before * after < 0.0
+    place = 0.5
+    if turned.any():
+        passed = before[turned] / (before[turned] - after[turned])
+        place = min(max(0.5 * float(passed.min() + passed.max()), EDGE), 1.0 - EDGE)
+    return float((np.abs(last - first) / near).max()), place
+
+
+def multipliers(problem, x):
+    """Return all multipliers at ``x`` (n + 1,); None where they are not known."""
     mu = problem.floquet_multipliers(x)
-    return None if mu is None or not np.isfinite(mu).all() else mu[mu.imag > COMPLEX]
+    return None if mu is None or not np.isfinite(mu).all() else mu
 
 
 def outside(problem, x):
     """Return the number of multipliers outside the unit circle at ``x`` (n + 1,); None where they are not known."""
-    mu = problem.floquet_multipliers(x)
-    return None if mu is None or not np.isfinite(mu).all() else int(np.count_nonzero(np.abs(mu) > 1.0))
+    mu = multipliers(problem, x)
+    return None if mu is None else int(np.count_nonzero(np.abs(mu) > 1.0))
 
 
 def curve_value(problem, curve):
     """Return ``f(t) -> (|mu|^2 - 1, point)`` for the complex pair nearest to the circle; None where there is none."""
     def value(t):
         c = curve.at(t)
-        mu = None if c is None else problem.floquet_multipliers(c.x)
-        if mu is None or not np.isfinite(mu).all():
+        mu = None if c is None else multipliers(problem, c.x)
+        if mu is None:
             return None
         pairs = np.abs(mu[mu.imag > COMPLEX])**2 - 1.0
         return (float(pairs[np.argmin(np.abs(pairs))]), c) if pairs.size else None

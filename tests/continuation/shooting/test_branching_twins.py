@@ -273,16 +273,19 @@ class Doubled:
         self.sequence, self.scale, self._merges, self.single, self.moves, self.bend = signature(), SCALE, 3, None, moves, bend
 
     def with_sequence(self, s, start):
-        self.single = SimpleNamespace(sequence=s, x0=np.array(start), scale=SCALE[6:], correct=self.corrected)
+        self.single = SimpleNamespace(sequence=s, x0=np.array(start), scale=SCALE[6:], correct=self.corrected,
+                                      null_tangent=lambda x: np.eye(7)[-1])
         return self.single
 
     def of(self, p):
         return FIRST.ravel() + self.moves * p
 
-    def corrected(self, x, tangent, fixed):
-        assert fixed and tangent[-1] == 1.0 and not tangent[:-1].any()
-        d = x[-1] - FLIP
-        return Corrected(np.append(self.of(x[-1]), x[-1]), tangent, True, CorrectorStatus.CONVERGED, 2, 1e-15, 0.0, 0.0, 1.0, 0.0,
+    def corrected(self, x, tangent):
+        """Into the plane through ``x`` across ``tangent``."""
+        line = np.append(np.full(6, self.moves), 1.0) / SCALE[6:]
+        p = float(x[-1] + tangent @ ((x - np.append(self.of(x[-1]), x[-1])) / SCALE[6:]) / (tangent @ line))
+        tangent, d = line / np.linalg.norm(line), p - FLIP
+        return Corrected(np.append(self.of(p), p), tangent, True, CorrectorStatus.CONVERGED, 2, 1e-15, 0.0, 0.0, 1.0, 0.0,
                          np.array([d * (2.0 + self.bend * d), 0.0]))
 
 
@@ -324,7 +327,7 @@ def test_a_flip_far_from_the_rows_is_not_between_them(monkeypatch):
         found = branching.merging(problem, *rows(problem, np.full((2, 3), 1e-6), low, high), 0.5)
         assert (found is not None) is near
     lost = Doubled()
-    lost.corrected = lambda x, tangent, fixed: SimpleNamespace(converged=False, monitors=[0.0])
+    lost.corrected = lambda x, tangent: SimpleNamespace(converged=False, monitors=[0.0])
     assert branching.merging(lost, *rows(lost, np.full((2, 3), 1e-3), 0.7, 0.72), 0.5) is None
 
 

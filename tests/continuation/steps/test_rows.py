@@ -419,15 +419,31 @@ def test_a_pair_that_leaves_and_comes_back_is_seen_inside():
     part, a, b = step_of(lambda p: [0.5, 0.2])
     assert tori.inner_change(part, a, b) is None
     part, a, b = step_of(lambda p: pair(0.5) if p < 0.5 else [0.5, 0.5])
-    assert tori.inner_change(part, a, b) is None  # not as many pairs
+    assert tori.inner_change(part, a, b) is None  # not as many pairs, and far from the circle
+
+
+def meeting(p):
+    """Return multipliers of which two meet on the real axis at .05, one pair is outside near .84, and one never passes."""
+    roots = np.sqrt(complex(0.0025 - 0.05 * p)) + 1.6
+    outside = [roots, 3.2 - roots] if p < 0.05 else [1.6 + 0.05j, 1.6 - 0.05j]
+    return [*outside, *pair(0.65 + 0.2 * p + 0.2 / (1.0 + ((p - 0.84) / 0.1)**2), 2.0 - 0.8 * p), 0.4, 0.1]
+
+
+def test_a_pair_is_seen_inside_where_others_have_met_the_real_axis():
+    """The numbers of pairs at the ends of the step differ, and the pair is outside the circle in a tenth of it: the part in which
+    the pair is nearer to the circle than it has moved is halved until it is found."""
+    part, a, b = step_of(meeting)
+    assert tori.outside(part.problem, a.x) == tori.outside(part.problem, b.x) == 2
+    c, t = tori.inner_change(part, a, b)
+    assert 0.8 < t < 0.9 and tori.outside(part.problem, c.x) == 4
 
 
 def test_multipliers_outside_the_circle_and_complex_ones():
     problem = Multipliers(lambda p: [*pair(1.2), -1.5, 0.3, 2.0 + 5e-8j])
     assert tori.outside(problem, np.zeros(2)) == 4
-    np.testing.assert_allclose(tori.complex_pairs(problem, np.zeros(2)), [1.2 * np.exp(1j)])
+    np.testing.assert_allclose(tori.multipliers(problem, np.zeros(2)), [*pair(1.2), -1.5, 0.3, 2.0 + 5e-8j])
     for none in (lambda p: None, lambda p: [np.inf, 0.1]):
-        assert tori.outside(Multipliers(none), np.zeros(2)) is None and tori.complex_pairs(Multipliers(none), np.zeros(2)) is None
+        assert tori.outside(Multipliers(none), np.zeros(2)) is None and tori.multipliers(Multipliers(none), np.zeros(2)) is None
     part, a, b = step_of(lambda p: [*pair(0.9), *pair(1.05, 2.0), 3.0])
     value, point = tori.curve_value(part.problem, Curve(a, b))(0.25)
     assert value == pytest.approx(1.05**2 - 1.0) and point.x[-1] == pytest.approx(0.25)  # of the pair nearest to the circle
