@@ -14,8 +14,6 @@ BLOCKED = 24  # size from which on the arithmetic is more than the memory it wal
 def lu(a, pivot):
     """Factor ``a`` (n, n) in place, rows exchanged as ``pivot`` (n,) says; return (sign, log|det|), sign 0 if singular."""
     n = a.shape[0]
-    sign = 1.0
-    log = 0.0
     scale = np.empty(n)
     for i in range(n):
         top = 0.0
@@ -24,43 +22,20 @@ def lu(a, pivot):
         if not (0.0 < top < np.inf):
             return 0.0, -np.inf
         scale[i] = 1.0 / top
-    if n >= BLOCKED:
-        return blocked(a, pivot, scale)
-    for k in range(n):
-        best, row = -1.0, k
-        for i in range(k, n):
-            size = abs(a[i, k]) * scale[i]
-            if size > best:
-                best, row = size, i
-        pivot[k] = row
-        if row != k:
-            sign = -sign
-            scale[row] = scale[k]
-            for j in range(n):
-                a[k, j], a[row, j] = a[row, j], a[k, j]
-        d = a[k, k]
-        if d == 0.0 or not np.isfinite(d):
-            return 0.0, -np.inf
-        if d < 0.0:
-            sign = -sign
-        log += np.log(abs(d))
-        for i in range(k + 1, n):
-            r = a[i, k] / d
-            a[i, k] = r
-            if r != 0.0:
-                for j in range(k + 1, n):
-                    a[i, j] -= r * a[k, j]
-    return sign, log
+    return factored(a, pivot, scale, 4 if n >= BLOCKED else n)
 
 
 @leaf
-def blocked(a, pivot, scale):
-    """Do what `lu` does, four columns at a time: each number is the same, but rows are read and written a quarter as often."""
+def factored(a, pivot, scale, width):
+    """Do what `lu` says, ``width`` columns at a time.
+
+    With 4 each number is the same as with all n, but rows behind the columns are read and written a quarter as often.
+    """
     n = a.shape[0]
     sign = 1.0
     log = 0.0
-    for first in range(0, n, 4):
-        last = min(first + 4, n)
+    for first in range(0, n, width):
+        last = min(first + width, n)
         for k in range(first, last):
             best, row = -1.0, k
             for i in range(k, n):
@@ -82,8 +57,9 @@ def blocked(a, pivot, scale):
             for i in range(k + 1, n):
                 r = a[i, k] / d
                 a[i, k] = r
-                for j in range(k + 1, last):
-                    a[i, j] -= r * a[k, j]
+                if r != 0.0:
+                    for j in range(k + 1, last):
+                        a[i, j] -= r * a[k, j]
         if last == n:
             break
         for k in range(first + 1, last):
