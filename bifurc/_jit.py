@@ -9,7 +9,7 @@ import types  # noqa: E402
 import numba  # noqa: E402
 
 from ._apart import refuse_python, set_apart  # noqa: E402
-from ._pipeline import Linked, LinkedOptimised, Pipeline, for_this_numba  # noqa: E402
+from ._pipeline import Linked, Pipeline, for_this_numba  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
@@ -77,11 +77,6 @@ def leaf(function):
     return _with_twin(function, _nrt=False)
 
 
-def fused(function):
-    """Compile loops over rows of numbers like `njit`, with products and sums fused: not where the last digit counts."""
-    return _with_twin(function, LinkedOptimised, fastmath={"contract"})
-
-
 def apart(returns, python=False):
     """Compile a function by itself, when it is called for the first time; see `bifurc._apart`.
 
@@ -95,21 +90,27 @@ def apart(returns, python=False):
     python : bool
         Whether Python calls it, too; if not, such a call is a TypeError.
     """
-    def decorate(function):
-        made = _compiled(function, no_cpython_wrapper=not python)
-        set_apart(made, returns)
-        if not python:
-            refuse_python(made)
-        return made
-
-    return decorate
+    return lambda function: _set_apart(function, returns, python)
 
 
-def _with_twin(function, pipeline=Linked, **options):
-    """Compile a function for Python, and a twin for compiled callers with a pipeline and further options."""
+def fused(function):
+    """Compile loops over rows of numbers `apart`, with products and sums fused: not where the last digit counts."""
+    return _set_apart(function, NOTHING, False, fastmath={"contract"})
+
+
+def _set_apart(function, returns, python, **options):
+    made = _compiled(function, no_cpython_wrapper=not python, **options)
+    set_apart(made, returns)
+    if not python:
+        refuse_python(made)
+    return made
+
+
+def _with_twin(function, **options):
+    """Compile a function for Python, and a twin for compiled callers with further options."""
     twin = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__,
                               function.__closure__)
     twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__ + "_called"
-    outer, inner = both(function), _compiled(twin, pipeline, no_cpython_wrapper=True, **options)
+    outer, inner = both(function), _compiled(twin, Linked, no_cpython_wrapper=True, **options)
     outer.get_call_template, outer.get_overload = inner.get_call_template, inner.get_overload  # what compiled callers ask
     return outer

@@ -5,8 +5,8 @@ The answer depends on the operator and the types only: remembering it saves a th
 
 Functions that only compiled callers call are linked into them as LLVM's intermediate code.  numba makes machine code of each by
 itself, too, which nothing ever calls, and optimises it in full before that, although the caller is optimised as a whole with all
-that is linked into it: a cheap pass by itself is enough.  Loops over rows of a batch are the exception: they were 7 to 12 % slower
-without (problem A and Duffing's oscillator of `studies.kernel_throughput`).
+that is linked into it: a cheap pass by itself is enough.  Large loops over rows of a batch lost 7 to 12 % of their speed by that
+(problem A and Duffing's oscillator of `studies.kernel_throughput`): they are no part of their callers, see `_jit.fused`.
 
 numba compares the flags of a compilation at every call in it, by all that they may hold: those here compare what was set.
 
@@ -62,14 +62,18 @@ def for_this_numba(pipeline):
     return pipeline if numba.version_info.short in TRIED else compiler.Compiler
 
 
-class _OptimisedLibrary(codegen.JITCodeLibrary):
+class _Library(codegen.JITCodeLibrary):
     """The code of a function for its callers; of machine code only the places where numba keeps the globals of functions."""
+
+    def _optimize_final_module(self):
+        passes, builder = self._codegen._module_pass_manager(opt=0, loop_vectorize=False, slp_vectorize=False)
+        passes.run(self._final_module, builder)
 
     def _finalize_final_module(self):
         whole, places = self._final_module, []
         self._finalize_dynamic_globals()
         self._verify_declare_only_symbols()
-        self._finalized = True  # the optimised code is what callers link
+        self._finalized = True  # this code is what callers link
         self._get_module_for_linking()
         for variable in whole.global_variables:
             if variable.name.startswith(ENVIRONMENT):
@@ -80,30 +84,14 @@ class _OptimisedLibrary(codegen.JITCodeLibrary):
         super()._finalize_final_module()
 
 
-class _Library(_OptimisedLibrary):
-    """The same, left to the optimisation of callers."""
-
-    def _optimize_final_module(self):
-        passes, builder = self._codegen._module_pass_manager(opt=0, loop_vectorize=False, slp_vectorize=False)
-        passes.run(self._final_module, builder)
-
-
 class Linked(Pipeline):
     """The pipeline of functions that only compiled callers call."""
 
-    library: type[_OptimisedLibrary] = _Library
-
     def compile_extra(self, func):
         """Compile a function into a library of intermediate code."""
-        self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
         return super().compile_extra(func)
-
-
-class LinkedOptimised(Linked):
-    """The same for functions that are optimised by themselves before."""
-
-    library = _OptimisedLibrary
 
 
 def _remembering(context):
