@@ -12,7 +12,7 @@ from ._apart import refuse_python, set_apart  # noqa: E402
 from ._pipeline import Linked, Pipeline, for_this_numba  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
-PAIR = numba.types.UniTuple(NUMBER, 2)  # what functions `apart` return
+PAIR, WHOLES = numba.types.UniTuple(NUMBER, 2), numba.types.UniTuple(WHOLE, 2)  # what functions `apart` return
 OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
@@ -77,7 +77,7 @@ def leaf(function):
     return _with_twin(function, _nrt=False)
 
 
-def apart(returns, python=False):
+def apart(returns, python=False, counted=True):
     """Compile a function by itself, when it is called for the first time; see `bifurc._apart`.
 
     For functions that are large, that several others call, or that rare events call: a call costs what any call costs that is
@@ -89,15 +89,23 @@ def apart(returns, python=False):
         What it returns: no array.
     python : bool
         Whether Python calls it, too; if not, such a call is a TypeError.
+    counted : bool
+        Whether references to arrays are counted; False only for what may be a `leaf`.
     """
-    def decorate(function):
-        made = _compiled(function, no_cpython_wrapper=not python)
-        set_apart(made, returns)
-        if not python:
-            refuse_python(made)
-        return made
+    return lambda function: _set_apart(function, returns, python, **({} if counted else {"_nrt": False}))
 
-    return decorate
+
+def fused(function):
+    """Compile loops over rows of numbers `apart`, with products and sums fused: not where the last digit counts."""
+    return _set_apart(function, NOTHING, False, fastmath={"contract"})
+
+
+def _set_apart(function, returns, python, **options):
+    made = _compiled(function, no_cpython_wrapper=not python, **options)
+    set_apart(made, returns)
+    if not python:
+        refuse_python(made)
+    return made
 
 
 def _with_twin(function, **options):

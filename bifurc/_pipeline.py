@@ -1,12 +1,16 @@
-"""How numba is made to compile less: types of operators are remembered, and what is only linked is not translated.
+"""How numba is made to compile less: types of operators are remembered, what is only linked is neither translated nor optimised.
 
 numba tries some ten templates, most of them for arrays, strings and dates, at every ``x + y`` of two numbers, twice a function.
 The answer depends on the operator and the types only: remembering it saves a third of the time that finding types takes.
 
 Functions that only compiled callers call are linked into them as LLVM's intermediate code.  numba makes machine code of each by
-itself, too, which nothing ever calls.
+itself, too, which nothing ever calls, and optimises it in full before that, although the caller is optimised as a whole with all
+that is linked into it: a cheap pass by itself is enough.  Large loops over rows of a batch lost 7 to 12 % of their speed by that
+(problem A and Duffing's oscillator of `studies.kernel_throughput`): they are no part of their callers, see `_jit.fused`.
 
-Both reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
+numba compares the flags of a compilation at every call in it, by all that they may hold: those here compare what was set.
+
+All reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
 """
 import math
 import operator
@@ -31,18 +35,26 @@ def _plain(args) -> bool:
 class Pipeline(compiler.Compiler):
     """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
 
-    def __init__(self, typing_context, *others):
-        super().__init__(_remembering(typing_context), *others)
+    def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
+        super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
 
 
-class Linked(Pipeline):
-    """The pipeline of functions that only compiled callers call."""
+class _Flags(compiler.Flags):
+    """Flags of a compilation, equal to numba's with the same values."""
 
-    def compile_extra(self, func):
-        """Compile a function into a library of intermediate code."""
-        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
-        self.state.library.enable_object_caching()
-        return super().compile_extra(func)
+    __slots__ = ()
+
+    def __hash__(self) -> int:
+        return _HASH
+
+    def __eq__(self, other) -> bool:
+        if not isinstance(other, compiler.Flags):
+            return NotImplemented
+        return self._values == other._values or all(getattr(self, name) == getattr(other, name)
+                                                    for name in self._values.keys() | other._values.keys())
+
+
+_HASH = hash(compiler.Flags())  # of the names of what they may hold: the same for all
 
 
 def for_this_numba(pipeline):
@@ -53,11 +65,15 @@ def for_this_numba(pipeline):
 class _Library(codegen.JITCodeLibrary):
     """The code of a function for its callers; of machine code only the places where numba keeps the globals of functions."""
 
+    def _optimize_final_module(self):
+        passes, builder = self._codegen._module_pass_manager(opt=0, loop_vectorize=False, slp_vectorize=False)
+        passes.run(self._final_module, builder)
+
     def _finalize_final_module(self):
         whole, places = self._final_module, []
         self._finalize_dynamic_globals()
         self._verify_declare_only_symbols()
-        self._finalized = True  # the optimised code is what callers link
+        self._finalized = True  # this code is what callers link
         self._get_module_for_linking()
         for variable in whole.global_variables:
             if variable.name.startswith(ENVIRONMENT):
@@ -66,6 +82,16 @@ class _Library(codegen.JITCodeLibrary):
         self._final_module.name, self._final_module.data_layout = whole.name, whole.data_layout
         self._final_module.triple = whole.triple
         super()._finalize_final_module()
+
+
+class Linked(Pipeline):
+    """The pipeline of functions that only compiled callers call."""
+
+    def compile_extra(self, func):
+        """Compile a function into a library of intermediate code."""
+        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
 
 
 def _remembering(context):

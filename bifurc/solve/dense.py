@@ -5,7 +5,7 @@ does not spoil the pivot order.  Measured on 4 x 4: a threaded LAPACK call costs
 """
 import numpy as np
 
-from .._jit import leaf, njit
+from .._jit import PAIR, apart, leaf, njit
 
 BLOCKED = 24  # size from which on the arithmetic is more than the memory it walks through
 FILLED = 0.2  # part of the entries that are not zero, below which it pays to pass over the others
@@ -16,8 +16,6 @@ TILE = 8  # columns that are zero together, or not
 def lu(a, pivot):
     """Factor ``a`` (n, n) in place, rows exchanged as ``pivot`` (n,) says; return (sign, log|det|), sign 0 if singular."""
     n = a.shape[0]
-    sign = 1.0
-    log = 0.0
     scale = np.empty(n)
     for i in range(n):
         top = 0.0
@@ -26,47 +24,26 @@ def lu(a, pivot):
         if not (0.0 < top < np.inf):
             return 0.0, -np.inf
         scale[i] = 1.0 / top
-    if n >= BLOCKED:
-        filled = 0
-        for i in range(n):
-            for j in range(n):
-                filled += a[i, j] != 0.0
-        return sparse(a, pivot, scale) if filled < FILLED * n * n else blocked(a, pivot, scale)
-    for k in range(n):
-        best, row = -1.0, k
-        for i in range(k, n):
-            size = abs(a[i, k]) * scale[i]
-            if size > best:
-                best, row = size, i
-        pivot[k] = row
-        if row != k:
-            sign = -sign
-            scale[row] = scale[k]
-            for j in range(n):
-                a[k, j], a[row, j] = a[row, j], a[k, j]
-        d = a[k, k]
-        if d == 0.0 or not np.isfinite(d):
-            return 0.0, -np.inf
-        if d < 0.0:
-            sign = -sign
-        log += np.log(abs(d))
-        for i in range(k + 1, n):
-            r = a[i, k] / d
-            a[i, k] = r
-            if r != 0.0:
-                for j in range(k + 1, n):
-                    a[i, j] -= r * a[k, j]
-    return sign, log
+    if n < BLOCKED:
+        return factored(a, pivot, scale, n)
+    filled = 0
+    for i in range(n):
+        for j in range(n):
+            filled += a[i, j] != 0.0
+    return sparse(a, pivot, scale) if filled < FILLED * n * n else factored(a, pivot, scale, 4)
 
 
 @leaf
-def blocked(a, pivot, scale):
-    """Do what `lu` does, four columns at a time: each number is the same, but rows are read and written a quarter as often."""
+def factored(a, pivot, scale, width):
+    """Do what `lu` says, ``width`` columns at a time.
+
+    With 4 each number is the same as with all n, but rows behind the columns are read and written a quarter as often.
+    """
     n = a.shape[0]
     sign = 1.0
     log = 0.0
-    for first in range(0, n, 4):
-        last = min(first + 4, n)
+    for first in range(0, n, width):
+        last = min(first + width, n)
         for k in range(first, last):
             best, row = -1.0, k
             for i in range(k, n):
@@ -88,8 +65,9 @@ def blocked(a, pivot, scale):
             for i in range(k + 1, n):
                 r = a[i, k] / d
                 a[i, k] = r
-                for j in range(k + 1, last):
-                    a[i, j] -= r * a[k, j]
+                if r != 0.0:
+                    for j in range(k + 1, last):
+                        a[i, j] -= r * a[k, j]
         if last == n:
             break
         for k in range(first + 1, last):
@@ -101,7 +79,7 @@ def blocked(a, pivot, scale):
     return sign, log
 
 
-@njit
+@apart(PAIR)
 def sparse(a, pivot, scale):
     """Do what `lu` does where most entries are zero, as of a long sequence of events, in which each row knows two neighbours and
     the parameter: each number is the same, but only rows that reach a column are looked at, and of the pivot's row only `TILE`

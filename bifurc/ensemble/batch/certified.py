@@ -8,7 +8,7 @@ while a bound proves that the guard is not met, otherwise through the events of 
 """
 import numpy as np
 
-from ..._jit import leaf, njit
+from ..._jit import WHOLES, apart, leaf, njit
 from ...compose.tables import ORDER
 from ...flow.affine.engine import forcing, terms_size
 from ...flow.affine.polynomial import EPS, first_zero, horner
@@ -113,7 +113,7 @@ def through(T, begin, h, m, order, known, room, limit):
             project(T.H, T.S, T.n_holds[m], 2, m, x)
 
 
-@leaf
+@apart(WHOLES, counted=False)
 def period(given, m, room, limit):
     """Integrate ``room[0]`` (2,) in place over the forcing period that starts at phase 0; return status and mode.
 

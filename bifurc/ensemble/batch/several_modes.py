@@ -187,13 +187,7 @@ def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> l
 
 _WORD = re.compile(r"^([A-Z0-9_]+):\n(.*?)(?=^[A-Z0-9_]+:$|\Z)", re.MULTILINE | re.DOTALL)
 _SUM = re.compile(r"SUM\[ (.*?) ; (.*?) \]")
-FUSED = '''from bifurc._jit import _with_twin
-
-
-def fused(function):
-    """Compile with products and sums fused: bounds are far above rounding."""
-    return _with_twin(function, fastmath={"contract"})
-'''
+FUSED = "from bifurc._jit import fused\n\n"
 # words that stand for lines
 _WORDS = '''GUARD_OVER:
 left = SUM[ g{c} * y{c} ; p ]

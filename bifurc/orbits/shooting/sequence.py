@@ -542,7 +542,10 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     old_step, older_step, calm = np.inf, np.inf, 0
     moved = 0.0  # since the derivative in the parameter was taken
     info[CONTRACTION] = 0.0
-    born = 1 if np.any(nodes[:, DIVIDE] > 0) else 0  # a duration near zero is a nearly free unknown that rounding moves
+    born = 0  # a duration near zero is a nearly free unknown that rounding moves
+    for i in range(nodes.shape[0]):
+        if nodes[i, DIVIDE] > 0:
+            born = 1
     k = 0
     while True:
         renew = index.size > 0 and (k == 0 or moved > LAST and old_step < NEAR)
@@ -599,7 +602,8 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         older_step, old_step = old_step, step
         moved += step
         k += 1
-        steps[0] = b
+        for j in range(n + 1):
+            steps[0, j] = b[j]
         seconds = 0
         while LAST < old_step <= SECANT and k < max_iterations:
             step = secant(T, data, U, predicted, tangent, free, K, pivot, F2, steps, seconds)
