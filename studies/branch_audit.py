@@ -1,4 +1,4 @@
-"""Random scenes with stops, dry friction, belts and clearances, one parameter of each traced: what of it is no motion?
+"""Random scenes with stops, friction, sliders, belts and clearances, one parameter of each traced: what of it is no motion?
 
 Every row is simulated again over its period; every branch is traced back from its last rows, and from rows drawn among the others,
 also where these lie on a boundary of their event sequence. Columns: rows that simulation does not repeat, rows that are not
@@ -12,7 +12,7 @@ import numpy as np
 
 import bifurc as bf
 from bifurc.continuation.kinds import ContinuationError, StopReason
-from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.repetition import repetition
 
 from .common import Setting, parser, publish, table
@@ -92,8 +92,24 @@ def clearances(rng):
         omega=between(rng, 0.5, 2.2))
 
 
-KINDS = {f.__name__: f for f in (one_stop, two_stops, elastic_stop, stop_and_friction, belt, two_masses, clearances)}
-WIDTHS = {"omega": 0.3, "amplitude": 0.5, "gap": 0.4, "restitution": 0.25, "friction": 0.5, "stiffness": 0.5}
+def stop_and_slider(rng):
+    """One mass with a rigid stop and an elastic slider."""
+    return bf.System(1.0, between(rng, 0.02, 0.2), 1.0, [
+        HarmonicForce(between(rng, 0.3, 2.0)), RigidStop(between(rng, 0.2, 1.5), between(rng, 0.1, 0.9)),
+        Jenkins(between(rng, 0.3, 3.0), between(rng, 0.05, 0.6))], omega=between(rng, 0.5, 2.8))
+
+
+def between_masses(rng):
+    """Two masses with rigid stops between them, on both sides."""
+    k = between(rng, 0.3, 2.0)
+    return bf.System(np.diag([1.0, between(rng, 0.3, 2.0)]), [[0.1, -0.03], [-0.03, 0.08]], [[1.0 + k, -k], [-k, 1.0 + k]], [
+        HarmonicForce(between(rng, 0.4, 1.5)), RigidStop(between(rng, 0.1, 0.8), between(rng, 0.1, 0.9), row=(1.0, -1.0)),
+        RigidStop(between(rng, 0.1, 0.8), between(rng, 0.1, 0.9), row=(-1.0, 1.0))], omega=between(rng, 0.5, 2.5))
+
+
+KINDS = {f.__name__: f for f in (one_stop, two_stops, elastic_stop, stop_and_friction, belt, two_masses, clearances,
+                                 stop_and_slider, between_masses)}
+WIDTHS = {"omega": 0.3, "amplitude": 0.5, "gap": 0.4, "restitution": 0.25, "friction": 0.5, "stiffness": 0.5, "limit": 0.5}
 
 
 def parameter_of(rng, system):
@@ -106,7 +122,7 @@ def parameter_of(rng, system):
     low, high = value - width, value + width
     if short == "restitution":
         low, high = max(low, 0.0), min(high, 0.99)
-    if short in ("friction", "stiffness"):
+    if short in ("friction", "stiffness", "limit"):
         low = max(low, 1e-3)
     return name, (low, high)
 
