@@ -12,7 +12,7 @@ from .least import closed, half_of, halved, mark_trains, reduced
 from .orbit import PeriodicOrbit
 from .shooting.resting import middle, resting_intervals
 from .shooting.sequence import AFTER, BEFORE, GUARD
-from .shooting.signature import Signature, divided, sections
+from .shooting.signature import Signature, divided, sections, sticking
 from .solving import solve
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -180,10 +180,16 @@ def sizes_of(scene: Scene, states) -> np.ndarray:
 
 
 def from_motion(system: System, motion: Trajectory, first: int, periods: int) -> PeriodicOrbit:
-    """Return the orbit near a simulated motion between the periods ``first`` and ``first + periods``."""
+    """Return the orbit near a simulated motion between the periods ``first`` and ``first + periods``.
+
+    Slips of a contact in one direction only come to nothing over a period: the contact sticks.
+    """
     scene = scene_of(system)
     signature, unknowns, weights = read_motion(scene, motion, first, periods)
     found = solve(system, signature, unknowns, weights, {"guess": "simulation"})
+    if found.success and signature.creeping(scene):
+        held = sticking(scene, signature, found.unknowns)
+        return found if held is None else solve(system, *held, weights, {"guess": "simulation"})
     if not found.success and system.symmetry == -1 and periods % 2 and np.all(signature.nodes[:, GUARD] >= 0):
         # slow transients are those of the whole period: half of it, turned round, has no multiplier near 1
         half = half_of(scene, signature, unknowns)
@@ -256,8 +262,8 @@ def from_orbit(system: System, guess: PeriodicOrbit, periods: int | None) -> Per
 def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbit:
     """Return the orbit on which the motion from rest settles.
 
-    A slider that slips less and less shakes down: an orbit that lists a slip of no duration is the edge of those that it settles
-    among, with multipliers of its own, and is taken only where nothing else comes.
+    A slider that slips less and less shakes down: what lists slips that lead nowhere has multipliers of its own, and is not what
+    the motion settles on; where slips have no duration it is the edge of such motions, and taken where nothing else comes.
     """
     y, best, edge = resting_start(system), None, None
     done = 0
@@ -274,6 +280,8 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
         least = min(gaps.values())
         for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
             found = from_motion(system, simulate(system, y, periods=2 * k), 0, k)
+            if found.success and found.sequence.creeping(found.scene):
+                continue
             if found.success and touching(found):
                 edge = found
             elif found.success:

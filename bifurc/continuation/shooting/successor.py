@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
 from ...flow.simulate import simulate
@@ -209,7 +208,7 @@ def determined(problem, x) -> bool:
     A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
     duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
     """
-    if creeps(problem):
+    if problem.sequence.creeping(problem.scene):
         return False
     size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
     kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
@@ -226,20 +225,6 @@ def determined(problem, x) -> bool:
     spans = times - np.append(times[-1] - problem.sequence.span, times[:-1])
     clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return bool(clear.all())
-
-
-def creeps(problem) -> bool:
-    """Whether a contact, at rest otherwise, slips in one direction only: not back where it began after a period, or not at all."""
-    scene, s = problem.scene, problem.sequence
-    if s.closure < 0:
-        return False
-    words = [scene.keys[mode] for mode in s.nodes[:, AFTER]]
-    for e, element in enumerate(scene.system.elements):
-        slips = {key[e] for key in words} - {STICK}
-        if len(slips) == 1 and slips <= {SLIP_UP, SLIP_DOWN} and any(key[e] == STICK for key in words) \
-                and not np.any(element.site(scene.n).drift):
-            return True
-    return False
 
 
 def retraces(problem, point, new, c) -> bool:
@@ -397,7 +382,7 @@ def _begun(problem, point, signature, x, search, through):
     """Return (problem, x, tangent) where the new sequence begins, at the old end, if it goes on from there as a motion."""
     name = signature.text(problem.scene)
     new = problem.with_sequence(signature, x)
-    if creeps(new):
+    if signature.creeping(problem.scene):
         search.creeps = True
         search.say(f"in {name!r} a contact slips in one direction only, which is no periodic motion")
         return None

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...compose.scene import Scene
 from ...compose.writer import kernels
+from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from ...elements.stops import FREE
 from .births import law_guards, needs_samples, sampled_orders
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
@@ -87,6 +88,14 @@ class Signature:
                 if state not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[state], unit[state]) for m, g in events):
                     found.append(state)
         return sorted(found)
+
+    def creeping(self, scene: Scene) -> list[int]:
+        """Return the elements that, at rest otherwise, slip in one direction only: not back where they began after a period, or by
+        nothing, in an interval that rounding tells from none."""
+        words = [scene.keys[mode] for mode in self.nodes[:, AFTER]] if self.closure > 0 else []
+        return [e for e, element in enumerate(scene.system.elements)
+                if len(slips := {key[e] for key in words} - {STICK}) == 1 and slips <= {SLIP_UP, SLIP_DOWN}
+                and any(key[e] == STICK for key in words) and not np.any(element.site(scene.n).drift)]
 
     def text(self, scene: Scene) -> str:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``; without events ``free``, ``in contact``, ``rest`` or
@@ -302,6 +311,29 @@ def _basis(rows, size) -> np.ndarray:
         if left > PROPORTIONAL * length:
             found = np.vstack([found, row / left])
     return found
+
+
+def sticking(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signature, np.ndarray] | None:
+    """Return a forced signature and its unknowns without the slips of the elements that creep: they stick all the time; None where
+    nothing else happens, or an event is not one of those modes."""
+    stuck = dict.fromkeys(signature.creeping(scene), STICK)
+    nodes, kept = [], []
+    for k, (before, guard, after, _, closes) in enumerate(signature.nodes[:, :ENDING].tolist()):
+        owner = scene.guard(before, guard).element if guard >= 0 else -1
+        modes = [scene.combined(mode, stuck) for mode in (before, after)]
+        if owner in stuck:
+            continue
+        if None in modes or guard < 0:
+            return None
+        own = scene.guards_of(before, owner).index(guard)
+        nodes.append([modes[0], scene.guards_of(modes[0], owner)[own], modes[1], 0, closes])
+        kept.append(k)
+    if not nodes or any(old[AFTER] != new[BEFORE] for old, new in zip(nodes[-1:] + nodes, nodes, strict=False)):
+        return None
+    found = divided(scene, np.array(nodes, np.int64))
+    found[:, CLOSES] = signature.nodes[kept, CLOSES]
+    rows = np.reshape(U, (len(signature.nodes), -1))[kept]
+    return Signature(found, np.zeros(len(found)), signature.span), rows.ravel()
 
 
 def translated(signature: Signature, scene: Scene, other: Scene) -> Signature:
