@@ -1,5 +1,6 @@
 """Event signature of a periodic orbit: which guards fire in which modes, in what order, and how the orbit closes."""
 import dataclasses
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -316,17 +317,17 @@ def _basis(rows, size) -> np.ndarray:
 def sticking(scene: Scene, signature: Signature, U: np.ndarray) -> tuple[Signature, np.ndarray] | None:
     """Return a forced signature and its unknowns without the slips of the elements that creep: they stick all the time; None where
     nothing else happens, or an event is not one of those modes."""
-    stuck = dict.fromkeys(signature.creeping(scene), STICK)
+    stuck: dict[int, Hashable] = dict.fromkeys(signature.creeping(scene), STICK)
     nodes, kept = [], []
     for k, (before, guard, after, _, closes) in enumerate(signature.nodes[:, :ENDING].tolist()):
         owner = scene.guard(before, guard).element if guard >= 0 else -1
-        modes = [scene.combined(mode, stuck) for mode in (before, after)]
         if owner in stuck:
             continue
-        if None in modes or guard < 0:
+        here, there = scene.combined(before, stuck), scene.combined(after, stuck)
+        if here is None or there is None or guard < 0:
             return None
         own = scene.guards_of(before, owner).index(guard)
-        nodes.append([modes[0], scene.guards_of(modes[0], owner)[own], modes[1], 0, closes])
+        nodes.append([here, scene.guards_of(here, owner)[own], there, 0, closes])
         kept.append(k)
     if not nodes or any(old[AFTER] != new[BEFORE] for old, new in zip(nodes[-1:] + nodes, nodes, strict=False)):
         return None
