@@ -17,6 +17,7 @@ from .kinds import ERRORS, SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
 ROUNDED = 64.0 * float(np.finfo(float).eps)  # of the largest multiplier: rounding of the others, beside a graze more than 1
+ALONG = 1.0 - 1e-5  # cosine of the tangents of two neighbours on one curve; less where rounding turns them, as it does multipliers
 EDGE = 1e-9  # arclength: a row so near a change of the sequence of events lies on it, where both sides are right
 # arclengths from a change of the sequence of events at which multipliers are counted
 BESIDE = (1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4)
@@ -121,13 +122,15 @@ def numbers_beside(problem, x, tangent, room):
 
 
 def beside(problem, x, tangent, step):
-    """Return the solution (n + 1,) at a signed arclength ``step`` from ``x`` (n + 1,); None if its equations are not valid."""
+    """Return the solution (n + 1,) at a signed arclength ``step`` from ``x`` (n + 1,); None if its equations are not valid, or it
+    is not known well enough: beside a merging point that of the parent is another solution."""
     try:
         c = problem.correct(x + step * problem.scale * tangent, tangent)
     except ERRORS:  # the problem's own code
         return None
     walls = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
-    return c.x if c.converged and all(c.monitors[k] < 0.0 for k in walls) else None
+    along = c.converged and abs(float(c.tangent @ tangent)) > ALONG
+    return c.x if along and all(c.monitors[k] < 0.0 for k in walls) else None
 
 
 def counted(multipliers):

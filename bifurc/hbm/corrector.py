@@ -241,14 +241,15 @@ def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, 
         Receives what is known of the zero.
     """
     first, last, guess = bracket
-    miss = np.zeros(scale.size)
+    curve = np.zeros((5, scale.size))  # with how far the last point was from it
+    curve[:4] = hermite
     for t in enclosing(box, 0.0, first, 1.0, last, guess):
-        if not tested(S, R, along, grid, listed, room, scale, hermite, t, miss, place, found, box):
+        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
             return False
     if box[DONE] == 0.0:
         return False
     for t in polishing(box):
-        if not tested(S, R, along, grid, listed, room, scale, hermite, t, miss, place, found, box):
+        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
             if box[TRIED] == 0.0:
                 return False
             box[VALUE] = np.nan
@@ -256,15 +257,15 @@ def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, 
 
 
 @njit
-def tested(S, R, along, grid, listed, room, scale, hermite, t, miss, place, found, box):
+def tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
     """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return whether that is known."""
     plane, start, tangent = np.empty((3, scale.size))
-    beside(hermite, t, miss, scale, plane, start, tangent)
+    beside(curve[:4], t, curve[4], scale, plane, start, tangent)
     status = correct(S, R, along, grid, listed, room, start, plane, tangent, False, scale, found)
     if status != CONVERGED:
         return False
     for j in range(scale.size):
-        miss[j] = (found.x[j] - plane[j]) / scale[j]
+        curve[4, j] = (found.x[j] - plane[j]) / scale[j]
     kind, field = place
     n = scale.size - 1
     box[VALUE], box[PARAMETER] = found.new[n] if kind < 0 else monitored(found.events, kind, field), found.x[n]

@@ -49,7 +49,8 @@ def test_a_click_is_judged_on_the_screen_in_both_directions(traced, span, rng):
             assert place == (0, -1 - int(near.argmin()))
             taken += 1
         else:
-            assert place == (0, int(np.hypot(*(rows - click).T).argmin()))
+            away = np.hypot(*(rows - click).T)
+            assert place[0] == 0 and away[place[1]] < away.min() + 1e-12  # on a boundary two rows are at one place
     assert 0 < taken < 2 * len(points) + 20
 
 

@@ -102,7 +102,7 @@ def test_what_differs_between_two_sequences_names_the_change(kind):
     assert names == [(1, "impact")] if kind == "rigid" else names == [(1, "contact"), (1, "separation")]
     assert changes.named_events(problem) == []
     told = changes.changed(problem, x, new)
-    assert told is (SpecialPointKind.GRAZING if kind == "rigid" else None)
+    assert told is SpecialPointKind.GRAZING
     assert changes.changed(problem, x, problem) is None
     assert changes.listed(new).sum() == len(names) and not changes.listed(problem).any()
     spans = changes.intervals(new, new.x0)
