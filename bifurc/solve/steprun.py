@@ -163,10 +163,7 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
     distance = math.sqrt(distance)
     verdict, angle, misfit = judged(cosine, ds, distance, False)
     length = arc_length(math.hypot(ds, distance), angle)
-    if verdict != CREDIBLE:
-        return none
-    away = run[ORIGIN] - last[n]  # a closed branch ends there: not while the parameter moves away from it
-    if abs(away) <= 1.1 * length * scales[n] and not (away * old[n] < 0.0 and away * values[0] < 0.0):
+    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
         return none
     for j in range(count):
         value = values[j]

@@ -138,13 +138,6 @@ def test_where_a_jump_is_possible_the_middle_of_the_step_is_looked_at(what):
     assert angle == pytest.approx(0.0, abs=1e-7)
 
 
-def test_a_step_away_from_where_a_closed_branch_ends_is_plain():
-    for origin, plain in ((1.0, False), (0.99, True), (1.2, False), (2.0, True)):
-        a = step()
-        a[RUN][sr.ORIGIN] = origin
-        assert taken(a) is plain
-
-
 def test_a_value_within_rounding_of_zero_does_not_stop_it():
     a = step()
     a[INFO][sq.PEAK] = 0.5e-13

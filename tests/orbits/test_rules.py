@@ -99,7 +99,7 @@ def test_a_motion_that_dies_out_is_at_rest_and_a_far_orbit_is_noted(settling):
     (-1, 1, False, True, "half"), (-1, 1, True, True, "whole"), (0, 1, False, True, "whole"), (-1, 2, False, True, "whole"),
     (-1, 1, False, False, "whole"), (-1, 3, False, True, "half")])
 def test_half_a_symmetric_motion_is_tried_where_the_whole_is_not_found(symmetry, periods, good, halved, want, monkeypatch):
-    signature = SimpleNamespace(nodes=np.array([[0, 1, 0, 0, 0]]))
+    signature = SimpleNamespace(nodes=np.array([[0, 1, 0, 0, 0]]), creeping=lambda scene: [])
     half = SimpleNamespace(nodes=signature.nodes)
     monkeypatch.setattr(forced, "scene_of", lambda system: None)
     monkeypatch.setattr(forced, "read_motion", lambda scene, motion, first, n: (signature, np.zeros(3), np.ones(2)))

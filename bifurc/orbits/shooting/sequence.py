@@ -46,16 +46,13 @@ from ...solve.steplaw import lowest
 from ...solve.steprun import (
     BACK,
     BEYOND,
-    CORNER,
     HIGH,
     LAST_ROW,
     LENGTH,
     LOW,
     MADE,
     MOST,
-    aside,
     beside,
-    between,
     looked_at,
     taken,
 )
@@ -721,7 +718,7 @@ def follow(T, data, point, info, tolerance, max_iterations, walk):
     n, most = U.size - 1, rows.shape[0]
     last, old = U.copy(), tangent.copy()
     turn, before, curl = (tangent - predicted) / run[BACK], np.empty(n + 1), np.zeros(n + 1)
-    made, spare = 0, (np.empty(n + 1), np.empty(n + 1), np.empty(n + 1), np.empty_like(info))
+    made = 0
     while True:
         run[MADE] = made
         if made == most:
@@ -742,10 +739,9 @@ def follow(T, data, point, info, tolerance, max_iterations, walk):
             return status
         values = rows[made, 2 * (n + 1):2 * (n + 1) + tests.shape[1]]
         length, angle, misfit = plain(T.kick, data, last, old, U, predicted, tangent, info, reads, run, tests, values)
-        if length == 0.0 or length < 0.0 and jumped(T, data, last, old, U, tangent, -length, run[CORNER], tolerance,
-                                                    max_iterations, spare):
+        if length <= 0.0:
             return status
-        taken(U, tangent, values, (abs(length), angle, misfit),
+        taken(U, tangent, values, (length, angle, misfit),
               (int(info[ITERATIONS]), info[RESIDUAL], info[DET_SIGN], info[DET_LOG]), run, tests, rows[made])
         for j in range(n + 1):
             before[j], turn[j] = turn[j], (tangent[j] - old[j]) / run[BACK]
@@ -812,17 +808,6 @@ def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests,
         values[j] = monitored(info, reads[j - 1])
     iterations, sign, log = int(info[ITERATIONS]), info[DET_SIGN], info[DET_LOG]
     length, angle, misfit = looked_at(last, old, U, predicted, tangent, data.scales, values, iterations, sign, log, run, tests)
-    if length != 0.0 and emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, abs(length)) > 0.0:
+    if length > 0.0 and emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, length) > 0.0:
         length = 0.0
     return length, angle, misfit
-
-
-@njit
-def jumped(T, data, last, old, U, tangent, length, corner, tolerance, max_iterations, spare):
-    """Whether the middle of a step of a ``length`` is not beside its ends, see `continuation.steps.hidden.jumped`; ``spare`` is a
-    point as of `follow`, and room for ``info``."""
-    middle, guess, direction, info = spare
-    between(last, old, U, tangent, data.scales, length, guess, direction)
-    middle[:] = guess
-    status = correct(T, data, middle, guess, direction, 1.0, info, tolerance, max_iterations)
-    return status != 1 or aside(guess, middle, data.scales, length, corner)

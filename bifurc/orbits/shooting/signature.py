@@ -1,4 +1,7 @@
-"""Event signature of a periodic orbit: which guards fire in which modes, in what order, and how the orbit closes."""
+"""Event signature of a periodic orbit: which guards fire in which modes, in what order, and how the orbit closes.
+
+One file, because what an event implies of the guards behind it, of memory and of events beside it is one algebra of rows.
+"""
 import dataclasses
 from collections.abc import Hashable
 from dataclasses import dataclass
