@@ -49,6 +49,8 @@ FLIPS, FLIPS_OF = 0.02, 1e-7  # distance of a multiplier from -1 at a flip: abso
 ROUNDING = 1e-10  # of the natural size of a parameter
 BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
+MIRRORED = 1e-8  # scaled difference of half an orbit and the mirror image of the other half,
+SAME_FLOW = 1e-6  # and relative difference of the flow over the two, where they are the same
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -622,8 +624,7 @@ class OrbitProblem(Problem):
         key = np.asarray(x, float).tobytes()
         if key not in self._known:
             whole, U = self._whole(x)
-            M = np.empty((self.scene.ns, self.scene.ns))
-            self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, M)
+            M = self._flow(x, whole, U)
             if len(self._known) >= KNOWN:
                 self._known.clear()
             self._known[key] = nontrivial(self.equations, whole, U, M, self._kept)
@@ -640,13 +641,40 @@ class OrbitProblem(Problem):
 
     def half_multipliers(self, x):
         """See `Problem.half_multipliers`."""
-        s = self.sequence
-        if s.closure > 0:
+        found = self.mirrored_half(x)
+        if found is None:
             return None
-        s, U = s.written_out(x[:-1])
+        half, U, M = found
+        return nontrivial(self.equations, half, U, -M, self._kept)
+
+    def mirrored_half(self, x):
+        """Return (signature, unknowns, derivative (ns, ns) of the flow) of the first half of the solution ``x`` (n + 1,) where the
+        other is its mirror image, None where it is not.
+
+        The equations say so where they are solved on half a period.  A solution can also be its own mirror image though a part that
+        it does not reach, as a stop on one side, breaks the symmetry of the system: then the flow over both halves is the same.
+        """
+        s, U = self.sequence.written_out(x[:-1])
+        if s.closure < 0:
+            return s, U, self._flow(x, s, U)
+        rows, count = U.reshape(len(s.nodes), -1), len(s.nodes) // 2
+        if s.clock or count == 0 or len(s.nodes) % 2 or round(s.span) % 2 == 0:
+            return None
+        first, second = rows[:count], rows[count:]
+        apart = np.abs(second[:, 0] - first[:, 0] - 0.5 * s.span).max() + np.abs((second[:, 1:] + first[:, 1:]) / self.weights).max()
+        if not apart < MIRRORED:
+            return None
+        halves = [Signature(nodes, s.fixed[:count], 0.5 * s.span) for nodes in (s.nodes[:count], s.nodes[count:])]
+        here, there = (self._flow(x, half, part.ravel()) for half, part in zip(halves, (first, second), strict=True))
+        if not np.abs(here - there).max() <= SAME_FLOW * np.abs(here).max():
+            return None
+        return halves[0], first.ravel(), here
+
+    def _flow(self, x, signature, U) -> np.ndarray:
+        """Derivative (ns, ns) of the flow over the span of a signature with the unknowns ``U``."""
         M = np.empty((self.scene.ns, self.scene.ns))
-        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), s.nodes, s.span, U, M)
-        return nontrivial(self.equations, s, U, -M, self._kept)
+        self.equations.motion.monodromy(self.equations.numbers_at(x[-1]), signature.nodes, signature.span, U, M)
+        return M
 
     def _together(self, x) -> bool:
         """Whether two impacts of different stops fall on one instant: then only the orbit tells its multipliers."""

@@ -151,7 +151,7 @@ def balanced(problem, point, new, x, tangent) -> bool:
     The period map is continuous, so that of one branch the number of solutions at a parameter, counted with their index, is
     the same on both sides (di Bernardo et al. 2008, section 3.1, after Feigin).
     """
-    half = problem.sequence.closure < 0 and new.sequence.closure < 0
+    half = problem.mirrored_half(point.x) is not None and new.mirrored_half(x) is not None
     before = index(problem, point.x, point.tangent, -1.0, half)
     return before == 0.0 or before * index(new, x, tangent, 1.0, half) >= 0.0
 
@@ -230,8 +230,11 @@ def determined(problem, x) -> bool:
 def retraces(problem, point, new, c) -> bool:
     """Whether ``c``, a point of the equations ``new`` near ``point``, is the motion that the old equations have before it.
 
-    Events that change places at one instant can be listed in either order: what is listed differently is no other motion.
+    Events that change places at one instant can be listed in either order: what is listed differently is no other motion.  Nor
+    is one that is its own mirror image, listed over the whole period.
     """
+    if cycle(problem)[:2] == (cycle(new)[0], 0.5 * new.sequence.span) and new.mirrored_half(c.x) is not None:
+        return True
     back = c.p - float(point.x[-1])
     if back * point.tangent[-1] > 0.0 or more_impacts(problem, new):
         return False

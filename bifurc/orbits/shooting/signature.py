@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...compose.numbers import cancelled
 from ...compose.scene import Scene
 from ...compose.writer import kernels
 from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
@@ -269,7 +270,8 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
     arrival = _basis([T.G[before, guard], *held, T.GT[before, guard, :, 1]], size)
     for q in range(count):
         for order in range(T.GT.shape[3]):
-            row = T.GT[after, q, :, order] @ reset * size
+            row = T.GT[after, q, :, order]
+            row = cancelled(row @ reset, np.abs(row) @ np.abs(reset)) * size
             length = np.sqrt(row @ row)
             if order >= MOST and length > 0.0:
                 break
