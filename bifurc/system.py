@@ -15,6 +15,7 @@ import numpy as np
 from .elements import BUILT_IN, Core, Element
 from .elements.checks import number
 from .elements.element import tupled
+from .elements.friction.together import leaders
 from .structure.names import dof_names, place_of
 
 _BUILDERS: dict[str, Callable] = {}  # ready systems by name, filled by `builder`
@@ -343,9 +344,15 @@ class System:
         return tuple(order)
 
     @functools.cached_property
+    def together(self) -> tuple[tuple[int, int], ...]:
+        """For each element the first dry friction on its row, with which it rests and moves off, and whether the row of that one
+        runs the same way (1) or the other (-1); itself where there is none."""
+        return leaders(self.elements, self.n)
+
+    @functools.cached_property
     def structure(self) -> tuple:
         """What a change of parameters cannot change."""
-        return (self.n, self.omega is None, *(element.structure for element in self.elements))
+        return (self.n, self.omega is None, self.together, *(element.structure for element in self.elements))
 
     def to_record(self) -> dict:
         """Return the builder's name and keywords, or the whole content, ready for JSON."""

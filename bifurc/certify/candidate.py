@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..elements.friction.together import mode_of
 from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
 from ..orbits.shooting.signature import repeated
 from ..system import System
@@ -72,7 +73,7 @@ class Candidate:
             for element, number in event.guards:
                 modes = (event.before, *event.middle)
                 for keys in modes:
-                    guards = system.elements[element].mode(keys[element], system.core).guards
+                    guards = mode_of(system, element, keys[element], system.core).guards
                     if number < len(guards):
                         found.update(dict.fromkeys((element, key) for key in followers(guards[number])))
         return list(found)

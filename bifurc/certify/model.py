@@ -11,6 +11,7 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from ..elements import Algebraic, Guard, Hold, Law, Mode, Rate, Restitution, Rows
+from ..elements.friction.together import mode_of
 from ..elements.local import affine
 from ..system import System
 from .arithmetic.balls import Recorder
@@ -132,7 +133,7 @@ class Model:
 
     def _read_mode(self, e: int, key) -> dict:
         system, number = self.system, self.field.number
-        mode = system.elements[e].mode(key, system.core)
+        mode = mode_of(system, e, key, system.core)
         name = f"{system.labels[e]!r} in its mode {key!r}"
         if not isinstance(mode, Mode):
             raise Refused(f"{name} is not made of affine expressions")

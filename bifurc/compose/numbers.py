@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elements import Affine, Algebraic, Circle, Frame, Guard, Law, Mode, Rate, Rows, WatchedCore
+from ..elements.friction.together import mode_of
 from ..system import System
 from . import pieces as parts
 from .pieces import Piece, SceneLaw
@@ -143,7 +144,7 @@ class Packer:
         try:
             return self._modes[element, key]
         except KeyError:
-            found = self._modes[element, key] = self.system.elements[element].mode(key, self.core)
+            found = self._modes[element, key] = mode_of(self.system, element, key, self.core)
         return found
 
     def reader(self, element: int, x: np.ndarray) -> Callable[[Affine], float]:

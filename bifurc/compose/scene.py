@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elements import EventKind, Frame, Guard
+from ..elements.friction.together import key_of
 from ..system import System
 from .numbers import DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
@@ -40,11 +41,6 @@ class Leads(NamedTuple):
     then: tuple[tuple | None, ...]  # modes tried after each guard, without the mode itself; None: decided where it happens
     ends_in: tuple[tuple | None, ...]  # mode in which a complete chattering ends
     still: list[int]  # see `Packer.still`
-
-
-def with_key(keys: tuple, element: int, key: Hashable) -> tuple:
-    """Return the keys of a mode with that of one element changed."""
-    return (*keys[:element], key, *keys[element + 1:])
 
 
 def scene_of(system: System) -> "Scene":
@@ -324,7 +320,10 @@ class Scene:
         owner = self._guards[mode][guard]
         image = self.mirror(mode)
         number = self.system.elements[owner.element].mirrored_guard(self.keys[mode][owner.element], owner.number)
-        return self.guards_of(image, self._order()[owner.element])[number]
+        leader, way = self.system.together[self._order()[owner.element]]
+        if way < 0:
+            number = self.system.elements[leader].mirrored_guard(self.keys[image][leader], number)
+        return self.guards_of(image, leader)[number]
 
     def _order(self) -> tuple[int, ...]:
         order = self.system.mirror_order
@@ -439,22 +438,28 @@ class Scene:
         then: list[tuple | None] = []
         ends_in: list[tuple | None] = []
         for element, _, guard in self._guards[self._index[keys]]:
-            tried = None if callable(guard.then) else [with_key(keys, element, key) for key in guard.then]
+            tried = None if callable(guard.then) else [self._with_key(keys, element, key) for key in guard.then]
             then.append(None if tried is None else tuple(other for other in tried if other != keys and self._possible(other)))
-            end = None if guard.accumulates is None else with_key(keys, element, guard.accumulates[1])
+            end = None if guard.accumulates is None else self._with_key(keys, element, guard.accumulates[1])
             ends_in.append(end if end is not None and self._possible(end) else None)
         return Leads(tuple(then), tuple(ends_in), self._packer.still(keys))
 
+    def _with_key(self, keys: tuple, element: int, key: Hashable) -> tuple:
+        """Return the keys of a mode with that of one element changed, and with it those of others that rest together with it."""
+        changes = key_of(self.system.elements, self.system.together, element, key)
+        return tuple(changes.get(e, own) for e, own in enumerate(keys))
+
     def _replaced(self, mode: int, element: int, key: Hashable) -> tuple:
-        return with_key(self.keys[mode], element, key)
+        return self._with_key(self.keys[mode], element, key)
 
     def _possible(self, keys: tuple) -> bool:
-        """Return whether the rows held together are independent."""
+        """Return whether the rows held together are independent, and contacts that rest together do."""
         found = self._buildable.get(keys)
         if found is None:
             for e, key in enumerate(keys):
                 self._packer.check(e, key)
-            found = self._buildable[keys] = self._packer.independent(keys)
+            found = self._buildable[keys] = self._packer.independent(keys) and all(
+                keys == self._with_key(keys, leader, keys[leader]) for leader, _ in self.system.together)
         return found
 
     def _add(self, keys: tuple) -> int:
@@ -501,7 +506,7 @@ class Scene:
                         return None
                     ends = () if guard.accumulates is None else (guard.accumulates[1],)
                     for other in (*guard.then, *ends):
-                        reached = with_key(keys, e, other)
+                        reached = self._with_key(keys, e, other)
                         if reached not in known and self._possible(reached):
                             known.add(reached)
                             found.append(reached)

@@ -85,6 +85,11 @@ class Element:
         raise NotImplementedError(f"{type(self).__name__} must define mode(key, core)")
 
     @property
+    def rests_together(self) -> bool:
+        """Whether the element is dry friction that is one set-valued force with others on its row, see `friction.together`."""
+        return False
+
+    @property
     def surface(self) -> Surface | None:
         """The plane surface that a picture shows of the element; None: it has none."""
         return None

@@ -661,8 +661,8 @@ class OrbitProblem(Problem):
         if s.clock or count == 0 or len(s.nodes) % 2 or round(s.span) % 2 == 0:
             return None
         first, second = rows[:count], rows[count:]
-        apart = np.abs(second[:, 0] - first[:, 0] - 0.5 * s.span).max() + np.abs((second[:, 1:] + first[:, 1:]) / self.weights).max()
-        if not apart < MIRRORED:
+        late, apart = second[:, 0] - first[:, 0] - 0.5 * s.span, (second[:, 1:] + first[:, 1:]) / self.weights
+        if not np.abs(late).max() + np.abs(apart).max() < MIRRORED:
             return None
         halves = [Signature(nodes, s.fixed[:count], 0.5 * s.span) for nodes in (s.nodes[:count], s.nodes[count:])]
         here, there = (self._flow(x, half, part.ravel()) for half, part in zip(halves, (first, second), strict=True))

@@ -120,6 +120,11 @@ class OnBelt:
 class FallingFriction(OnBelt):
     """Friction with one limit of stick and a law for slip either way."""
 
+    @property
+    def rests_together(self) -> bool:
+        """It comes to rest with others on its row."""
+        return True
+
     def mirrored_key(self, key):
         """Slip turns round."""
         return _MIRROR[key]
@@ -170,6 +175,11 @@ class Coulomb(OnBelt, LoadedContact):
         if self.friction_negative is not None:
             number(name, "friction_negative", self.friction_negative, least=0.0)
         number(name, "static_ratio", self.static_ratio, least=1.0)
+
+    @property
+    def rests_together(self) -> bool:
+        """Whether it comes to rest with others on its row: under a load that does not vary."""
+        return not self.varies
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -75,6 +75,7 @@ NEAR = 1e-4  # a step so small is followed by next to none
 SECANT = 1e-2  # a step so small (scaled) is followed by secant steps, which ask for the residual alone,
 PART = 0.1  # as long as each is a part of the one before
 SETTLED = 2e-14  # scaled: what may be left of the way behind the last one; less is left, since they become better
+LEAP = 1e-12  # relative difference of two rows that are two
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
@@ -484,20 +485,40 @@ def row_value(row, x, weights):
 @apart(FLAG)
 def starts_beyond(T, nodes, i, q, xp, listed, a):
     """Whether the value of guard ``q`` at the start ``xp`` of the interval behind node ``i`` is a condition: that a row may be
-    held from there, or that an impact does not carry it beyond.  Where the guard also ends the interval it is one only if it
-    falls first.
+    held from there, or that an impact, or a force that the event turns round, does not carry it beyond.  Where the guard also ends
+    the interval it is one only if it falls first.
 
     A surface is none: its value does not jump, and what it falls from is the interval before.
     """
     before, guard, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
     if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
         return False
-    if T.kick[before, guard] == 0 and (T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after]):
+    if T.kick[before, guard] == 0 and (T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after]) and not leaps(
+            T, before, after, q):
         return False
     if listed == 0:
         return True
     guard_series(T, after, q, xp, a)
     return a[1] < 0.0
+
+
+@njit
+def leaps(T, before, after, q):
+    """Whether guard ``q`` of the mode ``after`` is another function of the state than the same one of its element ``before``: a
+    friction that turns round moves, through the inertia of a full mass matrix, the reaction that holds another mass."""
+    number = 0
+    for k in range(q):
+        number += T.element[after, k] == T.element[after, q]
+    for k in range(T.n_guards[before]):
+        if T.element[before, k] == T.element[after, q]:
+            if number == 0:
+                size, other = 0.0, 0.0
+                for c in range(T.G.shape[2]):
+                    size = max(size, abs(T.G[after, q, c]))
+                    other = max(other, abs(T.G[after, q, c] - T.G[before, k, c]))
+                return other > LEAP * size
+            number -= 1
+    return False
 
 
 @njit

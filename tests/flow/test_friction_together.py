@@ -1,0 +1,97 @@
+"""Several dry frictions on one row are one friction with the sum of their limits, static ones and kinetic ones alike."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import Coulomb, CubicFriction, HarmonicForce, RigidStop, Stribeck
+
+
+def one_mass(*frictions, omega=0.5):
+    return bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.5), *frictions], omega=omega)
+
+
+@pytest.mark.parametrize("limits", [(0.1, 0.1), (0.15, 0.05), (0.05, 0.15), (0.08, 0.05, 0.07)])
+@pytest.mark.parametrize("ratio", [1.0, 1.3, 2.0])
+def test_they_are_one_with_the_sum_of_the_limits(limits, ratio):
+    """Static friction above kinetic: the mass moves off at 1.3 times the whole limit, whichever contact comes first."""
+    many = bf.find_orbit(one_mass(*(Coulomb(limit, static_ratio=ratio) for limit in limits)))
+    whole = bf.find_orbit(one_mass(Coulomb(0.2, static_ratio=ratio)))
+    assert many.success and many.periods == whole.periods
+    np.testing.assert_allclose([e.time for e in many.events], [e.time for e in whole.events], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(many.multipliers, whole.multipliers, rtol=0, atol=1e-12)
+
+
+def test_limits_that_differ_by_direction_add_up_by_direction():
+    many = one_mass(Coulomb(0.2, friction_negative=0.05, static_ratio=1.2), Coulomb(0.03, friction_negative=0.1, static_ratio=1.5))
+    # kinetic .23 and .15; static .24 + .045 and .06 + .15: one contact cannot have both ratios, a free body shows them
+    F = 0.3
+    for sign, kinetic, static in ((1.0, 0.23, 0.285), (-1.0, 0.15, 0.21)):
+        system = bf.System(1.0, 0.0, 0.0, [HarmonicForce(sign * F, phase=-0.5 * np.pi), *many.elements[1:]], omega=0.01)
+        start = np.arcsin(static / F) / 0.01
+        motion = bf.simulate(system, (0.0, 0.0), duration=1.5 * start)
+        assert abs(motion.events[0].time - start) < 1e-9
+        assert motion.events[0].kind == "slip" and motion.events[0].element == "coulomb"
+        t = motion.stop - start
+        w = 0.01
+        closed = sign * (F / w * (np.cos(w * start) - np.cos(w * (start + t))) - kinetic * t)
+        assert abs(motion.final[1] - closed) < 1e-10
+
+
+def test_rows_that_run_opposite_ways_are_one_row():
+    """The relative motion of two masses, seen from either of them; limits that differ by direction change places."""
+    def pair(*frictions):
+        return bf.System(np.array([[1.2, 0.1], [0.1, 0.9]]), 0.08 * np.eye(2), [[2.0, -1.0], [-1.0, 1.7]],
+                         [HarmonicForce(0.8), *frictions], omega=1.1)
+
+    forward, backward = (1.0, -1.0), (-1.0, 1.0)
+    whole = bf.simulate(pair(Coulomb(0.25, friction_negative=0.35, static_ratio=1.3, row=forward)), np.zeros(4), periods=20)
+    split = bf.simulate(pair(Coulomb(0.1, friction_negative=0.15, static_ratio=1.3, row=forward),
+                             Coulomb(0.2, friction_negative=0.15, static_ratio=1.3, row=backward)), np.zeros(4), periods=20)
+    assert whole.success and split.success and len(whole.events) == len(split.events) > 20
+    np.testing.assert_allclose(split.final, whole.final, rtol=0, atol=1e-11)
+
+
+KINDS = (Coulomb(0.1, static_ratio=1.4), Stribeck(kinetic=0.1, static=0.14, speed=0.3), CubicFriction(0.12, 0.05, 0.02))
+
+
+@pytest.mark.parametrize("kinds", [KINDS[:2], *(pytest.param(kinds, marks=pytest.mark.slow) for kinds in (KINDS[::2], KINDS[1:]))])
+def test_laws_of_different_kinds_rest_together(kinds):
+    """At rest the reaction is within the sum of the limits, at slip the forces add up: checked on the simulated motion."""
+    motion = bf.simulate(one_mass(*kinds), (0.3, 0.0), periods=8)
+    assert motion.success, motion.message
+    static = sum(getattr(kind, "static", 1.4 * getattr(kind, "friction", 0.0)) for kind in kinds)
+    slips = [event for event in motion.events if event.kind == "slip"]
+    assert slips and all(event.element == motion.system.labels[1] for event in motion.events)
+    for event in slips:  # the reaction is what the spring and the force need: at its limit
+        load = 0.5 * np.cos(0.5 * event.time) - event.before[0]
+        assert abs(abs(load) - static) < 1e-9
+
+
+def test_a_branch_of_two_frictions_is_that_of_one():
+    """Over the amplitude, through the onset of stick: the same points, by the same parameter."""
+    def traced(*frictions):
+        system = bf.System(1.0, 0.08, 1.0, [HarmonicForce(0.5), RigidStop(2.0, 0.6), *frictions], omega=0.45)
+        return bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.3, 1.2))
+
+    one = traced(Coulomb(0.2, static_ratio=1.2))
+    two = traced(Coulomb(0.12, static_ratio=1.2), Coulomb(0.08, static_ratio=1.2))
+    assert one.audit.ok and two.audit.ok and len(one.special_points) > 0
+    assert [point.kind for point in one.special_points] == [point.kind for point in two.special_points]
+    np.testing.assert_allclose([point.parameter for point in two.special_points],
+                               [point.parameter for point in one.special_points], rtol=0, atol=1e-10)
+
+
+def test_floor_and_belt_stay_two():
+    """On surfaces that move apart one contact sticks at most: a change of the belt speed to zero is another structure."""
+    apart = one_mass(Coulomb(0.1), Coulomb(0.1, belt_speed=0.3))
+    assert apart.together == ((0, 1), (1, 1), (2, 1))
+    both = one_mass(Coulomb(0.1, belt_speed=0.3), Coulomb(0.1, belt_speed=0.3))
+    assert both.together == ((0, 1), (1, 1), (1, 1))
+    assert both.structure != apart.structure
+
+
+def test_a_certificate_reads_the_same_rule():
+    pytest.importorskip("flint")
+    orbit = bf.find_orbit(one_mass(Coulomb(0.1, static_ratio=1.3), Coulomb(0.1, static_ratio=1.3)))
+    whole = bf.find_orbit(one_mass(Coulomb(0.2, static_ratio=1.3)))
+    assert orbit.certify().verdict == whole.certify().verdict == "proved"
