@@ -8,7 +8,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.compose import numbers
-from bifurc.compose.scene import Scene, given, numbered, scene_of, with_key
+from bifurc.compose.scene import Scene, given, numbered, scene_of
 from bifurc.compose.tables import allocate, keep
 from bifurc.elements import (
     Algebraic,
@@ -35,6 +35,10 @@ ELEMENTS = (HarmonicForce(0.7, row=(1.0, 0.3, 0.0), phase=0.3), BaseMotion(0.2, 
 
 
 @pytest.fixture(scope="module")
+def with_key(keys, element, key):
+    return (*keys[:element], key, *keys[element + 1:])
+
+
 def scene():
     return scene_of(bf.System(M, C, K, ELEMENTS, omega=OMEGA))
 
@@ -305,8 +309,8 @@ def test_a_large_scene_is_built_where_it_is_met():
     assert not scene.complete and scene.keys == [first]
     assert scene.tables.then[0, 0].tolist()[:2] == [-2, 0]
     tables = scene.expand(0, 0)
-    assert scene.keys == [first, with_key(first, 2, "slip+")] and tables.then[0, 0].tolist()[:2] == [1, 0]
-    assert np.array_equal(tables.A[1], Scene(system, (with_key(first, 2, "slip+"),)).tables.A[1])
+    assert scene.keys == [first, (*first[:2], "slip+", *first[3:])] and tables.then[0, 0].tolist()[:2] == [1, 0]
+    assert np.array_equal(tables.A[1], Scene(system, ((*first[:2], "slip+", *first[3:]),)).tables.A[1])
     assert numbered(system)["modes"] == scene.keys
     later = scene_of(system.with_parameters(**{"coulomb.friction": 0.5}))
     assert later.keys == scene.keys

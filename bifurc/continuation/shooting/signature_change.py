@@ -198,7 +198,9 @@ def changed(problem, x, other):
 def differ(problem, other, masks):
     """Return how often each event is listed in two problems' sequences, of those that ``masks`` (nodes,) say, and which of them
     are so more often in one."""
-    one, two = (collections.Counter(named_events(end, mask)) for end, mask in zip((problem, other), masks, strict=True))
+    halves = [end.sequence.closure < 0 for end in (problem, other)]
+    one, two = (collections.Counter(named_events(end, mask) * (2 if half and not all(halves) else 1))
+                for end, mask, half in zip((problem, other), masks, halves, strict=True))
     return one, two, [event for event in {**one, **two} if one[event] != two[event]]
 
 

@@ -105,7 +105,8 @@ def successor(problem, point, through=False):
                 rank = preference(problem, point, *found, through)
                 if rank == BEST:
                     return found, search
-                tried.append(_cycle(problem.scene, signature))
+                done = _cycle(problem.scene, signature)
+                tried += [done, (done[0], 2.0 * done[1], 1)] if signature.closure < 0 else [done]
                 spare.append((rank, found))
     for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
         made = dropped(problem, point.x, near)

@@ -387,14 +387,18 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their
             # minimum would have a kink
             following = U[(i + 1) * size] if i < count - 1 else U[0] + span
-            lasted = tau - U[previous * size] + (0.0 if i > 0 else span)
+            lasted = duration(U, size, span, i)
             if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
                 field(T, before, x, f)
                 forcing_rate(T, x, dw)
                 guard_gradient(T, before, g, x, row)
                 speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
             if lasts(kick, nodes, i):
-                speed = min(speed, lasted)
+                later, beside = i + 1 if i < count - 1 else 0, np.inf
+                for k in (previous, later):
+                    if k != i and lasts(kick, nodes, k):
+                        beside = min(beside, duration(U, size, span, k))
+                speed = min(speed, evened(lasted, beside))
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)
@@ -435,6 +439,22 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             value /= scale
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@njit
+def duration(U, size, span, i):
+    """Duration of the interval that node ``i`` closes, periods."""
+    return U[i * size] - U[(i - 1) * size] if i > 0 else U[0] - U[U.size // size * size - size] + span
+
+
+@njit
+def evened(lasted, beside):
+    """Measure of a short duration where the shortest ``beside`` it is short, too.
+
+    Where both vanish one can be of the order of the other squared: a slip that begins before another friction turns round and ends
+    soon behind that.  The part of its neighbour that it makes is linear along a branch, with the same zero.
+    """
+    return lasted * SHORT / min(max(beside, lasted), SHORT) if 0.0 < lasted < SHORT else lasted
 
 
 @njit
