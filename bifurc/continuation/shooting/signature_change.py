@@ -15,7 +15,7 @@ from ...elements import EventKind
 from ...elements.friction.dry import STICK
 from ...orbits.repetition import middles
 from ...orbits.shooting import sequence
-from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
+from ...orbits.shooting.sequence import AFTER, CLOSES, DIVIDE, GUARD, TOGETHER
 from ..kinds import SpecialPointKind, StopReason
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import ratio
@@ -272,10 +272,11 @@ def exchanged(problem, x, other, trains=False):
 
 
 def intervals(problem, x):
-    """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit)."""
+    """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit); inf where
+    both always fall on one instant: none of these begins or ends."""
     s, U = problem.sequence.written_out(x[:-1])  # without a clock the period stands in the place of the first time
     times = np.ravel(U)[::1 + problem.scene.ns]
-    return np.diff(times, prepend=times[-1] - s.span)
+    return np.where(s.nodes[:, DIVIDE] == TOGETHER, np.inf, np.diff(times, prepend=times[-1] - s.span))
 
 
 def listed(problem):
