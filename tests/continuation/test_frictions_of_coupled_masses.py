@@ -63,26 +63,27 @@ def test_a_reaction_that_a_reversal_moves_is_looked_at_behind_it():
     found = traced(three(), "amplitude", (0.409, 1.227), inward=2)
     assert points(found[0]) == points(found[1])
     assert min(abs(p.parameter - 0.655551777576) for p in found[1].special_points) < 1e-10
-    # the reactions that hold the two resting masses just behind a reversal, from the equations of motion alone
+    # the reaction that holds the second mass just behind the reversal, from the equations of motion alone
     M, C, K = (np.array(X) for X in three().core[:3])
-    orbit = bf.find_orbit(three().with_parameters(**{"harmonic_force.amplitude": 0.655551777576 - 1e-9}))
-    event = orbit.events[0]
-    y, sign = event.after, -np.sign(event.before[5]) if event.before[5] else 0.0
-    worst = []
+    amplitudes = found[1].column("harmonic_force.amplitude")
+    row = int(np.argmin(np.abs(amplitudes - 0.655551777576)))
+    event = next(event for event in found[1].orbits[row].events if event.element == "coulomb_3")
+    y = event.after
+    assert np.abs(y[[0, 1, 3, 4, 5]]).max() < 1e-9
+    reactions = []
     for way in (1.0, -1.0):
-        load = np.array([0.0, 0.0, 0.655551777576 * np.cos(1.85 * event.time) + 0.132 * way]) - K @ y[:3] - C @ y[3:]
-        a2 = load[2] / M[2, 2]  # the others are held
-        worst.append(abs(M[1, 2] * a2 - load[1]))
-    assert sign in (-1.0, 0.0, 1.0) and min(abs(w - 0.364) for w in worst) < 1e-7
+        load = np.array([0.0, 0.0, amplitudes[row] * np.cos(1.85 * event.time) + 0.132 * way]) - K @ y[:3]
+        reactions.append(abs(M[1, 2] * load[2] / M[2, 2] - load[1]))
+    assert abs(max(reactions) - 0.364) < 1e-9 < 0.364 - min(reactions)
 
 
 def test_durations_that_vanish_together_are_located_in_their_line():
     """Towards .9726292907 a slip begins before the friction beside it turns, and ends behind that after a time of the order of the
     square of the first: from that side, too, the end is located, and the branch goes on."""
-    found = traced(three(), "amplitude", (0.9, 1.1), inward=2)
+    found = traced(three().with_parameters(**{"harmonic_force.amplitude": 1.0}), "amplitude", (0.9, 1.1), inward=2)
     for branch in found:
         nearest = min(branch.special_points, key=lambda p: abs(p.parameter - 0.972629290691))
-        assert abs(nearest.parameter - 0.972629290691) < max(1e-10, 2.0 * nearest.error) and nearest.error < 1e-8
+        assert abs(nearest.parameter - 0.972629290691) < max(1e-10, 2.0 * nearest.error) and nearest.error < 1e-7
         assert nearest.kind == "slip_onset"
 
 
@@ -98,6 +99,11 @@ def test_an_orbit_is_no_successor_of_itself():
     for branch in traced(system, "omega", (0.4123, 0.7657)):
         assert sorted(end.reason.value for end in branch.ends) == ["bound", "jump"]
         assert len({orbit.closure for orbit in branch.orbits}) == 1
+
+
+@pytest.mark.slow
+def test_an_orbit_is_no_successor_of_itself_where_the_parameter_turns():
+    """Where a stick is reached tangentially the branch ends, with dp/ds = 0: the whole period is no way on there either."""
     cycle = bf.System(np.diag([1.1628, 0.5014]), [[0.1282, -0.0664], [-0.0664, 0.1041]], [[1.7563, -0.9666], [-0.9666, 1.4676]], [
         HarmonicForce(1.56), Coulomb(0.327, dof=1), Jenkins(0.48, 0.313, row=(1.0, -1.0)),
         Coulomb(0.156, static_ratio=1.3, row=(1.0, -1.0))], omega=0.448)

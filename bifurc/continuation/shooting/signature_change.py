@@ -272,8 +272,8 @@ def exchanged(problem, x, other, trains=False):
 
 
 def intervals(problem, x):
-    """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit); inf where
-    both always fall on one instant: none of these begins or ends."""
+    """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit); inf of
+    those that are always none."""
     s, U = problem.sequence.written_out(x[:-1])  # without a clock the period stands in the place of the first time
     times = np.ravel(U)[::1 + problem.scene.ns]
     return np.where(s.nodes[:, DIVIDE] == TOGETHER, np.inf, np.diff(times, prepend=times[-1] - s.span))
