@@ -107,8 +107,35 @@ def between_masses(rng):
         RigidStop(between(rng, 0.1, 0.8), between(rng, 0.1, 0.9), row=(-1.0, 1.0))], omega=between(rng, 0.5, 2.5))
 
 
+def any_contact(rng, n):
+    """Contacts of one kind, drawn, on a mass or between two."""
+    where: dict = {"dof": int(rng.integers(n))}
+    if n > 1 and rng.random() < 0.3:
+        row = np.zeros(n)
+        row[rng.choice(n, 2, replace=False)] = 1.0, -1.0
+        where = {"row": tuple(row.tolist())}
+    gap, r, friction = between(rng, 0.1, 1.2), between(rng, 0.05, 0.9), between(rng, 0.02, 0.5)
+    drawn = ([RigidStop(gap, r, **where)], [RigidStop(gap, r, **where), RigidStop(between(rng, 0.1, 1.2), r, side=-1, **where)],
+             [ElasticStop(gap, between(rng, 2.0, 100.0), **where)], [Coulomb(friction, **where)],
+             [Coulomb(friction, static_ratio=1.3, **where)], [Coulomb(friction, belt_speed=between(rng, 0.05, 0.8), **where)],
+             [Jenkins(between(rng, 0.3, 3.0), between(rng, 0.05, 0.6), **where)])
+    return drawn[int(rng.integers(len(drawn)))]
+
+
+def mixed(rng):
+    """One to three masses, most with a full mass matrix, one to three contacts of any kind."""
+    n = int(rng.integers(1, 4))
+    A, k = 0.3 * rng.normal(size=(n, n)), rng.uniform(0.3, 2.0, n + 1)
+    M = 1.2 * np.eye(n) + A @ A.T if rng.random() < 0.6 else np.diag(rng.uniform(0.5, 2.0, n))
+    K = np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
+    C = rng.uniform(0.03, 0.12) * K + rng.uniform(0.0, 0.05) * M
+    contacts = [contact for _ in range(int(rng.integers(1, 4))) for contact in any_contact(rng, n)]
+    return bf.System(*(X.round(4).tolist() for X in (M, C, K)), [
+        HarmonicForce(between(rng, 0.3, 2.0), dof=int(rng.integers(n))), *contacts], omega=between(rng, 0.4, 2.6))
+
+
 KINDS = {f.__name__: f for f in (one_stop, two_stops, elastic_stop, stop_and_friction, belt, two_masses, clearances,
-                                 stop_and_slider, between_masses)}
+                                 stop_and_slider, between_masses, mixed)}
 WIDTHS = {"omega": 0.3, "amplitude": 0.5, "gap": 0.4, "restitution": 0.25, "friction": 0.5, "stiffness": 0.5, "limit": 0.5}
 
 

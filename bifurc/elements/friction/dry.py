@@ -139,7 +139,8 @@ class Coulomb(OnBelt, LoadedContact):
     """Dry friction with a set-valued law: force -friction load(t) sign(s) while slipping, any force within limits at rest.
 
     Modes: "stick" (the speed of the row is held at zero), "slip+", "slip-" by the sign of the speed, and "apart" while a
-    varying load is negative.
+    varying load is negative.  Several contacts under constant load on one row, whose surfaces move alike, stick and slip
+    together: at rest the limits of their static friction add up (`friction.together`), and the first one has the events.
 
     Parameters
     ----------
