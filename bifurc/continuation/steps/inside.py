@@ -14,26 +14,28 @@ STEEPER = 2.0  # of the slope of the parameter at a row, that of the chord from 
 
 
 def beginning(half, row, new, j):
-    """Return the row, or where a test is zero or not known at the first row of a part, a row just behind it that sets the old sign.
+    """Return the row, or where a test may be zero or not known at the first row of a part, a row just behind it that sets the old
+    sign.
 
-    A contact is born with dp/ds = 0, and a fold may follow at once.  A value that is not known at the first row is the one behind
-    it from then on.
+    A contact is born with dp/ds = 0, and a fold may follow at once.  Of a first row on a boundary the values are those behind it
+    from then on.
     """
     if len(half.rows) > 1 and half.rows[-2].part is row.part:
         return row
     here = j == 0 and half.edge is not None and stands(row, new, row, half.edge)
-    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND and not here:
+    unknown = j > 0 and half.edge is not None and j in row.part.events
+    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND and not here and not unknown:
         return row
     if half.just_inside[0] is not new:
-        half.just_inside = new, {}
-    inside = half.just_inside[1]
+        half.just_inside = new, {}, {}
+    _, inside, looked = half.just_inside
     if j not in inside:
-        inside[j] = clear_inside(half, row, new, j, near(row, new, j), {})
+        inside[j] = clear_inside(half, row, new, j, outside_of(half.edge or 0.0, row, new, j), looked)
     inner = inside[j]
     if inner is None:
         return row
     half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
-    if row.tests[j] != row.tests[j]:
+    if unknown or row.tests[j] != row.tests[j]:
         row.tests[j] = inner.tests[j]
     return inner
 
@@ -46,14 +48,14 @@ def ending(half, row, cut, j):
     boundary itself.
     """
     if j not in cut.inside:
-        new, length, reach = cut.row, cut.row.s - row.s, known_to(cut.special)
+        new, reach = cut.row, known_to(cut.special)
         here = j == 0 and stands(row, new, new, reach)
         if not here and j == 0 and abs(new.tests[0]) > BOUNDARY_BAND:
             cut.inside[j] = new
         else:
-            places = tuple(1.0 - t for t in near(row, new, j) if reach < WIDE or t * length > reach)
+            places = tuple(1.0 - t for t in outside_of(reach, row, new, j))
             inner = clear_inside(half, row, new, j, places, cut.looked)
-            cut.inside[j] = inner if inner is not None else None if here else new
+            cut.inside[j] = inner if inner is not None or here or not places else new
     return cut.inside[j]
 
 
@@ -69,11 +71,17 @@ def stands(row, new, at, reach):
 
 
 def near(row, new, j):
-    """Return parts of the step from ``row`` to ``new`` at which test ``j`` is looked up beside its ends."""
+    """Return parts of the step from ``row`` to ``new`` at which test ``j`` is looked up beside its ends; none in a step so short
+    that all of it is as good as its ends."""
     if j == 0:
         return NEAR
-    length = max(new.s - row.s, BESIDE_BOUNDARY)
-    return (*(at / length for at in (BESIDE_BOUNDARY, 10.0 * BESIDE_BOUNDARY) if at < NEAR[0] * length), *NEAR)
+    least = BESIDE_BOUNDARY / max(new.s - row.s, 1e-300)
+    return (*(at for at in (least, 10.0 * least) if at < NEAR[0]), *(at for at in NEAR if at >= least))
+
+
+def outside_of(reach, row, new, j):
+    """Return the places of `near` that are no part of the boundary itself, whose place is known to an arclength ``reach``."""
+    return tuple(t for t in near(row, new, j) if reach < WIDE or t * (new.s - row.s) > reach)
 
 
 def clear_inside(half, row, new, j, places, looked):
