@@ -213,18 +213,24 @@ def between_masses(coupling, mass, omega, amplitude, stops):
         HarmonicForce(amplitude), RigidStop(*stops[0], row=(1.0, -1.0)), RigidStop(*stops[1], row=(-1.0, 1.0))], omega=omega)
 
 
-def test_a_completion_of_many_impacts_that_fall_fast():
-    """The last of eighteen flights are known to seven digits: Newton's method ends there, on branches and at the completion."""
-    system = between_masses(0.871, 1.22, 0.947, 0.572, ((0.574, 0.289), (0.245, 0.323)))
-    branch = bf.trace(bf.find_orbit(system), "rigid_stop_2.restitution", bounds=(0.3, 0.573))
+@pytest.mark.parametrize(("numbers", "side", "bounds"), [
+    ((0.871, 1.22, 0.947, 0.572, ((0.574, 0.289), (0.245, 0.323))), -1.0, (0.3, 0.573)),
+    ((0.498, 0.92, 0.584, 0.53, ((0.122, 0.54), (0.311, 0.648))), 1.0, (0.53, 0.578)),
+])
+def test_a_completion_of_many_impacts(numbers, side, bounds):
+    """The last flights are known to seven digits: Newton's method ends there, on branches and at the completion."""
+    system = between_masses(*numbers)
+    name = "rigid_stop.restitution" if side > 0.0 else "rigid_stop_2.restitution"
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
     assert branch.stop_reason == ("bound", "chattering") and branch.audit.ok
     (point,) = branch.special_points.of("chatter_completion")
     assert point.error < 1e-9
-    for aside, complete in ((-1e-9, True), (1e-9, False)):
-        orbit = bf.find_orbit(system.with_parameters(**{"rigid_stop_2.restitution": point.parameter + aside}))
+    for aside, complete in ((-2e-9, True), (2e-9, False)):
+        orbit = bf.find_orbit(system.with_parameters(**{name: point.parameter + aside}))
         first = int(np.argmax(orbit.sequence.nodes[:, CLOSES] == 2))
         time, *state = orbit.unknowns.reshape(-1, 5)[first]
-        assert rests(system.mass, system.damping, system.stiffness, (0.572, 0.0), 0.947, (-1.0, 1.0), 0.245,
+        gap = numbers[-1][0 if side > 0.0 else 1][0]
+        assert rests(system.mass, system.damping, system.stiffness, (numbers[3], 0.0), system.omega, (side, -side), gap,
                      point.parameter + aside, time * system.period, state) is complete
 
 

@@ -32,7 +32,7 @@ ROOM = 1e-2  # of that, down to which a train is written out
 ALIKE = 0.03  # by which a ratio may differ from that of the boundary in a start
 MAX_ITERATIONS = 30
 TOLERANCE = 1e-12  # scaled step of Newton's method
-CALM, RESIDUAL = 1e-6, 1e-12  # twice a scaled step so small at equations solved to that: what is left is rounding of short flights
+CALM, RESIDUAL = 1e-6, 1e-12  # twice a scaled step so small at equations solved to that: the rest is rounding of short flights
 STEP = 1e-6  # of the parameter, scaled, in the derivative of the restitution
 NEAR = 1e-2  # of the parameter, scaled, to the last row of a branch that ends here
 
@@ -344,7 +344,7 @@ def solved(problem, x, own):
             return None, math.inf
         x += scale * step
         size = np.abs(step).max()
-        calm = calm + 1 if size <= CALM and np.abs(value).max() <= RESIDUAL else 0
+        calm = calm + 1 if np.abs(value[:-1]).max() <= RESIDUAL and max(size, abs(value[-1])) <= CALM else 0
         if size < TOLERANCE or calm > 1:
             return x, abs(float(scale[-1] * step[-1]))
     return None, math.inf
