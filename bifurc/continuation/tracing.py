@@ -21,7 +21,7 @@ from .monitors import with_monitors
 from .peaks import with_peaks
 from .problem import Corrected, Problem
 from .registry import OF_ENERGY, OF_START, of_class
-from .steps import detect
+from .steps import detect, inside
 from .steps.arclength import SLOPE, Half, StepOptions, outward
 from .steps.branchpoint import first_direction, locate_crossing, wide
 from .steps.roots import polish
@@ -275,7 +275,7 @@ def begin_on_boundary(half):
     here = [j for j in part.boundary if row.tests[j] >= -ON_BOUNDARY]
     if not here or outward(row, half.options):  # it ends here
         return
-    half.edge = detect.AT_BOUNDARY
+    half.edge = inside.AT_BOUNDARY
     try:
         aside, changes = beside(row, here)
     except ERRORS:  # the problem's own code; the first step will say what
@@ -330,7 +330,7 @@ def cut_at(row, j, root):
 def boundary_at(row, j):
     """Return the zero of test ``j`` at a first row, to the arclength to which such places are known; None where there is none."""
     root = polish(ahead(row, j), 0.0, 0.0, None)
-    return None if root is None or abs(root.at) > detect.WIDE else root
+    return None if root is None or abs(root.at) > inside.WIDE else root
 
 
 def beside(row, tests):

@@ -239,6 +239,66 @@ def test_a_flip_just_before_a_boundary_on_which_it_is_not_known(before, ds_max):
     assert flip.parameter == pytest.approx(at, abs=1e-12)
 
 
+class Strip(Problem):
+    """p = P(u) for 0 < u < 1, a boundary at either end; the monitor is not known on both, 0 / 0, as where a contact has no time, or
+    is what rounding leaves of it."""
+
+    monitors = (Monitor("grazing", "low", boundary=True), Monitor("grazing", "high", boundary=True), Monitor("user"))
+
+    def __init__(self, u0, parameter, test, edge=math.nan):
+        self.parameter_of, self.test, self.edge = parameter, test, edge
+        super().__init__(u0, parameter(u0), 1.0, 1.0)
+
+    def residual(self, u, p):
+        return p - self.parameter_of(u)
+
+    def jacobian(self, u, p):
+        return -np.array([self.parameter_of.deriv()(u)]), np.ones(1)
+
+    def monitor_values(self, u, p, tangent):
+        u = float(u[0])
+        return np.array([-u, u - 1.0, self.test(u) if min(abs(u), abs(1.0 - u)) > 1e-12 else self.edge])
+
+
+def kinds_and_places(branch):
+    return [(point.kind.value, float(point.x[0])) for point in branch.special_points if point.kind.value != "grazing"]
+
+
+@pytest.mark.parametrize("edge", [math.nan, 1.0, -1.0])
+@pytest.mark.parametrize("ds", [0.05, 0.2, 0.5])
+@pytest.mark.parametrize("start", [0.02, 0.3, 0.7, 0.98])
+@pytest.mark.parametrize("places", [(0.9, 0.96), (0.93, 0.99), (0.05, 0.1), (0.01, 0.06), (1e-3,), (0.999,)])
+def test_zeros_beside_a_boundary_on_which_their_test_is_not_known(places, start, ds, edge):
+    """One or two, between the boundary and the row next to it, before the one and behind the other."""
+    test = np.polynomial.Polynomial.fromroots(places)
+    problem = Strip(start, np.polynomial.Polynomial([0.0, 1.0]), test, edge)
+    branch = trace(problem, bounds=(-2.0, 2.0), ds=ds, ds_max=ds)
+    assert kinds_and_places(branch) == [("user", pytest.approx(u, abs=1e-9)) for u in places]
+
+
+@pytest.mark.parametrize("edge", [math.nan, 1.0, -1.0])
+@pytest.mark.parametrize("ds", [0.2, 0.5])
+@pytest.mark.parametrize("places", [(0.93, 0.99), (0.05, 0.1), (1e-3,), (0.999,), (0.4,)])
+def test_zeros_of_a_stretch_that_a_branch_enters(places, ds, edge):
+    """From either boundary, on which the next equations begin."""
+    test = np.polynomial.Polynomial.fromroots(places)
+    for start in (0.0, 1.0):
+        branch = trace(Strip(start, np.polynomial.Polynomial([0.0, 1.0]), test, edge), bounds=(-2.0, 2.0), ds=ds, ds_max=ds)
+        assert kinds_and_places(branch) == [("user", pytest.approx(u, abs=1e-9)) for u in places]
+
+
+@pytest.mark.parametrize("ends", [(1, 1), (0, 1), (1, 0)])
+@pytest.mark.parametrize("start", [0.3, 0.5, 0.7])
+@pytest.mark.parametrize("pair", [(0.7, 0.8), (0.85, 0.95), (0.2, 0.3), (0.05, 0.12)])
+def test_a_pair_of_folds_beside_a_boundary_on_which_the_parameter_stands_still(pair, start, ends):
+    """dp/du = u^k (1 - u)^m (u - a) (u - b), at most 1: where a contact is born and dies, and turns twice on the way."""
+    u = np.polynomial.Polynomial([0.0, 1.0])
+    slope = u**ends[0] * (1.0 - u)**ends[1] * (u - pair[0]) * (u - pair[1])
+    slope /= np.abs(slope(np.linspace(0.0, 1.0, 101))).max()
+    branch = trace(Strip(start, slope.integ(), lambda u: 1.0), bounds=(-3.0, 3.0), ds=0.5, ds_max=0.5)
+    assert kinds_and_places(branch) == [("fold", pytest.approx(u, abs=1e-7)) for u in pair]
+
+
 class Between(Problem):
     """u = p, valid between two zeros of its one boundary; nothing goes on behind it."""
 

@@ -6,8 +6,9 @@ from mpmath import mpf
 import bifurc as bf
 from bifurc.continuation.shooting.completion import begun_at, growth, ratio
 from bifurc.continuation.shooting.train_length import longer, shorter
+from bifurc.elements import HarmonicForce, RigidStop
 from bifurc.orbits.shooting.sequence import CLOSES
-from tests.reference.completion import completes, cycle
+from tests.reference.completion import completes, cycle, rests
 
 
 @pytest.fixture(scope="module")
@@ -203,3 +204,46 @@ def test_lists_lengthened_and_shortened_by_several_are_the_same_motion(released)
         states.append(new.solution(c.x).state)
     np.testing.assert_allclose(states[1:], [states[0]] * 2, rtol=0, atol=1e-10)
     assert shorter(at, x, len(at.sequence.nodes)) is None
+
+
+def between_masses(coupling, mass, omega, amplitude, stops):
+    """Return two masses with rigid stops between them, on both sides."""
+    K = [[1.0 + coupling, -coupling], [-coupling, 1.0 + coupling]]
+    return bf.System(np.diag([1.0, mass]), [[0.1, -0.03], [-0.03, 0.08]], K, [
+        HarmonicForce(amplitude), RigidStop(*stops[0], row=(1.0, -1.0)), RigidStop(*stops[1], row=(-1.0, 1.0))], omega=omega)
+
+
+@pytest.mark.parametrize(("numbers", "side", "bounds"), [
+    ((0.871, 1.22, 0.947, 0.572, ((0.574, 0.289), (0.245, 0.323))), -1.0, (0.3, 0.573)),
+    ((0.498, 0.92, 0.584, 0.53, ((0.122, 0.54), (0.311, 0.648))), 1.0, (0.53, 0.578)),
+])
+def test_a_completion_of_many_impacts(numbers, side, bounds):
+    """The last flights are known to seven digits: Newton's method ends there, on branches and at the completion."""
+    system = between_masses(*numbers)
+    name = "rigid_stop.restitution" if side > 0.0 else "rigid_stop_2.restitution"
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert branch.stop_reason == ("bound", "chattering") and branch.audit.ok
+    (point,) = branch.special_points.of("chatter_completion")
+    assert point.error < 1e-9
+    for aside, complete in ((-2e-9, True), (2e-9, False)):
+        orbit = bf.find_orbit(system.with_parameters(**{name: point.parameter + aside}))
+        first = int(np.argmax(orbit.sequence.nodes[:, CLOSES] == 2))
+        time, *state = orbit.unknowns.reshape(-1, 5)[first]
+        gap = numbers[-1][0 if side > 0.0 else 1][0]
+        assert rests(system.mass, system.damping, system.stiffness, (numbers[3], 0.0), system.omega, (side, -side), gap,
+                     point.parameter + aside, time * system.period, state) is complete
+
+
+@pytest.mark.parametrize(("numbers", "starts"), [
+    ((0.579, 0.365, 0.629, 0.939, ((0.371, 0.167), (0.294, 0.276))), (2e-3, 8e-3)),
+    ((1.22, 0.428, 0.791, 1.22, ((0.175, 0.218), (0.371, 0.311))), (5e-4, 4e-3)),
+])
+def test_towards_restitution_zero_no_flight_of_a_chattering_falls_together_with_its_start(numbers, starts):
+    """An impact at the very instant of the one before is a solution too, and crosses the branch at zero."""
+    name = "rigid_stop.restitution"
+    system = between_masses(*numbers)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=(0.0, 0.25))
+    for start in starts:
+        again = bf.trace(branch.orbits[int(np.argmin(abs(branch.column(name) - start)))], name, bounds=(0.0, 0.25))
+        for one in (branch, again):
+            assert one.special_points == () and one.stop_reason == ("bound", "bound") and one.audit.ok

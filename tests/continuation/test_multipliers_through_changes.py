@@ -119,3 +119,37 @@ def test_flips_of_long_sequences_are_located():
     assert flip - 1e-6 + 2e-6 * values[0] / (values[0] - values[1]) == pytest.approx(flip, abs=1e-9)
     ends = bf.trace(doubled, "elastic_stop.gap", bounds=(-0.2955, -0.2948)).ends
     assert ends[1].reason == "merged" and ends[1].p == pytest.approx(flip, abs=1e-10)
+
+
+def through_one_period(system, y, step=1e-6):
+    """Return the derivative of the state a period later by central differences of simulations."""
+    def later(y):
+        return bf.simulate(system, y, periods=1)(system.period)
+
+    return np.column_stack([(later(y + d) - later(y - d)) / (2.0 * step) for d in step * np.eye(y.size)])
+
+
+@pytest.mark.parametrize(("system", "name", "bounds", "flips", "aside"), [
+    # two of them between a graze and the row next to it
+    (bf.System(1.0, 0.0942, 1.0, [HarmonicForce(1.55), ElasticStop(0.512, 55.6, damping=0.188)], omega=2.79),
+     "omega", (1.953, 3.627), (2.00296090, 2.00475026), 2e-4),
+    # one just behind the births of impacts, where the largest multiplier begins at infinity
+    (bf.System(np.diag([1.0, 0.593]), [[0.1, -0.03], [-0.03, 0.08]], [[1.375, -0.375], [-0.375, 1.375]],
+               [HarmonicForce(1.19), RigidStop(0.202, 0.727, row=(1.0, -1.0)), RigidStop(0.612, 0.162, row=(-1.0, 1.0))],
+               omega=0.7), "harmonic_force.amplitude", (1.5, 1.78), (1.58875037, 1.75900014), 2e-5),
+])
+def test_flips_beside_grazes_are_found_from_everywhere(system, name, bounds, flips, aside):
+    start = 0.5 * (max(flips) + bounds[1])
+    branch = bf.trace(bf.find_orbit(system.with_parameters(**{name: start})), name, bounds=bounds)
+    for start in (0, len(branch) // 2, -1):
+        again = bf.trace(branch.orbits[start], name, bounds=bounds)
+        found = sorted(point.parameter for point in again.special_points.of("period_doubling"))
+        assert found == pytest.approx(flips, abs=1e-7) and again.audit.ok
+    for flip in flips:  # -1 is passed there
+        signs = []
+        for p in (flip - aside, flip + aside):
+            near = branch.orbits[int(np.argmin(abs(branch.column(name) - p)))]
+            orbit = bf.find_orbit(system.with_parameters(**{name: p}), guess=near)
+            assert orbit.success
+            signs.append(np.sign(np.linalg.det(through_one_period(orbit.system, orbit.state) + np.eye(orbit.state.size))))
+        assert signs[0] * signs[1] < 0.0

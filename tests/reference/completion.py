@@ -6,6 +6,7 @@ Without a load: two masses, of which the other one has negative damping (`cycle`
 limit of the sequence is used: the times left to the next release fall by a constant ratio while a motion is near the boundary, and
 leave that to one side or the other.
 """
+import numpy as np
 from mpmath import mp, mpf
 
 SOONER, LATER = mpf("0.55"), mpf("0.72")  # ratios of times left that only motions to one side of the boundary have, r = .3 to .6
@@ -121,6 +122,66 @@ def cycle(speed, restitution, damping, gap="-0.1", stiffness=1, digits=30):
                 return True, end
             if left < mpf(10)**(8 - digits):
                 raise ArithmeticError("too near to the boundary to tell")
+        raise ArithmeticError("too many impacts")
+    finally:
+        mp.dps = saved
+
+
+def rests(M, C, K, force, omega, row, gap, restitution, time, state, digits=30) -> bool:
+    """Return whether the bouncing of two masses with a stop between them ends with both at rest on it,
+
+        M x'' + C x' + K x = force cos(omega t),   row . x <= gap,
+
+    from the ``state`` (x, x') just before an impact at a ``time``.  It does not where an impact comes at which the stop would no
+    longer press the masses together.
+    """
+    saved = mp.dps
+    mp.dps = digits
+    try:
+        M, C, K = (mp.matrix(np.asarray(matrix, float).tolist()) for matrix in (M, C, K))
+        row, force = (mp.matrix(list(values)) for values in (row, force))
+        t, r, gap, omega = (mpf(value) for value in (time, restitution, gap, omega))
+        inverse = M**-1
+        steady = mp.lu_solve(K - omega**2 * M + 1j * omega * C, force)
+        A, free = mp.zeros(4), inverse * K
+        for i in range(2):
+            A[i, 2 + i] = 1
+            for j in range(2):
+                A[2 + i, j], A[2 + i, 2 + j] = -free[i, j], -(inverse * C)[i, j]
+        values, V = mp.eig(A)
+        W = V**-1
+        push = inverse * row
+        push /= (row.T * push)[0]
+
+        def forced(t):
+            x = steady * mp.expj(omega * t)
+            return mp.matrix([*x, *(1j * omega * x)]).apply(mp.re)
+
+        def flow(y, t, s):
+            """State a time s after y at t."""
+            b = W * (y - forced(t))
+            return (V * mp.matrix([b[j] * mp.exp(values[j] * s) for j in range(4)])).apply(mp.re) + forced(t + s)
+
+        def relative(y):
+            """Distance beyond the stop, and its rate."""
+            return (row.T * y[:2])[0] - gap, (row.T * y[2:])[0]
+
+        y = mp.matrix([mpf(float(value)) for value in state])
+        for _ in range(4 * BOUNCES):
+            x, v = relative(y)
+            y[:2] = y[:2] - x * push
+            y[2:] = y[2:] - (1 + r) * v * push
+            v = relative(y)[1]
+            load = (row.T * (inverse * (force * mp.cos(omega * t) - K * y[:2] - C * y[2:])))[0]
+            if load <= 0:
+                return False
+            if -v < mpf(10)**(8 - digits):
+                return True
+            s = -2 * v / load
+            for _ in range(12):
+                x, w = relative(flow(y, t, s))
+                s -= x / (w - x / s)
+            y, t = flow(y, t, s), t + s
         raise ArithmeticError("too many impacts")
     finally:
         mp.dps = saved

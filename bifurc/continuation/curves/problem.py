@@ -20,7 +20,7 @@ from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import EPS, Monitor, Problem
 from ..shooting.completion import condition
 from ..shooting.signature_change import LEAVING, UNLISTED
-from ..steps.detect import AT_BOUNDARY
+from ..steps.inside import AT_BOUNDARY
 from .codimension_two import watched
 from .leaving import curves_from
 from .unfolding import BREAKS, Crossed, Unfolded

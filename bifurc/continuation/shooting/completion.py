@@ -16,6 +16,8 @@ parameter is known to tau^2 over the product of all these slopes: to rounding af
 
 Chattering that ends at the release: Nordmark and Kisitu (2003).  The cubic is derived in one line from the two flights above.
 """
+import math
+
 import numpy as np
 
 from ...elements import EventKind
@@ -30,6 +32,7 @@ ROOM = 1e-2  # of that, down to which a train is written out
 ALIKE = 0.03  # by which a ratio may differ from that of the boundary in a start
 MAX_ITERATIONS = 30
 TOLERANCE = 1e-12  # scaled step of Newton's method
+CALM, RESIDUAL = 1e-6, 1e-12  # twice a scaled step so small at equations solved to that: the rest is rounding of short flights
 STEP = 1e-6  # of the parameter, scaled, in the derivative of the restitution
 NEAR = 1e-2  # of the parameter, scaled, to the last row of a branch that ends here
 
@@ -225,14 +228,18 @@ def completion_near(problem, x):
     deepest = int(np.clip(first + np.log(LEFT / max(left[first], LEFT)) / np.log(rho), first, len(impacts) - 1))
     for path in ([deepest - 2, deepest - 1, deepest], range(first, deepest + 1)):
         values = down(problem, x, impacts, release, first, path)
-        if len(values) >= 3 and abs(values[-1][-1] - x[-1]) <= NEAR * problem.scale[-1]:
-            error = float(np.ptp([value[-1] for value in values[-3:]]))
-            return problem, values[-1], error + 1e-15 * (abs(float(values[-1][-1])) + float(problem.scale[-1]))
+        if len(values) < 3:
+            continue
+        at, p = values[-1][0], [float(value[-1]) for value, _ in values[-3:]]
+        if abs(p[-1] - x[-1]) <= NEAR * problem.scale[-1]:
+            error = float(np.ptp(p)) + max(noise for _, noise in values[-3:])
+            return problem, at, error + 1e-15 * (abs(p[-1]) + float(problem.scale[-1]))
     return None
 
 
 def down(problem, x, impacts, release, first, path) -> list:
-    """Return the solutions with the condition at impacts ``path`` of a train, one after the other, as far as they go.
+    """Return the solutions with the condition at impacts ``path`` of a train, one after the other, as far as they go, each with
+    the noise of its parameter.
 
     From ``x`` (n + 1,), whose impacts up to the ``first`` lie on the boundary.  A condition deep in the train leaves nothing to be
     amplified below it; one at its beginning is nearer to a poor start.
@@ -241,10 +248,10 @@ def down(problem, x, impacts, release, first, path) -> list:
     at, known = x, first
     for k in path:
         own = Completion(problem, impacts[k - 2:k + 1], release)
-        new = solved(problem, on_boundary(problem, at, impacts, release, known), own)
+        new, noise = solved(problem, on_boundary(problem, at, impacts, release, known), own)
         if new is None or not falling(problem, new, impacts[:k + 1], release):
             break
-        values.append(new)
+        values.append((new, noise))
         at, known = new, k
     return values
 
@@ -322,19 +329,22 @@ def on_boundary(problem, x, impacts, release, k):
 
 
 def solved(problem, x, own):
-    """Return the solution of the orbit's equations and the condition ``own`` near ``x`` (n + 1,), or None."""
-    x, scale = x.copy(), problem.scale
+    """Return the solution of the orbit's equations and the condition ``own`` near ``x`` (n + 1,), or None; and the last step of the
+    parameter, own units."""
+    x, scale, calm = x.copy(), problem.scale, 0
     for _ in range(MAX_ITERATIONS):
         fu, fp = problem.jacobian(x[:-1], float(x[-1]))
         matrix = np.vstack([np.column_stack([fu, fp]), own.gradient(problem, x)]) * scale
         value = np.append(problem.residual(x[:-1], float(x[-1])), own.of(problem, x))
         if not (np.isfinite(matrix).all() and np.isfinite(value).all()):
-            return None
+            return None, math.inf
         try:
             step = np.linalg.solve(matrix, -value)
         except np.linalg.LinAlgError:
-            return None
+            return None, math.inf
         x += scale * step
-        if np.abs(step).max() < TOLERANCE:
-            return x
-    return None
+        size = np.abs(step).max()
+        calm = calm + 1 if np.abs(value[:-1]).max() <= RESIDUAL and max(size, abs(value[-1])) <= CALM else 0
+        if size < TOLERANCE or calm > 1:
+            return x, abs(float(scale[-1] * step[-1]))
+    return None, math.inf

@@ -6,6 +6,7 @@ kernels.
 import copy
 import dataclasses
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -41,6 +42,8 @@ from .train_length import SLACK, SPARE, relengthened
 from .vanishing import listed_speeds
 
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
+RESTING, BESIDE = 1e-2, 1e-4  # share of a period for which a mass rests behind a chattering that may just complete; and how far
+# from there it does, of the natural size of the parameter
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
@@ -51,6 +54,7 @@ BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
 MIRRORED = 1e-8  # scaled difference of half an orbit and the mirror image of the other half,
 SAME_FLOW = 1e-6  # and relative difference of the flow over the two, where they are the same
+SHORT = 1e-6  # periods: whether so short a flight is one is told by the speed at its end
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -304,12 +308,25 @@ class OrbitProblem(Problem):
         return float(np.linalg.norm(branching.half_difference(self.sequence, x, self.scale)))
 
     def _backwards(self, x) -> bool:
-        """Whether an impact of a complete chattering comes before the last one at ``x`` (n + 1,): a flight has the other root, too,
-        from which it came, and towards restitution 0 the two are near each other.  Other events may change places with impacts."""
+        """Whether an impact of a complete chattering comes before the last one at ``x`` (n + 1,), or again at the instant of it: a
+        flight has the other root, too, from which it came, and the shorter it is, the nearer are the two.  There the mass moves
+        away from its stop as fast as it does behind the last impact: of the two roots that is the nearer one.  Other events may
+        change places with impacts."""
         s, unknowns = self.sequence.written_out(x[:-1])
+        rows = unknowns.reshape(len(s.nodes), 1 + self.scene.ns)
         train = np.flatnonzero(s.nodes[:, CLOSES])
-        flights = np.diff(unknowns[::len(unknowns) // len(s.nodes)][train])
-        return bool((flights[s.nodes[train[:-1], CLOSES] == 2] < -TOUCH).any())
+        for i, k in pairwise(train.tolist()):
+            flight = rows[k, 0] - rows[i, 0]
+            if s.nodes[i, CLOSES] != 2 or flight > SHORT:
+                continue
+            if flight < -SHORT or not (self._kicks(s.nodes[i]) and self._kicks(s.nodes[k])):
+                turned = flight < -TOUCH
+            else:
+                r = self.equations.path.tables.ratio[tuple(s.nodes[i, :AFTER])]
+                turned = self._arriving(s.nodes[k], rows[k]) < -0.5 * r * self._arriving(s.nodes[i], rows[i])
+            if turned:
+                return True
+        return False
 
     def _closure(self, x) -> float:
         """How much too early the impacts of a complete chattering end in closed form, or how many are listed too many: at most 0,
@@ -331,15 +348,27 @@ class OrbitProblem(Problem):
     def _excess(self, node, row) -> float:
         """Return the closure of an impact, see `flow.scan.closure`; ``row`` (1 + ns,) are its time and the state before."""
         e, scene = self.equations, self.scene
-        T, engine = e.path.tables, e.kernel
-        z, out, slope = np.empty(T.A.shape[2]), np.empty(T.A.shape[2]), np.empty(T.A.shape[2])
-        f, dw = np.empty(scene.ns), np.empty(scene.nw)
-        z[:scene.ns] = row[1:]
-        engine.forcing(T, row[0] * 2.0 * np.pi / T.flat[0], z)
+        T = e.path.tables
+        z = self._joined(row)
+        return float(closure_of(scene)(T, node[BEFORE], node[GUARD], z, self._arriving(node, row), np.empty(z.size))[0])
+
+    def _arriving(self, node, row) -> float:
+        """Return the rate of the guard of an event, own units; ``row`` (1 + ns,) are its time and the state before."""
+        e, scene = self.equations, self.scene
+        T, engine, z = e.path.tables, e.kernel, self._joined(row)
+        f, dw, slope = np.empty(scene.ns), np.empty(scene.nw), np.empty(z.size)
         engine.field(T, node[BEFORE], z, f)
         engine.forcing_rate(T, z, dw)
         engine.guard_gradient(T, node[BEFORE], node[GUARD], z, slope)
-        return float(closure_of(scene)(T, node[BEFORE], node[GUARD], z, float(engine.guard_rate(slope, f, dw)), out)[0])
+        return float(engine.guard_rate(slope, f, dw))
+
+    def _joined(self, row) -> np.ndarray:
+        """Return states and forcing at the time and state of ``row`` (1 + ns,)."""
+        T, scene = self.equations.path.tables, self.scene
+        z = np.empty(T.A.shape[2])
+        z[:scene.ns] = row[1:]
+        self.equations.kernel.forcing(T, row[0] * 2.0 * np.pi / T.flat[0], z)
+        return z
 
     def kind_at(self, monitor, x) -> SpecialPointKind:
         """Return what a zero of a monitor at ``x`` is: a change of the signature has the name of what begins or ends."""
@@ -488,10 +517,10 @@ class OrbitProblem(Problem):
         return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
 
     def named_end(self, x, reason, message):
-        """See `Problem.named_end`: where the listed impacts fall like those of a complete chattering, changes of their number
-        accumulate here; where a contact hardly slips any more, it sticks beyond."""
+        """See `Problem.named_end`: where the listed impacts fall like those of a complete chattering, or where one just completes,
+        changes of their number accumulate; where a contact hardly slips any more, it sticks beyond."""
         if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
-            if self._train(x):
+            if self._train(x) or self._completing(x):
                 return StopReason.CHATTERING, message
             if self._slip(x) < STUCK:
                 return StopReason.STICKING, message
@@ -505,6 +534,21 @@ class OrbitProblem(Problem):
         problem, at, error = found
         return EndPoint(SpecialPointKind.CHATTER_COMPLETION, COMPLETES, at, error, None if problem is self else problem)
 
+    def _completing(self, x) -> bool:
+        """Whether a chattering that is complete at ``x`` (n + 1,) completes just beside."""
+        if not self._chatters or self._shortest_rest(x)[1] > RESTING:
+            return False
+        found = completion_near(self, x)
+        return found is not None and abs(float(found[1][-1] - x[-1])) <= BESIDE * self.parameter_scale
+
+    def _shortest_rest(self, x) -> tuple[int, float]:
+        """Return the last node of the complete chattering with the shortest rest behind it, and that as part of the period."""
+        s, U = self.sequence.written_out(x[:-1])
+        times = U[::1 + self.scene.ns]
+        ends = np.flatnonzero(s.nodes[:, CLOSES] == 1)
+        rests = np.diff(np.append(times, times[0] + s.span))[ends]
+        return int(ends[np.argmin(rests)]), float(rests.min()) / s.span
+
     def _slip(self, x) -> float:
         """Least share of the period for which a contact slips that also sticks, 1 without such a contact."""
         s, U = self.sequence.written_out(x[:-1])
@@ -516,11 +560,7 @@ class OrbitProblem(Problem):
 
     def _released(self, x) -> bool:
         """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""
-        s, U = self.sequence.written_out(x[:-1])
-        times = U[::1 + self.scene.ns]
-        ends = np.flatnonzero(s.nodes[:, CLOSES] == 1)
-        rests = np.diff(np.append(times, times[0] + s.span))[ends]
-        i = int(ends[np.argmin(rests)])
+        s, i = self.sequence.written_out(x[:-1])[0], self._shortest_rest(x)[0]
         own, (mode, guard) = s.nodes[i, :AFTER].tolist(), s.nodes[(i + 1) % len(s.nodes), :AFTER].tolist()
         if s.closure < 0 and i + 1 == len(s.nodes):
             return True

@@ -17,11 +17,13 @@ from ...solve import steplaw
 from ...solve.steplaw import MANY, MAX_ANGLE, TURNS, WANDERS
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
+from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
 STARTS = 8  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
+OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 BLOCK = 32  # steps that a problem makes in one call at most
@@ -75,6 +77,7 @@ class Half:
         self.slope = 0.0  # dp/ds just before the last boundary
         self.corner = -1  # number of steps at the last corner
         self.edge = None  # arclength to which the boundary is known on which the first row of the last part lies
+        self.just_inside = None, {}, {}  # row ahead, rows and points just behind the first one: `inside.beginning`
         self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
         self.signs = [0] * part.count if signs is None else list(signs)
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
@@ -245,8 +248,10 @@ class Half:
             new = self.closed_by(row, new)
             if new is None:
                 return StopReason.DS_MIN, 0.5, "the branch comes near its start but does not close"
-        inner = hidden.dip(self, row, new, None if cut is None else hidden.Edge(new, cut.test, detect.known_to(cut.special)))
+        inner = hidden.dip(self, row, new, cut)
         if inner is not None:
+            if cut is not None and inner.s > row.s:
+                inner.ds = OVER * (new.s - inner.s)
             row = row if inner.s > row.s else self.take_back()
             return self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
         found, cause = detect.crossed(self, row, new, cut)
@@ -491,7 +496,7 @@ class Half:
         cut.special.successor = problem
         cut.special.after = problem.signature
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
-        self.edge = detect.known_to(cut.special)
+        self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
         cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding
 

@@ -7,7 +7,7 @@ neither loses it nor counts it twice.
 One file, because every test of a step is bracketed, cut and polished by the same functions.
 """
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -19,20 +19,16 @@ from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, S
 from ..problem import Corrected
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
+from .inside import AT_BOUNDARY, beginning, ending
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, pair_on_circle
 
 crosses = steplaw.crosses.py_func
-AT_BOUNDARY = 1e-9  # distance from a boundary, arclength
-WIDE = 1e-7  # arclength to which the place of a boundary is known, when that is little
-BESIDE_BOUNDARY = 1e-8  # arclength at which a test that is zero or not known on a boundary is looked up first
-NEAR = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # parts of a step at which the sign behind a zero is looked up
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
-STEEPER = 2.0  # of the slope of the parameter at a row, that of the chord from there to the end of its step: it may be a fold
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = 0.05  # of the way from one special point to the next, at which multipliers are counted
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
@@ -75,12 +71,15 @@ class Found:
 
 @dataclass(slots=True)
 class Cut:
-    """A step that ends on a boundary: its last row, the corrected point, the test that is zero, the special point."""
+    """A step that ends on a boundary: its last row, the corrected point, the test that is zero, the special point; of the rows just
+    inside what is known by test, and the points looked up for them by place, see `inside.ending`."""
 
     row: Row
     corrected: Any
     test: int
     special: Found
+    inside: dict = field(default_factory=dict)
+    looked: dict = field(default_factory=dict)
 
     @property
     def silent(self) -> bool:
@@ -281,78 +280,6 @@ def torus(half, row, new, cut, found):
             t, start, stop = ((s - a.s) / curve.length for s in (special.s, low.s, high.s))
             spans += [(low, beside(t, start)), (beside(t, stop), high)]  # several pairs
     return tori
-
-
-def beginning(half, row, new, j):
-    """Return the row, or where a test is zero at the first row of a part, a row just behind it that sets the old sign.
-
-    A contact is born with dp/ds = 0, and a fold may follow at once.
-    """
-    if len(half.rows) > 1 and half.rows[-2].part is row.part:
-        return row
-    here = j == 0 and half.edge is not None and stands(row, new, row, half.edge)
-    if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND and not here:
-        return row
-    inner = clear_inside(half, row, new, j, near(row, new, j))
-    if inner is None:
-        return row
-    half.signs[j] = 1 if inner.tests[j] > 0.0 else -1
-    return inner
-
-
-def ending(half, row, cut, j):
-    """Return the last row of a part, or where a test may be zero or not known there, a row just before it: on a boundary an event
-    has no duration, and what is divided by that is rounding.
-
-    Where a contact is born dp/ds = 0 on the boundary itself; None if it has no clear sign before either, in a step of that
-    length.  Where a boundary's test is zero with some power of the way its place is known to little, and what lies so near to it
-    is the boundary itself.
-    """
-    new, length, reach = cut.row, cut.row.s - row.s, known_to(cut.special)
-    here = j == 0 and stands(row, new, new, reach)
-    if not here and j == 0 and abs(new.tests[0]) > BOUNDARY_BAND:
-        return new
-    places = tuple(1.0 - t for t in near(row, new, j) if reach < WIDE or t * length > reach)
-    inner = clear_inside(half, row, new, j, places)
-    return inner if inner is not None else None if here else new
-
-
-def known_to(special):
-    """Return the arclength to which the place of a boundary is known."""
-    return max(AT_BOUNDARY, 0.5 * (special.high - special.low))
-
-
-def stands(row, new, at, reach):
-    """Whether the parameter stands still at the end ``at`` of a step that lies on a boundary, within the arclength ``reach`` to
-    which its place is known: there its slope is rounding, whatever its size."""
-    return abs(at.tests[0]) * (new.s - row.s) <= reach * abs(new.tests[0] - row.tests[0])
-
-
-def near(row, new, j):
-    """Return parts of the step from ``row`` to ``new`` at which test ``j`` is looked up beside its ends."""
-    if j == 0:
-        return NEAR
-    length = max(new.s - row.s, BESIDE_BOUNDARY)
-    return (*(at / length for at in (BESIDE_BOUNDARY, 10.0 * BESIDE_BOUNDARY) if at < NEAR[0] * length), *NEAR)
-
-
-def clear_inside(half, row, new, j, places):
-    """Return a row of the step, at the first of ``places`` where a test is clearly not zero; None if it is nowhere.
-
-    The tangent beside a singular end (where a doubled orbit merges with its parent) is made of rounding: the slope of the
-    parameter counts only where the chord to that end has the same sign, and is not so much steeper that it is rounding itself.
-    """
-    curve = Curve(row, new)
-    band = BOUNDARY_BAND if j == 0 else MONITOR_BAND * max(half.sizes[j], abs(new.tests[j]), abs(row.tests[j]))
-    for t in places:
-        c = curve.at(t)
-        if c is not None:
-            tests = tests_of(c)
-            chord = float(c.x[-1]) - row.p if t < 0.5 else new.p - float(c.x[-1])
-            most = STEEPER * float(row.part.scale[-1]) * min(t, 1.0 - t) * curve.length
-            if abs(tests[j]) > band and (j or 0.0 < chord / tests[j] <= most):
-                return Row(c, row.part, row.s + t * curve.length, new.angle * t, tests, new.ds)
-    return None
 
 
 def earlier_pair(half, row, new, j, sign):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ...solve import steplaw
 from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
+from .inside import beginning, ending, known_to
 from .rows import Curve, Row, tests_of
 
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
@@ -51,21 +52,24 @@ def growth(before, row, new):
     return sorted((first, second, 0.0))[1] if math.isfinite(first + second) else 0.0
 
 
-def dip(half, row, new, ends=None):
+def dip(half, row, new, cut=None):
     """Return a row between two zeros of one test in the step whose ends have the same sign; None if there is none, or if the step
-    is no longer than the arclength to which the `Edge` on which it ``ends`` is known: then both of its ends are that place.
+    ends on a boundary by a ``cut`` and is no longer than the arclength to which that is known: then both of its ends are that
+    place.
 
-    Folds are looked for on the cubic of the parameter, the others on the parabola through three rows.  A minimum that
-    touches zero to rounding is noted in ``half.unresolved``.  The row may lie before ``row``.
+    Folds are looked for on the polynomial of the parameter, the others on the parabola through three rows, with the limits from
+    inside on boundaries.  A minimum that touches zero to rounding is noted in ``half.unresolved``.  The row may lie before
+    ``row``.
     """
     length = new.s - row.s
     part = row.part
+    ends = None if cut is None else Edge(new, cut.test, known_to(cut.special))
     if ends is not None and length <= ends.known:
         return None
-    a, b = row.tests[0], new.tests[0]
-    t = two_folds(a, b, (new.p - row.p) / (float(part.scale[-1]) * length))
+    a = row.tests[0]
+    t, sign = turning(half, row, new, cut)
     if t > 0.0:
-        inner = between(half, row, new, 0, t, 1.0 if a > 0.0 else -1.0, ends=ends)
+        inner = between(half, row, new, 0, t, sign, ends=ends)
         if inner is not None:
             return inner
     inner = beyond(half, row, new)
@@ -73,14 +77,18 @@ def dip(half, row, new, ends=None):
         return inner
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not part:
-        return None
+        return alone(half, row, new, cut) if cut is not None or new.p in (half.options.low, half.options.high) else None
     before = rows[-2]
     back = row.s - before.s
     falls = row.det_log < before.det_log or row.det_log < new.det_log
     rate = growth(before, row, new) if falls else 0.0
     for j in range(1, part.count + 1 if falls else part.count):
+        end = limit(half, row, new, cut, j)
+        if end is None:
+            continue
+        length = end.s - row.s
         if j < part.count:
-            f0, a, b = before.tests[j], row.tests[j], new.tests[j]
+            f0, a, b = before.tests[j], row.tests[j], end.tests[j]
             if j in part.boundary and max(abs(f0), abs(a), abs(b)) <= rounding(half, j):
                 continue  # as of impacts without restitution
         else:  # the determinant
@@ -91,9 +99,70 @@ def dip(half, row, new, ends=None):
             continue
         sign = 1.0 if a > 0.0 else -1.0
         told = None if j == part.count else sign * parabola(f0, a, b, back, length, t * (length if t > 0.0 else back))
-        inner = (between(half, row, new, j, t, sign, rate, told, ends) if t > 0.0
+        inner = (between(half, row, end, j, t, sign, rate, told, ends) if t > 0.0
                  else between(half, before, row, j, 1.0 + t, sign, rate, told))
         if inner is not None:  # between the last two rows: seen only now
+            return inner
+    return None
+
+
+def limit(half, row, new, cut, j):
+    """Return the row at whose end of a step test ``j`` is known: just inside a boundary, None where it is not; of boundaries
+    themselves and of the determinant the last row itself."""
+    return new if cut is None or j not in row.part.events else ending(half, row, cut, j)
+
+
+def turning(half, row, new, cut):
+    """Return the place in (0, 1) at which the parameter may turn twice in a step, -1 where it does not, and the sign of its slope.
+
+    On a boundary the parameter may stand still, as where a contact is born: its slope is the part of the step from there times
+    what may turn, whose value on the boundary a row just inside tells.
+    """
+    length = new.s - row.s
+    a, b = row.tests[0], new.tests[0]
+    mean = (new.p - row.p) / (float(row.part.scale[-1]) * length)
+    first, last = beginning(half, row, new, 0), limit(half, row, new, cut, 0)
+    if last is None:
+        return -1.0, 0.0
+    born, dies = grows(row, first), grows(new, last)
+    a = first.tests[0] * length / (first.s - row.s) if born else first.tests[0]
+    b = last.tests[0] * length / (new.s - last.s) if dies else last.tests[0]
+    if born and dies:
+        mean = 5.0 * mean + (a + b) / 12.0
+    elif born or dies:
+        mean = 2.0 * mean + (a - b if born else b - a) / 6.0
+    return two_folds(a, b, mean), 1.0 if a > 0.0 else -1.0
+
+
+def grows(at, inner):
+    """Whether the slope of the parameter grows from zero between the boundary ``at`` and a row just ``inner``: the chord has half
+    the slope there."""
+    if inner is at:
+        return False
+    chord = (inner.p - at.p) / (float(at.part.scale[-1]) * (inner.s - at.s))
+    return abs(chord) < 0.75 * abs(inner.tests[0])
+
+
+def alone(half, row, new, cut):
+    """Return a row as `dip` does in a step that is all of its part: its middle is the third row that a parabola needs."""
+    part = row.part
+    curve = Curve(row, new)
+    c = curve.at(0.5)
+    if c is None:
+        return None
+    middle = Row(c, part, row.s + 0.5 * curve.length, 0.5 * new.angle, tests_of(c), 0.5 * curve.length)
+    for j in part.events[1:]:
+        first, last = beginning(half, row, new, j), limit(half, row, new, cut, j)
+        if last is None:
+            continue
+        f0, a, b = first.tests[j], middle.tests[j], last.tests[j]
+        if f0 * b > 0.0 > a * b:
+            return middle
+        t = two_zeros(f0, a, b, middle.s - first.s, last.s - middle.s)
+        if t == 2.0:
+            continue
+        inner = between(half, *((middle, last, j, t) if t > 0.0 else (first, middle, j, 1.0 + t)), 1.0 if a > 0.0 else -1.0)
+        if inner is not None:
             return inner
     return None
 
@@ -178,7 +247,7 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
     band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*outer, half.sizes[j] if j < part.count else 0.0)
     if j in part.boundary:
         band = max(band, rounding(half, j))
-    edges = beginning(half, row), ends
+    edges = first_edge(half, row), ends
     zero = [on_boundary(half, end) and abs(v) <= band for end, v in zip((row, new), outer, strict=True)]
     low, high = 0.0, 1.0
     points = [(low, outer[0]), (high, outer[1])]
@@ -263,7 +332,7 @@ def cornered(points, k):
     return t if least < 0.0 and t0 < t < t2 else None
 
 
-def beginning(half, row):
+def first_edge(half, row):
     """Return the `Edge` on which a row lies that is the first of its equations, or None."""
     part = row.part
     first = next((other for other in half.rows if other.part is part), None) is row

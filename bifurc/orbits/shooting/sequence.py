@@ -578,10 +578,12 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     old_step, older_step, calm = np.inf, np.inf, 0
     moved = 0.0  # since the derivative in the parameter was taken
     info[CONTRACTION] = 0.0
-    born = 0  # a duration near zero is a nearly free unknown that rounding moves
+    patience = max_iterations + 1  # a duration near zero is a nearly free unknown that rounding moves
     for i in range(nodes.shape[0]):
         if nodes[i, DIVIDE] > 0:
-            born = 1
+            patience = 1
+        elif nodes[i, CLOSES] == 2:  # as those of the last impacts of a chattering, which is left alone where Newton gets on
+            patience = min(patience, 2)
     k = 0
     while True:
         renew = index.size > 0 and (k == 0 or moved > LAST and old_step < NEAR)
@@ -600,9 +602,9 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
             if renew:
                 moved = 0.0
                 slope[i] = (F2[i] - F[i]) / DIFFERENCE
-        calm = calm + born if info[RESIDUAL] <= tolerance and old_step <= CALM else 0
+        calm = calm + 1 if info[RESIDUAL] <= tolerance and old_step <= CALM else 0
         stalled = max(old_step, older_step) <= STALLED
-        finished = calm > 1 or k > 0 and old_step <= LAST and (info[RESIDUAL] <= tolerance or stalled
+        finished = calm > patience or k > 0 and old_step <= LAST and (info[RESIDUAL] <= tolerance or stalled
                                                                or at_rounding(F, J, U, tolerance))
         for i in range(n):
             for j in range(n):

@@ -480,8 +480,8 @@ def test_a_row_on_a_boundary_is_told_to_rounding():
     assert not hidden.on_boundary(half, new)
     half, row, _ = walk(Line(edge(lambda p: p)), 0.0, 0.3, 0.9, born=1)
     half.edge = 1e-6
-    begun = hidden.beginning(half, half.rows[0])
-    assert begun.row is half.rows[0] and begun.test == 1 and begun.known == 1e-6 and hidden.beginning(half, row) is None
+    begun = hidden.first_edge(half, half.rows[0])
+    assert begun.row is half.rows[0] and begun.test == 1 and begun.known == 1e-6 and hidden.first_edge(half, row) is None
     at = Curve(half.rows[0], row).at
     assert begun.holds(half, SimpleNamespace(x=np.array([0.0, 1e-7]), monitors=[0.0]))
     assert not begun.holds(half, SimpleNamespace(x=np.array([0.0, 1e-5]), monitors=[0.0]))

@@ -9,7 +9,8 @@ from bifurc.continuation.kinds import CorrectorStatus, SpecialPointKind, StopRea
 from bifurc.continuation.problem import Corrected, Monitor
 from bifurc.continuation.steps import arclength, branchpoint, hidden, tori
 from bifurc.continuation.steps.branchpoint import Crossing, first_direction, locate_crossing, other_direction
-from bifurc.continuation.steps.detect import clear_slope, known_to, near, remember, stands
+from bifurc.continuation.steps.detect import clear_slope, remember
+from bifurc.continuation.steps.inside import known_to, near, stands
 from bifurc.continuation.steps.rows import Curve, Part, Point, Row, followed, reversed_row
 from bifurc.continuation.steps.rows import tests_of as values_of
 from bifurc.solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
