@@ -106,16 +106,20 @@ class Tables(array.array):
 
     def __new__(cls, layout: "Layout", numbers: np.ndarray, whole: np.ndarray, bound: np.ndarray):
         """Make the tables of which ``numbers`` and ``whole`` hold all floats and all integers, one array after the other."""
-        parts, words, places = {"bound": bound}, [], (numbers.ctypes.data, whole.ctypes.data)
-        for name, of_numbers, start, shape in layout:
-            if name == "bound":
-                words += [bound.ctypes.data, *shape]
-            else:
-                kind, buffer = (np.float64, numbers) if of_numbers else (np.int64, whole)
-                parts[name] = np.ndarray(shape, kind, buffer, WORD * start)
-                words += [places[not of_numbers] + WORD * start, *shape]
+        words, places, own = [], (numbers.ctypes.data, whole.ctypes.data), bound.ctypes.data
+        for name, (of_numbers, start, shape) in layout.items():
+            words += [own if name == "bound" else places[not of_numbers] + WORD * start, *shape]
         made = directory(cls, words)
-        made.__dict__.update(parts, layout=layout, numbers=numbers, whole=whole, address=made.buffer_info()[0])
+        made.__dict__.update(bound=bound, layout=layout, numbers=numbers, whole=whole, address=made.buffer_info()[0])
+        return made
+
+    def __getattr__(self, name: str):
+        """Return an array, made when Python asks for it first: of most tables compiled code alone reads most of them."""
+        if name not in PARTS:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        of_numbers, start, shape = self.layout[name]
+        kind, buffer = (np.float64, self.numbers) if of_numbers else (np.int64, self.whole)
+        made = self.__dict__[name] = np.ndarray(shape, kind, buffer, WORD * start)
         return made
 
     def __copy__(self):
@@ -134,7 +138,7 @@ class Tables(array.array):
 
 
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
-Layout = tuple[tuple[str, bool, int, tuple[int, ...]], ...]  # of every array: name, float or not, place in its buffer, shape
+Layout = dict[str, tuple[bool, int, tuple[int, ...]]]  # of every array: float or not, place in its buffer, shape
 NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1]))
 
 
@@ -160,12 +164,13 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
                "blocks": (modes, 4), **dict.fromkeys(("V", "L", "N"), (many, wide, wide)), "spin": (many, wide, 2),
                "GS": (many, guards, wide, ORDER + 1), "tail": (many, guards, wide, 2), "turns": (many, levels, wide),
                "level": (many, levels)}
-    layout, sizes = [("flat", True, 0, (1 + sum(map(math.prod, flat.values())),))], [0, 1]
+    layout: Layout = {"flat": (True, 0, (1 + sum(map(math.prod, flat.values())),))}
+    sizes = [0, 1]
     for name, shape in {**flat, **counts, **derived}.items():
         of_numbers = name in flat or (name in derived and name != "blocks")
-        layout.append((name, of_numbers, sizes[of_numbers], shape))
+        layout[name] = of_numbers, sizes[of_numbers], shape
         sizes[of_numbers] += math.prod(shape)
-    T = Tables(tuple(layout), np.zeros(sizes[True]), np.zeros(sizes[False], np.int64),
+    T = Tables(layout, np.zeros(sizes[True]), np.zeros(sizes[False], np.int64),
                np.zeros(2, np.int64) if bound is None else bound)
     T.harmonics[:], T.owners[:], T.stages[:], T.then[:], T.ends_in[:] = k, rows.owners, rows.stages, -1, -1
     return T
