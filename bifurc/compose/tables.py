@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import NOTHING, apart, both, njit
+from .._jit import NOTHING, apart, both, leaf, njit
 from .pointer import WORD, Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
@@ -106,16 +106,20 @@ class Tables(array.array):
 
     def __new__(cls, layout: "Layout", numbers: np.ndarray, whole: np.ndarray, bound: np.ndarray):
         """Make the tables of which ``numbers`` and ``whole`` hold all floats and all integers, one array after the other."""
-        parts, words, places = {"bound": bound}, [], (numbers.ctypes.data, whole.ctypes.data)
-        for name, of_numbers, start, shape in layout:
-            if name == "bound":
-                words += [bound.ctypes.data, *shape]
-            else:
-                kind, buffer = (np.float64, numbers) if of_numbers else (np.int64, whole)
-                parts[name] = np.ndarray(shape, kind, buffer, WORD * start)
-                words += [places[not of_numbers] + WORD * start, *shape]
+        words, places, own = [], (numbers.ctypes.data, whole.ctypes.data), bound.ctypes.data
+        for name, (of_numbers, start, shape) in layout.items():
+            words += [own if name == "bound" else places[not of_numbers] + WORD * start, *shape]
         made = directory(cls, words)
-        made.__dict__.update(parts, layout=layout, numbers=numbers, whole=whole, address=made.buffer_info()[0])
+        made.__dict__.update(bound=bound, layout=layout, numbers=numbers, whole=whole, address=made.buffer_info()[0])
+        return made
+
+    def __getattr__(self, name: str):
+        """Return an array, made when Python asks for it first: of most tables compiled code alone reads most of them."""
+        if name not in PARTS:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        of_numbers, start, shape = self.layout[name]
+        kind, buffer = (np.float64, self.numbers) if of_numbers else (np.int64, self.whole)
+        made = self.__dict__[name] = np.ndarray(shape, kind, buffer, WORD * start)
         return made
 
     def __copy__(self):
@@ -134,7 +138,7 @@ class Tables(array.array):
 
 
 PARTS = tuple(field.name for field in dataclasses.fields(Tables) if field.init)  # names of the arrays
-Layout = tuple[tuple[str, bool, int, tuple[int, ...]], ...]  # of every array: name, float or not, place in its buffer, shape
+Layout = dict[str, tuple[bool, int, tuple[int, ...]]]  # of every array: float or not, place in its buffer, shape
 NO_ROWS = Rows(np.zeros((4, 0), np.int64), np.array([0, 0, 0, 0, 1]))
 
 
@@ -160,12 +164,13 @@ def allocate(modes: int, guards: int, candidates: int, holds: int, n: int, ns: i
                "blocks": (modes, 4), **dict.fromkeys(("V", "L", "N"), (many, wide, wide)), "spin": (many, wide, 2),
                "GS": (many, guards, wide, ORDER + 1), "tail": (many, guards, wide, 2), "turns": (many, levels, wide),
                "level": (many, levels)}
-    layout, sizes = [("flat", True, 0, (1 + sum(map(math.prod, flat.values())),))], [0, 1]
+    layout: Layout = {"flat": (True, 0, (1 + sum(map(math.prod, flat.values())),))}
+    sizes = [0, 1]
     for name, shape in {**flat, **counts, **derived}.items():
         of_numbers = name in flat or (name in derived and name != "blocks")
-        layout.append((name, of_numbers, sizes[of_numbers], shape))
+        layout[name] = of_numbers, sizes[of_numbers], shape
         sizes[of_numbers] += math.prod(shape)
-    T = Tables(tuple(layout), np.zeros(sizes[True]), np.zeros(sizes[False], np.int64),
+    T = Tables(layout, np.zeros(sizes[True]), np.zeros(sizes[False], np.int64),
                np.zeros(2, np.int64) if bound is None else bound)
     T.harmonics[:], T.owners[:], T.stages[:], T.then[:], T.ends_in[:] = k, rows.owners, rows.stages, -1, -1
     return T
@@ -240,54 +245,57 @@ def rebuild_mode(T, m):
     for k in range(harmonics.size):
         turn[m, 1 + 2 * k] = np.cos(harmonics[k] * omega * h)
         turn[m, 2 + 2 * k] = np.sin(harmonics[k] * omega * h)
-    row = np.empty(nx)
     new = np.empty(nx)
     for i in range(ns):
         for c in range(nx):
-            row[c] = 0.0
-        row[i] = 1.0
-        for c in range(nx):
-            YT[m, i, c, 0] = row[c]
-        for j in range(1, ORDER + 1):
-            next_row(T, m, row, new)
-            for c in range(nx):
-                row[c] = new[c] / j
-                YT[m, i, c, j] = row[c]
-        for c in range(nx):
-            total = 0.0
-            for j in range(ORDER, -1, -1):
-                total = total * h + YT[m, i, c, j]
-            E[m, i, c] = total
+            YT[m, i, c, 0] = 1.0 if c == i else 0.0
     for g in range(n_guards[m]):
         for c in range(nx):
-            row[c] = G[m, g, c]
-            GT[m, g, c, 0] = row[c]
-        for j in range(1, ORDER + 1):
-            next_row(T, m, row, new)
-            for c in range(nx):
-                row[c] = new[c] / j if still[m, g] == 0 or j < still[m, g] else 0.0
-                GT[m, g, c, j] = row[c]
-        for c in range(nx):
-            total = 0.0
-            for j in range(ORDER, 3, -1):
-                total = total * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
-            G4[m, g, c] = total * h**4 / 384.0
-
-
-@njit
-def next_row(T, m, row, new):
-    """new = row times the matrix of the joined system x' = (A; W) x of mode ``m``."""
-    A, flat, harmonics = T.A, T.flat, T.harmonics
-    ns, nx = A.shape[1], A.shape[2]
-    for c in range(nx):
-        new[c] = 0.0
+            GT[m, g, c, 0] = G[m, g, c]
+    for j in range(1, ORDER + 1):  # row by row in turn: one waits for its last term, and there are others meanwhile
+        for i in range(ns):
+            next_term(A, harmonics, omega, m, YT, i, j, new)
+        for g in range(n_guards[m]):
+            if still[m, g] == 0 or j < still[m, g]:
+                next_term(A, harmonics, omega, m, GT, g, j, new)
+            else:
+                for c in range(nx):
+                    GT[m, g, c, j] = 0.0
     for i in range(ns):
-        r = row[i]
+        for c in range(nx):
+            new[c] = YT[m, i, c, ORDER]
+        for j in range(ORDER - 1, -1, -1):
+            for c in range(nx):
+                new[c] = new[c] * h + YT[m, i, c, j]
+        for c in range(nx):
+            E[m, i, c] = new[c]
+    for g in range(n_guards[m]):
+        for c in range(nx):
+            new[c] = 0.0
+        for j in range(ORDER, 3, -1):
+            for c in range(nx):
+                new[c] = new[c] * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
+        for c in range(nx):
+            G4[m, g, c] = new[c] * h**4 / 384.0
+
+
+@leaf
+def next_term(A, harmonics, omega, m, rows, i, j, new):
+    """Write Taylor term ``j`` of row ``i`` of mode ``m`` into ``rows`` (modes, rows, nx, ORDER+1): the one before times the matrix
+    of the joined system x' = (A; W) x, over j; ``new`` (nx,) is room."""
+    ns, nx = A.shape[1], A.shape[2]
+    r = rows[m, i, 0, j - 1]
+    for c in range(nx):
+        new[c] = r * A[m, 0, c]
+    for k in range(1, ns):
+        r = rows[m, i, k, j - 1]
         if r != 0.0:
             for c in range(nx):
-                new[c] += r * A[m, i, c]
+                new[c] += r * A[m, k, c]
     for k in range(harmonics.size):  # cos' = -k omega sin, sin' = k omega cos
-        rate_k = harmonics[k] * flat[0]
+        rate_k = harmonics[k] * omega
         c = ns + 1 + 2 * k
-        new[c + 1] -= rate_k * row[c]
-        new[c] += rate_k * row[c + 1]
+        new[c + 1] -= rate_k * rows[m, i, c, j - 1]
+        new[c] += rate_k * rows[m, i, c + 1, j - 1]
+    for c in range(nx):
+        rows[m, i, c, j] = new[c] / j

@@ -70,7 +70,10 @@ def kernels(scene, template: str = AFFINE_MODULE):
     if scene.laws:
         bind(scene)
         return twin(template, LAWS)
-    return twin(template, MODAL) if scene.tables.V.size else importlib.import_module(template)
+    return twin(template, MODAL) if scene.tables.V.size else _module(template)
+
+
+_module = functools.cache(importlib.import_module)
 
 
 def bind(scene) -> None:

@@ -182,6 +182,11 @@ class Branch(Notebook):
         start, stop = self._arrays["offsets"][i:i + 2]
         return self._arrays["x"][start:stop].copy()
 
+    def _unknowns(self, rows) -> np.ndarray:
+        """Return unknowns and parameter (m, n + 1) of rows, by their numbers in order, that follow each other in one problem."""
+        offsets = self._arrays["offsets"]
+        return self._arrays["x"][offsets[rows[0]]:offsets[rows[-1] + 1]].reshape(len(rows), -1)
+
     def to_pandas(self):
         """Return all columns as a pandas DataFrame."""
         import pandas  # optional
@@ -288,8 +293,7 @@ class Branch(Notebook):
         return [name[len("recorded/"):] for name in self._arrays if name.startswith("recorded/")]
 
     def _measured(self, name):
-        parts, offsets, x = self._arrays["part"], self._arrays["offsets"], self._arrays["x"]
-        pieces = []
+        parts, pieces = self._arrays["part"], []
         for k, problem in enumerate(self.problems):
             rows = np.flatnonzero(parts == k)
             if rows.size == 0:
@@ -297,9 +301,7 @@ class Branch(Notebook):
             if name not in problem.measure_names:
                 pieces.append(np.full(rows.size, np.nan))
                 continue
-            size = problem.scale.size
-            xs = x[offsets[rows[0]]:offsets[rows[-1] + 1]].reshape(rows.size, size)
-            pieces.append(np.asarray(problem.measure(name, xs)))
+            pieces.append(np.asarray(problem.measure(name, self._unknowns(rows))))
         return np.concatenate(pieces)
 
 

@@ -54,7 +54,7 @@ def stability_changes(branch, points) -> list:
         here = np.flatnonzero(parts == k)
         if here.size < 2:
             continue
-        table = problem.multipliers_of_rows(np.array([branch.x(i) for i in here]))
+        table = problem.multipliers_of_rows(branch._unknowns(here))
         if table is None or not table.shape[1]:
             continue
         for kind, test in tests():

@@ -55,6 +55,13 @@ BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers r
 MIRRORED = 1e-8  # scaled difference of half an orbit and the mirror image of the other half,
 SAME_FLOW = 1e-6  # and relative difference of the flow over the two, where they are the same
 SHORT = 1e-6  # periods: whether so short a flight is one is told by the speed at its end
+# tests that the kernel makes: their places in its `info`, and their monitors
+FLIP = sequence.FLIP, Monitor(SpecialPointKind.PERIOD_DOUBLING)
+HALF_FLIP = sequence.FLIP, Monitor(SpecialPointKind.BRANCH_POINT)
+HIT = sequence.LISTED, Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True)
+PASS = sequence.PEAK, Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True)
+LEAVE = sequence.LEAVING, Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True)
+BREAK = sequence.BROKEN, Monitor(SpecialPointKind.USER, HELD_ROWS, boundary=True, silent=True)
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
 
 
@@ -103,15 +110,16 @@ def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
 def watched(scene, signature: Signature) -> tuple[np.ndarray, list[Monitor]]:
     """Return the places in the kernel's `info` of the tests that it makes of a sequence, and their monitors."""
     nodes = signature.nodes
-    found = {sequence.FLIP: Monitor(SpecialPointKind.PERIOD_DOUBLING if signature.closure > 0 else SpecialPointKind.BRANCH_POINT)}
+    found = [FLIP if signature.closure > 0 else HALF_FLIP]
     if signature.events:
-        found[sequence.LISTED] = Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True)
-    found[sequence.PEAK] = Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True)
+        found.append(HIT)
+    found.append(PASS)
     if np.any(nodes[:, STARTS:] < 0):
-        found[sequence.LEAVING] = Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True)
+        found.append(LEAVE)
     if np.any((nodes[:, GUARD] >= 0) & (scene.tables.n_holds[nodes[:, AFTER]] > 0)):
-        found[sequence.BROKEN] = Monitor(SpecialPointKind.USER, HELD_ROWS, boundary=True, silent=True)
-    return np.array([*found]), [*found.values()]
+        found.append(BREAK)
+    places, monitors = zip(*found, strict=True)
+    return np.array(places), list(monitors)
 
 
 class OrbitProblem(Problem):
@@ -143,15 +151,15 @@ class OrbitProblem(Problem):
         self.parameter_scale = parameter_scale
         sequence = generic(self.scene, of_all_modes(self.scene, path), sequence)
         self.sequence = sequence
-        earlier = meet_modes(self.scene, sequence)
+        self._earlier = meet_modes(self.scene, sequence)
         self.path = path = of_all_modes(self.scene, path)
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
-        self._refusal = Refusal(self.equations, earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
+        self._refusal = Refusal(self.equations, self._earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
         self.weights = self.equations.weights
         self.size, self.scale = self.equations.size, self.equations.scale
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
-        self._kept = sequence.kept(self.scene)
+        self._kept = self.equations.kept
         self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale, lambda: self.wide_jacobian(self.x0) * self.scale)
@@ -749,7 +757,7 @@ class OrbitProblem(Problem):
             tables = copy.deepcopy(self.equations.numbers_at(x[-1]))
             give_modal(tables)
             given(orbit.system, tables)
-            orbit.equations = self.equations.on(fixed_path(tables))
+            orbit.equations, orbit._earlier = self.equations.on(fixed_path(tables)), self._earlier
         return orbit
 
     def to_record(self) -> dict:

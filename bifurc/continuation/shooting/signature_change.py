@@ -47,9 +47,10 @@ def through_grazing(problem, point, monitor):
     tried = [cycle(problem)]
     for found in constructed(problem, point.x, monitor.name):
         new = problem.with_sequence(*found)
-        if cycle(new) in tried:
+        events = cycle(new)
+        if events in tried:
             continue
-        tried.append(cycle(new))
+        tried.append(events)
         side = admissible_side(new, new.x0)
         if side is not None and verified(problem, point, new, new.x0, side):
             return new, new.x0, side

@@ -68,22 +68,21 @@ def multipliers_along(problem, xs) -> np.ndarray | None:
     if balance.parts.held:
         return None
     rows = np.concatenate([problem.motions(xs), np.asarray(xs)[:, -1:]], axis=1)
-    found: list[np.ndarray | None] = [None] * len(rows)
-    step = max(1, MOST // (2 * balance.layout.n + int(balance.parts.shape.memory.sum()))**2)
+    size = 2 * balance.layout.n + int(balance.parts.shape.memory.sum())
+    out, most = np.zeros((len(rows), size), complex), 0
+    step = max(1, MOST // size**2)
     for first in range(0, len(rows), step):
         codes, matrices, kept = _matrices(balance, rows[first:first + step], problem.path, problem.whole_numbers)
-        alike: dict[bytes, list[int]] = {}
-        for i in np.flatnonzero(codes > 0).tolist():
-            alike.setdefault(kept[i].tobytes(), []).append(i)
-        for where in alike.values():
-            place = np.flatnonzero(kept[where[0]])
-            own = matrices[where] if len(place) == matrices.shape[1] else matrices[where][:, place[:, None], place]
-            for j, mu in zip(where, ordered(np.linalg.eigvals(own)), strict=True):
-                found[first + j] = mu
-    out = np.zeros((len(rows), max((len(mu) for mu in found if mu is not None), default=0)), complex)
-    for i, mu in enumerate(found):
-        out[i, :None if mu is None else len(mu)] = np.nan if mu is None else mu
-    return out
+        out[first:first + step][codes <= 0] = np.nan
+        known = np.flatnonzero(codes > 0)
+        while known.size:  # rows with the same states at once
+            place = np.flatnonzero(kept[known[0]])
+            alike = (kept[known] == kept[known[0]]).all(axis=1)
+            where, known = known[alike], known[~alike]
+            own = matrices[where] if len(place) == size else matrices[where][:, place[:, None], place]
+            out[first + where, :len(place)] = ordered(np.linalg.eigvals(own))
+            most = max(most, len(place))
+    return out[:, :most]
 
 
 def _matrices(balance: Balance, xs, path, numbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

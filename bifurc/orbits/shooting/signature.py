@@ -66,11 +66,12 @@ class Signature:
         """Number of listed events."""
         return int(np.count_nonzero(self.nodes[:, GUARD] >= 0))
 
-    def signs(self, scene: Scene) -> np.ndarray:
-        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family."""
+    def signs(self, scene: Scene, kept: list[int] | None = None) -> np.ndarray:
+        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family.  ``kept`` are
+        those, where they are known."""
         signs = np.full(scene.ns, float(self.closure))
         if self.closure > 0:
-            signs[self.kept(scene)] = 0.0
+            signs[self.kept(scene) if kept is None else kept] = 0.0
         return signs
 
     def kept(self, scene: Scene) -> list[int]:
@@ -267,7 +268,7 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
     size = np.ones(nx)
     size[scene.n:2 * scene.n] = scene.omega or 1.0
     basis = _basis([T.G[before, guard], *held], size)
-    arrival = _basis([T.G[before, guard], *held, T.GT[before, guard, :, 1]], size)
+    arrival = _basis([T.GT[before, guard, :, 1]], size, basis)
     for q in range(count):
         for order in range(T.GT.shape[3]):
             row = T.GT[after, q, :, order]
@@ -305,9 +306,9 @@ def coincide(scene: Scene, T, opening, guard: int) -> bool:
     return parallel(T.G[before, fired], T.G[after, guard]) and scene.keys[before][owner] == scene.keys[after][owner]
 
 
-def _basis(rows, size) -> np.ndarray:
-    """Return an orthonormal basis (k, nx) of some rows in scaled states."""
-    found = np.empty((0, len(size)))
+def _basis(rows, size, found=None) -> np.ndarray:
+    """Return an orthonormal basis (k, nx) of some rows in scaled states, and of those of the basis ``found``."""
+    found = np.empty((0, len(size))) if found is None else found
     for row in rows:
         row = row * size
         length = np.sqrt(row @ row)
