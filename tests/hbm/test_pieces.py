@@ -445,6 +445,22 @@ def test_a_short_slip_of_a_held_contact_is_its_impulse():
     assert not system_contacts._unresolved(core, contact, np.array([0.0, 0.9 + 0j])).any()
 
 
+def test_an_estimate_counts_the_motion_beyond_the_harmonics(monkeypatch):
+    """Friction that slips all the time is a square wave, and moves the mass by its harmonics over the dynamic stiffness."""
+    m, c, k, mu, omega, top = 2.0, 0.3, 1.5, 0.2, 0.7, 3
+    core = Balance(bf.System(m, c, k, [HarmonicForce(2.0), Coulomb(mu)], omega=omega), Layout(tuple(range(top + 1)), 1))
+    contacts, rest = contacts_of(core), rest_of(core)
+    result = solution.solve(core.layout, omega, rest, contacts)
+    assert result.success and not result.widths.any()
+    monkeypatch.setattr(system_contacts, "_step", lambda *_: np.zeros(core.size))
+    monkeypatch.setattr(system_contacts, "_energy", lambda *_: (np.full(1, np.inf), np.full(1, np.inf)))
+    far, first = system_contacts.estimated_error(core, contacts, SetValued(core.layout, omega, rest, contacts), result)
+    w = omega * (n := np.arange(top + 2, system_contacts.BEYOND * top + 1, 2))
+    beyond = (4.0 * mu / (np.pi * n) / np.abs(k - w * w * m + 1j * w * c)).sum()
+    np.testing.assert_allclose(far, system_contacts.SAFETY * beyond, rtol=1e-9)
+    np.testing.assert_allclose(first, 0.0, atol=1e-12)
+
+
 def stand(kinds, instants):
     return Pattern(np.zeros(1), np.zeros(1), np.array(instants, float), np.array(kinds))
 

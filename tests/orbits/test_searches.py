@@ -234,3 +234,13 @@ def test_ways_past_an_elastic_stop():
     for orbit in found:
         assert orbit.success and orbit.state == pytest.approx(found[0].state, abs=1e-9)
     assert found[1].how["method"] != "simulation"
+
+
+@pytest.mark.parametrize("top", [4, 64, 100])
+def test_every_wave_has_its_samples(top):
+    """Sampled contacts get 16 samples a shortest wave, and 1024 at least; a number that is given is kept."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), ElasticStop(gap=0.5, stiffness=4.0)], omega=0.8)
+    method = HarmonicBalance(top, aft="sampled")
+    assert method.balance(system, method.layout(1)).samples == max(1024, 16 * top)
+    assert HarmonicBalance(top, aft="sampled", samples=300).balance(system, method.layout(1)).samples == 300
+    assert HarmonicBalance(top).balance(system, method.layout(1)).samples == 0
