@@ -17,6 +17,7 @@ from bifurc.elements import (
     HarmonicForce,
     Jenkins,
     LinearSpring,
+    RigidStator,
     RigidStop,
 )
 from bifurc.orbits import concentric, energy, multipliers
@@ -24,7 +25,7 @@ from bifurc.orbits.kinds import OrbitStatus
 from bifurc.orbits.shooting import path
 from bifurc.orbits.shooting.equations import Equations
 from bifurc.orbits.shooting.sequence import FOREVER
-from bifurc.orbits.shooting.signature import Signature, divided, held_guards, repeated, sections, start_orders, translated
+from bifurc.orbits.shooting.signature import Signature, coincide, divided, held_guards, repeated, sections, start_orders, translated
 
 PAIR = bf.System([[1.0, 0.2], [0.2, 1.5]], [[0.4, -0.1], [0.05, 0.5]], [[2.0, -0.7], [-0.6, 1.8]],
                  [HarmonicForce(1.4, phase=0.6), HarmonicForce(0.3, 2, -0.4, dof=1), RigidStop(0.4, 0.6, dof=1), Jenkins(1.2, 0.2)],
@@ -299,6 +300,37 @@ def test_guards_that_held_rows_keep_at_zero(elements, some, rng):
         assert [g for g, order in enumerate(orders) if order == FOREVER] == zero
         seen += len(zero)
     assert (seen > 0) == some
+
+
+def test_an_event_coincides_with_that_of_an_element_that_waited_on_the_same_row():
+    """Of two stops at one place the second is met at the instant of the first; not at another place, not where its mode has
+    changed meanwhile, and not behind an impact, which throws back."""
+    def scene_with(*elements):
+        return scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.7), *elements], omega=1.3))
+
+    def together(scene, keys, owner, then, other):
+        before, after = scene.index(("always", *keys)), scene.index(("always", *then))
+        fired, guard = scene.guards_of(before, owner)[0], scene.guards_of(after, other)[-1]
+        return coincide(scene, scene.tables, np.array([before, fired, after, 0, 0]), guard)
+    free, first, second = ("free", "free"), ("contact", "free"), ("free", "contact")
+    same = scene_with(ElasticStop(0.5, 3.0), ElasticStop(0.5, 7.0))
+    assert together(same, free, 1, first, 2) and together(same, free, 2, second, 1)
+    assert not together(same, free, 1, first, 1)
+    assert not together(same, free, 1, ("contact", "separating"), 2)
+    assert not together(scene_with(ElasticStop(0.5, 3.0), ElasticStop(0.6, 7.0)), free, 1, first, 2)
+    assert not together(scene_with(ElasticStop(0.5, 3.0), ElasticStop(0.5, 7.0, side=-1)), free, 1, first, 2)
+    assert not together(scene_with(RigidStop(0.5, 0.7), ElasticStop(0.5, 7.0)), free, 1, free, 2)
+
+
+@pytest.mark.parametrize("beta", [0.0, 1.0, 1e6, 1e10])
+def test_orders_behind_an_impact_are_the_same_beside_a_stiff_law(beta):
+    """A rotor is thrown back with the speed with which it came, however fast a spring law turns it round then."""
+    elements = [HarmonicForce(0.7), CubicSpring(beta), RigidStator(restitution=0.7, friction=0.1)]
+    scene = scene_of(bf.System(np.eye(2), 0.1 * np.eye(2), np.eye(2), elements, omega=1.3))
+    free = scene.index(("always", "always", "free"))
+    hit = scene.guards_of(free, 2)[0]
+    bounce = divided(scene, np.array([[free, hit, free, 0, 0]]))
+    assert bounce[0, 3] == 1 and start_orders(scene, scene.tables, free, hit, free, 0)[hit] == 1
 
 
 # ---- along a parameter ---------------------------------------------------------------------------------------------------------
