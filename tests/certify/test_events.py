@@ -5,7 +5,20 @@ import numpy as np
 import pytest
 
 from bifurc.certify.arithmetic.balls import working
-from bifurc.certify.events import FOREVER, ROUNDING, Rule, Span, as_float, balls_of, behind, dot, held_rows, kept_exactly, order_of, times
+from bifurc.certify.events import (
+    FOREVER,
+    ROUNDING,
+    Rule,
+    Span,
+    as_float,
+    balls_of,
+    behind,
+    dot,
+    held_rows,
+    kept_exactly,
+    order_of,
+    times,
+)
 
 flint = pytest.importorskip("flint")
 arb, q, mat = flint.arb, flint.fmpq, flint.fmpq_mat

@@ -162,8 +162,8 @@ def test_solutions_are_a_sequence():
     def shown(items):
         return [[*item.u.tolist(), item.p] for item in items]
     assert shown(orbits) == rows == shown(orbits[i] for i in range(len(rows)))
-    for part in (slice(None), slice(2, 7), slice(None, None, 2), slice(1, -2, 3), slice(None, None, -1), slice(7, 2, -2), slice(-3, None),
-                 slice(5, 5)):
+    for part in (slice(None), slice(2, 7), slice(None, None, 2), slice(1, -2, 3), slice(None, None, -1), slice(7, 2, -2),
+                 slice(-3, None), slice(5, 5)):
         assert shown(orbits[part]) == rows[part]
     assert shown([orbits[-1], orbits[-len(rows)]]) == [rows[-1], rows[0]] and branch.x(-2).tolist() == rows[-2]
     for i in (len(rows), -len(rows) - 1):

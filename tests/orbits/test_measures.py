@@ -271,7 +271,7 @@ def test_orders_of_trivial_zeros():
 
 
 TOGETHER = (
-    ((RigidStop(0.5, 0.7), ElasticStop(0.5, 3.0), Coulomb(0.3)), True),  # at rest on one surface it lies on the other, and rubs nothing
+    ((RigidStop(0.5, 0.7), ElasticStop(0.5, 3.0), Coulomb(0.3)), True),  # at rest on one surface, it lies on the other
     ((RigidStop(0.5, 0.0), ElasticStop(0.2, 3.0), Coulomb(0.3, belt_speed=0.4)), False),
     ((RigidStop(0.5, 0.7), Jenkins(2.0, 0.4)), True),
 )
@@ -289,7 +289,8 @@ def test_guards_that_held_rows_keep_at_zero(elements, some, rng):
             modes.append(scene.index(("always", *choice)))
     T = scene.tables
     for mode in modes:
-        rows = np.array([row for k in range(int(T.n_holds[mode])) for row in (T.H[mode, k], T.S[mode, k])]).reshape(-1, T.A.shape[2])
+        held = range(int(T.n_holds[mode]))
+        rows = np.array([row for k in held for row in (T.H[mode, k], T.S[mode, k])]).reshape(-1, T.A.shape[2])
         states = rng.normal(size=(6, T.A.shape[2]))
         if rows[:, :scene.ns].any():
             states[:, :scene.ns] -= np.linalg.lstsq(rows[:, :scene.ns], rows @ states.T, rcond=None)[0].T

@@ -259,8 +259,8 @@ def test_two_impacts_at_one_instant_do_not_commute_where_damping_couples():
     h = 1e-5
     one, two = (np.array([(through(y + d, order) - through(y - d, order)) / (2.0 * h) for d in h * np.eye(4)]).T
                 for order in ((0, 1), (1, 0)))
-    scene = scene_of(bf.System(M, C, K, [ConstantForce(push[0]), ConstantForce(push[1], dof=1), HarmonicForce(0.0),
-                                         *(RigidStop(g, r, dof=i) for i, (g, r) in enumerate(zip(gaps, restitutions, strict=True)))],
-                               omega=1.1))
+    stops = [RigidStop(gaps[i], restitutions[i], dof=i) for i in (0, 1)]
+    forces = [ConstantForce(push[0]), ConstantForce(push[1], dof=1), HarmonicForce(0.0)]
+    scene = scene_of(bf.System(M, C, K, [*forces, *stops], omega=1.1))
     gap = order_gap(scene, mode_of(scene), 0, 1, joined(scene, y, 0.2))
     assert gap == pytest.approx(np.abs(one - two).max() / max(np.abs(one).max(), np.abs(two).max()), rel=1e-6) and gap > 1e-3

@@ -146,7 +146,8 @@ def test_what_forces_push_is_added(rng):
 
 RUBBING = (
     [HarmonicForce(0.7), CubicSpring(0.8), RigidStator(restitution=0.7, friction=0.2, radius=0.6, surface_speed=0.3)],
-    [HarmonicForce(0.7), CubicSpring(-0.5, dof=1), RigidStator(restitution=0.4, friction=0.5, radius=0.6, centre_x=0.1, frame_spin=0.2)],
+    [HarmonicForce(0.7), CubicSpring(-0.5, dof=1),
+     RigidStator(restitution=0.4, friction=0.5, radius=0.6, centre_x=0.1, frame_spin=0.2)],
     [HarmonicForce(0.7), ElasticStator(stiffness=9.0, damping=0.2, friction=0.3, radius=0.6)],
 )
 
