@@ -4,7 +4,10 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+
+from bifurc._jit import both, fused
 
 KERNELS = '''
 import numpy as np
@@ -87,3 +90,30 @@ def test_a_function_apart_is_compiled_at_its_first_call_and_kept_on_disk(run):
     assert "extremes has no door for Python" in refused  # though it is compiled: no null pointer is called
     assert missed > 0 and again[-3] == 0
     assert again[:-3] == first[:-3]
+
+
+@fused
+def of_rows(a, out):
+    """Sums that arithmetic of real numbers would shorten, and a product with a sum."""
+    for i in range(a.shape[0]):
+        out[i, 0] = (a[i, 0] + a[i, 1]) - a[i, 0]
+        out[i, 1] = 1.0 if a[i, 1] != a[i, 1] else 0.0
+        out[i, 2] = a[i, 0] * a[i, 0] - a[i, 1]
+        out[i, 3] = a[i, 0] / 3.0
+
+
+@both
+def fill(a, out):
+    of_rows(a, out)
+
+
+def test_fused_functions_keep_order_and_what_is_no_number():
+    """Products and sums may be fused; nothing is reordered, divided by reciprocals, or taken for finite."""
+    a = np.array([[1e16, 1.0], [2.0, np.nan], [1.0, np.inf], [1.0 + 2.0**-30, 1.0]])
+    out = np.empty((4, 4))
+    fill(a, out)
+    with np.errstate(invalid="ignore"):
+        np.testing.assert_array_equal(out[:, 0], (a[:, 0] + a[:, 1]) - a[:, 0])
+    assert out[:, 1].tolist() == [0.0, 1.0, 0.0, 0.0] and out[2, 2] == -np.inf and np.isnan(out[1, 2])
+    assert out[3, 2] == pytest.approx(2.0**-29, rel=1e-8)
+    np.testing.assert_array_equal(out[:, 3], a[:, 0] / 3.0)

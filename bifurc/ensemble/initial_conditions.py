@@ -66,7 +66,6 @@ def begin(T: Tables, candidates: np.ndarray, X: np.ndarray, modes: np.ndarray) -
                 clear[:] = False
         clear |= ruled_out
         modes[good & clear] = m
-        beyond &= clear | ~open_
         open_ &= clear & ~good
     modes[open_ & beyond] = BEYOND
 

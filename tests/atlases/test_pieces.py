@@ -7,10 +7,23 @@ import pytest
 
 from bifurc.atlases import result as results
 from bifurc.atlases.graph import graph_of
-from bifurc.atlases.identity import SAME, Node, _guesses, apart, mirrored_points, points_of, same_orbit, same_points, symmetric
+from bifurc.atlases.identity import (
+    SAME,
+    Node,
+    _guesses,
+    apart,
+    mirrored_points,
+    nodes_of,
+    points_of,
+    same_orbit,
+    same_points,
+    symmetric,
+)
 from bifurc.atlases.result import Atlas, AtlasStatus
 from bifurc.atlases.search import Probe, Search
 from bifurc.atlases.stability import stable_intervals
+from bifurc.continuation import trace
+from tests.continuation.problems import circle
 
 WEIGHTS = np.array([2.0, 0.5])
 
@@ -82,6 +95,20 @@ def test_guesses_where_a_cubic_between_two_nodes_passes_a_value():
     jump = Node(3.0, 5.0, np.array([7.0, 5.0]), slope(3.0), 5)
     assert [(part, x.tolist()) for part, x in _guesses(last, jump, 5.0)] == [(4, [29.0, 5.0]), (5, [7.0, 5.0])]
     assert list(_guesses(last, jump, 5.1)) == [] and last.x.tolist() == place(3.0).tolist()
+
+
+def test_nodes_carry_derivatives_along_the_branch():
+    """Rows and special points of a circle in order: tangents in own units are at right angles to it, and of unit length when
+    scaled."""
+    scale = np.array([3.0, 0.5])
+    branch = trace(circle(scale_u=scale[0], scale_p=scale[1]), bounds=(-2.0, 2.0), peaks="u_0")
+    nodes = nodes_of(branch)
+    assert len(nodes) == len(branch) + len(branch.special_points) and len(branch.special_points) >= 3
+    assert [node.s for node in nodes] == sorted(node.s for node in nodes)
+    for node in nodes:
+        assert node.parameter == node.x[-1] and node.part == 0 and node.x @ node.x == pytest.approx(1.0, abs=1e-12)
+        assert node.tangent @ node.x == pytest.approx(0.0, abs=1e-9)
+        assert np.linalg.norm(node.tangent / scale) == pytest.approx(1.0, abs=1e-12)
 
 
 # stable stretches and the graph

@@ -1,8 +1,11 @@
 """Certificates of branches: the README's branch, files, the command line."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.certify.branch import BranchCertificate
 from bifurc.cli import main
 
 pytest.importorskip("flint")
@@ -51,3 +54,22 @@ def test_branches_of_other_problems_raise():
     damped = bf.find_orbit(bf.systems.bilinear_oscillator(omega=1.0), method=bf.HarmonicBalance(harmonics=5))
     with pytest.raises(ValueError, match="event sequences"):
         bf.trace(damped, "omega", bounds=(0.95, 1.05)).certify()
+
+
+def test_a_branch_is_proved_where_every_part_of_it_is():
+    """Rows, special points and stretches; a row on a proved special point need not be."""
+    def made(rows=(True,) * 4, points=((2.0, True),), stretches=(True,) * 3):
+        return BranchCertificate("p", np.arange(4.0), tuple(SimpleNamespace(proved=row) for row in rows),
+                                 tuple(SimpleNamespace(parameter=(p - 1e-12, p + 1e-12), proved=good) for p, good in points),
+                                 tuple(SimpleNamespace(proved=good) for good in stretches), 0.0, "")
+    assert made().proved and made().undecided == () and made(stretches=()).proved
+    on = made(rows=(True, True, False, True))
+    assert on.proved and on.undecided == () and on.proved_rows.tolist() == [True, True, False, True]
+    beside = made(rows=(True, False, False, True))
+    assert not beside.proved and beside.undecided == (1,)
+    lost = made(rows=(True, True, False, True), points=((2.0, False),))
+    assert not lost.proved and lost.undecided == (2,)
+    assert not made(points=((2.0, True), (3.0, False))).proved
+    assert not made(stretches=(True, False, True)).proved and made(stretches=(True, False, True)).undecided == ()
+    assert repr(made(stretches=(True, False, True))) == (
+        "BranchCertificate(4 of 4 rows, 1 of 1 special points, 2 of 3 stretches proved, 0.00 s)")

@@ -5,7 +5,20 @@ import numpy as np
 import pytest
 
 from bifurc.certify.arithmetic.balls import working
-from bifurc.certify.events import FOREVER, ROUNDING, Rule, Span, as_float, balls_of, behind, dot, held_rows, order_of, times
+from bifurc.certify.events import (
+    FOREVER,
+    ROUNDING,
+    Rule,
+    Span,
+    as_float,
+    balls_of,
+    behind,
+    dot,
+    held_rows,
+    kept_exactly,
+    order_of,
+    times,
+)
 
 flint = pytest.importorskip("flint")
 arb, q, mat = flint.arb, flint.fmpq, flint.fmpq_mat
@@ -94,3 +107,40 @@ def test_candidates_are_ruled_out_by_rows_that_move_and_by_guards_beyond():
     assert decides("free", (0, -1, 1), guards=[(0, 1)], resets=(turn,))
     assert not decides("free", (0, -1, 1), guards=[(0, 1)], resets=(turn, turn), after=1)
     assert decides("free", (0, -1, 1), guards=[(0, 1)], resets=(turn, turn), after=0)  # the second has not acted yet
+
+
+def claim(kept, modes, *resets, guards=((1, 0),), holds=()):
+    """Return whether states are seen to be kept in a sequence of events with these resets, each into the mode of its number."""
+    events = [SimpleNamespace(after=i, guards=guards) for i in range(len(resets))]
+    transitions = [SimpleNamespace(event=event, reset=reset) for event, reset in zip(events, resets, strict=True)]
+    there = SimpleNamespace(n=1, nx=4, mode=lambda i: SimpleNamespace(B=modes[i], holds=holds))
+    return kept_exactly(there, SimpleNamespace(kept=kept, events=events), transitions)
+
+
+def test_memory_is_kept_where_neither_a_mode_nor_an_event_writes_it():
+    """Of the joined state (q, v, z, 1): the row of z is zero in every mode, and that of the identity in every reset."""
+    still = matrix([[0, 1, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
+    same = matrix([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    assert claim((2,), [still], same) and claim((2,), [still, still], same, same) and claim((), [still], same)
+    for rate in ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, -1, 0), (0, 0, 0, (1, 7))):
+        moves = matrix([[0, 1, 0, 0], [-1, 0, 1, 0], rate, [0, 0, 0, 0]])
+        assert not claim((2,), [moves], same) and not claim((2,), [still, moves], same, same)
+    for written in ((1, 0, 0, 0), (1, 0, 1, 0), (0, 0, 2, 0), (0, 0, 0, 0), (0, 0, 1, (1, 10**20))):
+        writes = matrix([[1, 0, 0, 0], [0, -1, 0, 0], written, [0, 0, 0, 1]])
+        assert not claim((2,), [still], writes) and not claim((2,), [still, still], same, writes)
+    assert not claim((1,), [still], same) and not claim((1, 2), [still], same)  # no speed is kept
+
+
+def test_a_coordinate_is_kept_where_it_is_held_all_the_time():
+    """On no surface, which would say where, and not carried along; without an event."""
+    still = matrix([[0, 0, 0, 0]] * 4)
+    same = matrix([[1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+    def hold(slope, surface=None, driven=False):
+        return SimpleNamespace(J=row(slope), surface=surface, driven=driven)
+    held = {"guards": (), "holds": (hold(2),)}
+    assert claim((0,), [still], same, **held) and claim((0, 2), [still], same, **held)
+    assert not claim((0,), [still, still], same, same, **held)
+    assert not claim((0,), [still], same, guards=((1, 0),), holds=(hold(2),))
+    for others in ((), (hold(0),), (hold(2, surface=row(1)),), (hold(2, driven=True),)):
+        assert not claim((0,), [still], same, guards=(), holds=others)

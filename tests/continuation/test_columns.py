@@ -13,6 +13,7 @@ from bifurc.continuation.kinds import CorrectorStatus, SpecialPointKind, StopRea
 from bifurc.continuation.problem import Corrected
 from bifurc.continuation.shooting.problem import orbit_problem
 from bifurc.continuation.steps import detect
+from tests.continuation.problems import parabola
 
 CASES = {
     "one stop": (lambda: bf.systems.impact_oscillator(omega=0.8), "omega"),
@@ -149,3 +150,22 @@ def test_a_step_beyond_a_boundary_is_cut_or_says_why(monkeypatch):
     assert cut is None and why[0] is StopReason.DS_MIN
     part.boundary = []
     assert detect.boundary(half(1), row(0.0, 0.2), row(0.1, 0.5)) == (None, None)
+
+
+def test_solutions_are_a_sequence():
+    """Indices, slices with any step, and iteration give what a list of the rows gives."""
+    branch = bf.continuation.trace(parabola(), bounds=(-1.0, 1.0))
+    rows = [branch.x(i).tolist() for i in range(len(branch))]
+    orbits = branch.orbits
+    assert len(orbits) == len(rows) > 8 and repr(orbits) == f"Solutions({len(rows)})"
+
+    def shown(items):
+        return [[*item.u.tolist(), item.p] for item in items]
+    assert shown(orbits) == rows == shown(orbits[i] for i in range(len(rows)))
+    for part in (slice(None), slice(2, 7), slice(None, None, 2), slice(1, -2, 3), slice(None, None, -1), slice(7, 2, -2),
+                 slice(-3, None), slice(5, 5)):
+        assert shown(orbits[part]) == rows[part]
+    assert shown([orbits[-1], orbits[-len(rows)]]) == [rows[-1], rows[0]] and branch.x(-2).tolist() == rows[-2]
+    for i in (len(rows), -len(rows) - 1):
+        with pytest.raises(IndexError):
+            orbits[i]

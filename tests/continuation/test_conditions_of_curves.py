@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from bifurc.continuation import conditions
+from bifurc.continuation import Problem, conditions
 from bifurc.continuation.conditions import (
     ASIDE,
     Circle,
@@ -24,7 +24,10 @@ from bifurc.continuation.conditions import (
     weighted_second,
     wide_at,
 )
+from bifurc.continuation.curves.problem import CurveProblem
 from bifurc.continuation.curves.unfolding import Crossed, Unfolded, UnfoldedFamily, unfolded
+from bifurc.continuation.families import family_of
+from bifurc.continuation.kinds import SpecialPointKind
 
 SCALE = np.array([2.0, 0.5, 3.0, 0.25])  # of u0, u1, a, b
 COUPLING = np.array([[0.7, -1.3], [0.4, 0.9]])
@@ -288,3 +291,30 @@ def test_a_curve_of_branch_points_stays_where_the_symmetry_keeps_it():
         assert g == pytest.approx(0.0, abs=1e-12) and gradient[2] == 0.0
         assert gradient[3] == pytest.approx(value(moved) / 1e-6, rel=1e-4) and gradient[3] == pytest.approx(gradient[4], rel=1e-6)
     assert isinstance(made, Unfolded) and math.isfinite(float(gradient[3]))
+
+
+class Snap(Problem):
+    """u^3 - b u = p with b measured in ``unit``."""
+
+    def __init__(self, unit):
+        super().__init__(1.2, 1.2**3 - 1.2, scale_u=1.0, scale_p=1.0)
+        self.unit, self.b = unit, unit
+
+    def residual(self, u, p):
+        return u**3 - self.b / self.unit * u - p
+
+    def jacobian(self, u, p):
+        return np.array([[3.0 * float(u[0])**2 - self.b / self.unit]]), np.array([-1.0])
+
+
+def test_the_uncertainty_of_a_point_on_a_curve_is_in_the_unit_of_its_parameter():
+    """Of the fold p = -2 u^3, b = 3 u^2 in two parameters: what rounding makes of b, whatever its unit."""
+    found = []
+    for unit in (1.0, 1e-6, 1e4):
+        family = family_of(Snap(unit), "b", (0.2 * unit, 4.0 * unit))
+        curve = CurveProblem(family, SpecialPointKind.FOLD, "", (-math.inf, math.inf), np.array([0.6, -0.43, 1.1 * unit]))
+        along = np.array([0.0, 0.0, 1.0])
+        c = curve.correct(curve.x0, along, True)
+        assert c.converged and c.x == pytest.approx([math.sqrt(1.1 / 3.0), -2.0 * math.sqrt(1.1 / 3.0)**3, 1.1 * unit], rel=1e-9)
+        found.append(curve.uncertainty(c.x, c.tangent) / unit)
+    assert found == pytest.approx([found[0]] * 3, rel=0.2) and 1e-16 < found[0] < 1e-12

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from bifurc.continuation import Problem
+from bifurc.continuation import Problem, trace
 from bifurc.continuation.kinds import CorrectorStatus
 
 PLANE = np.array([0.0, 1.0])  # the parameter is kept
@@ -115,3 +115,52 @@ def test_the_plane_or_the_parameter_is_kept(fixed):
         np.linalg.norm(found.x - guess))
     back = problem.correct(guess, -tangent, fixed)
     assert back.tangent == pytest.approx(-found.tangent) and back.x == pytest.approx(found.x)
+
+
+class Measured(Problem):
+    """sin u = p with u measured in ``a`` and p in ``b``; its Jacobian is differenced."""
+
+    def __init__(self, a, b):
+        super().__init__(0.0, 0.0, scale_u=a, scale_p=b)
+        self.a, self.b = a, b
+
+    def residual(self, u, p):
+        return np.array([math.sin(float(u[0]) / self.a) - p / self.b])
+
+
+@pytest.mark.parametrize("u", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (1e-7, 1e5), (1e6, 1e-9)])
+def test_differences_are_as_good_in_every_unit(a, b, u):
+    """Steps are parts of the natural sizes, also where a number is zero."""
+    fu, fp = Measured(a, b).jacobian(np.array([u * a]), 0.5 * b)
+    assert fu[0, 0] * a == pytest.approx(math.cos(u), abs=1e-10) and fp[0] * b == pytest.approx(-1.0, abs=1e-10)
+
+
+def test_defaults_of_the_natural_sizes():
+    """The largest unknown, at least 1, in the root mean square; the parameter is left to the bounds."""
+    for u0 in ([3.0, -4.0], [0.2, 0.1, -0.3], [5.0]):
+        scale = Problem(u0, 2.0).scale
+        assert scale[:-1] == pytest.approx(max(1.0, np.abs(u0).max()) * math.sqrt(len(u0))) and math.isnan(scale[-1])
+    for bad in (0.0, -1.0, math.inf):
+        with pytest.raises(ValueError, match="scale_u must be finite and positive"):
+            Problem(1.0, 0.0, scale_u=bad)
+        with pytest.raises(ValueError, match="scale_p must be finite and positive"):
+            Problem(1.0, 0.0, scale_p=bad)
+
+
+class Copies(Problem):
+    """The equation u + u^3 = p, several times."""
+
+    def residual(self, u, p):
+        return u + u**3 - p
+
+    def jacobian(self, u, p):
+        return np.diag(1.0 + 3.0 * u * u), np.full(u.size, -1.0)
+
+
+def test_copies_of_an_equation_make_the_same_branch():
+    """Lengths are root mean squares: one unknown or many that are alike, the same rows."""
+    one, many = (trace(Copies(np.zeros(n), 0.0), bounds=(-3.0, 3.0)) for n in (1, 7))
+    assert len(one) == len(many) > 10
+    np.testing.assert_allclose(many.column("parameter"), one.column("parameter"), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(many.column("s"), one.column("s"), rtol=1e-9)

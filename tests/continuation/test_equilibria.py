@@ -101,3 +101,19 @@ def test_bad_questions():
     none = bf.find_equilibrium(System(1.0, 0.1, 0.0, [el.ConstantForce(1.0)]))
     with pytest.raises(ValueError, match="cannot be continued"):
         bf.trace(none, "force", bounds=(0.0, 1.0))
+
+
+@pytest.mark.parametrize("place", [0.25, -0.4])
+def test_a_mass_that_sticks_stays_where_it_is(place):
+    """Over a load on its neighbour, which moves as its spring lets it: k (q - place) = force; until the force of the spring between
+    them is that of slip."""
+    k, mu = 2.0, 0.9
+    K = [[1.0 + k, -k], [-k, k]]
+    system = System(np.eye(2), 0.1 * np.eye(2), K, [el.Coulomb(mu), el.ConstantForce(0.1, dof=1)])
+    start = bf.find_equilibrium(system, (place, place + 0.05))
+    assert start.success and start.state[0] == pytest.approx(place, abs=1e-15)
+    branch = bf.trace(start, "force", bounds=(-3.0, 3.0))
+    force, first, second = (branch.column(name) for name in ("parameter", "q_0", "q_1"))
+    stuck = np.abs(force - place) <= mu
+    assert stuck.sum() > 3
+    assert first[stuck] == pytest.approx(place, abs=1e-13) and second[stuck] == pytest.approx(place + force[stuck] / k, abs=1e-12)

@@ -1,4 +1,5 @@
 """Pieces of branches on plain numbers: tests of multipliers, lists of special points, parity, distances, cycles, grazings."""
+import copy
 import math
 from types import SimpleNamespace
 
@@ -20,7 +21,7 @@ from bifurc.continuation.monitors import value_of, with_monitors
 from bifurc.continuation.peaks import with_peaks
 from bifurc.continuation.switching import leads_away
 from bifurc.solve.steplaw import BOUNDARY_BAND
-from tests.continuation.problems import Scalar, pitchfork
+from tests.continuation.problems import Free, Scalar, circle, pitchfork
 
 K = SpecialPointKind
 
@@ -219,6 +220,28 @@ def test_distances_of_points_from_a_branch():
             branch.distance(wrong, "m")
 
 
+def test_a_branch_that_reaches_further_has_its_points_on_its_own_problems(monkeypatch):
+    """Rows, ends and points are the same; the problems of points and those behind them are the new ones."""
+    def bounded(self, low, high, made):
+        other = made.setdefault(id(self), copy.copy(self))
+        other.interval = (low, high)
+        return other
+    branch = bf.continuation.trace(Free(-0.9 + 0.3 * 0.81, -0.9, (0.5, 0.0, 1.0)), bounds=(-1, 1))
+    assert branch.reaching(-2.0, 2.0) is branch  # problems that are defined everywhere
+    monkeypatch.setattr(bf.continuation.Problem, "bounded", bounded)
+    wide = branch.reaching(-2.0, 2.0)
+    place = {id(problem): k for k, problem in enumerate(wide.problems)}
+    old = {id(problem): k for k, problem in enumerate(branch.problems)}
+    assert len(place) == 2 and not place.keys() & old.keys()
+    assert all(problem.interval == (-2.0, 2.0) for problem in wide.problems)
+    assert any(point.successor is not None for point in branch.special_points)
+    for new, point in zip(wide.special_points, branch.special_points, strict=True):
+        assert place[id(new.problem)] == old[id(point.problem)] and new == point
+        assert (None if new.successor is None else place[id(new.successor)]) == (
+            None if point.successor is None else old[id(point.successor)])
+    assert np.array_equal(wide.column("s"), branch.column("s")) and wide.ends == branch.ends and wide.audit.ok
+
+
 def test_columns_are_copies_in_the_order_of_arclength():
     branch = drawn([0.0, 2.0, 1.0], [3.0, 4.0, 6.0])
     assert branch.column_names == ("step", "s", "p", "m", "r", "iterations", "residual", "angle") and len(branch) == 3
@@ -287,6 +310,27 @@ def test_monitors_and_peaks_are_named_or_refused():
             with_peaks(made, bad)
     with pytest.raises(ValueError, match="must be the name of a measure"):
         with_peaks(made, 3)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.2, 2.5, 4.0, 5.5])
+def test_slopes_of_measures_turn_with_the_direction(angle):
+    """On a circle u = cos, p = sin, u changes along the branch by its part of the tangent, one way and the other."""
+    scale = np.array([3.0, 0.5])
+    watched = with_peaks(circle(scale_u=scale[0], scale_p=scale[1]), "u_0")
+    tangent = np.array([-np.sin(angle), np.cos(angle)]) / scale
+    tangent /= np.linalg.norm(tangent)
+    for way in (tangent, -tangent):
+        c = watched.correct(np.array([np.cos(angle), np.sin(angle)]), way)
+        assert c.monitors[-1] == pytest.approx(scale[0] * way[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("start", [0.7, 2.2, 3.9, 5.4])
+def test_the_peak_of_a_loop_is_its_top_wherever_it_starts(start, direction):
+    branch = bf.continuation.trace(circle(u0=math.cos(start), p0=math.sin(start)), bounds=(-2.0, 2.0), peaks="u_0",
+                                   direction=direction)
+    (peak,) = branch.special_points.of("peak")
+    assert branch.closed and peak.u[0] == pytest.approx(1.0, abs=1e-12) and abs(peak.parameter) <= max(peak.error, 1e-9)
 
 
 def test_a_start_on_another_branch_leads_away_from_the_known_one():

@@ -381,3 +381,14 @@ def test_regions_keep_what_they_are_given():
                          (({"q0": (0, 1)}, 3), "at = 3 is not allowed"), (({"q0": (0, 1)}, {"z": 1}), "'z' is unknown")):
         with pytest.raises(ValueError, match=words):
             Region(*given)
+
+
+@pytest.mark.parametrize(("speed", "told"), [(0.3, True), (-0.3, True), (0.0, False)])
+def test_a_start_beyond_a_stop_is_told_where_everything_else_is_clear(speed, told):
+    """A little beyond: that is told where it slides; without speed friction sticks or slips, which is left to the caller."""
+    system = bf.System(1.0, 0.1, 2.0, [bf.elements.HarmonicForce(0.3), bf.elements.RigidStop(0.5, 0.7), bf.elements.Coulomb(1.0)],
+                       omega=1.0)
+    scene = scene_of(system)
+    X, modes = np.array([[0.6, speed]]), np.empty(1, np.int64)
+    initial_conditions.begin(scene.tables, np.array(list(scene.start_modes())), X, modes)
+    assert modes[0] == (outcomes.BEYOND if told else outcomes.UNCLEAR)

@@ -55,3 +55,20 @@ def test_an_end_that_the_guard_rises_to_counts(free):
     assert at == end
     assert value == pytest.approx(0.7 - 0.7 * math.cos(end) - speed * math.sin(end), abs=1e-13)
     assert segment_peak(T, mode, guard, state(T, 0.3, -speed), end, 1, 1)[0] == -np.inf  # the guard itself ends the segment
+
+
+@pytest.mark.parametrize("phase", np.linspace(0.0, 2.0 * np.pi, 13)[:-1])
+def test_of_maxima_that_grow_slowly_the_last_is_the_largest(phase):
+    """y = e^(z t) cos(w t + phase) with z = 2e-5: the maxima differ by 1e-4 of their height, wherever steps cut them."""
+    z = 2e-5
+    w = math.sqrt(1.0 - z * z)
+    scene = scene_of(bf.System(1.0, -2.0 * z, 1.0, [ConstantForce(0.0), RigidStop(5.0, 0.8)], omega=1.0))
+    T = scene.tables
+    mode = next(m for m in range(len(scene.keys)) if T.n_holds[m] == 0)
+    guard = next(g for g in range(int(T.n_guards[mode])) if T.kick[mode, g])
+    end = (6.0 * np.pi - phase) / w + 1.3  # behind the third maximum
+    start = state(T, math.cos(phase), z * math.cos(phase) - w * math.sin(phase))
+    value, at = segment_peak(T, mode, guard, start, end, 1, 0)
+    top = (6.0 * np.pi - phase + math.atan(z / w)) / w
+    assert at == pytest.approx(top, abs=1e-6)
+    assert value == pytest.approx(math.exp(z * top) * math.cos(w * top + phase) - 5.0, abs=1e-12)

@@ -117,3 +117,22 @@ def test_an_overloaded_slider_has_slipped(memory, known):
 def test_sizes_of_a_state_are_its_own_and_amplitudes_of_forcing():
     x = np.array([-3.0, 0.0, 0.5, 1.0, 0.2, -0.4])
     assert settle.plain(x, 3).tolist() == [3.0, 0.0, 0.5, 1.0, 1.0, 1.0]
+
+
+def test_what_a_guard_asks_for_is_tried_before_what_was():
+    """Keys of its `then` in their order, the present one, and what another event brings in; of several elements every pair, those
+    of the last one fastest."""
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.7), Coulomb(0.3), Jenkins(2.0, 0.4)], omega=1.3))
+    m, x = scene.index(("always", "slip+", "stick")), joined(scene, [0.1, 0.0, 0.05])
+    (turns,), ends = scene.guards_of(m, 1), list(scene.guards_of(m, 2))
+    asked = list(scene.guard(m, turns).guard.then)
+    assert "slip+" not in asked and len(asked) >= 2
+
+    def tried(joined_, further=None):
+        return [scene.keys[mode][1:] for mode in settle._combinations(scene, m, joined_, further or {}, x)]
+    assert tried({1: [turns]}) == [(key, "stick") for key in (*asked, "slip+")]
+    slips = [key for g in ends for key in scene.guard(m, g).guard.then]
+    assert len(slips) == 2 and tried({2: ends}) == [("slip+", key) for key in (*slips, "stick")]
+    assert tried({2: ends[:1]}, {2: {slips[1]: None}}) == [("slip+", key) for key in (slips[0], "stick", slips[1])]
+    assert tried({1: [turns], 2: ends[:1]}) == [(a, b) for a in (*asked, "slip+") for b in (slips[0], "stick")]
+    assert tried({1: []}) == [("slip+", "stick")]

@@ -68,7 +68,7 @@ def test_sampled_amplitude_comes_near_the_exact_one(samples, gap):
 
 # a second implementation
 
-@pytest.mark.parametrize("samples", [64, 255, 256])
+@pytest.mark.parametrize("samples", [16, 21, 64, 255, 256])
 def test_sampled_slider_is_the_textbook_one_with_its_dense_jacobian(samples, rng):
     H = 7
     system = j1(1.1)
@@ -188,6 +188,7 @@ SCENES = {
     "Jenkins that separates earlier or later": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Jenkins(
         1.5, 0.6, load_amplitude=1.6, load_phase=p)], omega=1.3),
     "latch": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Latch(p)], omega=1.2),
+    "latch over its frequency": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Latch()], omega=p),
     "clutch": lambda p: System(1.0, 0.1, 1.0, [HarmonicForce(1.5), Clutch(p)], omega=1.2),
     "two rows": lambda p: System(**TWO, elements=[HarmonicForce(1.0), Tilted(p)], omega=1.2),
     "between masses": lambda p: System(**TWO, elements=[HarmonicForce(1.0), Jenkins(2.0, 0.3, row=(1.0, -1.0)),

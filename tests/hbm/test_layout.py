@@ -70,3 +70,25 @@ def test_as_many_samples_as_there_are_coefficients_up_to_the_top_are_enough(harm
     np.testing.assert_allclose(layout.analysis(samples), x, atol=1e-14)
     with pytest.raises(ValueError, match=f"{count - 1} samples are not enough for harmonic {harmonics[-1]}; give at least {count}"):
         layout.analysis(samples[1:])
+
+
+@pytest.mark.parametrize("harmonics", [(), (0,), (0, 0, 1), (0, 1, 1, 2), (0, 2, 1), (0, -1, 1), (0, 1.5), (0, True)])
+def test_a_layout_lists_each_harmonic_once_in_ascending_order(harmonics):
+    """Anything else has no one place for a coefficient."""
+    with pytest.raises(ValueError, match="harmonics"):
+        Layout(harmonics, 2)
+
+
+@pytest.mark.parametrize("harmonics", [(0, 1, 2, 3), (1, 3, 5), (0, 2, 7), (4,)])
+def test_every_coefficient_has_one_place(harmonics):
+    """Places of all harmonics and coordinates are 0 .. size - 1, and slots carry the waves that they say."""
+    layout = Layout(harmonics, 3)
+    places = [place for k in harmonics for dof in range(3) for place in layout.place(k, dof)]
+    assert sorted(places) == list(range(layout.size)) and layout.size == layout.slots * 3
+    assert layout.top == harmonics[-1] and layout.mean == (harmonics[0] == 0)
+    for k in harmonics:
+        cosine = layout.slot(k)
+        assert layout.waves[cosine] == k and not layout.is_sine[cosine]
+        assert k == 0 or (layout.waves[cosine + 1] == k and layout.is_sine[cosine + 1])
+    with pytest.raises(KeyError, match="is not listed"):
+        layout.slot(6)

@@ -445,6 +445,21 @@ def test_a_short_slip_of_a_held_contact_is_its_impulse():
     assert not system_contacts._unresolved(core, contact, np.array([0.0, 0.9 + 0j])).any()
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.2, 0.4, 1.0, 2.0, 2.9, 3.1, 4.5, 6.1])
+def test_short_slips_are_counted_one_by_one_wherever_the_period_begins(shift):
+    """A force of .5 + cos 2 t - .4 cos t against 1 exceeds it twice, differently long: impulse times duration of each, added."""
+    core = Balance(bf.System(2.0, 0.1, 1.0, [HarmonicForce(1.0)], omega=0.8), Layout((0, 1, 2), 1))
+    contact = Contact(np.ones(1), np.ones(1, complex), -np.ones(1, complex))
+    found = system_contacts._unresolved(core, contact, np.array([0.5, -0.4 * np.exp(-1j * shift), np.exp(-2j * shift)]))
+    count = 64 * grid_size(2)
+    t, step = 2.0 * np.pi * np.arange(count) / count - shift, 2.0 * np.pi / (0.8 * count)
+    excess = np.maximum(np.abs(0.5 + np.cos(2.0 * t) - 0.4 * np.cos(t)) - 1.0, 0.0)
+    parts = [excess[np.cos(t) > 0.0], excess[np.cos(t) <= 0.0]]  # about t = 0 and about t = pi
+    assert 0 < (parts[0] > 0.0).sum() < 0.8 * (parts[1] > 0.0).sum()
+    moved = sum(1.5 * (part > 0.0).sum() * step * part.sum() * step for part in parts)
+    np.testing.assert_allclose(found, 2.0 * moved / 2.0, rtol=1e-9)
+
+
 def stand(kinds, instants):
     return Pattern(np.zeros(1), np.zeros(1), np.array(instants, float), np.array(kinds))
 

@@ -1,4 +1,6 @@
 """What an orbit says of itself against simulations, sums over samples and differences: states, events, measures, multipliers."""
+import contextlib
+import itertools
 import math
 
 import numpy as np
@@ -15,13 +17,15 @@ from bifurc.elements import (
     HarmonicForce,
     Jenkins,
     LinearSpring,
+    RigidStator,
     RigidStop,
 )
 from bifurc.orbits import concentric, energy, multipliers
 from bifurc.orbits.kinds import OrbitStatus
 from bifurc.orbits.shooting import path
 from bifurc.orbits.shooting.equations import Equations
-from bifurc.orbits.shooting.signature import Signature, divided, repeated, sections, translated
+from bifurc.orbits.shooting.sequence import FOREVER
+from bifurc.orbits.shooting.signature import Signature, coincide, divided, held_guards, repeated, sections, start_orders, translated
 
 PAIR = bf.System([[1.0, 0.2], [0.2, 1.5]], [[0.4, -0.1], [0.05, 0.5]], [[2.0, -0.7], [-0.6, 1.8]],
                  [HarmonicForce(1.4, phase=0.6), HarmonicForce(0.3, 2, -0.4, dof=1), RigidStop(0.4, 0.6, dof=1), Jenkins(1.2, 0.2)],
@@ -185,6 +189,22 @@ def test_equations_and_their_derivatives(orbit, rng):
                 assert at < beside - 8.0
 
 
+def test_a_label_of_a_family_is_kept_where_the_orbit_begins(rng):
+    """Memory that nothing writes in a period stays as the first node of a guess has it; the others follow it."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.4), ElasticStop(0.3, 5.0), Jenkins(0.5, 40.0)], omega=0.8)
+    orbit = bf.find_orbit(system)
+    e, (place,) = orbit.equations, orbit.family
+    assert orbit.success and len(e.signature.nodes) == 2
+    guess = np.append(orbit.unknowns, 0.0)
+    guess[:-1] += 1e-3 * e.scale[:-1] * rng.normal(size=e.size)
+    tangent = np.zeros(guess.size)
+    tangent[-1] = 1.0
+    status, found, _, _ = e.correct(guess, tangent, False)
+    labels, given = (np.reshape(x[:-1], (2, -1))[:, 1 + place] for x in (found, guess))
+    assert status == 1 and abs(given[1] - given[0]) > 1e-4
+    np.testing.assert_allclose(labels, given[0], rtol=0, atol=1e-13)
+
+
 # ---- signatures ----------------------------------------------------------------------------------------------------------------
 
 
@@ -248,6 +268,70 @@ def test_orders_of_trivial_zeros():
     turn = divided(friction, np.array([[up, 0, down, 0, 0], [down, 0, up, 0, 0]]))
     assert turn[:, 3].tolist() == [1, 1]
     assert translated(Signature(slip, np.zeros(2), 1.0), friction, friction).nodes is slip
+
+
+TOGETHER = (
+    ((RigidStop(0.5, 0.7), ElasticStop(0.5, 3.0), Coulomb(0.3)), True),  # at rest on one surface, it lies on the other
+    ((RigidStop(0.5, 0.0), ElasticStop(0.2, 3.0), Coulomb(0.3, belt_speed=0.4)), False),
+    ((RigidStop(0.5, 0.7), Jenkins(2.0, 0.4)), True),
+)
+
+
+@pytest.mark.parametrize(("elements", "some"), TOGETHER)
+def test_guards_that_held_rows_keep_at_zero(elements, some, rng):
+    """Those that are zero at random states on the surfaces and at the speeds that a mode holds, and no others."""
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.7), *elements], omega=1.3))
+    keys = {"RigidStop": ("free", "rest"), "ElasticStop": ("free", "contact"), "Coulomb": ("stick", "slip+", "slip-"),
+            "Jenkins": ("stick", "slip+", "slip-")}
+    modes, seen = [], 0
+    for choice in itertools.product(*(keys[type(element).__name__] for element in elements)):
+        with contextlib.suppress(ValueError, KeyError):  # rows that are held twice are no mode
+            modes.append(scene.index(("always", *choice)))
+    T = scene.tables
+    for mode in modes:
+        held = range(int(T.n_holds[mode]))
+        rows = np.array([row for k in held for row in (T.H[mode, k], T.S[mode, k])]).reshape(-1, T.A.shape[2])
+        states = rng.normal(size=(6, T.A.shape[2]))
+        if rows[:, :scene.ns].any():
+            states[:, :scene.ns] -= np.linalg.lstsq(rows[:, :scene.ns], rows @ states.T, rcond=None)[0].T
+        np.testing.assert_allclose(rows @ states.T, 0.0, atol=1e-12)
+        zero = [g for g in range(int(T.n_guards[mode])) if np.abs(states @ T.G[mode, g]).max() < 1e-12]
+        assert held_guards(T, mode) == zero
+        orders = start_orders(scene, T, mode, -1, mode, 0)
+        assert [g for g, order in enumerate(orders) if order == FOREVER] == zero
+        seen += len(zero)
+    assert (seen > 0) == some
+
+
+def test_an_event_coincides_with_that_of_an_element_that_waited_on_the_same_row():
+    """Of two stops at one place the second is met at the instant of the first; not at another place, not where its mode has
+    changed meanwhile, and not behind an impact, which throws back."""
+    def scene_with(*elements):
+        return scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.7), *elements], omega=1.3))
+
+    def together(scene, keys, owner, then, other):
+        before, after = scene.index(("always", *keys)), scene.index(("always", *then))
+        fired, guard = scene.guards_of(before, owner)[0], scene.guards_of(after, other)[-1]
+        return coincide(scene, scene.tables, np.array([before, fired, after, 0, 0]), guard)
+    free, first, second = ("free", "free"), ("contact", "free"), ("free", "contact")
+    same = scene_with(ElasticStop(0.5, 3.0), ElasticStop(0.5, 7.0))
+    assert together(same, free, 1, first, 2) and together(same, free, 2, second, 1)
+    assert not together(same, free, 1, first, 1)
+    assert not together(same, free, 1, ("contact", "separating"), 2)
+    assert not together(scene_with(ElasticStop(0.5, 3.0), ElasticStop(0.6, 7.0)), free, 1, first, 2)
+    assert not together(scene_with(ElasticStop(0.5, 3.0), ElasticStop(0.5, 7.0, side=-1)), free, 1, first, 2)
+    assert not together(scene_with(RigidStop(0.5, 0.7), ElasticStop(0.5, 7.0)), free, 1, free, 2)
+
+
+@pytest.mark.parametrize("beta", [0.0, 1.0, 1e6, 1e10])
+def test_orders_behind_an_impact_are_the_same_beside_a_stiff_law(beta):
+    """A rotor is thrown back with the speed with which it came, however fast a spring law turns it round then."""
+    elements = [HarmonicForce(0.7), CubicSpring(beta), RigidStator(restitution=0.7, friction=0.1)]
+    scene = scene_of(bf.System(np.eye(2), 0.1 * np.eye(2), np.eye(2), elements, omega=1.3))
+    free = scene.index(("always", "always", "free"))
+    hit = scene.guards_of(free, 2)[0]
+    bounce = divided(scene, np.array([[free, hit, free, 0, 0]]))
+    assert bounce[0, 3] == 1 and start_orders(scene, scene.tables, free, hit, free, 0)[hit] == 1
 
 
 # ---- along a parameter ---------------------------------------------------------------------------------------------------------

@@ -234,3 +234,29 @@ def test_ways_past_an_elastic_stop():
     for orbit in found:
         assert orbit.success and orbit.state == pytest.approx(found[0].state, abs=1e-9)
     assert found[1].how["method"] != "simulation"
+
+
+@pytest.mark.parametrize("top", [4, 64, 100])
+def test_every_wave_has_its_samples(top):
+    """Sampled contacts get 16 samples a shortest wave, and 1024 at least; a number that is given is kept."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), ElasticStop(gap=0.5, stiffness=4.0)], omega=0.8)
+    method = HarmonicBalance(top, aft="sampled")
+    assert method.balance(system, method.layout(1)).samples == max(1024, 16 * top)
+    assert HarmonicBalance(top, aft="sampled", samples=300).balance(system, method.layout(1)).samples == 300
+    assert HarmonicBalance(top).balance(system, method.layout(1)).samples == 0
+
+
+@pytest.mark.parametrize(("n", "top", "stops", "default"), [
+    (2, 3, 1, False),  # few unknowns
+    (30, 2, 1, False), (30, 4, 1, True), (30, 4, 15, True),
+    (30, 4, 16, False),  # more than half of the coordinates are touched
+    (2, 60, 2, False), (2, 60, 1, True), (4, 4, 0, False)])
+def test_a_balance_is_condensed_where_it_pays(n, top, stops, default):
+    """By default from 200 unknowns on, with half of the coordinates touched at most; asked for it always is, where there is one."""
+    K = 2.5 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    elements = [HarmonicForce(1.0), *(ElasticStop(gap=0.5, stiffness=4.0, dof=k) for k in range(stops))]
+    system = bf.System(np.eye(n), 0.1 * np.eye(n), K, elements, omega=0.8)
+    for condense, made in ((None, default), (True, stops > 0), (False, False)):
+        method = HarmonicBalance(top, condense=condense)
+        found = method.condensed(method.balance(system, method.layout(n)))
+        assert (found is not None) == made

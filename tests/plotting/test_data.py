@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bifurc import plotting
+from bifurc.plotting.basins import draw_sets
 
 
 @pytest.fixture
@@ -51,3 +52,20 @@ def test_motions_under_control_are_drawn_section_by_section(axes):
     np.testing.assert_array_equal(lines(upper)[0], [[0, 0.5], [1, 0.25], [2, 0.125]])
     np.testing.assert_array_equal(lines(lower)[0], [[0, 0.1], [1, -0.2]])
     assert upper.get_xlim() == lower.get_xlim() == (0.0, 2.0)
+
+
+@pytest.mark.parametrize(("names", "columns"), [(("q0", "v0"), [0, 2]), (("v1", "q0"), [3, 0]), (("q1", "w0"), [1, 4])])
+def test_pieces_of_a_set_are_drawn_apart_over_the_components_of_the_grid(axes, names, columns):
+    """Every piece whole, nothing between two of them; an empty set has no entry in the legend."""
+    points = np.arange(35.0).reshape(7, 5) ** 1.5
+    curves = np.array([0, 0, 0, 2, 3, 3, 3])
+    grid, none = SimpleNamespace(names=names), SimpleNamespace(points=np.empty((0, 5)), curves=np.empty(0))
+    handles = draw_sets(axes[0], grid, 2, SimpleNamespace(points=points, curves=curves), none)
+    (line,) = lines(axes[0])
+    gaps = np.isnan(line).any(axis=1)
+    pieces = [part[~np.isnan(part).any(axis=1)] for part in np.split(line, np.flatnonzero(gaps))]
+    for piece, number in zip(pieces, (0, 2, 3), strict=True):
+        np.testing.assert_array_equal(piece, points[curves == number][:, columns])
+    assert [words for _, words in handles] == ["unstable set of the saddle"]
+    draw_sets(axes[1], grid, 2, None, SimpleNamespace(points=points[:2], curves=np.zeros(2)))
+    np.testing.assert_array_equal(lines(axes[1])[0], points[:2][:, columns])

@@ -173,6 +173,7 @@ def test_algebraic_branch_without_stability(ax):
     point = SimpleNamespace(kind="hopf_like", parameter=0.0, s=0.0, measures={})
     plotting.plot_branch(fakes.FakeBranch(columns, [point], "p"), ax)
     assert drawn(ax, "hopf like").tolist() == [[0.0, 0.0]]
+    assert [line.get_label() for line in ax.get_lines()] == ["stability unknown", "hopf like"]
 
 
 def test_orbit_is_cut_at_the_impact_and_the_stop_is_drawn():

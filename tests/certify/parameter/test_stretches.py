@@ -8,6 +8,8 @@ import bifurc as bf
 from bifurc.certify import StretchCertificate, Verdict
 from bifurc.certify.arithmetic.balls import flint, middle, working
 from bifurc.certify.arithmetic.forms import hull
+from bifurc.certify.parameter.sequence import along, pieces_of
+from bifurc.certify.parameter.sheet import Sheet
 from bifurc.certify.parameter.stretch import Mark, Stretches, bisect
 from bifurc.certify.parameter.tube import Tube
 from tests.reference import one_stop
@@ -120,6 +122,30 @@ def test_closed_forms_lie_in_the_tubes(branch, points, monkeypatch):
                     assert (y + arb(0, 1e-12)).contains(v - t * d - arb(float(c)) * d * d)
             seen += 1
     assert seen >= 20
+
+
+@pytest.mark.parametrize(("row", "width"), [(3, 1e-4), (3, 0.2), (20, 1e-3), (20, 0.3)])
+def test_matrices_over_a_range_are_those_at_its_points(branch, row, width):
+    """Values and derivatives of the series about the middle, with their remainder, hold what a model of the point itself gives."""
+    problem, x = branch.problems[int(branch._arrays["part"][row])], branch.x(row)
+    low, high = float(x[-1]) - width, float(x[-1]) + 0.5 * width
+    with working(192):
+        path = along(problem, x, low, high)
+        sheet, checked = Sheet(path, low, high), 0
+        for share in (0.0, 0.013, 0.4, 0.77, 1.0):
+            p = flint().arb(low) + (flint().arb(high) - flint().arb(low)) * share
+            here, point = sheet.pieces(p, True), pieces_of(path, path.family.model(p, 2), lambda found: found)
+            for made, exact in ((made, exact) for name in "BRG" for made, exact in zip(getattr(here, name), getattr(point, name),
+                                                                                      strict=True)):
+                if exact is None:
+                    assert made is None
+                    continue
+                assert all(a.overlaps(b) for a, b in zip(made.value.entries(), exact.parts[0].entries(), strict=True))
+                slope = made.parts[1]
+                slopes = [flint().arb(0)] * len(exact.parts[1].entries()) if slope is None else slope.entries()
+                assert all(a.overlaps(b) for a, b in zip(slopes, exact.parts[1].entries(), strict=True))
+                checked += sum(v != 0 for v in exact.parts[1].entries())
+    assert checked > 0
 
 
 def test_stretches_are_stored(branch, points, tmp_path):

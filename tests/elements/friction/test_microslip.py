@@ -32,6 +32,19 @@ def test_a_chain_equals_its_parallel_set(rng, closed):
     assert np.allclose(flat.virgin_force(drive), bar.virgin_force(drive), rtol=0.0, atol=1e-12 * sum(bar.limits))
 
 
+@pytest.mark.parametrize("spring", [1e6, 1e8, 1e10])
+@pytest.mark.parametrize("n", [15, 60])
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_stiff_chain_is_one_block(rng, n, closed, spring):
+    """Contacts side by side: the sum of their stiffnesses, less a part contact n^2 / spring, and of their limits; stiff springs
+    leave much rounding when all slip, and no force."""
+    bar = MicroSlip(spring, 1.0, tuple(rng.uniform(0.5, 1.0, n) / n), closed)
+    flat = bar.iwan()
+    assert sum(flat.stiffnesses) == pytest.approx(n, rel=n * n / spring + 1e-6)
+    assert sum(flat.limits) == pytest.approx(sum(bar.limits), rel=n * n / spring + 1e-6)
+    assert flat.virgin_force(1.0) == pytest.approx(sum(bar.limits), rel=n * n / spring + 1e-6)
+
+
 def test_symmetric_contacts_slip_together():
     ring = MicroSlip(3.0, 1.0, (0.5,) * 7, closed=True)
     assert ring.order == ((0,), (1, 6), (2, 5), (3, 4))

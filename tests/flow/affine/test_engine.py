@@ -6,7 +6,7 @@ from scipy.linalg import expm
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
-from bifurc.elements import HarmonicForce, RigidStop
+from bifurc.elements import ConstantForce, HarmonicForce, RigidStop
 from bifurc.flow.affine import engine, event_free
 from bifurc.flow.dense import FAR, sample
 from bifurc.flow.rule import jump
@@ -233,3 +233,34 @@ def test_two_impacts_at_one_instant_commute_without_coupled_inertia():
 
     assert gap(0.0) < 1e-12
     assert gap(0.3) == np.inf
+
+
+def test_two_impacts_at_one_instant_do_not_commute_where_damping_couples():
+    """Of masses with a dashpot between them the states after both orders are the same, their derivatives are not: against
+    differences of flights and rebounds written out, one stop always before the other."""
+    C, K, push = np.array([[0.3, -0.2], [-0.2, 0.4]]), np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([0.4, -0.2])
+    gaps, restitutions, y = (0.5, 0.4), (0.6, 0.3), np.array([0.5, 0.4, 1.0, 0.7])
+    M = np.diag([1.0, 2.0])
+    A = np.zeros((5, 5))
+    A[:2, 2:4] = np.eye(2)
+    A[2:4] = np.linalg.solve(M, np.column_stack([-K, -C, push]))
+
+    def through(y, order):
+        """Flights before and behind both impacts, none in all: a time is negative where the surface was passed."""
+        x, passed = np.append(y, 1.0), 0.0
+        for i in order:
+            t = 0.0
+            for _ in range(20):
+                now = expm(t * A) @ x
+                t -= (now[i] - gaps[i]) / now[2 + i]
+            x, passed = expm(t * A) @ x, passed + t
+            x[2 + i] *= -restitutions[i]
+        return (expm(-passed * A) @ x)[:4]
+    h = 1e-5
+    one, two = (np.array([(through(y + d, order) - through(y - d, order)) / (2.0 * h) for d in h * np.eye(4)]).T
+                for order in ((0, 1), (1, 0)))
+    stops = [RigidStop(gaps[i], restitutions[i], dof=i) for i in (0, 1)]
+    forces = [ConstantForce(push[0]), ConstantForce(push[1], dof=1), HarmonicForce(0.0)]
+    scene = scene_of(bf.System(M, C, K, [*forces, *stops], omega=1.1))
+    gap = order_gap(scene, mode_of(scene), 0, 1, joined(scene, y, 0.2))
+    assert gap == pytest.approx(np.abs(one - two).max() / max(np.abs(one).max(), np.abs(two).max()), rel=1e-6) and gap > 1e-3

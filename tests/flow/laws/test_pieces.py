@@ -7,7 +7,8 @@ from scipy.linalg import expm
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
-from bifurc.elements import CubicSpring, Force, HarmonicForce, Jenkins
+from bifurc.compose.writer import kernels
+from bifurc.elements import CubicSpring, ElasticStator, Force, HarmonicForce, Jenkins, RigidStator
 from bifurc.flow.laws import calls, engine
 from tests.reference.plain import plain
 
@@ -141,3 +142,34 @@ def test_what_forces_push_is_added(rng):
     plain(calls.push)(LP, 1, 1, 3, local, f)
     assert np.array_equal(f[:3], given[:3])
     assert f[3:] == pytest.approx(given[3:] + LP[1, 1] * local[2, 1, 0] + LP[1, 2] * local[2, 2, 0], abs=1e-14)
+
+
+RUBBING = (
+    [HarmonicForce(0.7), CubicSpring(0.8), RigidStator(restitution=0.7, friction=0.2, radius=0.6, surface_speed=0.3)],
+    [HarmonicForce(0.7), CubicSpring(-0.5, dof=1),
+     RigidStator(restitution=0.4, friction=0.5, radius=0.6, centre_x=0.1, frame_spin=0.2)],
+    [HarmonicForce(0.7), ElasticStator(stiffness=9.0, damping=0.2, friction=0.3, radius=0.6)],
+)
+
+
+@pytest.mark.parametrize("elements", RUBBING)
+def test_guards_that_feel_laws_and_their_gradients(elements, rng):
+    """Depths, speeds, and reactions of a wall, in every mode: gradients by the state against differences of the values."""
+    scene = scene_of(bf.System(np.diag([1.3, 1.3]), [[0.2, -0.1], [0.1, 0.3]], [[2.0, -0.5], [-0.5, 1.0]], elements, omega=1.1))
+    T, start = scene.tables, scene.system.elements[-1].start
+    seen, row = 0, np.empty(T.A.shape[2])
+    for mode in [scene.index((*["always"] * (len(elements) - 1), key)) for key in start]:
+        T, engine_ = scene.tables, kernels(scene)
+        for g in range(int(T.n_guards[mode])):
+            for _ in range(3):
+                y = rng.normal(size=4)
+                y[:2] *= 0.7 / np.linalg.norm(y[:2])
+                x = np.concatenate([y, [1.0, 0.6, 0.8]])
+                engine_.guard_gradient(T, mode, g, x, row)
+                for c in range(4):
+                    h = 1e-5 * np.eye(x.size)[c]
+                    at = [engine_.guard_value(T, mode, g, x + k * h) for k in (-2, -1, 1, 2)]
+                    slope = (at[0] - 8.0 * at[1] + 8.0 * at[2] - at[3]) / 12e-5
+                    assert row[c] == pytest.approx(slope, rel=1e-6, abs=1e-7)
+            seen += bool(T.LG[mode, g].any())
+    assert seen >= 3
