@@ -1,7 +1,7 @@
 """Many starts of any scene: on the general integration `bifurc.flow.scan.run`."""
 import numpy as np
 
-from .._jit import WHOLE, apart, njit
+from .._jit import njit
 from ..compose.tables import ORDER
 from ..elements.kinds import EventKind
 from ..flow.rule import admit, sizes
@@ -68,7 +68,7 @@ def started(T, candidates, m, y, ints, floats, x, scale, signs, a):
     return m >= 0 or decided(T, candidates, ints, x, scale, signs, a)
 
 
-@apart(WHOLE)
+@njit
 def integrate(T, ints, floats, x, whole, tau, limit, rows, record, tally):
     """Integrate ``x`` (nx,) to the time ``tau`` after section number ``whole``; return the status of `run`.
 

@@ -16,6 +16,7 @@ One file, because the integration and what it calls at an event are compiled tog
 import numpy as np
 
 from .._jit import NOTHING, PAIR, apart, njit
+from .._jit import WHOLE as STATUS
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
 from .affine.event_free import coast
@@ -242,7 +243,7 @@ def slowed(r, v, push, away, loss, rate):
     return first, first + (by_time + weight * fast_by_time) * products + (by_speed + weight * fast_by_speed) * squares
 
 
-@njit
+@apart(STATUS, python=True)
 def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
     """Integrate ``x`` (nx,) in place to the time ``whole_end`` periods + ``tau_end``; return a status.
 

@@ -7,7 +7,7 @@ out: ``b1 < 0, b2 + 16/3 e < 0, b3 < 0`` suffices, since the difference is at mo
 from ..._jit import NUMBER, apart
 
 
-@apart(NUMBER)
+@apart(NUMBER, counted=False)
 def coast(T, m, x, count, orders, slopes, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps; return the time that was proved free of events.
 

@@ -151,7 +151,7 @@ def maximum(a, low, left, right):
     return s
 
 
-@apart(NOTHING)
+@apart(NOTHING, counted=False)
 def first_zero(a, low, s, noise, out, stack):
     """Find the first zero in (0, s] of the guard ``a`` (ORDER+1,), whose zero of order ``low`` at 0 is divided out.
 
@@ -220,7 +220,7 @@ def first_zero(a, low, s, noise, out, stack):
         depth -= 1
 
 
-@apart(NUMBER)
+@apart(NUMBER, counted=False)
 def highest(a, s, best, out, stack):
     """Return the largest interior maximum of the guard ``a`` on [0, s] above ``best``, else ``best``; time in ``out[0]``."""
     D4 = fourth(a, 0, s)
