@@ -171,6 +171,28 @@ def test_labels_are_those_of_the_scalar_integrator(name, rng):
     np.testing.assert_array_equal(fast.periods[told], slowly.periods[told])
 
 
+def test_impacts_that_all_but_graze_are_met(rng):
+    """Between starts without an impact in a period and starts with one lies a graze, wherever a substep has it: closely beyond it
+    the stop is met, closely before it is not."""
+    period_map = PeriodMap(SCENES["cubic spring and stop"])
+    X = rng.uniform(-0.55, 0.55, (600, 2)) * [1.0, 2.0]
+    _, codes, impacts, _ = alone(period_map._integrator, X, 1)
+    count = 20
+    without, hit = (X[(codes == 0) & (impacts == k)][:count] for k in (0, 1))
+    assert len(without) == len(hit) == count
+    low, high = np.zeros((count, 1)), np.ones((count, 1))  # places on the lines between
+    for _ in range(27):
+        middle = 0.5 * (low + high)
+        beyond = alone(period_map._integrator, without + middle * (hit - without), 1)[2][:, None] > 0
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    for away in (1e-2, 1e-4, 1e-6):
+        for place in (low - away, high + away):
+            starts = without + place * (hit - without)
+            _, codes, impacts, _ = alone(period_map._integrator, starts, 1)
+            assert (codes == 0).mean() > 0.9
+            np.testing.assert_array_equal(period_map.apply(starts).impacts[codes == 0], impacts[codes == 0])
+
+
 def test_scenes_without_a_batch_take_the_compiled_scalar_integrator(rng):
     """Three masses under a law, and a law that sees a start in no clear mode: the same images as simulations."""
     system = chain(3, e.CubicSpring(0.5, dof=0), e.RigidStop(0.6, 0.7, dof=2))

@@ -6,10 +6,11 @@ from bifurc import System
 from bifurc.elements import HarmonicForce, Iwan
 from bifurc.hbm import tables
 from bifurc.hbm.balance import Balance
-from bifurc.hbm.contacts import common
+from bifurc.hbm.contacts import common, sampled
 from bifurc.hbm.contacts.common import Contact, Segments
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.status import ContactStatus
+from bifurc.hbm.tables import GUARDS, PAIRS, THEN, TRIAL
 from tests.reference.plain import plain
 
 STIFFNESSES, REACHES = (1.0, 2.0, 3.0), (0.5, 0.2, 0.3)  # the second slips first, then the third, then the first
@@ -228,3 +229,45 @@ def test_what_is_told_of_an_event(rng):
     source[common.WRITER] = -1.0  # a virgin start
     assert not resting(A, 0, 0, 0.1, source, 1e-3)
     assert not resting(A, KEYS.index("slip+1"), 1, 0.1, source, 1e-3)
+
+
+def follower(positive, then, trials=None, mode=0):
+    """Return (guard, mode) that follow ``mode`` at a sample: of modes 0, 1, ... the guards that are ``positive`` there, the modes
+    ``then`` behind each, and those tried in place of a mode that writes memory (-1: none)."""
+    count, guards = len(positive), max(len(row) for row in positive)
+    A = np.full((count + 1, guards + 1, 20), -1)
+    values = np.zeros((count, guards, 1))
+    for m, row in enumerate(positive):
+        A[m, 0, GUARDS] = len(row)
+        for g, high in enumerate(row):
+            values[m, g, 0] = 0.5 if high else -0.5
+            A[m, 1 + g, TRIAL] = (trials or {}).get((m, g), -1)
+            behind = then.get((m, g), ())
+            A[m, 1 + g, THEN:THEN + len(behind)] = behind
+    A[count, 0, PAIRS] = 0
+    return plain(sampled.next_of)(values, np.zeros((count, guards, 1)), A, 0, mode, np.empty(0), 0)
+
+
+def test_the_mode_that_follows_at_a_sample_is_the_first_that_may_stay():
+    """Behind a positive guard, in the order that it names them: not one with a positive guard of its own, unless that guard is
+    judged by a trial; none behind guards that are not positive."""
+    then = {(0, 0): (1, 2)}
+    assert follower([[0], [0], [0]], then) == (-1, 0)
+    assert follower([[1], [0], [0]], then) == (0, 1)
+    assert follower([[1], [1], [0]], then) == (0, 2)
+    assert follower([[1], [1], [1]], then) == (-1, 0)  # none may
+    assert follower([[1], [1], [0]], then, {(1, 0): 0}) == (0, 1)  # its guard is judged by the trial of mode 0
+    assert follower([[0, 1], [0], [0]], {(0, 0): (1,), (0, 1): (2,)}) == (1, 2)
+    assert follower([[1], [0]], {(0, 0): (0, 1)}) == (-1, 0)  # it names the present one first: it stays
+
+
+def test_a_mode_that_writes_memory_is_left_where_its_trial_may_stay():
+    """A slider that slips sticks where sticking breaks no limit; where it does, the guard of the trial says what follows."""
+    slips, sticks = 0, 1
+    then, trials = {(slips, 0): (sticks,), (sticks, 0): (slips,), (sticks, 1): (2,)}, {(slips, 0): sticks, (2, 0): sticks}
+    for own in (0, 1):
+        assert follower([[own], [0, 0], [0]], then, trials) == (0, sticks)  # whatever its own guard says
+    assert follower([[0], [1, 0], [0]], then, trials) == (-1, slips)
+    assert follower([[1], [1, 0], [0]], then, trials) == (-1, slips)  # the trial would slip on
+    assert follower([[1], [0, 1], [1]], then, trials) == (0, 2)  # slips the other way at once
+    assert follower([[0], [0, 1], [0]], then, trials) == (-1, slips)

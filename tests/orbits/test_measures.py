@@ -2,6 +2,7 @@
 import contextlib
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,10 +23,11 @@ from bifurc.elements import (
 )
 from bifurc.orbits import concentric, energy, multipliers
 from bifurc.orbits.kinds import OrbitStatus
-from bifurc.orbits.shooting import path
+from bifurc.orbits.shooting import path, sequence
 from bifurc.orbits.shooting.equations import Equations
-from bifurc.orbits.shooting.sequence import FOREVER
+from bifurc.orbits.shooting.sequence import FOREVER, STARTS
 from bifurc.orbits.shooting.signature import Signature, coincide, divided, held_guards, repeated, sections, start_orders, translated
+from tests.reference.plain import plain
 
 PAIR = bf.System([[1.0, 0.2], [0.2, 1.5]], [[0.4, -0.1], [0.05, 0.5]], [[2.0, -0.7], [-0.6, 1.8]],
                  [HarmonicForce(1.4, phase=0.6), HarmonicForce(0.3, 2, -0.4, dof=1), RigidStop(0.4, 0.6, dof=1), Jenkins(1.2, 0.2)],
@@ -332,6 +334,26 @@ def test_orders_behind_an_impact_are_the_same_beside_a_stiff_law(beta):
     hit = scene.guards_of(free, 2)[0]
     bounce = divided(scene, np.array([[free, hit, free, 0, 0]]))
     assert bounce[0, 3] == 1 and start_orders(scene, scene.tables, free, hit, free, 0)[hit] == 1
+
+
+def test_which_values_at_the_start_of_an_interval_are_conditions():
+    """Behind an impact, and where a row begins to be held; of no surface, of nothing that is zero there anyway; of the guard that
+    ends the interval only where it falls first: else it has its one zero at the end."""
+    def condition(guard=0, trivial=0, surface=0, kick=0, holds=(0, 0), listed=0, rate=1.0):
+        def series(T, mode, q, x, a):
+            assert (mode, q) == (1, 1)
+            a[1] = rate
+        nodes = np.zeros((1, STARTS + 2), np.int64)
+        nodes[0, :3], nodes[0, STARTS + 1] = (0, guard, 1), trivial
+        T = SimpleNamespace(kick=np.array([[kick, 0], [0, surface]]), n_holds=np.array(holds))
+        return bool(plain(sequence.starts_beyond, guard_series=series)(T, nodes, 0, 1, np.zeros(3), listed, np.zeros(4)))
+    assert condition(kick=1) and condition(holds=(0, 1)) and condition(holds=(2, 1))
+    assert not condition() and not condition(holds=(1, 1)) and not condition(holds=(1, 0))
+    for begins in ({"kick": 1}, {"holds": (0, 1)}):
+        assert not condition(guard=-1, **begins) and not condition(surface=1, **begins)
+        assert not condition(trivial=2, **begins) and not condition(trivial=-1, **begins)
+        assert condition(listed=1, rate=-0.1, **begins) and not condition(listed=1, rate=0.1, **begins)
+        assert condition(listed=0, rate=0.1, **begins)
 
 
 # ---- along a parameter ---------------------------------------------------------------------------------------------------------
