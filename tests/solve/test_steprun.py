@@ -138,8 +138,8 @@ def step(turn=TURN, sideways=ASIDE, run=(), tests=(), values=(), **more):
              "tangent": math.cos(turn) * OLD + math.sin(turn) * across, "scales": SCALES, "iterations": 4, "sign": 1.0, "log": 0.3}
     state = np.zeros(steprun.RUN)
     table = np.zeros((steprun.TESTS, 3))
-    for name, value in {"LENGTH": STEP, "MOST": 0.5, "LOW": -9.0, "HIGH": 9.0, "ORIGIN": np.nan, "TURN": 9.0, "BACK": STEP, "SIGN_BEFORE": 1.0,
-                        "LOG": 0.2, "LOG_BEFORE": 0.1, "SIGN": 1.0, "BEND": 0.5, **dict(run)}.items():
+    for name, value in {"LENGTH": STEP, "MOST": 0.5, "LOW": -9.0, "HIGH": 9.0, "ORIGIN": np.nan, "TURN": 9.0, "BACK": STEP,
+                        "SIGN_BEFORE": 1.0, "LOG": 0.2, "LOG_BEFORE": 0.1, "SIGN": 1.0, "BEND": 0.5, **dict(run)}.items():
         state[getattr(steprun, name)] = value
     for name, row in {"EARLIER": (0.6, 1.2, -0.8), "LATEST": (0.6, 1.1, -0.9), "CLEARLY": (1.0, 1.0, -1.0),
                       "SIZE": (0.6, 1.2, 0.9), "TOUCHED": (-1.0, -1.0, 1e-9), **dict(tests)}.items():
