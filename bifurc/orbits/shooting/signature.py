@@ -67,8 +67,10 @@ class Signature:
         return int(np.count_nonzero(self.nodes[:, GUARD] >= 0))
 
     def signs(self, scene: Scene, kept: list[int] | None = None) -> np.ndarray:
-        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family.  ``kept`` are
-        those, where they are known."""
+        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family.
+
+        ``kept`` are those, where they are known.
+        """
         signs = np.full(scene.ns, float(self.closure))
         if self.closure > 0:
             signs[self.kept(scene) if kept is None else kept] = 0.0
