@@ -17,7 +17,7 @@ from ..orbits.autonomous import section, solution
 from ..orbits.energy import EnergyEquations, conservative, unfolding_path
 from ..orbits.energy import energy as stored
 from ..orbits.equilibria.equilibrium import find_equilibrium
-from ..orbits.orbit import PeriodicOrbit
+from ..orbits.orbit import TOUCH, PeriodicOrbit
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
 from .kinds import ContinuationError, SpecialPointKind
@@ -63,6 +63,7 @@ class EnergyProblem(Problem):
     """
 
     parameter = "energy"
+    touch = TOUCH  # as of other orbits
     monitors_read_tangent = False
 
     def __init__(self, system: System, sequence: Signature, weights, x0):

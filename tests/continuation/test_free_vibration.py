@@ -135,11 +135,12 @@ def test_families_begin_with_any_coordinate_in_any_direction(mode, gyroscopic):
     np.testing.assert_allclose(again.final, large.state, atol=1e-9)
 
 
-def test_a_family_goes_on_where_it_touches_the_stop_twice_at_once():
+@pytest.mark.parametrize("energy", [0.78, 0.795, 0.8, 0.805, 0.825])
+def test_a_family_goes_on_where_it_touches_the_stop_twice_at_once(energy):
     # a mode is its own image under reversal of time: contacts beside that at its turning point are born in pairs
     K, gap, k = np.array([[1.7, -0.7], [-0.7, 0.7]]), 0.3, 40.0
-    start = bf.nonlinear_mode(System(np.eye(2), np.zeros((2, 2)), K, [el.ElasticStop(gap, k, dof=1)]), 0, energy=0.8)
-    branch = bf.trace(start, "energy", bounds=(0.8, 0.9), direction=1, max_steps=12)
+    start = bf.nonlinear_mode(System(np.eye(2), np.zeros((2, 2)), K, [el.ElasticStop(gap, k, dof=1)]), 0, energy=energy)
+    branch = bf.trace(start, "energy", bounds=(energy, 0.9), direction=1, max_steps=12)
     (graze,) = branch.special_points.of("grazing")
     end = chain_motion(K, gap, k, graze.solution.state, graze.solution.period)
     assert np.abs(end - graze.solution.state).max() < 1e-10

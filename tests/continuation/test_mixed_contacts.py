@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.continuation.shooting.completion import completion_near
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 
 
 def chain():
@@ -86,3 +87,18 @@ def test_a_reversal_that_releases_another_mass_is_refused_by_nothing():
     motion = bf.simulate(beyond.system, y0=beyond.state, periods=2)
     hits = [sum(event.element == "rigid_stop" for event in one.events) for one in (motion, beyond)]
     assert hits[0] == 2 * hits[1] > 0
+
+
+def test_a_slider_at_its_limit_while_the_mass_rests_hides_no_slip():
+    """It slipped up to the stop: through the rest behind the impacts it is at its limit, to rounding of either sign.  Elsewhere in
+    the period it begins to slip, and with that once more before the first of these impacts."""
+    system = bf.System(1.0, 0.0279, 1.0, [HarmonicForce(1.94), RigidStop(0.205, 0.382), Jenkins(2.6, 0.134)], omega=0.604)
+    branch = bf.trace(bf.find_orbit(system), "jenkins.stiffness", bounds=(1.3, 3.9))
+    assert branch.stop_reason == ("bound", "bound") and branch.audit.ok
+    (onset,) = branch.special_points
+    assert onset.kind == "slip_onset"
+    for aside in (-1e-5, 1e-5):  # what simulation settles on
+        settled = bf.find_orbit(system.with_parameters(**{"jenkins.stiffness": onset.parameter + aside}))
+        assert settled.signature.count("jenkins.slip") == (6 if aside > 0.0 else 4)
+    row = branch.rows()[0]
+    assert completion_near(row.part.problem, row.x) is None  # Newton's method leads away there

@@ -30,7 +30,7 @@ IMPACTS = 6  # of a train, at least
 LEFT = 1e-7  # periods left at the last impact whose ratio is used: rounding of times is 1e-9 of that
 ROOM = 1e-2  # of that, down to which a train is written out
 ALIKE = 0.03  # by which a ratio may differ from that of the boundary in a start
-MAX_ITERATIONS = 30
+MAX_ITERATIONS, FAR = 30, 1.0  # of Newton's method; a scaled step of it that leads away
 TOLERANCE = 1e-12  # scaled step of Newton's method
 CALM, RESIDUAL = 1e-6, 1e-12  # twice a scaled step so small at equations solved to that: the rest is rounding of short flights
 STEP = 1e-6  # of the parameter, scaled, in the derivative of the restitution
@@ -329,21 +329,21 @@ def on_boundary(problem, x, impacts, release, k):
 
 
 def solved(problem, x, own):
-    """Return the solution of the orbit's equations and the condition ``own`` near ``x`` (n + 1,), or None; and the last step of the
-    parameter, own units."""
-    x, scale, calm = x.copy(), problem.scale, 0
+    """Return the orbit's solution with the condition ``own`` near ``x`` (n + 1,), or None; and the parameter's last step."""
+    scale, calm = problem.scale, 0
     for _ in range(MAX_ITERATIONS):
         fu, fp = problem.jacobian(x[:-1], float(x[-1]))
         matrix = np.vstack([np.column_stack([fu, fp]), own.gradient(problem, x)]) * scale
         value = np.append(problem.residual(x[:-1], float(x[-1])), own.of(problem, x))
         if not (np.isfinite(matrix).all() and np.isfinite(value).all()):
-            return None, math.inf
+            break
         try:
             step = np.linalg.solve(matrix, -value)
         except np.linalg.LinAlgError:
-            return None, math.inf
-        x += scale * step
-        size = np.abs(step).max()
+            break
+        size, x = np.abs(step).max(), x + scale * step
+        if not size <= FAR:
+            break
         calm = calm + 1 if np.abs(value[:-1]).max() <= RESIDUAL and max(size, abs(value[-1])) <= CALM else 0
         if size < TOLERANCE or calm > 1:
             return x, abs(float(scale[-1] * step[-1]))

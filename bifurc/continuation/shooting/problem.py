@@ -583,6 +583,8 @@ class OrbitProblem(Problem):
                    for (before, guard), speed in zip(self.sequence.nodes[:, :AFTER], speeds, strict=True)
                    if guard >= 0 and kick[before, guard]]
         for first, (element, fastest) in enumerate(impacts):
+            if not fastest < math.inf:
+                continue  # of a complete chattering itself
             run = [fastest]
             for other, speed in impacts[first + 1:] + impacts[:first]:
                 if other != element or not speed < 0.97 * run[-1]:

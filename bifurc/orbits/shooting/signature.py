@@ -173,10 +173,12 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
 
 
 def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
-    """Mark (`FOREVER`) the guards that reach zero only where a contact strikes and turns the motion round: they make no event.
+    """Mark (`FOREVER`) the guards that reach zero only where a contact strikes and turns the motion round, and those that stay zero
+    while the mass rests there: they make no event.
 
     A slider that slipped up to a stop, in one impact, reaches its limit there again in the next: as long as it sticks, its guard
-    and that of the stop differ by a multiple and by what the memory written then makes zero.
+    and that of the stop differ by a multiple and by what the memory written then makes zero.  When the impacts have come to rest,
+    the slider is at its limit all the time.
     """
     facts = [np.empty((0, T.A.shape[2]))] * len(whole)
     for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is known at the end of the period counts at its beginning
@@ -189,6 +191,11 @@ def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
         mode = int(node[AFTER])
         guards = range(int(T.n_guards[mode]))
         rows = {q: left_of(T.G[mode, q], known) for q in guards if len(known) and not T.LG[mode, q].any()}
+        if rows and T.n_holds[mode]:
+            still = _basis([*known, *held_rows(T, mode)], np.ones(T.A.shape[2]))
+            for q in rows:
+                if not (T.kick[mode, q] or q == node[ENDING]) and vanishes(T.G[mode, q], still):
+                    node[STARTS + q] = FOREVER
         for k in (k for k in rows if T.kick[mode, k]):
             for q in rows:
                 own = scene.guard(mode, q).element == scene.guard(mode, k).element
@@ -202,7 +209,7 @@ def frozen_facts(scene: Scene, T, node: np.ndarray, known: np.ndarray) -> np.nda
     before, guard, after = (int(value) for value in node[:DIVIDE])
     size, unit = np.ones(T.A.shape[2]), np.eye(T.A.shape[2])
     zero = [*known, *(unit[c] - row for c, row in scene.algebraic(before))]
-    zero += [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k])]
+    zero += held_rows(T, before)
     jump = unit
     if guard >= 0:
         zero.append(T.G[before, guard])
@@ -247,15 +254,19 @@ def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: i
 def held_guards(T, mode: int) -> list[int]:
     """Return the guards of a mode that are zero as long as it lasts, because of the rows that it holds: the speed of friction
     under a mass that rests on its stop."""
-    rows = [row for k in range(int(T.n_holds[mode])) for row in (T.H[mode, k], T.S[mode, k])]
-    basis = _basis(rows, np.ones(T.A.shape[2]))
-    found = []
-    for q in range(int(T.n_guards[mode])):
-        row = T.G[mode, q]
-        length = np.sqrt(row @ row)
-        if length > 0.0 and not T.LG[mode, q].any() and np.abs(row - basis.T @ (basis @ row)).max() <= PROPORTIONAL * length:
-            found.append(q)
-    return found
+    basis = _basis(held_rows(T, mode), np.ones(T.A.shape[2]))
+    return [q for q in range(int(T.n_guards[mode])) if not T.LG[mode, q].any() and vanishes(T.G[mode, q], basis)]
+
+
+def held_rows(T, mode: int) -> list[np.ndarray]:
+    """Return the rows (nx,) that are zero as long as a mode lasts."""
+    return [row for k in range(int(T.n_holds[mode])) for row in (T.H[mode, k], T.S[mode, k])]
+
+
+def vanishes(row, basis) -> bool:
+    """Whether orthonormal rows (k, nx) that are zero make a row zero which is not that by itself."""
+    length = np.sqrt(row @ row)
+    return bool(length > 0.0 and np.abs(left_of(row, basis)).max() <= PROPORTIONAL * length)
 
 
 def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: tuple = ()) -> np.ndarray:
@@ -265,8 +276,7 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
     ns, nx = T.A.shape[1], T.A.shape[2]
     reset = np.eye(nx)
     reset[:ns] = slope_of_jump(scene, T, before, guard)
-    held = [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k])]
-    held += [T.G[before, q] for q in zero]
+    held = held_rows(T, before) + [T.G[before, q] for q in zero]
     size = np.ones(nx)
     size[scene.n:2 * scene.n] = scene.omega or 1.0
     basis = _basis([T.G[before, guard], *held], size)
