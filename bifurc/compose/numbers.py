@@ -170,7 +170,7 @@ class Packer:
                              f"{len(self.system.elements[element].memory)}")
         for guard in mode.guards:
             if guard.kick is not None and not isinstance(guard.kick, Law) and (not guard.kick.affine or self.sites[element].curved):
-                raise ValueError(f"{name}: the kick {guard.kick!r} is not affine in the speeds; "
+                raise ValueError(f"{name}: the impact law {guard.kick!r} is not affine in the speeds; "
                                  "only affine ones on straight sites can be composed; give a Law of the impulses instead")
 
     def algebraic(self, keys: tuple) -> list[tuple[int, np.ndarray]]:

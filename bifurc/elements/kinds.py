@@ -5,7 +5,7 @@ from enum import StrEnum
 class EventKind(StrEnum):
     """Kind of an event; the position in ``tuple(EventKind)`` is the code that kernels carry."""
 
-    IMPACT = "impact"  # a rigid stop is hit and gives a kick
+    IMPACT = "impact"  # a rigid stop is hit and its impact law acts
     RELEASE = "release"  # a held row is let go: the contact force of a rest has fallen to zero
     CONTACT = "contact"  # a deformable contact begins
     STICK = "stick"  # sliding stops

@@ -1,4 +1,4 @@
-"""Modes of an element and what ends them: forces, held rows, memory, guards, kicks."""
+"""Modes of an element and what ends them: forces, constrained rows, memory, guards, impact laws."""
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Protocol

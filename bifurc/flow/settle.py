@@ -197,13 +197,13 @@ def decide(scene, m, g, x, arrive):
     elif not T.kick[m, g]:
         value, size = _value(scene, m, g, x)
         y = rule.jumped(m, g, x, arrive)
-        if value > PENETRATION * size:  # at once, by another's kick: nothing is to be put right
+        if value > PENETRATION * size:  # at once, by another's impact: nothing is to be put right
             y[:scene.ns] += value * T.D[m, g]
     return _follow(scene, rule, m, x, y, {scene.guard(m, g).element: [g]})
 
 
 def come_to_rest(scene, m, g, x, arrive):
-    """Return mode and state after infinitely many kicks at the instant of ``x`` (nx,): all that touch rest on each other.
+    """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that touch rest on each other.
 
     Arguments as for `decide`, which is asked where nothing touches.  Every impulse acts along a contact, and in the end no
     contact has a speed left: velocities are projected by inertia.
@@ -226,7 +226,7 @@ def come_to_rest(scene, m, g, x, arrive):
     held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
     names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
     if resting is None:
-        raise Inconsistent(f"kicks follow each other without end: something is caught between {names}")
+        raise Inconsistent(f"impacts follow each other without end: something is caught between {names}")
     y = scene.put_to_rest(resting, x)
     return _follow(scene, rule, resting, x, y, {})
 

@@ -212,7 +212,7 @@ def _checked(motion):
 
 
 def _contraction(scene, R, end) -> tuple[int, float]:
-    """Return the number of kicks of a record up to the time ``end`` and the logarithm of the factor by which it changes volumes."""
+    """Return the number of impacts of a record up to the time ``end``, and the logarithm of the factor that changes volumes."""
     T, ns, n = scene.tables, scene.ns, scene.n
     starts = R.rows[:, 4] * (scene.period or 0.0) + R.times
     spans = np.diff(np.append(starts, end))

@@ -25,7 +25,7 @@ from .shooting.resting import resting_intervals
 from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD, HELD
 from .shooting.signature import Signature, repeated
 
-INSTANT = 1e-12  # periods: kicks this close are simultaneous
+INSTANT = 1e-12  # periods: impacts this close are simultaneous
 DISPUTED = 1e-9  # relative difference of their two derivatives that is none of rounding
 CORRECTED = 1e-9  # scaled Newton correction of an orbit whose residual is rounding of forces far larger than its motion
 TOUCH = 2e-13  # scaled; an unlisted maximum so far beyond a guard is still a touch
@@ -271,10 +271,10 @@ class PeriodicOrbit(Orbit):
 
     @property
     def message(self) -> str:
-        """The status as a sentence, and whether simultaneous kicks leave the multipliers undefined."""
+        """The status as a sentence, and whether simultaneous impacts leave the multipliers undefined."""
         if self.status is OrbitStatus.CONVERGED and self._disputed is not None:
             names = " and ".join(repr(name) for name in self._disputed)
-            return (f"{self.status.sentence} The kicks of {names} are simultaneous and their two orders have different "
+            return (f"{self.status.sentence} The impacts of {names} are simultaneous and their two orders have different "
                     "derivatives: multipliers are not unique (NaN) and stability is not known. Orbits nearby, with one "
                     "gap slightly changed, have them.")
         if self.status is OrbitStatus.CONVERGED and self.intervals:
@@ -290,7 +290,7 @@ class PeriodicOrbit(Orbit):
 
     @functools.cached_property
     def _disputed(self) -> tuple[str, str] | None:
-        """Elements whose simultaneous kicks have no derivative that both orders share, or None."""
+        """Elements whose simultaneous impacts have no derivative that both orders share, or None."""
         whole, U = self._whole
         nodes, rows = whole.nodes.tolist(), U.reshape(len(whole.nodes), -1)
         scene, T = self.scene, self.equations.path.tables
@@ -468,5 +468,5 @@ def closure_of(scene: Scene):
 
 
 def _order_gap(scene: Scene):
-    """Return the function that compares the two orders of simultaneous kicks."""
+    """Return the function that compares the two orders of simultaneous impacts."""
     return kernels(scene, "bifurc.flow.saltation").order_gap

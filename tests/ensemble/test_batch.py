@@ -9,7 +9,7 @@ import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.ensemble import scalar
-from bifurc.ensemble.batch import packing, several_modes, smooth
+from bifurc.ensemble.batch import driver, packing, several_modes, smooth
 from bifurc.ensemble.batch.runge_kutta import Method
 from bifurc.ensemble.batch.tables import economised
 from bifurc.ensemble.outcomes import CellState
@@ -383,3 +383,10 @@ def test_the_batch_step_itself_takes_most_starts_round(stops, most):
     module.period_step(W, index, count, given, modes, 2000, module.workspace(given.T))
     left = W[module.AT_ASIDE:][:count] > 0.0 if kind.one_stop else W[module.AT_TAKEN:][:count] >= 0.0
     assert np.count_nonzero(left) <= most * count
+
+
+def test_rows_of_a_batch_begin_on_cache_lines():
+    """Whatever the allocator gives: 64 bytes, and as many zeros as were asked for."""
+    for count in (1, 7, 1000, 4093):
+        room = driver.lined(count)
+        assert room.ctypes.data % 64 == 0 and room.shape == (count,) and not room.any()

@@ -19,7 +19,7 @@ from .unstable import unstable_set
 
 @dataclass(frozen=True, eq=False)
 class EdgeState(Notebook):
-    """What lies on the boundary between two basins.  Made by `edge_state`.
+    """Edge state: the saddle on the boundary between two basins, and the motion along it.  Made by `edge_state`.
 
     Attributes
     ----------
@@ -32,11 +32,11 @@ class EdgeState(Notebook):
     points : ndarray
         Section points (k, ns) of the motion along the boundary, one a forcing period.
     gap : float
-        Largest scaled distance to which its two neighbours had parted.
+        Largest scaled distance to which its two neighbours had separated.
     third : dict
         Other labels met between the two -> number of starts that led there.
     jumps : int
-        Times that starts 1e-11 apart parted by more than any slope explains.
+        Times that starts 1e-11 apart separated by more than any slope explains.
     """
 
     _facts = ("pair", "message", "unstable_directions")

@@ -321,5 +321,5 @@ def test_a_kick_that_is_not_affine_is_refused_by_name():
         def mode(self, key, core):
             return el.Mode(guards=(el.Guard(u(), el.EventKind.IMPACT, (), Bent()),))
 
-    with pytest.raises(ValueError, match="stop, mode 'always': the kick .*Bent.* is not affine"):
+    with pytest.raises(ValueError, match="stop, mode 'always': the impact law .*Bent.* is not affine"):
         scene_of(system_of(Stop()))
