@@ -34,11 +34,11 @@ ELEMENTS = (HarmonicForce(0.7, row=(1.0, 0.3, 0.0), phase=0.3), BaseMotion(0.2, 
             ElasticStop(0.2, 3.0, 0.5, side=-1, row=(0.0, 0.5, 1.0)), LinearSpring(0.4, 0.1, row=(1.0, 0.0, -1.0)))
 
 
-@pytest.fixture(scope="module")
 def with_key(keys, element, key):
     return (*keys[:element], key, *keys[element + 1:])
 
 
+@pytest.fixture(scope="module")
 def scene():
     return scene_of(bf.System(M, C, K, ELEMENTS, omega=OMEGA))
 

@@ -83,7 +83,7 @@ def test_durations_that_vanish_together_are_located_in_their_line():
     found = traced(three().with_parameters(**{"harmonic_force.amplitude": 1.0}), "amplitude", (0.9, 1.1), inward=2)
     for branch in found:
         nearest = min(branch.special_points, key=lambda p: abs(p.parameter - 0.972629290691))
-        assert abs(nearest.parameter - 0.972629290691) < max(1e-10, 2.0 * nearest.error) and nearest.error < 1e-7
+        assert abs(nearest.parameter - 0.972629290691) < min(1e-8, max(1e-10, 2.0 * nearest.error))
         assert nearest.kind == "slip_onset"
 
 

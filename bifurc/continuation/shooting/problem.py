@@ -690,23 +690,14 @@ class OrbitProblem(Problem):
         return None if self._together(x) else self._multipliers(x)
 
     def half_multipliers(self, x):
-        """See `Problem.half_multipliers`."""
-        found = self.mirrored_half(x)
-        if found is None:
-            return None
-        half, U, M = found
-        return nontrivial(self.equations, half, U, -M, self._kept)
+        """See `Problem.half_multipliers`.
 
-    def mirrored_half(self, x):
-        """Return (signature, unknowns, derivative (ns, ns) of the flow) of the first half of the solution ``x`` (n + 1,) where the
-        other is its mirror image, None where it is not.
-
-        The equations say so where they are solved on half a period.  A solution can also be its own mirror image though a part that
-        it does not reach, as a stop on one side, breaks the symmetry of the system: then the flow over both halves is the same.
+        The equations may be solved on half a period.  A solution can also be its own mirror image though a part that it does not
+        reach, as a stop on one side, breaks the symmetry of the system: then the flow over both halves is the same.
         """
         s, U = self.sequence.written_out(x[:-1])
         if s.closure < 0:
-            return s, U, self._flow(x, s, U)
+            return nontrivial(self.equations, s, U, -self._flow(x, s, U), self._kept)
         rows, count = U.reshape(len(s.nodes), -1), len(s.nodes) // 2
         if s.clock or count == 0 or len(s.nodes) % 2 or round(s.span) % 2 == 0:
             return None
@@ -716,9 +707,9 @@ class OrbitProblem(Problem):
             return None
         halves = [Signature(nodes, s.fixed[:count], 0.5 * s.span) for nodes in (s.nodes[:count], s.nodes[count:])]
         here, there = (self._flow(x, half, part.ravel()) for half, part in zip(halves, (first, second), strict=True))
-        if not np.abs(here - there).max() <= SAME_FLOW * np.abs(here).max():
+        if np.isfinite(here).all() and not np.abs(here - there).max() <= SAME_FLOW * np.abs(here).max():
             return None
-        return halves[0], first.ravel(), here
+        return nontrivial(self.equations, halves[0], first.ravel(), -here, self._kept)
 
     def _flow(self, x, signature, U) -> np.ndarray:
         """Derivative (ns, ns) of the flow over the span of a signature with the unknowns ``U``."""

@@ -152,7 +152,7 @@ def balanced(problem, point, new, x, tangent) -> bool:
     The period map is continuous, so that of one branch the number of solutions at a parameter, counted with their index, is
     the same on both sides (di Bernardo et al. 2008, section 3.1, after Feigin).
     """
-    half = problem.mirrored_half(point.x) is not None and new.mirrored_half(x) is not None
+    half = problem.half_multipliers(point.x) is not None and new.half_multipliers(x) is not None
     before = index(problem, point.x, point.tangent, -1.0, half)
     return before == 0.0 or before * index(new, x, tangent, 1.0, half) >= 0.0
 
@@ -234,7 +234,7 @@ def retraces(problem, point, new, c) -> bool:
     Events that change places at one instant can be listed in either order: what is listed differently is no other motion.  Nor
     is one that is its own mirror image, listed over the whole period.
     """
-    if cycle(problem)[:2] == (cycle(new)[0], 0.5 * new.sequence.span) and new.mirrored_half(c.x) is not None:
+    if cycle(problem)[:2] == (cycle(new)[0], 0.5 * new.sequence.span) and new.half_multipliers(c.x) is not None:
         return True
     back = c.p - float(point.x[-1])
     if back * point.tangent[-1] > 0.0 or more_impacts(problem, new):

@@ -50,7 +50,7 @@ class Line:
         return self.mu(x[-1])
 
     def half_multipliers(self, x):
-        return -self.mu(x[-1])
+        return -self.mu(x[-1]) if self.sequence.closure < 0 else None
 
 
 def at(p, slope=1.0):
@@ -82,6 +82,7 @@ def test_the_index_is_the_sign_of_det_one_less_the_monodromy(mu, beyond):
     for way in (1.0, -1.0):
         assert rules.index(line, at(2.0), way * t, 1.0) == way * sign
     half = Line(lambda p: -1.0, multipliers=lambda p: -np.array(mu))
+    half.sequence = SimpleNamespace(closure=-1.0)
     assert rules.index(half, at(2.0), t, 1.0, True) == sign
     unclear = Line(lambda p: -1.0, multipliers=lambda p: np.array([1.0, *mu]))
     assert rules.index(unclear, at(2.0), t, 1.0) == 0.0
