@@ -222,7 +222,9 @@ class Scene:
 
     def combined(self, mode: int, changes: dict[int, Hashable]) -> int | None:
         """Return the mode with the keys of some elements changed together; None: its holds are dependent."""
-        keys = tuple(changes.get(e, key) for e, key in enumerate(self.keys[mode]))
+        keys = self.keys[mode]
+        for element, key in changes.items():
+            keys = self._with_key(keys, element, key)
         return self.index(keys) if self._possible(keys) else None
 
     def guard(self, mode: int, guard: int) -> GuardOf:
