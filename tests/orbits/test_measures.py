@@ -338,7 +338,7 @@ def test_orders_behind_an_impact_are_the_same_beside_a_stiff_law(beta):
 
 def test_which_values_at_the_start_of_an_interval_are_conditions():
     """Behind an impact, where a row begins to be held, and where the event makes the guard another row; of no surface, of nothing
-    that is zero there anyway; of the guard that ends the interval only where it falls first: else it has its one zero at the end."""
+    that is zero there anyway; of the guard that ends the interval only where it falls first: else it has one zero, at the end."""
     def condition(guard=0, trivial=0, surface=0, kick=0, holds=(0, 0), listed=0, rate=1.0, row=(1.0, 0.2)):
         def series(T, mode, q, x, a):
             assert (mode, q) == (1, 1)
