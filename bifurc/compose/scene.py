@@ -217,8 +217,7 @@ class Scene:
 
     def combine(self, mode: int, element: int, key: Hashable) -> int | None:
         """Return the mode with the key of one element changed, built when reached; None: its holds are dependent."""
-        keys = self._replaced(mode, element, key)
-        return self.index(keys) if self._possible(keys) else None
+        return self.combined(mode, {element: key})
 
     def combined(self, mode: int, changes: dict[int, Hashable]) -> int | None:
         """Return the mode with the keys of some elements changed together; None: its holds are dependent."""
@@ -450,9 +449,6 @@ class Scene:
         """Return the keys of a mode with that of one element changed, and with it those of others that rest together with it."""
         changes = key_of(self.system.elements, self.system.together, element, key)
         return tuple(changes.get(e, own) for e, own in enumerate(keys))
-
-    def _replaced(self, mode: int, element: int, key: Hashable) -> tuple:
-        return self._with_key(self.keys[mode], element, key)
 
     def _possible(self, keys: tuple) -> bool:
         """Return whether the rows held together are independent, and contacts that rest together do."""

@@ -54,7 +54,7 @@ BETWEEN = 0.382  # of the path: a value of the parameter that is not special
 BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers rounding decides even the signs
 MIRRORED = 1e-8  # scaled difference of half an orbit and the mirror image of the other half,
 SAME_FLOW = 1e-6  # and relative difference of the flow over the two, where they are the same
-SHORT = 1e-6  # periods: whether so short a flight is one is told by the speed at its end
+SHORT = 1e-6  # periods: so short a flight is verified by the speed at its end
 # tests that the kernel makes: their places in its `info`, and their monitors
 FLIP = sequence.FLIP, Monitor(SpecialPointKind.PERIOD_DOUBLING)
 HALF_FLIP = sequence.FLIP, Monitor(SpecialPointKind.BRANCH_POINT)

@@ -106,7 +106,7 @@ def successor(problem, point, through=False):
                 if rank == BEST:
                     return found, search
                 done = _cycle(problem.scene, signature)
-                tried += [done, (done[0], 2.0 * done[1], 1)] if signature.closure < 0 else [done]
+                tried += [done, over_whole(done)] if signature.closure < 0 else [done]
                 spare.append((rank, found))
     for near in () if problem.sequence.clock else VANISHED:  # several end at once: a simulation may take one of them alone
         made = dropped(problem, point.x, near)
@@ -234,7 +234,7 @@ def retraces(problem, point, new, c) -> bool:
     Events that change places at one instant can be listed in either order: what is listed differently is no other motion.  Nor
     is one that is its own mirror image, listed over the whole period.
     """
-    if cycle(problem)[:2] == (cycle(new)[0], 0.5 * new.sequence.span) and new.half_multipliers(c.x) is not None:
+    if problem.sequence.closure < 0 and over_whole(cycle(problem)) == cycle(new) and new.half_multipliers(c.x) is not None:
         return True
     back = c.p - float(point.x[-1])
     if back * point.tangent[-1] > 0.0 or more_impacts(problem, new):
@@ -304,6 +304,12 @@ def cycle(problem):
     """Return what tells the cyclic event sequences of two problems apart: which event is listed first is chance, and of those that
     always happen at one instant which one comes before the other."""
     return _cycle(problem.scene, problem.sequence)
+
+
+def over_whole(half):
+    """Return the `cycle` of a sequence of half a period that is listed over the whole one."""
+    rows, span, _ = half
+    return rows, 2.0 * span, 1
 
 
 def _cycle(scene, signature):
