@@ -1,7 +1,8 @@
 """Orbits of unknown period where their event sequence changes, and where it can only end.
 
-The rules for changes (`appearing`, `vanishing`) know orbits with a given period.  At the point of the change the period is
-a number: the orbit is written out with it, changed, and its period made unknown again.
+The rules for changes (`appearing`, `vanishing`) and the simulation that tells what follows (`successor`) know orbits with a given
+period.  At the point of the change the period is a number: the orbit is written out with it, changed, and its period made unknown
+again.
 
 A stick that is reached tangentially ends the orbit.  In forced and autonomous systems alike the arc of slip before it then
 misses the speed of the surface beyond, while the stick still lasts: there is nothing near that could go on.
@@ -15,13 +16,10 @@ from scipy.optimize import brentq
 from ...orbits.autonomous import wound
 from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, DIVIDE, SHORT, TOGETHER
-from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
+from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import Corrected, at_end
 from ..registry import EQUILIBRIA, named
 from .appearing import inserted, parted
-from .completion import completion_near
-from .signature_change import CLOSURE, admissible_side
-from .train_length import relengthened
 from .vanishing import dropped
 
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
@@ -50,11 +48,13 @@ def changed(change, problem, x, *arguments):
     found = change(plain, at, *arguments)
     if found is None or plain is problem:
         return found
-    signature, at = found
-    if signature.events:
-        made, U = wound(signature, at[:-1], problem.sequence.clock, None)
-    else:
-        made, U = free(plain, signature, at)
+    return released(plain, *found)
+
+
+def released(plain, signature, at):
+    """Return signature and unknowns (n + 1,) of an orbit, whose period is a number there and in the problem ``plain``, with the period
+    unknown."""
+    made, U = wound(signature, at[:-1], plain.sequence.clock, None) if signature.events else free(plain, signature, at)
     return made, np.append(U, at[-1])
 
 
@@ -92,24 +92,6 @@ def free(plain, signature, x):
     plane[i] = 1.0 / plain.weights[i]
     whole = dataclasses.replace(signature, span=span)
     return wound(whole, np.append(0.0, top), plain.sequence.clock, plane)
-
-
-def through_change(problem, point, monitor):
-    """Return (problem, x, tangent) behind a change of the event sequence, or the reason why none goes on."""
-    if monitor.name == CLOSURE:
-        found = relengthened(problem, point)
-        if found is None:  # it is released before it completes, however many impacts are listed
-            return StopReason.NO_SUCCESSOR if completion_near(problem, point.x) is None else StopReason.CHATTERING
-        return found
-    if monitor.name not in CHANGES:  # static friction above kinetic holds what would have turned round
-        return StopReason.JUMP
-    found = changed(CHANGES[monitor.name], problem, point.x)
-    if found is not None:
-        new = problem.with_sequence(*found)
-        side = admissible_side(new, new.x0)
-        if side is not None:
-            return new, new.x0, side
-    return StopReason.NO_SUCCESSOR
 
 
 def extent(problem, x) -> float:
@@ -173,17 +155,6 @@ def shrunk(problem, a, b):
     # its equations are singular: what the determinant headed for is not known
     return Corrected(x, direction, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, a.det_sign, math.nan,
                      at_end(problem, a, problem._shrinks))
-
-
-def beyond_section(problem, point):
-    """Return why an orbit without events ends at its Hopf point; or (problem, x, tangent) with a new section where only the
-    section touches it."""
-    if small(problem, point.x):
-        return StopReason.HOPF
-    made = changed(lambda plain, x: (plain.sequence, x), problem, point.x)
-    new = problem.with_sequence(*made)
-    side = admissible_side(new, new.x0)
-    return StopReason.NO_SUCCESSOR if side is None else (new, new.x0, side)
 
 
 def ends(problem, name: str, x) -> bool:

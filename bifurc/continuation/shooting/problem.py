@@ -503,16 +503,13 @@ class OrbitProblem(Problem):
         ends = {MERGES: StopReason.MERGED, COMPLETES: StopReason.CHATTERING}
         if self.silent(monitor, point.x) and monitor.name == MERGES:
             return self.with_sequence(self.sequence, point.x), point.x, point.tangent
-        if monitor.name == COMPLETES and not self.sequence.clock and not self._released(point.x):
+        if monitor.name == COMPLETES and not self._released(point.x):
             answer = signature_change.through_grazing(self, point, monitor)  # another event meets the end of the impacts
             return answer if isinstance(answer, tuple) else StopReason.CHATTERING
         if monitor.name in ends:
             return ends[monitor.name]
         if monitor.name == autonomous.SHRINKS:
-            return autonomous.beyond_section(self, point)
-        if self.sequence.clock:
-            ended = autonomous.ends(self, monitor.name, point.x)
-            return StopReason.CYCLE_END if ended else autonomous.through_change(self, point, monitor)
+            return signature_change.beyond_section(self, point)
         found = relengthened(self, point) if monitor.name == CLOSURE else None
         if found is not None:
             return found
@@ -578,7 +575,7 @@ class OrbitProblem(Problem):
     def _train(self, x) -> bool:
         """Whether the last of at least three impacts of one stop in a row is slower than the first by `ACCUMULATED`; friction may
         turn between them."""
-        speeds, scene, kick = listed_speeds(*autonomous.written_out(self, x)), self.scene, self.scene.tables.kick
+        speeds, scene, kick = listed_speeds(self, x), self.scene, self.scene.tables.kick
         impacts = [(scene.guard(int(before), int(guard)).element, speed)
                    for (before, guard), speed in zip(self.sequence.nodes[:, :AFTER], speeds, strict=True)
                    if guard >= 0 and kick[before, guard]]

@@ -5,6 +5,7 @@ side on which it is admissible is found by a step to either side, never assumed:
 non-impacting side.
 """
 import collections
+import functools
 import math
 import operator
 
@@ -17,6 +18,7 @@ from ...orbits.repetition import middles
 from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, CLOSES, DIVIDE, GUARD, TOGETHER
 from ..kinds import SpecialPointKind, StopReason
+from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import ratio
 from .directions import directions
@@ -136,11 +138,11 @@ def constructed(problem, x, name):
     for near in (SHARP, NEAR):
         found = None
         if name == LISTED:
-            found = dropped(problem, x, near)
+            found = autonomous.changed(dropped, problem, x, near)
         elif name == UNLISTED:
-            found = inserted(problem, x, near=near)
+            found = autonomous.changed(functools.partial(inserted, near=near), problem, x)
         elif name == LEAVING and near == NEAR:
-            found = parted(problem, x)
+            found = autonomous.changed(parted, problem, x)
         if found is not None:
             yield found
 
@@ -158,6 +160,17 @@ def admissible_side(problem, x):
         if len(good) == 1:
             return good[0]
     return None
+
+
+def beyond_section(problem, point):
+    """Return why an orbit without events ends at its Hopf point; or (problem, x, tangent) with a new section where only the
+    section touches it."""
+    if autonomous.small(problem, point.x):
+        return StopReason.HOPF
+    made = autonomous.changed(lambda plain, x: (plain.sequence, x), problem, point.x)
+    new = problem.with_sequence(*made)
+    side = admissible_side(new, new.x0)
+    return StopReason.NO_SUCCESSOR if side is None else (new, new.x0, side)
 
 
 def changed(problem, x, other):

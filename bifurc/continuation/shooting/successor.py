@@ -8,6 +8,7 @@ simulation repeats it a little further on.
 
 One file, because beyond, back and verified are steps of one search with one record of what failed.
 """
+import dataclasses
 import functools
 import math
 import operator
@@ -15,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ...flow.scan import CHATTER, GRAZE, PASSED
 from ...flow.settle import Inconsistent, Penetration
@@ -26,6 +28,7 @@ from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, G
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
 from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
+from . import autonomous
 from .directions import directions
 from .vanishing import dropped, listed_speeds
 
@@ -49,6 +52,7 @@ SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 HELD_ROWS = "held"  # name of the monitor of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
+PHASES, EXACT = 1000, 1e-12  # phases at which an orbit without a clock is looked for on another; scaled error of the one found
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
 SLOW = 1e-3  # scaled speed or duration of an event that may be about to begin
 CLOSE = 1e-9  # scaled length from an end that lies on the beginning but for rounding
@@ -222,8 +226,9 @@ def determined(problem, x) -> bool:
         doubt = np.abs(np.linalg.inv(J)) @ noise
     except np.linalg.LinAlgError:
         return False
-    times, doubt = x[:-1:size], doubt[::size]
-    spans = times - np.append(times[-1] - problem.sequence.span, times[:-1])
+    s, U = problem.sequence.written_out(x[:-1])
+    times, doubt = U[::size], doubt[::size]
+    spans = times - np.append(times[-1] - s.span, times[:-1])
     clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return bool(clear.all())
 
@@ -256,7 +261,7 @@ def more_impacts(one, other) -> bool:
     The listed impacts of a complete chattering may be any number of its first ones.
     """
     sequences = one.sequence, other.sequence
-    if any(s.span == 0.0 or complete_chatters(s) > 0 for s in sequences):
+    if any(complete_chatters(s) > 0 for s in sequences):
         return False
     return round(kicks(one.scene, one.sequence), 9) != round(kicks(other.scene, other.sequence), 9)
 
@@ -337,7 +342,8 @@ def _read(problem, x, search):
     for k in np.argsort(-spans, kind="stable")[:STARTS]:
         begin = at[k] % 1.0
         try:
-            motion = simulate(orbit.system, states[k], periods=orbit.periods, t0=begin * orbit.forcing_period)
+            length = {"duration": orbit.period} if orbit.autonomous else {"periods": orbit.periods}
+            motion = simulate(orbit.system, states[k], t0=begin * orbit.forcing_period, **length)
         except (Penetration, Inconsistent, ValueError) as error:
             search.say(f"simulation does not start beyond: {error}")
             continue
@@ -356,6 +362,10 @@ def _read(problem, x, search):
                 candidates.insert(0, (half[0], half[1].ravel()))
         for signature, unknowns in candidates:
             signature = translated(signature, orbit.scene, problem.scene)
+            if orbit.autonomous:
+                at = np.append(unknowns, x[-1])
+                signature, at = autonomous.released(problem.with_sequence(signature, at), signature, at)
+                unknowns = at[:-1]
             key = _cycle(problem.scene, signature)
             if key not in seen:
                 seen.append(key)
@@ -368,24 +378,26 @@ def sequence_of(orbit, motion, first):
     ``first`` is the forcing period of the orbit in which the motion, which counts from zero, began: of an orbit of several, the
     same a forcing period later is another solution of the equations.
     """
-    scene, R, period = orbit.scene, motion.recorded, orbit.forcing_period
+    scene, R, period, whole = orbit.scene, motion.recorded, orbit.forcing_period, orbit._whole[0]
     listed = [i for i in range(1, len(R.rows)) if R.rows[i, 3] not in (PASSED, GRAZE)]
     if not listed:
         mode = int(R.rows[0, AFTER])
+        if orbit.autonomous:
+            return dataclasses.replace(sections(mode, whole.span), clock=whole.clock), np.append(0.0, motion(motion.start))
         return sections(mode, 1.0), np.append(0.0, motion(np.ceil(motion.t[0] / period - 1e-12) * period))
     nodes = np.array([[*R.rows[i, :3], 0, int(R.rows[i, 3] == CHATTER)] for i in listed], np.int64)
     if nodes[-1, AFTER] != nodes[0, BEFORE] or np.any(nodes[1:, BEFORE] != nodes[:-1, AFTER]):
         return None
     times = R.rows[listed, 4] + R.times[listed] / period
-    turn = int(np.argmax(np.diff(np.append(times, times[0] + orbit.periods))))  # begin behind the longest interval
+    turn = int(np.argmax(np.diff(np.append(times, times[0] + whole.span))))  # begin behind the longest interval
     order = [*range(turn + 1, len(listed)), *range(turn + 1)]
-    times[:turn + 1] += orbit.periods
+    times[:turn + 1] += whole.span
     times = times[order] + first
-    times -= np.floor(times[0] / orbit.periods) * orbit.periods
+    times -= np.floor(times[0] / whole.span) * whole.span
     nodes = divided(scene, nodes[order])
     mark_trains(nodes, R.speeds[listed][order])
     unknowns = np.column_stack([times, R.before[listed][order]]).ravel()
-    return Signature(nodes, np.zeros(len(nodes)), float(orbit.periods)), unknowns
+    return Signature(nodes, np.zeros(len(nodes)), float(whole.span), clock=whole.clock), unknowns
 
 
 def _begun(problem, point, signature, x, search, through):
@@ -635,10 +647,29 @@ def _zero(value, step):
 
 def distance(one, other) -> float:
     """Largest scaled distance of two orbits in the middles of the longer intervals of both."""
-    away = 0.0
-    for orbit in (one, other):
+    away, later = 0.0, ahead(one, other) if one.autonomous else 0.0
+    for orbit, back in ((one, 0.0), (other, later)):
         at, spans = middles(orbit)
-        at = np.mod(at[spans > 1e-2], min(one.periods, other.periods))
+        at = at[spans > 1e-2] - back
+        if not one.autonomous:
+            at = np.mod(at, min(one.periods, other.periods))
         if at.size:
-            away = max(away, float((np.abs(one._states(at) - other._states(at)) / one.weights).max()))
+            away = max(away, float((np.abs(one._states(at) - other._states(at + later)) / one.weights).max()))
     return away
+
+
+def ahead(one, other) -> float:
+    """Return by how much two orbits without a clock differ in phase, units of time: at the middle of its longest interval the first
+    is where the second is that much later."""
+    at, spans = middles(one)
+    moment = at[[np.argmax(spans)]]
+    state = one._states(moment)[0]
+
+    def apart(t):
+        return float((((other._states(np.array([t]))[0] - state) / one.weights)**2).sum())
+
+    span = other._whole[0].span
+    times = np.linspace(0.0, span, PHASES, endpoint=False)
+    near = times[np.argmin((((other._states(times) - state) / one.weights)**2).sum(axis=1))]
+    step = span / PHASES
+    return float(minimize_scalar(apart, bounds=(near - step, near + step), method="bounded", options={"xatol": EXACT}).x - moment[0])

@@ -96,7 +96,7 @@ def merging_nodes(scene, first, second):
 
 def listed_speeds(problem, x):
     """Return the scaled arriving speed, or duration of the interval it closes, of every node; None for sections."""
-    e, s = problem.equations, problem.sequence
+    e, (s, U) = problem.equations, problem.sequence.written_out(x[:-1])
     T = e.numbers_at(x[-1])
     found = []
     for i, node in enumerate(s.nodes):
@@ -107,7 +107,7 @@ def listed_speeds(problem, x):
         only = s.nodes.copy()
         only[only[:, sequence.CLOSES] == 0, sequence.CLOSES] = 2
         only[i, sequence.CLOSES] = node[sequence.CLOSES]
-        e.kernel.monitor(T, only, s.fixed, s.span, e.closure, x[:-1], e.weights, info)
+        e.kernel.monitor(T, only, s.fixed, s.span, e.closure, U, e.weights, info)
         found.append(float(info[sequence.LISTED]))
     return found
 
