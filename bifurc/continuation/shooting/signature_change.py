@@ -22,7 +22,7 @@ from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import ratio
 from .directions import directions
-from .successor import allowed, complete_chatters, cycle, jumps, kicks, successor, verified
+from .successor import SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -54,7 +54,7 @@ def through_grazing(problem, point, monitor):
             continue
         tried.append(events)
         side = admissible_side(new, new.x0)
-        if side is not None and verified(problem, point, new, new.x0, side):
+        if side is not None and solves(new, new.x0) and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
     lost = search.incomplete if answer is None else complete_chatters(answer[0].sequence) < complete_chatters(problem.sequence)
@@ -67,6 +67,13 @@ def through_grazing(problem, point, monitor):
     if answer is None and jumps(problem, point):
         return StopReason.JUMP
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
+
+
+def solves(problem, x) -> bool:
+    """Whether ``x`` (n + 1,), constructed for the equations of ``problem``, is a solution of them: where an event moves by a leap what
+    another one waits for, the two do not change places at one instant, however near each other they are."""
+    found = onto(problem, x)
+    return found is not None and float(np.abs((found - x) / problem.scale).max()) <= SAME
 
 
 def accumulates(signature, other) -> bool:
