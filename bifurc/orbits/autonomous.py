@@ -143,7 +143,7 @@ def from_state(system: System, y0, period: float | None) -> PeriodicOrbit:
             best = best or found
         if not motion.success or at_rest(motion, y0):
             break
-    return best or failed(system, motion, y0)
+    return best or failed(motion, y0)
 
 
 def settled(system: System, transient: int, first) -> PeriodicOrbit:
@@ -153,7 +153,7 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
     while done < max(transient, 1) and chunk <= LONGEST:
         motion = simulate(system, y, duration=chunk * slow, max_events=MANY)
         if motion.success and best is None and dies_out(motion):
-            return nothing(system, motion.final, OrbitStatus.AT_REST)
+            return nothing(motion, OrbitStatus.AT_REST)
         again = returns(motion, early=False)
         passed += chunk
         if len(again) < 2:
@@ -174,7 +174,7 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
     if best is not None:
         best.how["note"] = "the simulated motion had not yet come close to this stable orbit"
         return best
-    return failed(system, motion, first)
+    return failed(motion, first)
 
 
 def aside(system: System, y) -> np.ndarray:
@@ -188,17 +188,17 @@ def aside(system: System, y) -> np.ndarray:
     return rest.state + ASIDE * max(1.0, float(np.abs(y).max())) * direction / np.abs(direction).max()
 
 
-def failed(system: System, motion: Trajectory, start) -> PeriodicOrbit:
+def failed(motion: Trajectory, start) -> PeriodicOrbit:
     """Return what a search from the state ``start`` without result says."""
-    return nothing(system, motion.final,
-                   OrbitStatus.AT_REST if motion.success and at_rest(motion, start) else OrbitStatus.NOT_FOUND)
+    return nothing(motion, OrbitStatus.AT_REST if motion.success and at_rest(motion, start) else OrbitStatus.NOT_FOUND)
 
 
-def nothing(system: System, y, status: OrbitStatus) -> PeriodicOrbit:
-    """Return the failure of a search by simulation that ended at the state ``y``."""
-    scene = scene_of(system)
-    none = dataclasses.replace(sections(0, 0.0), fixed=np.zeros(scene.ns + 1), clock=slowest(scene))
-    return PeriodicOrbit(system, none, np.append(1.0, y), np.maximum(np.abs(y), 1.0), {"method": "simulation"}, status)
+def nothing(motion: Trajectory, status: OrbitStatus) -> PeriodicOrbit:
+    """Return the failure of a search by simulation, with the state in which the motion ended."""
+    scene, y = scene_of(motion.system), motion.final
+    mode = int(motion.recorded.rows[-1, AFTER])
+    none = dataclasses.replace(sections(mode, 0.0), fixed=np.zeros(scene.ns + 1), clock=slowest(scene))
+    return PeriodicOrbit(motion.system, none, np.append(1.0, y), np.maximum(np.abs(y), 1.0), {"method": "simulation"}, status)
 
 
 def at_rest(motion: Trajectory, start) -> bool:

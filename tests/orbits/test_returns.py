@@ -6,7 +6,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
-from bifurc.elements import ConstantForce, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, RigidStop
 from bifurc.flow.scan import CHATTER, EVENT, GRAZE, PASSED
 from bifurc.orbits import autonomous
 from bifurc.orbits.autonomous import Return
@@ -150,3 +150,11 @@ def test_an_orbit_with_its_period_as_a_number_is_that_with_it_unknown(rng):
     plane = np.array([0.0, 1.0, 0.0])
     free = Signature(np.array([[0, -1, 0, 0, 0]]), np.zeros(1), 1.3, clock=2.0)
     assert np.array_equal(autonomous.wound(free, rows[0], 2.0, plane)[0].fixed, plane)
+
+
+def test_a_motion_that_comes_to_rest_is_told_with_its_place():
+    """Under a belt that is faster than its arc of slip a mass comes to rest where spring and kinetic friction balance."""
+    belt = bf.System(1.0, 0.1, 1.0, [Coulomb(0.5, belt_speed=0.3, static_ratio=1.5)])
+    found = bf.find_orbit(belt)
+    assert not found.success and found.status == "at_rest" and found.signature != "carried / T"
+    assert found.state == pytest.approx([0.5, 0.0], abs=1e-5)

@@ -54,8 +54,8 @@ def settling(monkeypatch):
     monkeypatch.setattr(autonomous, "from_motion", lambda system, again, period, early: answers["orbits"](len(asked)))
     monkeypatch.setattr(autonomous, "dies_out", lambda motion: answers["rest"](len(asked)))
     monkeypatch.setattr(autonomous, "at_rest", lambda motion, first: False)
-    monkeypatch.setattr(autonomous, "nothing", lambda system, y, status: (y, status))
-    monkeypatch.setattr(autonomous, "failed", lambda system, motion, y: "failed")
+    monkeypatch.setattr(autonomous, "nothing", lambda motion, status: (motion.final, status))
+    monkeypatch.setattr(autonomous, "failed", lambda motion, y: "failed")
     monkeypatch.setattr(autonomous, "distance_to", lambda orbit, y: orbit.away)
     return asked, answers
 
