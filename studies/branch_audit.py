@@ -21,7 +21,7 @@ SCENES = {Setting.SMALL: 2, Setting.FULL: 56}  # of each kind
 STARTS = 2  # rows drawn, from which a branch is traced once more
 MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,
-            StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END)
+            StopReason.JUMP, StopReason.STICKING, StopReason.CYCLE_END, StopReason.SHRUNK)
 SAME = 1e-6  # of the width of the bounds: two locations of one special point
 ACCUMULATION = 1e-4  # of the width of the bounds: so near to a chattering end nothing is compared, and nothing traced back
 BLURRED = (StopReason.CHATTERING, StopReason.STICKING)  # ends towards which digits are lost: a slip that falls to nothing is a root

@@ -84,6 +84,9 @@ class StopReason(DescribedEnum):
                               "goes on.")
     HOPF = ("hopf", "The orbit has shrunk onto an equilibrium, in a Hopf point: trace(find_equilibrium(...)) shows "
                     "the branch of that.")
+    SHRUNK = ("shrunk", "The orbit has shrunk onto a state of rest that just touches a contact (a boundary equilibrium): its size "
+                        "falls to nothing in proportion to the distance from here, its period and its multipliers do not "
+                        "change. find_equilibrium gives the state of rest, and trace the branch of that.")
     INADMISSIBLE = "inadmissible", "The solutions beyond this point are not admissible and no monitor tells why."
     NOT_STARTED = "not_started", "This direction was not asked for."
     MERGED = ("merged", "The motions of multiplied period become those of their parent here: the branch ends on it at "

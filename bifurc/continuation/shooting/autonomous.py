@@ -23,7 +23,8 @@ from .appearing import inserted, parted
 from .vanishing import dropped
 
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
-SMALL = 1e-6  # scaled extent of an orbit that has shrunk onto an equilibrium
+SMALL = 1e-6  # scaled extent of an orbit that has shrunk onto an equilibrium,
+SHRINKING = 1e-4  # and of one with events that steps bring no nearer to it: its equations lose all their ranks there
 SECANTS = 30
 SAMPLES = 96  # states of an orbit without events among which its maximum is looked for
 PHASE = 0.381966  # of a period: where an orbit without events begins for a change
@@ -105,14 +106,14 @@ def extent(problem, x) -> float:
     return float(s.fixed[:ns] @ f) * s.clock / (2.0 * np.pi)
 
 
-def small(problem, x) -> bool:
-    """Whether the orbit at ``x`` (n + 1,) is no larger than rounding: an equilibrium."""
+def small(problem, x, size=SMALL) -> bool:
+    """Whether the orbit at ``x`` (n + 1,) is no larger than ``size`` (scaled): an equilibrium."""
     n = problem.scene.n
     whole, U = problem._whole(x)
     states = np.empty((SAMPLES, problem.scene.ns))
     times = np.linspace(0.0, whole.span, SAMPLES, endpoint=False)
     problem.equations.motion.states(problem.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, times, states)
-    return bool(np.abs(states[:, n:2 * n] / problem.weights[n:2 * n]).max() <= SMALL)
+    return bool(np.abs(states[:, n:2 * n] / problem.weights[n:2 * n]).max() <= size)
 
 
 def shrunk(problem, a, b):

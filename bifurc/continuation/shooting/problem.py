@@ -523,8 +523,11 @@ class OrbitProblem(Problem):
 
     def named_end(self, x, reason, message):
         """See `Problem.named_end`: where the listed impacts fall like those of a complete chattering, or where one just completes,
-        changes of their number accumulate; where a contact hardly slips any more, it sticks beyond."""
+        changes of their number accumulate; where a contact hardly slips any more, it sticks beyond; where an orbit without a clock
+        hardly moves any more, it is a state of rest."""
         if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
+            if self.sequence.clock and self.sequence.events and autonomous.small(self, x, autonomous.SHRINKING):
+                return StopReason.SHRUNK, ""
             if self._train(x) or self._completing(x):
                 return StopReason.CHATTERING, message
             if self._slip(x) < STUCK:

@@ -5,7 +5,7 @@ from scipy.integrate import solve_ivp
 
 import bifurc as bf
 from bifurc.continuation.kinds import StopReason
-from bifurc.elements import Coulomb, CubicFriction, ElasticStop, RigidStop, Stribeck
+from bifurc.elements import ConstantForce, Coulomb, CubicFriction, ElasticStop, RigidStop, Stribeck
 
 BELT, DAMPING = 0.135, 0.0124
 
@@ -99,3 +99,19 @@ def test_a_leap_of_a_reaction_keeps_two_events_on_one_instant():
 
     assert v == pytest.approx([belt, belt], abs=1e-9)
     assert reaction(0.609) < held < reaction(None)
+
+
+@pytest.mark.parametrize("stop", [RigidStop(0.5, 0.6), ElasticStop(0.5, 9.0, damping=1.0)])
+def test_a_cycle_shrinks_onto_a_state_of_rest_that_touches_a_contact(stop):
+    """x'' - .06 x' + x = 0 beside one stop: all lengths are multiples of the gap.  A force moves the state of rest onto the stop."""
+    for loads, name, bounds, at, sign in (((), "gap", (-0.3, 1.0), 0.0, 1.0), ((ConstantForce(0.2),), "force", (-1.0, 0.7), 0.5, -1.0)):
+        orbit = bf.find_orbit(bf.System(1.0, -0.06, 1.0, [stop, *loads]), guess=(0.2, 0.1))
+        branch = bf.trace(orbit, name, bounds=bounds)
+        values, period = branch.column("parameter"), branch.column("period")
+        (end,) = (end for end in branch.ends if end.reason is not StopReason.BOUND)
+        assert end.reason is StopReason.SHRUNK and abs(end.p - at) < 1e-5 and branch.audit.ok
+        away = sign * (values - at)
+        large = away > 1e-3
+        assert period[large] == pytest.approx(orbit.period, rel=1e-9)
+        speeds = np.array([np.abs(item.sample(200)[1][:, 1]).max() for item, far in zip(branch.orbits, large, strict=True) if far])
+        assert np.ptp(speeds / away[large]) < 1e-6 * speeds[0] / away[large][0]
