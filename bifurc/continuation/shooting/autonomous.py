@@ -53,8 +53,7 @@ def changed(change, problem, x, *arguments):
 
 
 def released(plain, signature, at):
-    """Return signature and unknowns (n + 1,) of an orbit, whose period is a number there and in the problem ``plain``, with the period
-    unknown."""
+    """Return signature and unknowns (n + 1,) of an orbit with its period unknown; there, and in ``plain``, it is a number."""
     made, U = wound(signature, at[:-1], plain.sequence.clock, None) if signature.events else free(plain, signature, at)
     return made, np.append(U, at[-1])
 

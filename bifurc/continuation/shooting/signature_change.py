@@ -70,7 +70,7 @@ def through_grazing(problem, point, monitor):
 
 
 def solves(problem, x) -> bool:
-    """Whether ``x`` (n + 1,), constructed for the equations of ``problem``, is a solution of them: where an event moves by a leap what
+    """Whether ``x`` (n + 1,), constructed for the equations of ``problem``, solves them: where an event moves by a leap what
     another one waits for, the two do not change places at one instant, however near each other they are."""
     found = onto(problem, x)
     return found is not None and float(np.abs((found - x) / problem.scale).max()) <= SAME

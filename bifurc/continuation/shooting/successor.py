@@ -670,6 +670,6 @@ def ahead(one, other) -> float:
 
     span = other._whole[0].span
     times = np.linspace(0.0, span, PHASES, endpoint=False)
-    near = times[np.argmin((((other._states(times) - state) / one.weights)**2).sum(axis=1))]
-    step = span / PHASES
-    return float(minimize_scalar(apart, bounds=(near - step, near + step), method="bounded", options={"xatol": EXACT}).x - moment[0])
+    nearest_phase = int(np.argmin((((other._states(times) - state) / one.weights)**2).sum(axis=1)))
+    around = (times[nearest_phase] - span / PHASES, times[nearest_phase] + span / PHASES)
+    return float(minimize_scalar(apart, bounds=around, method="bounded", options={"xatol": EXACT}).x - moment[0])

@@ -72,8 +72,8 @@ def test_slip_begins_just_before_an_impact():
 
 
 def test_a_leap_of_a_reaction_keeps_two_events_on_one_instant():
-    """Where one mass comes to rest on the belt, the force that holds the other moves by a leap: over an interval of the parameter it
-    passes its limit there, neither before nor after."""
+    """Where one mass comes to rest on the belt, the force that holds the other moves by a leap: over an interval of the parameter
+    it passes its limit there, neither before nor after."""
     M, C = np.array([[1.7591, -0.0074], [-0.0074, 1.2566]]), np.array([[0.0994, -0.0623], [-0.0623, 0.1697]])
     K, belt, static = np.array([[1.7552, -1.1002], [-1.1002, 2.996]]), 0.0992, 0.212
     system = bf.System(M, C, K, [Stribeck(0.162, static, 0.293, curve="hyperbolic", belt_speed=belt),
@@ -103,8 +103,9 @@ def test_a_leap_of_a_reaction_keeps_two_events_on_one_instant():
 
 @pytest.mark.parametrize("stop", [RigidStop(0.5, 0.6), ElasticStop(0.5, 9.0, damping=1.0)])
 def test_a_cycle_shrinks_onto_a_state_of_rest_that_touches_a_contact(stop):
-    """x'' - .06 x' + x = 0 beside one stop: all lengths are multiples of the gap.  A force moves the state of rest onto the stop."""
-    for loads, name, bounds, at, sign in (((), "gap", (-0.3, 1.0), 0.0, 1.0), ((ConstantForce(0.2),), "force", (-1.0, 0.7), 0.5, -1.0)):
+    """x'' - .06 x' + x = 0 beside one stop: all lengths are multiples of the gap.  A force moves the state of rest."""
+    cases = ((), "gap", (-0.3, 1.0), 0.0, 1.0), ((ConstantForce(0.2),), "force", (-1.0, 0.7), 0.5, -1.0)
+    for loads, name, bounds, at, sign in cases:
         orbit = bf.find_orbit(bf.System(1.0, -0.06, 1.0, [stop, *loads]), guess=(0.2, 0.1))
         branch = bf.trace(orbit, name, bounds=bounds)
         values, period = branch.column("parameter"), branch.column("period")
