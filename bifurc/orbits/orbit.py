@@ -234,7 +234,7 @@ class PeriodicOrbit(Orbit):
 
     @functools.cached_property
     def closing_excess(self) -> float:
-        """Largest excess of the complete chatterings that are closed, see `flow.scan.closure`: at most 1 where the
+        """Largest excess of the complete chatterings that are closed, see `flow.chatter.closure`: at most 1 where the
         simulation closes them; 0 without any, or where all that is left is rounding."""
         s, T, worst = self.sequence, self.equations.path.tables, 0.0
         kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
@@ -463,8 +463,8 @@ class PeriodicOrbit(Orbit):
 
 
 def closure_of(scene: Scene):
-    """Return the kernel that gives excess and duration of the rest of a complete chattering, see `flow.scan.closure`."""
-    return kernels(scene, "bifurc.flow.scan").closure
+    """Return the kernel that gives excess and duration of the rest of a complete chattering, see `flow.chatter.closure`."""
+    return kernels(scene, "bifurc.flow.chatter").closure
 
 
 def _order_gap(scene: Scene):

@@ -354,7 +354,7 @@ class OrbitProblem(Problem):
         return node[GUARD] >= 0 and bool(self.scene.tables.kick[node[BEFORE], node[GUARD]])
 
     def _excess(self, node, row) -> float:
-        """Return the closure of an impact, see `flow.scan.closure`; ``row`` (1 + ns,) are its time and the state before."""
+        """Return the closure of an impact, see `flow.chatter.closure`; ``row`` (1 + ns,) are its time and the state before."""
         e, scene = self.equations, self.scene
         T = e.path.tables
         z = self._joined(row)
