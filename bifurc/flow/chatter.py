@@ -19,9 +19,10 @@ CLOSE = 2e-5  # rates times the remaining duration of a complete chattering belo
 UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
+LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
 SMALL = 1e-4  # of a step of the mode: for differences, which only weigh the second order
 EXCESS, DURATION, RATIO, WAY = range(4)  # places of what `sequence` finds
-LATER, FASTER, LONGER, SLOWER = range(4)  # places of what `flight` finds
+LATER, FASTER = range(2)  # places of what `flight` finds
 
 
 @njit
@@ -99,8 +100,8 @@ def pushed(T, m, g, x, v, out):
 def resting(T, m, g, c):
     """Entry ``c`` of the direction in which all impacts together move the state, with the rate of the guard 1.
 
-    One impact moves it along B.  What mode ``m`` holds is at rest again in the end: the velocities of D, in which no held row moves;
-    of the two impulses one is that of friction.
+    One impact moves it along B.  What mode ``m`` holds is at rest again in the end: as the velocities of D, in which no held row
+    moves; of the two impulses one is that of friction.
     """
     D, n = T.D, T.LP.shape[2]
     if T.n_holds[m] > 0 and n <= c < 2 * n:
@@ -152,7 +153,7 @@ def sequence(T, m, g, x, v, out, found):
         high = max(push, first[0])
         for k in range(3):
             fastest = max(fastest, abs(first[1 + k]) / (push if k == 0 else 1.0), abs(first[5 + k]) / (first[4] if k == 0 else 1.0))
-    here, there = np.empty(4), np.empty(4)
+    here, there = np.empty(2), np.empty(2)
     unit, rho = flight(r, first, second, 0.0, here)
     if not 0.0 < rho < 1.0:
         return
@@ -172,7 +173,7 @@ def sequence(T, m, g, x, v, out, found):
 @njit
 def flight(r, first, second, t, found):
     """Duration and arriving speed of a flight behind an impact that arrives with speed 1, to first order; 0, 0 where the first
-    part does not end in it.
+    part ends behind it.
 
     Parameters
     ----------
@@ -185,15 +186,15 @@ def flight(r, first, second, t, found):
         Of the second: acceleration toward the stop, its rate, its slope in speed.
     t : float
         Time of the impact.
-    found : ndarray (4,)
-        Receives what terms of second order add to both in ``LATER`` and ``FASTER``.
+    found : ndarray (2,)
+        Receives what terms of second order add to both, ``LATER`` and ``FASTER``.
     """
     a, rate, by_speed, by_slip, slip = first[0], first[1], first[2], first[3], first[8]
     loss, loss_rate, loss_by_speed, loss_by_slip = first[4], first[5], first[6], first[7]
     push, rise, by = second[0], second[1], second[2]
     s = slip / loss if slip > 0.0 else 0.0
     v, y, way = a * s - r, (0.5 * a * s - r) * s, (slip - 0.5 * loss * s) * s  # behind the first part; y < 0 off the stop
-    if slip > 0.0 and y >= 0.0:
+    if not v * v > 2.0 * push * y:
         return 0.0, 0.0
     dv = dy = ds = 0.0
     if slip > 0.0:
@@ -203,6 +204,8 @@ def flight(r, first, second, t, found):
         dy = rate * s * s * (0.5 * t + s / 6.0) + by_speed * y_sum + by_slip * way_sum + v * ds
     arrives = np.sqrt(v * v - 2.0 * push * y)
     q = (arrives - v) / push
+    if q < -LATE * s:
+        return 0.0, 0.0
     rest = (0.5 * v + push * q / 6.0) * q * q
     miss = dy + dv * q + rise * q * q * (0.5 * (t + s) + q / 6.0) + by * rest
     dq = -miss / arrives
@@ -253,9 +256,9 @@ def undivided(T, m, g):
     return flight_mode(T, m, g)[0] == m
 
 
-@apart(WHOLES)
+@apart(WHOLES, python=True)
 def flight_mode(T, m, g):
-    """Return the mode of the flight behind an impact at guard ``g`` of ``m``, and its guard of the sliding speed that comes to zero.
+    """Return the mode of the flight behind an impact at guard ``g`` of ``m``, and its guard of the sliding speed that vanishes.
 
     ``m`` itself and -1 where neither friction turns round nor a held one slips; -1 and -1 where there is no such sequence (a
     contact that is no friction opens, two begin to slip) or the mode is not built yet.

@@ -214,6 +214,11 @@ class PeriodicOrbit(Orbit):
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
                                       U, self.weights, info)
         listed, peak, leaving, broken = info[[sequence.LISTED, sequence.PEAK, sequence.LEAVING, sequence.BROKEN]].tolist()
+        at = int(info[sequence.LISTED_AT])
+        if at >= 0 and s.nodes[at, CLOSES] == 2:  # in a flight of a chattering: measured by that, but known in periods
+            times = U[::1 + self.scene.ns]
+            listed *= times[(at + 1) % len(times)] + (s.span if at + 1 == len(times) else 0.0) - times[at - 1] + (
+                0.0 if at else s.span)
         refusal = Refusal(self.equations, self._earlier, 0.0)
         return listed, peak, max(leaving, refusal.worst(np.append(self._unknowns, 0.0))), broken
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, RigidStop
 from bifurc.compose.scene import scene_of
+from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, RigidStop
 from bifurc.flow import chatter, rule
 
 
