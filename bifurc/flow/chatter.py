@@ -59,13 +59,13 @@ def stilled(T, m, g, x, xp, P):
 
     They differ where the impacts let a held friction slip: it sticks again in the end, after some way.
     """
-    v, found, out, change = 0.0, np.empty(4), np.empty(x.size), np.empty(T.A.shape[1])
+    row, v, found, out, change = moved_row(T, m, g), 0.0, np.empty(4), np.empty(x.size), np.empty(T.A.shape[1])
     for c in range(x.size):
         v += T.GT[m, g, c, 1] * x[c]
     sequence(T, m, g, x, v, out, found)
     slipped(T, m, g, out, change)
     for c in range(change.size):
-        more, way = T.B[m, g, c] - resting(T, m, g, c), found[WAY] * change[c]
+        more, way = T.B[m, g, c] - resting(T, m, g, row, c), found[WAY] * change[c]
         xp[c] += more * v + way * v * v
         for k in range(x.size):
             P[c, k] += (more + 2.0 * way * v) * T.GT[m, g, k, 1]
@@ -75,10 +75,10 @@ def stilled(T, m, g, x, xp, P):
 def slipped(T, m, g, out, change):
     """Write into ``change`` (ns,) how a way of one unit that a held friction slips (`sequence`) moves the state ``out`` (nx,) at
     rest: the coordinates by that way, the velocities by the forces of damping along it."""
-    n, ns, rest = T.LP.shape[2], change.size, T.ends_in[m, g]
+    n, ns, rest, row = T.LP.shape[2], change.size, T.ends_in[m, g], moved_row(T, m, g)
     moved, f, still = np.empty(out.size), np.empty(ns), np.empty(ns)
     for c in range(ns):
-        change[c] = resting(T, m, g, c) - T.B[m, g, c]
+        change[c] = resting(T, m, g, row, c) - T.B[m, g, c]
     shifted(out, change, SMALL, moved)
     field(T, rest, out, still)
     field(T, rest, moved, f)
@@ -89,26 +89,37 @@ def slipped(T, m, g, out, change):
 @njit
 def pushed(T, m, g, x, v, out):
     """Write the state with the arriving speed ``v`` at ``x`` taken away into ``out`` (nx,); return the push to the stop."""
+    row = moved_row(T, m, g)
     for c in range(x.size):
         out[c] = x[c]
     for c in range(T.B.shape[2]):
-        out[c] -= resting(T, m, g, c) * v
+        out[c] -= resting(T, m, g, row, c) * v
     return bend(T, m, g, out)
 
 
 @njit
-def resting(T, m, g, c):
+def resting(T, m, g, row, c):
     """Entry ``c`` of the direction in which all impacts together move the state, with the rate of the guard 1.
 
-    One impact moves it along B.  What mode ``m`` holds is at rest again in the end: as the velocities of D, in which no held row
-    moves; of the two impulses one is that of friction.
+    One impact moves it along B.  Where that moves a held ``row`` (-1: none), this is at rest again in the end: D says how positions
+    change with the guard where no held row moves; of the two impulses one is that of friction.
     """
-    D, n = T.D, T.LP.shape[2]
-    if T.n_holds[m] > 0 and n <= c < 2 * n:
-        for k in range(n):
-            if D[m, g, k] != 0.0:
-                return D[m, g, c - n]
-    return T.B[m, g, c]
+    n = T.LP.shape[2]
+    return T.D[m, g, c - n] if row >= 0 and n <= c < 2 * n else T.B[m, g, c]
+
+
+@njit
+def moved_row(T, m, g):
+    """Row that mode ``m`` holds and an impact at guard ``g`` moves; -1: none; -2: several."""
+    row = -1
+    for k in range(T.n_holds[m]):
+        change, size = 0.0, 0.0
+        for c in range(T.B.shape[2]):
+            change += T.H[m, k, c] * T.B[m, g, c]
+            size += abs(T.H[m, k, c] * T.B[m, g, c])
+        if abs(change) > MOVED * size:
+            row = k if row == -1 else -2
+    return row
 
 
 @apart(NOTHING)
@@ -125,11 +136,11 @@ def sequence(T, m, g, x, v, out, found):
     push = pushed(T, m, g, x, v, out)
     if other < 0 or push <= 0.0:
         return
-    small, ns = SMALL * h, T.A.shape[1]
+    small, ns, row = SMALL * h, T.A.shape[1], moved_row(T, m, g)
     moved, along, across = np.empty((3, x.size)), np.zeros(ns), np.zeros(ns)
     later(T, m if rest < 0 else rest, out, small, moved[0])
     for c in range(ns):
-        along[c] = resting(T, m, g, c)
+        along[c] = resting(T, m, g, row, c)
     shifted(out, along, push * small, moved[1])
     first, second, way = np.zeros(9), np.zeros(3), 0.0  # of the parts of a flight: push, its rate, its slopes; then of sliding
     second[0] = push
@@ -263,19 +274,12 @@ def flight_mode(T, m, g):
     ``m`` itself and -1 where neither friction turns round nor a held one slips; -1 and -1 where there is no such sequence (a
     contact that is no friction opens, two begin to slip) or the mode is not built yet.
     """
-    row = -1
-    for k in range(T.n_holds[m]):
-        change, size = 0.0, 0.0
-        for c in range(T.B.shape[2]):
-            change += T.H[m, k, c] * T.B[m, g, c]
-            size += abs(T.H[m, k, c] * T.B[m, g, c])
-        if abs(change) > MOVED * size:
-            if row >= 0:
-                return -1, -1
-            row = k
+    row = moved_row(T, m, g)
     mode, own = turned(T, m, g)
+    if row == -1:
+        return mode, own
     if row < 0 or mode != m:
-        return (mode, own) if row < 0 else (-1, -1)
+        return -1, -1
     for k in range(T.n_guards[m]):
         for i in range(T.then.shape[2]):
             c = T.then[m, k, i]

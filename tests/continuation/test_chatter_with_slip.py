@@ -46,7 +46,7 @@ def test_a_branch_over_friction_passes_from_slips_that_stick_to_slips_that_last(
     falls = np.diff(last)
     assert len(last) >= 5 and np.all(falls > 0.0)
     ratios = falls[1:] / falls[:-1]
-    assert ratios[-2:] == pytest.approx(0.3, abs=0.01)  # the closed form: speeds fall by the restitution where a slip lasts a flight
+    assert ratios[-2:] == pytest.approx(0.3, abs=0.01)  # r, where a slip lasts a flight
 
 
 @pytest.mark.parametrize(("system", "parameter", "bounds"), [

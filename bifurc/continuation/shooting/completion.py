@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from ...elements import EventKind
+from ...flow.chatter import moved_row
 from ...orbits.autonomous import wound
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE
 from ...orbits.shooting.signature import Signature, divided
@@ -121,7 +122,7 @@ def apart(problem, p, node, time, state):
     T, n = problem.equations.numbers_at(p), problem.scene.n
     m, g = node[:AFTER]
     direction = T.B[m, g].copy()
-    if T.n_holds[m] and T.D[m, g, :n].any():
+    if moved_row(T, m, g) >= 0:
         direction[n:2 * n] = T.D[m, g, :n]
     arriving = problem.arriving(node, np.append(time, state))
     return direction, arriving, state - arriving * direction
