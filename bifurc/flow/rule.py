@@ -12,6 +12,7 @@ from .._jit import FLAG, NOTHING, WHOLE, apart, both, njit
 from ..compose.tables import ORDER
 from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
 from .affine.polynomial import EPS
+from .chatter import stilled, undivided
 
 NOISE = 64.0 * EPS  # of the sum of the terms: values below it are zero
 JOINS = 16  # other elements that may join in one event
@@ -39,6 +40,8 @@ def jump(T, m, g, closes, x, xp, P):
         xp[i] = total
     for c in range(ns, nx):
         xp[c] = x[c]
+    if closes and T.n_holds[m] > 0 and not undivided(T, m, g):
+        stilled(T, m, g, x, xp, P)
     curved_jump(T, m, g, closes, x, xp, P)
 
 

@@ -3,24 +3,19 @@
 Steps of the mode's length run freely from any time.  A step is passed when a bound proves that no guard reaches zero
 (`coast`); otherwise the guards become polynomials and their first zero is isolated (`polynomial.first_zero`).  After an
 event the candidates of the fired guard are tried in order by `bifurc.flow.rule`; what they leave open goes back to
-`bifurc.flow.settle`.  A complete chattering ends in the closed form of specs "chatter":
-with the arriving speed v, the acceleration a toward the stop and its rate f' along the held motion,
-
-    t_acc = t + 2 T (1 - (2/3) T (kappa / 2 + f'/a)),      T = r v / (a (1 - r)),
-
-kappa the loss of a per unit of speed.  Dry friction of the same speed turns round in every impact and at the top of every flight:
-`slowed`.
+`bifurc.flow.settle`.  A complete chattering ends in closed form, `bifurc.flow.chatter`.
 
 One file, because the integration and what it calls at an event are compiled together, once for an engine.
 """
 import numpy as np
 
-from .._jit import NOTHING, PAIR, apart, njit
+from .._jit import NOTHING, apart, njit
 from .._jit import WHOLE as STATUS
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
 from .affine.event_free import coast
 from .affine.polynomial import EPS, first_zero, horner
+from .chatter import PARALLEL, UNSEEN, closing
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
 DONE, NEED, SETTLE, LIMIT, FULL, LOST = range(6)  # what `run` returns
@@ -31,9 +26,6 @@ SLOPES = 3
 BEFORE, GUARD, AFTER, KIND, PERIODS = range(5)  # columns of the integer record; GUARD -1: a section was passed
 TIME, SPEED, SPAN, STATE = range(4)  # columns of the record; from STATE the state before, then the state after
 PASSED, EVENT, CHATTER, GRAZE = range(4)  # what a recorded row is
-CLOSE = 2e-5  # rates times the remaining duration of a complete chattering below which it is closed
-UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
-PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 INSTANTS = 24  # events at one instant, or kicks after flights that cannot be told from rest, before the joint rule decides
 BOUND = 1e200  # of a state; beyond it the motion is lost
 PENETRATION = 1e-9  # of the sum of the terms: a guard violated by more is not put back on its surface
@@ -88,110 +80,6 @@ def put(rows, holds, ns, m, x):
 
 
 @njit
-def closing(T, m, g, x, v, out):
-    """Duration of the rest of a complete chattering whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
-
-    Returns 0 where it does not (yet) close.  ``out`` (nx,) receives the state with the speed taken away.
-    """
-    r, push = T.ratio[m, g], pushed(T, m, g, x, v, out)
-    if turned(T, m, g) == m and 2.0 * r * v > CLOSE * (1.0 - r) * push * T.step[m] and \
-            (r * v)**2 > 2.0 * push * UNSEEN * EPS * terms_size(T, m, g, out):  # most impacts: far from closing, see `closure`
-        return 0.0
-    excess, duration = closure(T, m, g, x, v, out)
-    return duration if excess <= 1.0 else 0.0
-
-
-@njit
-def pushed(T, m, g, x, v, out):
-    """Write the state after a plastic impact at ``x`` with arriving speed ``v`` into ``out`` (nx,); return the push to the stop."""
-    B, GT = T.B, T.GT
-    push = 0.0
-    for c in range(x.size):
-        out[c] = x[c]
-    for c in range(B.shape[2]):
-        out[c] -= B[m, g, c] * v
-    for c in range(x.size):
-        push += 2.0 * GT[m, g, c, 2] * out[c]
-    return push
-
-
-@apart(PAIR, python=True)
-def closure(T, m, g, x, v, out):
-    """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
-    A, B, GT, harmonics = T.A, T.B, T.GT, T.harmonics
-    r, h, rest, omega = T.ratio[m, g], T.step[m], T.ends_in[m, g], T.flat[0]
-    ns, nx = A.shape[1], A.shape[2]
-    loss, push, rate = 0.0, pushed(T, m, g, x, v, out), 0.0
-    for c in range(ns):
-        loss -= 2.0 * GT[m, g, c, 2] * B[m, g, c]
-    away, other = push, turned(T, m, g)
-    if other < 0 or push <= 0.0:
-        return np.inf, 0.0
-    if other != m:  # friction of the same row: leaving, it adds to what pushes back; arriving, it holds against it
-        away = 0.0
-        for c in range(nx):
-            away += 2.0 * GT[other, g, c, 2] * out[c]
-        if away <= 0.0:
-            return np.inf, 0.0
-    for i in range(ns):
-        f = 0.0
-        if rest >= 0:
-            for c in range(nx):
-                f += A[rest, i, c] * out[c]
-        rate += 2.0 * GT[m, g, i, 2] * f
-    for k in range(harmonics.size):
-        c = ns + 1 + 2 * k
-        rate += 2.0 * harmonics[k] * omega * (GT[m, g, c + 1, 2] * out[c] - GT[m, g, c, 2] * out[c + 1])
-    size = 0.0
-    for c in range(nx):
-        size += abs(T.G[m, g, c] * out[c])
-    high = (r * v)**2 / (2.0 * away * UNSEEN * EPS * size) if size > 0.0 else np.inf
-    if other != m:
-        first, second = slowed(r, v, push, away, loss, rate)
-        return min(high, first * max(1.0 / h, abs(loss), abs(rate) / push) / CLOSE), second
-    span = r * v / (push * (1.0 - r))
-    excess = 2.0 * span * max(1.0 / h, abs(loss)) / CLOSE
-    excess = max(excess, 2.0 * span * abs(rate) / (CLOSE * push))
-    return min(high, excess), 2.0 * span * (1.0 - (2.0 / 3.0) * span * (0.5 * loss + rate / push))
-
-
-@njit
-def turned(T, m, g):
-    """Return the mode of the flight behind an impact at guard ``g`` of ``m``: every friction of the same speed is turned round;
-    ``m`` itself without one, -1 where it is not built yet."""
-    mode = m
-    for k in range(T.n_guards[m]):
-        if T.element[m, k] == T.element[m, g] or T.kick[m, k] == 1 or not same_speed(T, m, g, k):
-            continue
-        found = -1
-        for i in range(T.then.shape[2]):
-            c = T.then[mode, k, i]
-            if c < 0 or c == mode or T.n_holds[c] != T.n_holds[m] or T.n_guards[c] != T.n_guards[m]:
-                continue
-            against = 0.0
-            for j in range(T.G.shape[2]):
-                against += T.G[c, k, j] * T.G[m, k, j]
-            if against < 0.0 and T.element[c, g] == T.element[m, g] and T.kick[c, g] == 1:
-                found = c
-                break
-        if found < 0:
-            return -1
-        mode = found
-    return mode
-
-
-@njit
-def same_speed(T, m, g, k):
-    """Whether guard ``k`` of mode ``m`` is a multiple of the speed with which guard ``g`` is approached."""
-    own, both, square = 0.0, 0.0, 0.0
-    for c in range(T.G.shape[2]):
-        own += T.G[m, k, c]**2
-        both += T.G[m, k, c] * T.GT[m, g, c, 1]
-        square += T.GT[m, g, c, 1]**2
-    return own > 0.0 and both * both >= (1.0 - PARALLEL) * own * square
-
-
-@njit
 def struck(T, m, g, x, series, hit):
     """The guard with a kick that is reached with guard ``g`` of mode ``m`` after the time ``hit`` from ``x`` (nx,), and the ratio
     of their rates; -1 without one.
@@ -215,32 +103,6 @@ def struck(T, m, g, x, series, hit):
         if abs(horner(series[k], 0, hit)[0]) <= noise:
             return k, factor
     return -1, 0.0
-
-
-@njit
-def slowed(r, v, push, away, loss, rate):
-    """Duration of a complete chattering whose flights begin under the acceleration ``away`` and end under ``push``, to first and to
-    second order in ``v``; ``rate`` is the rate of both, ``loss`` what they lose per unit of speed.
-
-    A flight that begins with speed u lasts u / away + u / sqrt(away push) and comes back with u sqrt(push / away): the ratio of the
-    sequence is r sqrt(push / away).  Terms of second order of duration and speed are a t u + b u^2, t the time since the first
-    impact.
-    """
-    rho = r * np.sqrt(push / away)
-    up, down = 1.0 / away, 1.0 / np.sqrt(away * push)
-    u, unit = r * v, up + down
-    rise = -0.5 * rate * up**2  # of the height, per t
-    late = (rise - 0.5 * rate * down**2) / (push * down)
-    by_time, fast_by_time = late - rate * up / away, push * late + rate * down
-    rise = -(rate * up**3 / 6.0 + loss * away * up**3 / 3.0)
-    late = (rise - 0.5 * rate * up * down**2 - (rate - loss * push) * down**3 / 6.0) / (push * down)
-    by_speed = late - (0.5 * rate + 0.5 * loss * away) * up**2 / away
-    fast_by_speed = push * late + rate * up * down + 0.5 * (rate - loss * push) * down**2
-    squares = u**2 / (1.0 - rho**2)
-    products = unit * squares * rho / (1.0 - rho)
-    weight = unit * r / (1.0 - rho)
-    first = unit * u / (1.0 - rho)
-    return first, first + (by_time + weight * fast_by_time) * products + (by_speed + weight * fast_by_speed) * squares
 
 
 @apart(STATUS, python=True)

@@ -214,6 +214,11 @@ class PeriodicOrbit(Orbit):
         self.equations.kernel.monitor(self.equations.path.tables, s.nodes, s.fixed, s.span, self.equations.closure,
                                       U, self.weights, info)
         listed, peak, leaving, broken = info[[sequence.LISTED, sequence.PEAK, sequence.LEAVING, sequence.BROKEN]].tolist()
+        at = int(info[sequence.LISTED_AT])
+        if at >= 0 and s.nodes[at, CLOSES] == 2:  # in a flight of a chattering: measured by that, but known in periods
+            times = U[::1 + self.scene.ns]
+            listed *= times[(at + 1) % len(times)] + (s.span if at + 1 == len(times) else 0.0) - times[at - 1] + (
+                0.0 if at else s.span)
         refusal = Refusal(self.equations, self._earlier, 0.0)
         return listed, peak, max(leaving, refusal.worst(np.append(self._unknowns, 0.0))), broken
 
@@ -234,7 +239,7 @@ class PeriodicOrbit(Orbit):
 
     @functools.cached_property
     def closing_excess(self) -> float:
-        """Largest excess of the complete chatterings that are closed, see `flow.scan.closure`: at most 1 where the
+        """Largest excess of the complete chatterings that are closed, see `flow.chatter.closure`: at most 1 where the
         simulation closes them; 0 without any, or where all that is left is rounding."""
         s, T, worst = self.sequence, self.equations.path.tables, 0.0
         kernel, rows = self.equations.kernel, self._unknowns.reshape(len(self.sequence.nodes), -1)
@@ -463,8 +468,8 @@ class PeriodicOrbit(Orbit):
 
 
 def closure_of(scene: Scene):
-    """Return the kernel that gives excess and duration of the rest of a complete chattering, see `flow.scan.closure`."""
-    return kernels(scene, "bifurc.flow.scan").closure
+    """Return the kernel that gives excess and duration of the rest of a complete chattering, see `flow.chatter.closure`."""
+    return kernels(scene, "bifurc.flow.chatter").closure
 
 
 def _order_gap(scene: Scene):

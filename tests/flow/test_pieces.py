@@ -11,7 +11,7 @@ import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
 from bifurc.elements import Coulomb, CubicSpring, ElasticStop, HarmonicForce, Jenkins, RigidStop
-from bifurc.flow import initial, linear, periodic, rule, scan, settle, simulate
+from bifurc.flow import chatter, initial, linear, periodic, rule, scan, settle, simulate
 from bifurc.flow.rule import NOISE
 from bifurc.flow.status import Status
 
@@ -281,19 +281,19 @@ def test_what_is_left_of_a_complete_chattering(rng):
         errors = []
         for v in (2e-2, 1e-2):
             x = np.concatenate([[gap, v], scene.forcing(np.array([t]))[0]])
-            _, duration = scan.closure.py_func(T, m, 0, x, v, out)
+            _, duration = chatter.closure(T, m, 0, x, v, out)
             errors.append(abs(duration - flights(v)))
             assert out == pytest.approx(np.concatenate([[gap, 0.0], x[2:]]), abs=1e-15)
         assert errors[0] < 1e-3 and errors[1] < errors[0] / 6.0  # of the third order in the speed
         push = amplitude * math.cos(omega * t) - gap
-        assert scan.pushed(T, m, 0, x, v, out) == pytest.approx(push, rel=1e-12)
+        assert chatter.pushed(T, m, 0, x, v, out) == pytest.approx(push, rel=1e-12)
         rate = amplitude * omega * math.sin(omega * t)
         closes = 2e-5 * push * (1.0 - r) / (2.0 * r * max(1.0 / T.step[m], 2.0 * zeta, abs(rate) / push))
         for share, closed in ((0.99, True), (1.01, False)):
             x = np.concatenate([[gap, share * closes], scene.forcing(np.array([t]))[0]])
-            assert (scan.closing(T, m, 0, x, share * closes, out) > 0.0) is closed
+            assert (chatter.closing(T, m, 0, x, share * closes, out) > 0.0) is closed
     pulled = np.array([gap, 0.1, 1.0, -9.0, 0.0])
-    assert scan.turned(T, m, 0) == m and scan.closure.py_func(T, m, 0, pulled, 0.1, out) == (np.inf, 0.0)
+    assert chatter.undivided(T, m, 0) and chatter.closure(T, m, 0, pulled, 0.1, out) == (np.inf, 0.0)
 
 
 def test_which_friction_an_impact_turns_round():
@@ -301,8 +301,9 @@ def test_which_friction_an_impact_turns_round():
     T = scene.tables
     m = scene.index(("always", "free", "slip+", "slip-"))
     hit, own, other = (next(g for g in range(T.n_guards[m]) if scene.guard(m, g).element == e) for e in (1, 2, 3))
-    assert scan.same_speed(T, m, hit, own) and not scan.same_speed(T, m, hit, other)
-    assert scene.keys[scan.turned(T, m, hit)] == ("always", "free", "slip-", "slip-")
+    assert chatter.alike(T.G[m, own], T.GT[m, hit, :, 1]) and not chatter.alike(T.G[m, other], T.GT[m, hit, :, 1])
+    flight, slides = chatter.flight_mode(T, m, hit)
+    assert scene.keys[flight] == ("always", "free", "slip-", "slip-") and scene.guard(flight, slides).element == 2
 
 
 FLIGHT = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.6), RigidStop(0.3, 0.8)], omega=0.9)

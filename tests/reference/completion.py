@@ -182,6 +182,8 @@ def rests(M, C, K, force, omega, row, gap, restitution, time, state, digits=30) 
                 x, w = relative(flow(y, t, s))
                 s -= x / (w - x / s)
             y, t = flow(y, t, s), t + s
+            if abs(relative(y)[0]) > mpf(10)**(14 - digits):
+                return False  # it does not fall back while the stop would press
         raise ArithmeticError("too many impacts")
     finally:
         mp.dps = saved

@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from ...elements import EventKind
+from ...flow.chatter import moved_row
 from ...orbits.autonomous import wound
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE
 from ...orbits.shooting.signature import Signature, divided
@@ -115,13 +116,16 @@ def time_of(problem, x, k) -> float:
     return turns * problem.sequence.span + sum(factor * float(x[place]) for place, factor in slope_of_time(problem, k))
 
 
-def apart(problem, p, node, state):
-    """Return the gradient (ns,) of the speed at which a ``node`` is reached, that speed along it, and the ``state`` (ns,) with that
-    speed put to rest: the state is their sum."""
+def apart(problem, p, node, time, state):
+    """Return how impacts move the state (ns,) where they stop the speed 1, see `flow.chatter`, the speed at which a ``node`` is
+    reached at a ``time`` with a ``state`` (ns,), and that state with the speed put to rest."""
+    T, n = problem.equations.numbers_at(p), problem.scene.n
     m, g = node[:AFTER]
-    gradient = problem.equations.numbers_at(p).B[m, g, :problem.scene.ns].copy()
-    arriving = float(gradient @ state / (gradient @ gradient))
-    return gradient, arriving, state - arriving * gradient
+    direction = T.B[m, g].copy()
+    if moved_row(T, m, g) >= 0:
+        direction[n:2 * n] = T.D[m, g, :n]
+    arriving = problem.arriving(node, np.append(time, state))
+    return direction, arriving, state - arriving * direction
 
 
 def relisted(problem, x, nodes, times, states):
@@ -292,7 +296,7 @@ def resting(problem, x):
         return None
     at = [time_of(problem, x, k) for k in best]
     release = at[-2] + (at[-1] - at[-2]) / (1.0 - rho)
-    gradient, arriving, still = apart(problem, p, hit, state_at(problem, x, best[-1]))
+    direction, arriving, still = apart(problem, p, hit, at[-1], state_at(problem, x, best[-1]))
     behind = best[-1] + 1
     while time_of(problem, x, behind) < release + (release - at[-IMPACTS]) and node_at(problem, behind)[:AFTER] == hit:
         behind += 1  # impacts of the same train that have left the boundary
@@ -304,7 +308,7 @@ def resting(problem, x):
         left, arriving = rho * left, rho * rho * arriving
         nodes.append([*nodes[-1][:DIVIDE], 0, 2])
         times.append(release - left)
-        states.append(still + arriving * gradient)
+        states.append(still + arriving * direction)
     nodes[-1][AFTER], nodes[-1][CLOSES] = rest, 1
     nodes.append([rest, releases[0], node_at(problem, best[0])[BEFORE], 0, 0])
     return relisted(problem, x, nodes, [*times, release], [*states, still])
@@ -316,15 +320,16 @@ def on_boundary(problem, x, impacts, release, k):
     hit = node_at(problem, impacts[0])
     rho = ratio(float(problem.equations.numbers_at(p).ratio[tuple(hit[:AFTER])]))
     end = time_of(problem, x, release)
-    left = end - time_of(problem, x, impacts[k])
-    gradient, arriving, still = apart(problem, p, hit, state_at(problem, x, impacts[k]))
+    at = time_of(problem, x, impacts[k])
+    left = end - at
+    direction, arriving, still = apart(problem, p, hit, at, state_at(problem, x, impacts[k]))
     out = x.copy()
     rows = out[:-1].reshape(len(s.nodes), -1)
     for place in impacts[k + 1:]:
         left, arriving = rho * left, rho * rho * arriving
         turns, row = divmod(place, len(s.nodes))
         sign = -1.0 if s.closure < 0 and turns % 2 else 1.0
-        rows[row] = np.append(end - left - turns * (x[0] if s.clock else s.span), sign * (still + arriving * gradient))
+        rows[row] = np.append(end - left - turns * (x[0] if s.clock else s.span), sign * (still + arriving * direction))
     return out
 
 

@@ -331,7 +331,7 @@ class OrbitProblem(Problem):
                 turned = flight < -TOUCH
             else:
                 r = self.equations.path.tables.ratio[tuple(s.nodes[i, :AFTER])]
-                turned = self._arriving(s.nodes[k], rows[k]) < -0.5 * r * self._arriving(s.nodes[i], rows[i])
+                turned = self.arriving(s.nodes[k], rows[k]) < -0.5 * r * self.arriving(s.nodes[i], rows[i])
             if turned:
                 return True
         return False
@@ -354,13 +354,13 @@ class OrbitProblem(Problem):
         return node[GUARD] >= 0 and bool(self.scene.tables.kick[node[BEFORE], node[GUARD]])
 
     def _excess(self, node, row) -> float:
-        """Return the closure of an impact, see `flow.scan.closure`; ``row`` (1 + ns,) are its time and the state before."""
+        """Return the closure of an impact, see `flow.chatter.closure`; ``row`` (1 + ns,) are its time and the state before."""
         e, scene = self.equations, self.scene
         T = e.path.tables
         z = self._joined(row)
-        return float(closure_of(scene)(T, node[BEFORE], node[GUARD], z, self._arriving(node, row), np.empty(z.size))[0])
+        return float(closure_of(scene)(T, node[BEFORE], node[GUARD], z, self.arriving(node, row), np.empty(z.size))[0])
 
-    def _arriving(self, node, row) -> float:
+    def arriving(self, node, row) -> float:
         """Return the rate of the guard of an event, own units; ``row`` (1 + ns,) are its time and the state before."""
         e, scene = self.equations, self.scene
         T, engine, z = e.path.tables, e.kernel, self._joined(row)

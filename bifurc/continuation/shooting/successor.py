@@ -604,8 +604,12 @@ def _first_valid(problem, x, p, step=None):
             made[s] = c.x, c.monitors[keys]
         return made[s][1]
 
+    @functools.cache
+    def speeds(s):
+        return listed_speeds(problem, made[s][0])
+
     def event(s, i):
-        value = None if values(s) is None else listed_speeds(problem, made[s][0])[i]
+        value = None if values(s) is None else speeds(s)[i]
         return value if value is not None and math.isfinite(value) else None
 
     tests = [lambda s, pick=pick: None if values(s) is None else float(pick(values(s)))

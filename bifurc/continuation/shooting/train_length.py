@@ -44,38 +44,46 @@ def relengthened(problem, point):
 
 
 def listed(problem, x):
-    """Return nodes, times and states (lists) of the orbit at ``x`` (n + 1,), and the place of the last impact but one of its last
-    train."""
+    """Return nodes, times and states (lists) of the orbit at ``x`` (n + 1,), and how many nodes its last train has for each impact:
+    friction may have an event in every flight; 0 without a train."""
     places = range(len(problem.sequence.nodes))
     nodes, times, states = ([of(k) for k in places] for of in (
         lambda k: node_at(problem, k), lambda k: time_of(problem, x, k), lambda k: state_at(problem, x, k)))
     own = nodes[-1][:AFTER]
-    earlier = next((k for k in reversed(places[:-1]) if nodes[k][CLOSES] == 2 and nodes[k][:AFTER] == own), None)
-    return nodes, times, states, earlier
+    earlier = next((k for k in reversed(places[:-1]) if nodes[k][CLOSES] != 2 or nodes[k][:AFTER] == own), 0)
+    return nodes, times, states, places[-1] - earlier if nodes[earlier][CLOSES] == 2 and nodes[earlier][:AFTER] == own else 0
 
 
 def longer(problem, x, count=1):
-    """Return (problem, guess) with ``count`` impacts more at the end of the train that the last node closes, or None."""
-    nodes, times, states, earlier = listed(problem, x)
-    if earlier is None:
+    """Return (problem, guess) with ``count`` impacts more at the end of the train that the last node closes, or None.
+
+    All that is not yet at rest falls by the same factor from flight to flight.
+    """
+    nodes, times, states, unit = listed(problem, x)
+    if not unit:
         return None
     p, closing = float(x[-1]), nodes[-1]
-    r = float(problem.equations.numbers_at(p).ratio[tuple(closing[:AFTER])])
-    gradient, arriving, still = apart(problem, p, closing, states[-1])
-    flight, leading = times[-1] - times[earlier], [*nodes[earlier][:DIVIDE], 0, 2]
-    for k in range(1, count + 1):
-        nodes[-1:] = [leading, closing]
-        times.append(times[-1] + r**k * flight)
-        states.append(still + r**k * arriving * gradient)
-    return relisted(problem, x, nodes, times, states)
+    _, arrived, _ = apart(problem, p, closing, times[-1 - unit], states[-1 - unit])
+    _, arrives, still = apart(problem, p, closing, times[-1], states[-1])
+    factor = arrives / arrived
+    if not 0.0 < factor < 1.0:
+        return None
+    end = times[-1] + (times[-1] - times[-1 - unit]) * factor / (1.0 - factor)
+    repeated = [[*node[:DIVIDE], 0, 2] for node in nodes[-1 - unit:-1]]
+    nodes.pop()
+    for _ in range(count):
+        nodes += repeated
+        for _ in range(unit):
+            times.append(end - factor * (end - times[-unit]))
+            states.append(still + factor * (states[-unit] - still))
+    return relisted(problem, x, [*nodes, closing], times, states)
 
 
 def shorter(problem, x, count=1):
     """Return (problem, guess) with the last ``count`` impacts left out of the train that the last node closes, or None."""
-    nodes, times, states, _ = listed(problem, x)
-    closing, left = nodes[-1], len(nodes) - count
-    if left < 1 or any(node[CLOSES] != 2 or node[:AFTER] != closing[:AFTER] for node in nodes[left - 1:-1]):
+    nodes, times, states, unit = listed(problem, x)
+    closing, left = nodes[-1], len(nodes) - count * unit
+    if not unit or left < 1 or any(node[CLOSES] != 2 or node[:DIVIDE] != nodes[-1 - unit + k % unit][:DIVIDE]
+                                   for k, node in enumerate(nodes[left - 1:-1])):
         return None  # another contact changes between them, or there are not so many
-    nodes = [*nodes[:left - 1], [*nodes[left - 1][:DIVIDE], 0, 1]]
-    nodes[-1][AFTER] = closing[AFTER]
-    return relisted(problem, x, nodes, times[:left], states[:left])
+    return relisted(problem, x, [*nodes[:left - 1], closing], times[:left], states[:left])

@@ -1,7 +1,6 @@
 """Events that vanish from an orbit: the equations without those that have lost their speed or their duration."""
 import numpy as np
 
-from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, sections
 from .appearing import NEAR
@@ -97,19 +96,9 @@ def merging_nodes(scene, first, second):
 def listed_speeds(problem, x):
     """Return the scaled arriving speed, or duration of the interval it closes, of every node; None for sections."""
     e, (s, U) = problem.equations, problem.sequence.written_out(x[:-1])
-    T = e.numbers_at(x[-1])
-    found = []
-    for i, node in enumerate(s.nodes):
-        if node[GUARD] < 0:
-            found.append(None)
-            continue
-        info = np.zeros(sequence.INFO)
-        only = s.nodes.copy()
-        only[only[:, sequence.CLOSES] == 0, sequence.CLOSES] = 2
-        only[i, sequence.CLOSES] = node[sequence.CLOSES]
-        e.kernel.monitor(T, only, s.fixed, s.span, e.closure, U, e.weights, info)
-        found.append(float(info[sequence.LISTED]))
-    return found
+    found = np.empty(len(s.nodes))
+    e.kernel.listed_speeds(e.numbers_at(x[-1]), s.nodes, s.span, U, e.weights, found)
+    return [None if node[GUARD] < 0 else float(value) for node, value in zip(s.nodes, found, strict=True)]
 
 
 def free_of_events(problem, x):

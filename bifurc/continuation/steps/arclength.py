@@ -89,6 +89,8 @@ class Half:
         """Step until a reason to stop."""
         while self.reason is None:
             self.step()
+        if self.reason is StopReason.INADMISSIBLE:
+            self.come_back()
         last = self.rows[-1]
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
         if self.reason is not StopReason.INTERRUPTED:
@@ -314,6 +316,12 @@ class Half:
         self.found = [special for special in self.found if special.s <= row.s]
         self.steps -= 1
         return row
+
+    def come_back(self):
+        """Undo the steps outside the region of validity that this half did not enter again: their rows are no motions."""
+        row = self.rows[-1]
+        while len(self.rows) > 1 and self.rows[-2].part is row.part and any(row.tests[j] > 0.0 for j in row.part.boundary):
+            row = self.take_back()
 
     def ask_user(self, row):
         """Call ``record``, ``stop`` and ``progress``; their exceptions end the branch with the row kept."""

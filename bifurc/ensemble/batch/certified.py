@@ -12,8 +12,9 @@ from ..._jit import WHOLES, apart, leaf, njit
 from ...compose.tables import ORDER
 from ...flow.affine.engine import forcing, terms_size
 from ...flow.affine.polynomial import EPS, first_zero, horner
+from ...flow.chatter import closing
 from ...flow.rule import broken_hold, inside, jumped, sizes
-from ...flow.scan import DONE, LIMIT, closing, project
+from ...flow.scan import DONE, LIMIT, project
 from .blank import NX
 from .several_modes import records, strides
 

@@ -287,5 +287,20 @@ def curved_project(T, m, x):
 
 
 @njit
+def bend(T, m, g, x):
+    """Second time derivative at ``x`` (nx,) of a guard of positions."""
+    total = 0.0
+    for c in range(x.size):
+        total += 2.0 * T.GT[m, g, c, 2] * x[c]
+    return total
+
+
+@njit
+def curved_closure(T, m, g, x, v, out, found):
+    """Write what `chatter.sequence` does for a guard on a curve, and return whether it is one: here there is none."""
+    return False
+
+
+@njit
 def curved_hold(T, m, x, P):
     """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` in an earlier state.  Here there is nothing."""

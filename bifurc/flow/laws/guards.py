@@ -13,6 +13,7 @@ from ..._jit import njit
 from ...compose.tables import ORDER
 from ..affine.engine import forcing_rate
 from ..affine.polynomial import EPS, fourth, highest, horner
+from ..chatter import CLOSE, DURATION, EXCESS, RATIO, WAY
 from .calls import (
     ACTING,
     COUNT,
@@ -45,10 +46,9 @@ from .engine import DEFECT, carry, field, travel
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 
 ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
-          "closing", "closure", "segment_peak", "land", "terms_size", "arrival",
+          "bend", "curved_closure", "segment_peak", "land", "terms_size", "arrival",
           "curved_jump", "curved_kick", "curved_rest", "curved_project", "curved_hold", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
-CLOSE = 2e-5  # rates times the remaining duration of a complete chattering below which it is closed, as in `scan`
 ZERO = 64.0 * EPS  # of the sum of its terms: a smaller value is zero
 FITTED = 1e4  # rounding of a coefficient that comes from the polynomial, against one of the field
 LAWFUL = 0.35  # of the Taylor tables' step: where guards are laws, their values are interpolated, not their accelerations
@@ -674,10 +674,11 @@ def terms_size(T, m, g, x):
 
 
 @njit
-def bend(T, m, g, x, f):
-    """Second time derivative at ``x`` of a guard of positions; ``f`` (ns,) receives the field."""
+def bend(T, m, g, x):
+    """Second time derivative at ``x`` (nx,) of a guard of positions."""
     G = T.G
-    ns, n = f.size, T.LP.shape[2]
+    ns, n = T.A.shape[1], T.LP.shape[2]
+    f = np.empty(ns)
     field(T, m, x, f)
     total = 0.0
     for i in range(n):
@@ -689,11 +690,14 @@ def bend(T, m, g, x, f):
 
 
 @njit
-def curved_closure(T, m, g, x, v, out):
-    """As `closure` for a guard that is a law: ``out`` is what a plastic impact leaves, with the friction of that.
+def curved_closure(T, m, g, x, v, out, found):
+    """Write what `chatter.sequence` does into ``found`` (4,) for a guard that is a law, and return whether it is one: ``out`` (nx,)
+    is what a plastic impact leaves, with the friction of that.
 
     The friction of the impacts that follow is that of sliding under the same load: together (1 + r) / (1 - r) v.
     """
+    if not weighed(T, m, g):
+        return False
     ns, r = T.A.shape[1], T.ratio[m, g]
     P, a, size = np.zeros((ns, x.size)), np.empty(ORDER + 1), np.empty(ORDER + 1)
     for i in range(ns):
@@ -703,55 +707,12 @@ def curved_closure(T, m, g, x, v, out):
     curved_jump(T, m, g, True, x, out, P)
     guard_terms(T, m, g, out, np.abs(out), a, size)
     push = 2.0 * a[2]
-    if push <= 0.0:
-        return np.inf, 0.0
-    span = r * v / (push * (1.0 - r))
-    excess = 2.0 * span * max(1.0 / T.step[m], 6.0 * abs(a[3]) / push) / CLOSE
-    return excess, 2.0 * span * (1.0 - (2.0 / 3.0) * span * 6.0 * a[3] / push)
-
-
-@njit
-def closing(T, m, g, x, v, out):
-    """Duration of the rest of a complete chattering whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
-
-    As for affine modes, with the loss of acceleration by speed and its rate along the held motion as differences: they
-    only weigh the second order.  Returns 0 where the sequence does not (yet) close; ``out`` is ``x`` without the speed.
-    """
-    if not weighed(T, m, g) and (
-            T.ratio[m, g] * v > 2.0 * CLOSE * (1.0 - T.ratio[m, g]) * bend(T, m, g, x, np.empty(T.A.shape[1])) * T.step[m]):
-        return 0.0  # far from it: the differences are spared
-    excess, duration = closure(T, m, g, x, v, out)
-    return duration if excess <= 1.0 else 0.0
-
-
-@njit
-def closure(T, m, g, x, v, out):
-    """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
-    if weighed(T, m, g):
-        return curved_closure(T, m, g, x, v, out)
-    B, r, h, rest = T.B, T.ratio[m, g], T.step[m], T.ends_in[m, g]
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    f, fast, moved = np.empty(ns), np.empty(nx), np.empty(nx)
-    for c in range(nx):
-        out[c] = x[c]
-    for c in range(ns):
-        out[c] -= B[m, g, c] * v
-    push = bend(T, m, g, out, f)
-    if push <= 0.0:
-        return np.inf, 0.0
-    small = 1e-4 * h
-    for c in range(nx):
-        fast[c] = out[c]
-        moved[c] = out[c]
-    for c in range(ns):
-        fast[c] += B[m, g, c] * push * small
-    loss = (push - bend(T, m, g, fast, f)) / (push * small)
-    if rest >= 0:
-        carry(T, rest, out, small, moved)
-    rise = (bend(T, m, g, moved, f) - push) / small
-    unit = r * v / (push * (1.0 - r))
-    excess = max(unit / h, 2.0 * unit * max(abs(loss), abs(rise) / push)) / CLOSE
-    return excess, 2.0 * unit * (1.0 - (2.0 / 3.0) * unit * (0.5 * loss + rise / push))
+    found[EXCESS], found[DURATION], found[RATIO], found[WAY] = np.inf, 0.0, r, 0.0
+    if push > 0.0:
+        span = r * v / (push * (1.0 - r))
+        found[EXCESS] = 2.0 * span * max(1.0 / T.step[m], 6.0 * abs(a[3]) / push) / CLOSE
+        found[DURATION] = 2.0 * span * (1.0 - (2.0 / 3.0) * span * 6.0 * a[3] / push)
+    return True
 
 
 @njit

@@ -25,7 +25,7 @@ One file, because residual, Jacobian and corrector are compiled as one call and 
 """
 import numpy as np
 
-from ..._jit import FLAG, NOTHING, WHOLE, apart, both, inlined, njit
+from ..._jit import FLAG, NOTHING, NUMBER, WHOLE, apart, both, inlined, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
     advance,
@@ -66,6 +66,7 @@ BEFORE, GUARD, AFTER, DIVIDE, CLOSES, ENDING, STARTS = range(7)
 TOGETHER = -1
 FOREVER = ORDER + 1  # order at the start of a guard that what is held keeps at zero: no event of its own
 SHORT = 0.01  # periods
+TINY = 1e-300
 LONGEST = 64.0  # units of time that an orbit of unknown period may become
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
@@ -358,7 +359,7 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
     leading rate of a guard that vanishes at a start), BROKEN (largest value or speed of a row that a mode holds, where it
     begins), all scaled, and RESTS (shortest rest behind a complete chattering, periods)."""
-    flat, kick, n_guards = T.flat, T.kick, T.n_guards
+    flat, n_guards = T.flat, T.n_guards
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
     size = 1 + ns
@@ -381,25 +382,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             x[c] = U[i * size + 1 + c]
         forcing(T, tau * period, x)
         if g >= 0:
-            previous = i - 1 if i > 0 else count - 1
-            order = nodes[i, DIVIDE]
-            speed = np.inf
-            # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their
-            # minimum would have a kink
-            following = U[(i + 1) * size] if i < count - 1 else U[0] + span
-            lasted = duration(U, size, span, i)
-            if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
-                field(T, before, x, f)
-                forcing_rate(T, x, dw)
-                guard_gradient(T, before, g, x, row)
-                speed = guard_rate(row, f, dw) / (scale_of(row, weights) * flat[0])
-            if lasts(kick, nodes, i):
-                later, beside = i + 1 if i < count - 1 else 0, np.inf
-                for k in (previous, later):
-                    if k != i and lasts(kick, nodes, k):
-                        beside = min(beside, duration(U, size, span, k))
-                speed = min(speed, evened(lasted, beside))
-            if speed < info[LISTED] and nodes[i, CLOSES] == 0:
+            speed = measure(T, nodes, span, U, weights, i, x, f, dw, row)
+            if speed < info[LISTED]:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)
         last = i == count - 1
@@ -441,6 +425,50 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
 
 
+@apart(NOTHING, python=True)
+def listed_speeds(T, nodes, span, U, weights, found):
+    """Write the measure (LISTED) of every node into ``found`` (m,); infinite where it has none."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    x, f, dw, row = np.empty(nx), np.empty(ns), np.empty(nx - ns), np.empty(nx)
+    for i in range(nodes.shape[0]):
+        for c in range(ns):
+            x[c] = U[i * (1 + ns) + 1 + c]
+        forcing(T, U[i * (1 + ns)] * 2.0 * np.pi / T.flat[0], x)
+        found[i] = measure(T, nodes, span, U, weights, i, x, f, dw, row) if nodes[i, GUARD] >= 0 else np.inf
+
+
+@apart(NUMBER)
+def measure(T, nodes, span, U, weights, i, x, f, dw, row):
+    """Arriving speed or duration of the event of node ``i``, scaled: it is one for as long as that is positive (LISTED).
+
+    ``x`` (nx,) is the state before it, ``f`` (ns,), ``dw`` (nx - ns,) and ``row`` (nx,) are room.  Infinite for impacts that belong
+    to a complete chattering.
+    """
+    kick, count, size = T.kick, nodes.shape[0], 1 + f.size
+    before, g, order = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, DIVIDE]
+    if nodes[i, CLOSES] > 0 and kick[before, g] == 1:
+        return np.inf
+    previous, tau, speed = i - 1 if i > 0 else count - 1, U[i * size], np.inf
+    following = U[(i + 1) * size] if i < count - 1 else U[0] + span
+    lasted = duration(U, size, span, i)
+    if nodes[i, CLOSES] == 2:  # friction in every flight of a chattering, which its event neither begins nor ends
+        return min(lasted, following - tau) / max(abs(lasted) + abs(following - tau), TINY)
+    # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their minimum would
+    # have a kink
+    if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
+        field(T, before, x, f)
+        forcing_rate(T, x, dw)
+        guard_gradient(T, before, g, x, row)
+        speed = guard_rate(row, f, dw) / (scale_of(row, weights) * T.flat[0])
+    if lasts(kick, nodes, i):
+        later, beside = i + 1 if i < count - 1 else 0, np.inf
+        for k in (previous, later):
+            if k != i and lasts(kick, nodes, k):
+                beside = min(beside, duration(U, size, span, k))
+        speed = min(speed, evened(lasted, beside))
+    return speed
+
+
 @njit
 def duration(U, size, span, i):
     """Duration of the interval that node ``i`` closes, periods."""
@@ -454,7 +482,7 @@ def evened(lasted, beside):
     Where both vanish one can be of the order of the other squared: a slip that begins before another friction turns round and ends
     soon behind that.  The part of its neighbour that it makes is linear along a branch, with the same zero.
     """
-    return lasted * SHORT / min(max(beside, lasted), SHORT) if 0.0 < lasted < SHORT else lasted
+    return lasted * SHORT / min(max(beside, abs(lasted)), SHORT) if abs(lasted) < SHORT else lasted
 
 
 @njit

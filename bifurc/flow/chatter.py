@@ -1,0 +1,339 @@
+"""Complete chattering: what is left of infinitely many impacts, in closed form.
+
+With the arriving speed v, the acceleration a toward the stop and its rate f' along the held motion it lasts, to second order in v,
+
+    t_acc = t + 2 T (1 - (2/3) T (kappa / 2 + f'/a)),      T = r v / (a (1 - r)),
+
+kappa the loss of a per unit of speed.  That holds where nothing changes between two impacts.  Friction may: that of the same row
+turns round in every impact and at the top of every flight; friction that holds another mass slips in every impact, since a mass
+matrix passes the impulse on, and sticks again before the next.  Then a flight has two parts, the second of which begins where a
+sliding speed has come to zero, and speeds fall by another ratio: `flight`, of which the formula is the case without a first part.
+"""
+import numpy as np
+
+from .._jit import NOTHING, PAIR, WHOLES, apart, njit
+from .affine.engine import bend, curved_closure, field, forcing_rate, terms_size
+from .affine.polynomial import EPS
+
+CLOSE = 2e-5  # rates times the remaining duration of a complete chattering below which it is closed
+UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
+PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
+MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
+LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
+SMALL = 1e-4  # of a step of the mode: for differences, which only weigh the second order
+EXCESS, DURATION, RATIO, WAY = range(4)  # places of what `sequence` finds
+LATER, FASTER = range(2)  # places of what `flight` finds
+
+
+@njit
+def closing(T, m, g, x, v, out):
+    """Duration of the rest of a complete chattering whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
+
+    Returns 0 where it does not (yet) close.  ``out`` (nx,) receives the state that all its impacts leave.
+    """
+    r, push = T.ratio[m, g], pushed(T, m, g, x, v, out)
+    if 2.0 * r * v > CLOSE * (1.0 - r) * push * T.step[m] > 0.0 and undivided(T, m, g) and \
+            (r * v)**2 > 2.0 * push * UNSEEN * EPS * terms_size(T, m, g, out):  # most impacts: far from closing
+        return 0.0
+    excess, duration = closure(T, m, g, x, v, out)
+    return duration if excess <= 1.0 else 0.0
+
+
+@apart(PAIR, python=True)
+def closure(T, m, g, x, v, out):
+    """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
+    found = np.empty(4)
+    if not curved_closure(T, m, g, x, v, out, found):
+        sequence(T, m, g, x, v, out, found)
+        if found[WAY] > 0.0:
+            change = np.empty(T.A.shape[1])
+            slipped(T, m, g, out, change)
+            for c in range(change.size):
+                out[c] += found[WAY] * v * v * change[c]
+    return found[EXCESS], found[DURATION]
+
+
+@apart(NOTHING, python=True)
+def stilled(T, m, g, x, xp, P):
+    """Change the state ``xp`` (nx,) that a plastic impact leaves, and its derivative ``P`` (ns, nx), into what all impacts leave.
+
+    They differ where the impacts let a held friction slip: it sticks again in the end, after some way.
+    """
+    row, v, found, out, change = moved_row(T, m, g), 0.0, np.empty(4), np.empty(x.size), np.empty(T.A.shape[1])
+    for c in range(x.size):
+        v += T.GT[m, g, c, 1] * x[c]
+    sequence(T, m, g, x, v, out, found)
+    slipped(T, m, g, out, change)
+    for c in range(change.size):
+        more, way = T.B[m, g, c] - resting(T, m, g, row, c), found[WAY] * change[c]
+        xp[c] += more * v + way * v * v
+        for k in range(x.size):
+            P[c, k] += (more + 2.0 * way * v) * T.GT[m, g, k, 1]
+
+
+@njit
+def slipped(T, m, g, out, change):
+    """Write into ``change`` (ns,) how a way of one unit that a held friction slips (`sequence`) moves the state ``out`` (nx,) at
+    rest: the coordinates by that way, the velocities by the forces of damping along it."""
+    n, ns, rest, row = T.LP.shape[2], change.size, T.ends_in[m, g], moved_row(T, m, g)
+    moved, f, still = np.empty(out.size), np.empty(ns), np.empty(ns)
+    for c in range(ns):
+        change[c] = resting(T, m, g, row, c) - T.B[m, g, c]
+    shifted(out, change, SMALL, moved)
+    field(T, rest, out, still)
+    field(T, rest, moved, f)
+    for c in range(n):
+        change[c], change[n + c] = change[n + c], (f[n + c] - still[n + c]) / SMALL
+
+
+@njit
+def pushed(T, m, g, x, v, out):
+    """Write the state with the arriving speed ``v`` at ``x`` taken away into ``out`` (nx,); return the push to the stop."""
+    row = moved_row(T, m, g)
+    for c in range(x.size):
+        out[c] = x[c]
+    for c in range(T.B.shape[2]):
+        out[c] -= resting(T, m, g, row, c) * v
+    return bend(T, m, g, out)
+
+
+@njit
+def resting(T, m, g, row, c):
+    """Entry ``c`` of the direction in which all impacts together move the state, with the rate of the guard 1.
+
+    One impact moves it along B.  Where that moves a held ``row`` (-1: none), this is at rest again in the end: D says how positions
+    change with the guard where no held row moves; of the two impulses one is that of friction.
+    """
+    n = T.LP.shape[2]
+    return T.D[m, g, c - n] if row >= 0 and n <= c < 2 * n else T.B[m, g, c]
+
+
+@njit
+def moved_row(T, m, g):
+    """Row that mode ``m`` holds and an impact at guard ``g`` moves; -1: none; -2: several."""
+    row = -1
+    for k in range(T.n_holds[m]):
+        change, size = 0.0, 0.0
+        for c in range(T.B.shape[2]):
+            change += T.H[m, k, c] * T.B[m, g, c]
+            size += abs(T.H[m, k, c] * T.B[m, g, c])
+        if abs(change) > MOVED * size:
+            row = k if row == -1 else -2
+    return row
+
+
+@apart(NOTHING)
+def sequence(T, m, g, x, v, out, found):
+    """Write excess and duration, see `closure`, into ``found`` (4,), the ratio of successive speeds, and the way that friction
+    slips in all, per speed squared and unit of `resting` - B.  ``out`` (nx,) receives the state at rest, but for that way.
+
+    A flight whose impact arrives with v at a time t lasts T v + c t v + d v^2 and arrives with rho v + c' t v + d' v^2.  So the
+    sum of all is T/(1 - rho) v to first order, and that of the terms of second order is a geometric sum as well.
+    """
+    r, h, rest = T.ratio[m, g], T.step[m], T.ends_in[m, g]
+    other, slides = flight_mode(T, m, g)
+    found[EXCESS], found[DURATION], found[RATIO], found[WAY] = np.inf, 0.0, r, 0.0
+    push = pushed(T, m, g, x, v, out)
+    if other < 0 or push <= 0.0:
+        return
+    small, ns, row = SMALL * h, T.A.shape[1], moved_row(T, m, g)
+    moved, along, across = np.empty((3, x.size)), np.zeros(ns), np.zeros(ns)
+    later(T, m if rest < 0 else rest, out, small, moved[0])
+    for c in range(ns):
+        along[c] = resting(T, m, g, row, c)
+    shifted(out, along, push * small, moved[1])
+    first, second, way = np.zeros(9), np.zeros(3), 0.0  # of the parts of a flight: push, its rate, its slopes; then of sliding
+    second[0] = push
+    second[1] = (bend(T, m, g, moved[0]) - push) / small
+    second[2] = (bend(T, m, g, moved[1]) - push) / (push * small)
+    high, fastest = push, max(1.0 / h, abs(second[2]), abs(second[1]) / push)
+    if other != m:
+        hit, falls = stop_of(T, m, g, other), 0.0
+        for c in range(ns):
+            across[c] = along[c] - T.B[m, g, c]
+            falls += T.G[other, slides, c] * T.B[m, g, c]
+            way -= T.G[other, slides, c] * (along[c] - (1.0 + r) * T.B[m, g, c])
+        shifted(out, across, push * small / falls, moved[2])
+        first[0], first[4] = bend(T, other, hit, out), slope(T, other, slides, out)
+        for k, unit in enumerate((small, push * small, push * small)):
+            first[1 + k] = (bend(T, other, hit, moved[k]) - first[0]) / unit
+            first[5 + k] = (slope(T, other, slides, moved[k]) - first[4]) / unit
+        first[8] = way
+        if not (way > 0.0 and first[4] > 0.0):
+            return
+        high = max(push, first[0])
+        for k in range(3):
+            fastest = max(fastest, abs(first[1 + k]) / (push if k == 0 else 1.0), abs(first[5 + k]) / (first[4] if k == 0 else 1.0))
+    here, there = np.empty(2), np.empty(2)
+    unit, rho = flight(r, first, second, 0.0, here)
+    if not 0.0 < rho < 1.0:
+        return
+    flight(r, first, second, 1.0, there)
+    total = unit / (1.0 - rho)
+    by_time = (there[LATER] - here[LATER] + total * (there[FASTER] - here[FASTER])) / (1.0 - rho)
+    squares = (here[LATER] + total * here[FASTER] + by_time * unit * rho) / (1.0 - rho**2)
+    size = terms_size(T, m, g, out)
+    found[EXCESS] = total * v * fastest / CLOSE
+    if size > 0.0:
+        found[EXCESS] = min(found[EXCESS], (r * v)**2 / (2.0 * high * UNSEEN * EPS * size))
+    found[DURATION], found[RATIO] = total * v + squares * v * v, rho
+    if T.n_holds[other] < T.n_holds[m]:
+        found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
+
+
+@njit
+def flight(r, first, second, t, found):
+    """Duration and arriving speed of a flight behind an impact that arrives with speed 1, to first order; 0, 0 where the first
+    part ends behind it.
+
+    Parameters
+    ----------
+    r : float
+        Restitution.
+    first : ndarray (9,)
+        Of the first part: acceleration toward the stop, its rate, its slopes in speed toward the stop and in sliding speed; the
+        loss of sliding speed per time, its rate and slopes; and the sliding speed behind the impact (0: no first part).
+    second : ndarray (3,)
+        Of the second: acceleration toward the stop, its rate, its slope in speed.
+    t : float
+        Time of the impact.
+    found : ndarray (2,)
+        Receives what terms of second order add to both, ``LATER`` and ``FASTER``.
+    """
+    a, rate, by_speed, by_slip, slip = first[0], first[1], first[2], first[3], first[8]
+    loss, loss_rate, loss_by_speed, loss_by_slip = first[4], first[5], first[6], first[7]
+    push, rise, by = second[0], second[1], second[2]
+    s = slip / loss if slip > 0.0 else 0.0
+    v, y, way = a * s - r, (0.5 * a * s - r) * s, (slip - 0.5 * loss * s) * s  # behind the first part; y < 0 off the stop
+    if not v * v > 2.0 * push * y:
+        return 0.0, 0.0
+    dv = dy = ds = 0.0
+    if slip > 0.0:
+        y_sum, way_sum = (a * s / 6.0 - 0.5 * r) * s * s, (0.5 * slip - loss * s / 6.0) * s * s
+        ds = -(loss_rate * s * (t + 0.5 * s) + loss_by_speed * y + loss_by_slip * way) / loss
+        dv = rate * s * (t + 0.5 * s) + by_speed * y + by_slip * way + a * ds
+        dy = rate * s * s * (0.5 * t + s / 6.0) + by_speed * y_sum + by_slip * way_sum + v * ds
+    arrives = np.sqrt(v * v - 2.0 * push * y)
+    q = (arrives - v) / push
+    if q < -LATE * s:
+        return 0.0, 0.0
+    rest = (0.5 * v + push * q / 6.0) * q * q
+    miss = dy + dv * q + rise * q * q * (0.5 * (t + s) + q / 6.0) + by * rest
+    dq = -miss / arrives
+    found[LATER] = ds + dq
+    found[FASTER] = dv + push * dq + rise * q * (t + s + 0.5 * q) + by * (v + 0.5 * push * q) * q
+    return s + q, arrives
+
+
+@njit
+def slope(T, m, g, x):
+    """First time derivative at ``x`` (nx,) of a guard of speeds."""
+    ns, total = T.A.shape[1], 0.0
+    f, dw = np.empty(ns), np.empty(x.size - ns)
+    field(T, m, x, f)
+    forcing_rate(T, x, dw)
+    for c in range(ns):
+        total += T.G[m, g, c] * f[c]
+    for c in range(ns, x.size):
+        total += T.G[m, g, c] * dw[c - ns]
+    return total
+
+
+@njit
+def later(T, m, x, small, out):
+    """Write the state after a ``small`` time in mode ``m`` into ``out`` (nx,), to first order."""
+    ns = T.A.shape[1]
+    f, dw = np.empty(ns), np.empty(x.size - ns)
+    field(T, m, x, f)
+    forcing_rate(T, x, dw)
+    for c in range(x.size):
+        out[c] = x[c] + small * (f[c] if c < ns else dw[c - ns])
+
+
+@njit
+def shifted(x, direction, size, out):
+    """Write ``x`` (nx,) moved by ``size`` times a ``direction`` (ns,) into ``out`` (nx,)."""
+    for c in range(x.size):
+        out[c] = x[c]
+    for c in range(direction.size):
+        out[c] += size * direction[c]
+
+
+@njit
+def undivided(T, m, g):
+    """Whether a flight behind an impact at guard ``g`` of ``m`` has one part."""
+    if T.n_holds[m] == 0 and T.n_guards[m] == 1:
+        return True
+    return flight_mode(T, m, g)[0] == m
+
+
+@apart(WHOLES, python=True)
+def flight_mode(T, m, g):
+    """Return the mode of the flight behind an impact at guard ``g`` of ``m``, and its guard of the sliding speed that vanishes.
+
+    ``m`` itself and -1 where neither friction turns round nor a held one slips; -1 and -1 where there is no such sequence (a
+    contact that is no friction opens, two begin to slip) or the mode is not built yet.
+    """
+    row = moved_row(T, m, g)
+    mode, own = turned(T, m, g)
+    if row == -1:
+        return mode, own
+    if row < 0 or mode != m:
+        return -1, -1
+    for k in range(T.n_guards[m]):
+        for i in range(T.then.shape[2]):
+            c = T.then[m, k, i]
+            if c < 0 or T.n_holds[c] != T.n_holds[m] - 1 or stop_of(T, m, g, c) < 0:
+                continue
+            for q in range(T.n_guards[c]):
+                if T.kick[c, q] == 0 and T.element[c, q] == T.element[m, k] and alike(T.G[c, q], T.H[m, row]):
+                    falls = 0.0
+                    for j in range(T.B.shape[2]):
+                        falls += T.G[c, q, j] * T.B[m, g, j]
+                    if falls > 0.0:  # the impact takes its speed away from zero
+                        return c, q
+    return -1, -1
+
+
+@njit
+def turned(T, m, g):
+    """As `flight_mode`, where no held row moves: every friction of the same speed is turned round."""
+    mode, own = m, -1
+    for k in range(T.n_guards[m]):
+        if T.element[m, k] == T.element[m, g] or T.kick[m, k] == 1 or not alike(T.G[m, k], T.GT[m, g, :, 1]):
+            continue
+        found = -1
+        for i in range(T.then.shape[2]):
+            c = T.then[mode, k, i]
+            if c < 0 or c == mode or T.n_holds[c] != T.n_holds[m] or T.n_guards[c] != T.n_guards[m]:
+                continue
+            against = 0.0
+            for j in range(T.G.shape[2]):
+                against += T.G[c, k, j] * T.G[m, k, j]
+            if against < 0.0 and T.element[c, g] == T.element[m, g] and T.kick[c, g] == 1:
+                found = c
+                break
+        if found < 0:
+            return -1, -1
+        mode, own = found, k
+    return mode, own
+
+
+@njit
+def stop_of(T, m, g, c):
+    """Guard of mode ``c`` that is guard ``g`` of mode ``m``, a stop with an impact; -1 without one."""
+    for q in range(T.n_guards[c]):
+        if T.element[c, q] == T.element[m, g] and T.kick[c, q] == 1 and alike(T.G[c, q], T.G[m, g]):
+            return q
+    return -1
+
+
+@njit
+def alike(a, b):
+    """Whether two rows (nx,) are multiples of each other, and not zero."""
+    own, both, square = 0.0, 0.0, 0.0
+    for c in range(a.size):
+        own += a[c] * a[c]
+        both += a[c] * b[c]
+        square += b[c] * b[c]
+    return own > 0.0 and both * both >= (1.0 - PARALLEL) * own * square and square > 0.0
