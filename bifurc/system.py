@@ -346,7 +346,7 @@ class System:
     @functools.cached_property
     def together(self) -> tuple[tuple[int, int], ...]:
         """For each element the first dry friction on its row, with which it rests and moves off, and whether the row of that one
-        runs the same way (1) or the other (-1); itself where there is none.  Surfaces may move alike at one value of a parameter."""
+        runs the same way (1) or the other (-1); itself where there is none.  That may be so at one value of a parameter only."""
         return leaders(self.elements, self.n)
 
     @functools.cached_property
