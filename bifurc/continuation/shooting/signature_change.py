@@ -27,6 +27,7 @@ ALIKE = 1e-2  # their difference, as part of the way there, that is none
 ONE = 1e-9  # their scaled difference that is none also where the parameter does not move the orbit: it is rounding
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
 Counts = collections.namedtuple("Counts", "completed kicks")
+AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
@@ -270,11 +271,13 @@ def exchanged(problem, x, other, trains=False):
     for k in range(len(two)):
         turned = two[k:] + two[:k]
         apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
-        if apart:
-            later = [spans[i] for i in apart if (i - 1) % len(one) in apart and spans[i] < np.inf]  # both change places
+        if not apart:
+            return None
+        later = [spans[i] for i in apart if (i - 1) % len(one) in apart and spans[i] < np.inf]  # both change places
+        if later and max(later) < AT_ONCE:
             kinds = [KINDS.get(EventKind(one[i][1]), SpecialPointKind.GRAZING) for i in apart]
-            found.append((len(apart), max(later, default=np.inf), ORDER.index(min(kinds, key=ORDER.index))))
-    return ORDER[min(found)[2]] if found and min(found)[1] < np.inf else None
+            found.append((len(apart), max(later), ORDER.index(min(kinds, key=ORDER.index))))
+    return ORDER[min(found)[2]] if found else None
 
 
 def intervals(problem, x):

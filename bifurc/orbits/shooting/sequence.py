@@ -78,7 +78,7 @@ SETTLED = 2e-14  # scaled: what may be left of the way behind the last one; less
 LEAP = 1e-12  # relative difference of two rows that are two
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
-DETERMINED = 1e-14  # relative, to which a determinant is known: one that a duration divides is known to so much less
+DETERMINED = 1e-14  # relative, to which a determinant is known
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
@@ -400,6 +400,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                     if k != i and lasts(kick, nodes, k):
                         beside = min(beside, duration(U, size, span, k))
                 speed = min(speed, evened(lasted, beside))
+            elif overtakes(T, nodes, i):
+                speed = min(speed, lasted)
             if speed < info[LISTED] and nodes[i, CLOSES] == 0:
                 info[LISTED], info[LISTED_AT] = speed, i
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)
@@ -460,15 +462,28 @@ def evened(lasted, beside):
 
 @njit
 def lasts(kick, nodes, i):
-    """Whether the duration of the interval before node ``i`` bounds the validity of a sequence (LISTED): births, what follows
-    one impact, where guards may jump, and what one may overtake: a stick that it comes before; the duration is smooth."""
+    """Whether the duration of the interval before node ``i`` bounds the validity of a sequence (LISTED): births, and what follows
+    one impact, where guards may jump; the duration is smooth."""
     before, g, previous = nodes[i, BEFORE], nodes[i, GUARD], i - 1 if i > 0 else nodes.shape[0] - 1
-    if g < 0 or nodes[i, DIVIDE] == TOGETHER or nodes[previous, GUARD] < 0:
+    return g >= 0 and kick[before, g] == 0 and nodes[i, DIVIDE] != TOGETHER and nodes[previous, GUARD] >= 0 and (
+        nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] == 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0)
+
+
+@njit
+def overtakes(T, nodes, i):
+    """Whether node ``i`` is an impact that may come before the event before it, of another kind, where nothing but the duration
+    tells of that with its first power: a guard that is zero there and rises with the square of time, as that of a slider that has
+    just stopped.  Of impacts that are born the arriving speed is the measure, of changes of what is held the reactions."""
+    previous = i - 1 if i > 0 else nodes.shape[0] - 1
+    before, g, after = nodes[previous, BEFORE], nodes[previous, GUARD], nodes[previous, AFTER]
+    if g < 0 or nodes[i, GUARD] < 0 or nodes[i, DIVIDE] != 0 or T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
         return False
-    struck = kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 1
-    if kick[before, g] == 1:  # of one that is born the arriving speed is the measure
-        return nodes[i, DIVIDE] == 0 and not struck
-    return nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] == 0 or not struck
+    if T.kick[before, g] == 1 or T.n_holds[before] != T.n_holds[after]:
+        return False
+    for q in range(min(T.n_guards[after], nodes.shape[1] - STARTS)):
+        if 2 <= abs(nodes[previous, STARTS + q]) < FOREVER:
+            return True
+    return False
 
 
 @both
@@ -699,7 +714,7 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         info[FLIP] = np.nan
     else:
         ratio = np.exp(min(log - info[DET_LOG] - short, 700.0)) if sign != 0.0 else 0.0
-        if ratio * least <= DETERMINED:
+        if ratio * least <= DETERMINED * (1.0 - least):  # where a duration divides it, a determinant is known to so much less
             ratio = 0.0
         info[FLIP] = orientation * ratio / (1.0 + ratio)
     return 1
