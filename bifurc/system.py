@@ -346,13 +346,13 @@ class System:
     @functools.cached_property
     def together(self) -> tuple[tuple[int, int], ...]:
         """For each element the first dry friction on its row, with which it rests and moves off, and whether the row of that one
-        runs the same way (1) or the other (-1); itself where there is none."""
+        runs the same way (1) or the other (-1); itself where there is none.  That may be so at one value of a parameter only."""
         return leaders(self.elements, self.n)
 
     @functools.cached_property
     def structure(self) -> tuple:
         """What a change of parameters cannot change."""
-        return (self.n, self.omega is None, self.together, *(element.structure for element in self.elements))
+        return (self.n, self.omega is None, *(element.structure for element in self.elements))
 
     def to_record(self) -> dict:
         """Return the builder's name and keywords, or the whole content, ready for JSON."""

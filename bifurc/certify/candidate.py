@@ -73,7 +73,7 @@ class Candidate:
             for element, number in event.guards:
                 modes = (event.before, *event.middle)
                 for keys in modes:
-                    guards = mode_of(system, element, keys[element], system.core).guards
+                    guards = mode_of(system, system.together, element, keys[element], system.core).guards
                     if number < len(guards):
                         found.update(dict.fromkeys((element, key) for key in followers(guards[number])))
         return list(found)

@@ -133,7 +133,7 @@ class Model:
 
     def _read_mode(self, e: int, key) -> dict:
         system, number = self.system, self.field.number
-        mode = mode_of(system, e, key, system.core)
+        mode = mode_of(system, system.together, e, key, system.core)
         name = f"{system.labels[e]!r} in its mode {key!r}"
         if not isinstance(mode, Mode):
             raise Refused(f"{name} is not made of affine expressions")

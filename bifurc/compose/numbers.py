@@ -110,10 +110,10 @@ class Held(NamedTuple):
 
 
 class Packer:
-    """Fills the numbers of scene modes for one system."""
+    """Fills the numbers of scene modes for one system, in which these contacts rest ``together`` (`friction.together`)."""
 
-    def __init__(self, system: System, frame: Frame, slices: list[slice]):
-        self.system, self.frame, self.slices = system, frame, slices
+    def __init__(self, system: System, frame: Frame, slices: list[slice], together: tuple[tuple[int, int], ...]):
+        self.system, self.frame, self.slices, self.together = system, frame, slices, together
         self.core = WatchedCore(system.core)
         M, C, K, _ = system.core
         n = system.n
@@ -144,7 +144,7 @@ class Packer:
         try:
             return self._modes[element, key]
         except KeyError:
-            found = self._modes[element, key] = mode_of(self.system, element, key, self.core)
+            found = self._modes[element, key] = mode_of(self.system, self.together, element, key, self.core)
         return found
 
     def reader(self, element: int, x: np.ndarray) -> Callable[[Affine], float]:
@@ -296,13 +296,10 @@ class Packer:
             self._fill_mode(T, m, all_keys[m], laws)
 
     def _fill_mode(self, T: Views, m: int, keys: tuple, laws: tuple[SceneLaw, ...]) -> None:
-        frame, n = self.frame, self.frame.n
-        free = T.A[m, n:2 * n]
-        for e, key in enumerate(keys):
-            load = self._load(e, key)
-            if load is not None:
-                free += load
-        hold = self._eliminate(T, m, keys)
+        frame = self.frame
+        n = frame.n
+        loads = [load for e, key in enumerate(keys) if (load := self._load(e, key)) is not None]
+        hold = self._eliminate(T, m, keys, loads)
         g = 0
         for e, key in enumerate(keys):
             mode, site = self.mode(e, key), self.sites[e]
@@ -339,26 +336,34 @@ class Packer:
                 T.LP[m, row:row + law.rows, :n] = push.T
             row += law.rows
 
-    def _eliminate(self, T: Views, m: int, keys: tuple) -> "Held":
-        """Take the held rows out of the accelerations of mode ``m``; return multipliers and projection."""
+    def _eliminate(self, T: Views, m: int, keys: tuple, loads: list[np.ndarray]) -> "Held":
+        """Add the ``loads`` (n, nx) to the accelerations of mode ``m`` without what the held rows take up; return the multipliers.
+
+        Each load loses it for itself: what one along a held row leaves is zero, not its rounding in the sum with others, that
+        may be far smaller.
+        """
         J, D, owners = self._held(keys)
-        if not owners:
-            return Held(owners, J, D, EMPTY, EMPTY, [])
         free = T.A[m, self.frame.n:2 * self.frame.n]
+        if not owners:
+            for load in loads:
+                free += load
+            return Held(owners, J, D, EMPTY, EMPTY, [])
         sites = [(self.sites[e], hold.row) for e, hold in owners]
         X = self.inverse @ D
         solve = 1.0 / (J @ X) if len(owners) == 1 else np.linalg.inv(J @ X)
         rest = np.array([site.rest[row] for site, row in sites])
-        lam = cancelled(-solve @ (J @ free + rest), np.abs(solve) @ (np.abs(J) @ np.abs(free) + np.abs(rest)))
-        free[:] = cancelled(free + X @ lam, np.abs(free) + np.abs(X) @ np.abs(lam))
-        fixed = []
-        for i, row in enumerate(J):  # a held coordinate stays exactly: no rounding is left in its acceleration
-            places = row.nonzero()[0]
-            if places.size == 1:
-                fixed.append(places[0])
-                free[places[0]] = 0.0 - rest[i] / row[places[0]]
+        terms = np.array([self.core_rows, *loads])
+        sizes = np.abs(solve) @ (np.abs(J) @ np.abs(terms))
+        taken, moved = cancelled(-solve @ (J @ terms), sizes), solve @ rest
+        lam = cancelled(taken.sum(axis=0) - moved, sizes.sum(axis=0) + np.abs(moved))
+        alone = [(i, int(places[0])) for i, row in enumerate(J) if (places := row.nonzero()[0]).size == 1]
+        if len(alone) < self.frame.n:
+            left = cancelled(terms + X @ taken, np.abs(terms) + np.abs(X) @ np.abs(taken))
+            free[:] = left.sum(axis=0) - X @ moved
+        for i, place in alone:  # a held coordinate stays exactly: no rounding is left in its acceleration
+            free[place] = 0.0 - rest[i] / J[i, place]
         T.H[m, :len(owners)] = [site.S[row] for site, row in sites]
-        return Held(owners, J, D, solve, lam, fixed)
+        return Held(owners, J, D, solve, lam, [place for _, place in alone])
 
     def _reaction(self, hold: "Held", own: list[int], keys: tuple, laws: tuple[SceneLaw, ...]) -> np.ndarray:
         """Return own multipliers by unit forces of all laws, (own, rows of laws)."""

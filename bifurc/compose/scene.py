@@ -11,13 +11,14 @@ One file, because it is one class: modes are looked up, combined, numbered and m
 import copy
 import functools
 import itertools
+import math
 from collections.abc import Hashable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ..elements import EventKind, Frame, Guard
-from ..elements.friction.together import key_of
+from ..elements.friction.together import includes, key_of
 from ..system import System
 from .numbers import DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
@@ -59,6 +60,13 @@ def scene_of(system: System) -> "Scene":
     return system._scene
 
 
+def beside(system: System, name: str, value: float, inside: float) -> System:
+    """Return the system with a parameter changed, which its last digit moves towards ``inside`` where other contacts would rest
+    together at just this value: what the modes of the system come to there is the limit of their motions."""
+    made = system.with_parameters(**{name: value})
+    return made if made.together == system.together else system.with_parameters(**{name: math.nextafter(value, inside)})
+
+
 def given(system: System, tables: Tables) -> System:
     """Return a system made from another by a change of numbers that takes these tables, of all modes, for its own."""
     kin = system._kin
@@ -88,6 +96,8 @@ class Scene:
     Attributes
     ----------
     system : System
+    together : tuple of (int, int)
+        Contacts that rest together, see `System.together`; those of the first system of these modes.
     n, ns, nw : int
         Degrees of freedom, states, forcing states.
     harmonics : tuple of int
@@ -109,7 +119,7 @@ class Scene:
     tables: Tables
 
     def __init__(self, system: System, modes: Iterable[tuple] = ()):
-        self.system = system
+        self.system, self.together = system, system.together
         elements = system.elements
         n = system.n
         self.slices, nz = [], 0
@@ -164,7 +174,7 @@ class Scene:
 
     @functools.cached_property
     def _packer(self) -> Packer:
-        return Packer(self.system, self.frame, self.slices)
+        return Packer(self.system, self.frame, self.slices, self.together)
 
     @functools.cached_property
     def _guards(self) -> list[tuple[GuardOf, ...]]:
@@ -321,7 +331,7 @@ class Scene:
         owner = self._guards[mode][guard]
         image = self.mirror(mode)
         number = self.system.elements[owner.element].mirrored_guard(self.keys[mode][owner.element], owner.number)
-        leader, way = self.system.together[self._order()[owner.element]]
+        leader, way = self.together[self._order()[owner.element]]
         if way < 0:
             number = self.system.elements[leader].mirrored_guard(self.keys[image][leader], number)
         return self.guards_of(image, leader)[number]
@@ -340,8 +350,9 @@ class Scene:
         return not self.laws
 
     def same_structure(self, other: "Scene | System") -> bool:
-        """Return whether another system differs in numbers only."""
-        return self.system.structure == (other.system if isinstance(other, Scene) else other).structure
+        """Return whether another system differs in numbers only, and the same contacts rest together."""
+        system = other.system if isinstance(other, Scene) else other
+        return self.system.structure == system.structure and self.together == other.together
 
     def flat_of(self, system: System) -> np.ndarray:
         """Return the numbers of another system of the same structure, laid out as ``tables.flat``.
@@ -349,16 +360,20 @@ class Scene:
         Raises
         ------
         ValueError
-            When the structure differs.
+            When the structure differs, or contacts that rest together here do not there.
         """
         if system.structure != self.system.structure:
             raise ValueError(f"{system!r} has another structure than {self.system!r}")
+        if system.together != self.together and not includes(system.together, self.together):
+            one = [self.system.labels[e] for e, (leader, _) in enumerate(self.together) if leader != e]
+            raise ValueError(f"{', '.join(one)}: rests together with another friction on its row at this one value, where both "
+                             "surfaces move alike; begin beside it")
         own = self._flat  # made first: it tells what reads the frequency
         if not self._packer.reads_omega and self.system.differs_in_omega_only(system):
             flat = own.copy()
             flat[0] = system.omega or 0.0
             return flat
-        return self._filled(Packer(system, self.frame.at(system.omega), self.slices))
+        return self._filled(Packer(system, self.frame.at(system.omega), self.slices, self.together))
 
     def refill(self, system: System) -> Tables:
         """Return new tables, rebuilt, with the numbers of another system of the same structure; its own: a copy."""
@@ -447,7 +462,7 @@ class Scene:
 
     def _with_key(self, keys: tuple, element: int, key: Hashable) -> tuple:
         """Return the keys of a mode with that of one element changed, and with it those of others that rest together with it."""
-        changes = key_of(self.system.elements, self.system.together, element, key)
+        changes = key_of(self.system.elements, self.together, element, key)
         return tuple(changes.get(e, own) for e, own in enumerate(keys))
 
     def _possible(self, keys: tuple) -> bool:
@@ -457,7 +472,7 @@ class Scene:
             for e, key in enumerate(keys):
                 self._packer.check(e, key)
             found = self._buildable[keys] = self._packer.independent(keys) and all(
-                keys == self._with_key(keys, leader, keys[leader]) for leader, _ in self.system.together)
+                keys == self._with_key(keys, leader, keys[leader]) for leader, _ in self.together)
         return found
 
     def _add(self, keys: tuple) -> int:

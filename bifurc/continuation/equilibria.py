@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ..compose.scene import scene_of
+from ..compose.scene import beside, scene_of
 from ..elements.element import tupled
 from ..flow.linear import ModeField
 from ..orbits.autonomous import section
@@ -284,7 +284,7 @@ class EquilibriumProblem(Problem):
 
     def solution(self, x) -> Equilibrium:
         """Return the equilibrium at ``x``."""
-        system = self.system.with_parameters(**{self.parameter: float(x[-1])})
+        system = beside(self.system, self.parameter, float(x[-1]), 0.5 * (self.path.low + self.path.high))
         mode = scene_of(system).index(self.scene.keys[self.mode])
         return Equilibrium(system, mode, self.state(x[:-1]))
 

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ..compose.scene import beside
 from ..orbits.shooting.path import DEGREES, PAD, TOLERANCE, ParameterPath
 from .conditions import finite_scale
 
@@ -107,7 +108,7 @@ class PathFamily(Family):
     def alone(self, value):
         """See `Family.alone`: with the system it belongs to, so that its solutions name the right one."""
         made = copy.copy(self.at(value))
-        made.system = made.system.with_parameters(**{self.name: float(value)})
+        made.system = beside(made.system, self.name, float(value), 0.5 * sum(self._b))
         return made
 
     def of(self, problem) -> "PathFamily":

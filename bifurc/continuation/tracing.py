@@ -283,7 +283,7 @@ def begin_on_boundary(half):
     for j, change in zip(here, changes, strict=True):
         if not abs(change) > TELLS:
             continue
-        if change < 0.0:
+        if change < 0.0 and not (row.tests[j] > ON_BOUNDARY and silent(row, j)):  # there other equations are valid both ways
             half.signs[j] = -1
             continue
         reached = ahead(row, j)(BESIDE[0])

@@ -314,3 +314,35 @@ def test_a_large_scene_is_built_where_it_is_met():
     assert numbered(system)["modes"] == scene.keys
     later = scene_of(system.with_parameters(**{"coulomb.friction": 0.5}))
     assert later.keys == scene.keys
+
+
+def test_a_force_along_a_held_row_leaves_no_rounding_beside_a_small_one():
+    """Two masses stick to each other within a stiff contact of their distance: they are one mass, and dry friction on the second
+    decelerates it by mu over the sum of all entries of the mass matrix, to the last digits of that however stiff the contact is."""
+    mass = np.array([[1.3436, 0.0098], [0.0098, 1.2283]])
+    apart = (1.0, -1.0)
+    for mu in (1e-3, 0.0221, 0.1):
+        system = bf.System(mass, C[:2, :2], K[:2, :2], [Coulomb(0.0267, row=apart), ElasticStop(0.891, 3.71e4, row=apart),
+                                                        Coulomb(mu, dof=1, belt_speed=0.0836)])
+        scene = scene_of(system)
+        mode = scene.keys.index(("stick", "contact", "slip+"))
+        constant = scene.tables.A[mode, 2:4, scene.ns]
+        np.testing.assert_allclose(np.abs(constant), mu / mass.sum(), rtol=2e-15)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_coordinates_that_several_constraints_hold_feel_nothing(seed):
+    """One mass sticks and two others to it and to each other: whatever acts, not one of them has an acceleration."""
+    rng = np.random.default_rng(seed)
+    Q = rng.normal(size=(3, 3))
+    mass = Q @ Q.T + np.eye(3)
+    rows = ((0.0, 1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 0.0, -1.0))
+    others = [HarmonicForce(0.694, dof=0), Coulomb(0.0674, dof=1, belt_speed=0.1), ElasticStop(0.3, 40.0, dof=2)]
+    system = bf.System(mass, C, K, [*(Coulomb(0.05 + 0.1 * i, row=row) for i, row in enumerate(rows)), *others], omega=OMEGA)
+    scene = scene_of(system)
+    mode = scene.index(("stick", "stick", "stick", "always", "slip+", "contact"))
+    np.testing.assert_array_equal(scene.tables.A[mode, 3:6], 0.0)
+    system = bf.System(mass, C, K, [Coulomb(0.1, row=rows[0]), Coulomb(0.2, row=rows[1]), *others], omega=OMEGA)
+    scene = scene_of(system)
+    mode = scene.index(("stick", "stick", "always", "slip+", "contact"))
+    np.testing.assert_array_equal(scene.tables.A[mode, 3:5], 0.0)

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.elements import Coulomb, CubicFriction, HarmonicForce, RigidStop, Stribeck
 
 
@@ -82,12 +83,14 @@ def test_a_branch_of_two_frictions_is_that_of_one():
 
 
 def test_floor_and_belt_stay_two():
-    """On surfaces that move apart one contact sticks at most: a change of the belt speed to zero is another structure."""
+    """On surfaces that move apart one contact sticks at most: a change of the belt speed to zero changes the modes."""
     apart = one_mass(Coulomb(0.1), Coulomb(0.1, belt_speed=0.3))
     assert apart.together == ((0, 1), (1, 1), (2, 1))
     both = one_mass(Coulomb(0.1, belt_speed=0.3), Coulomb(0.1, belt_speed=0.3))
     assert both.together == ((0, 1), (1, 1), (1, 1))
-    assert both.structure != apart.structure
+    scene = scene_of(both)
+    changed = both.with_parameters(**{"coulomb.belt_speed": 0.0})
+    assert not scene.same_structure(changed) and scene_of(changed).keys == scene_of(apart).keys != scene.keys
 
 
 def test_a_certificate_reads_the_same_rule():
@@ -95,3 +98,32 @@ def test_a_certificate_reads_the_same_rule():
     orbit = bf.find_orbit(one_mass(Coulomb(0.1, static_ratio=1.3), Coulomb(0.1, static_ratio=1.3)))
     whole = bf.find_orbit(one_mass(Coulomb(0.2, static_ratio=1.3)))
     assert orbit.certify().proved and whole.certify().proved
+
+
+def belts(second, ratio=1.0):
+    return one_mass(Coulomb(0.1, static_ratio=ratio, belt_speed=0.3), Coulomb(0.15, static_ratio=ratio, belt_speed=second))
+
+
+def test_a_branch_passes_where_two_belts_are_as_fast():
+    """At .3, a sampling node of the branch, two contacts are one: there the mass that rested on the second rests on the first."""
+    branch = bf.trace(bf.find_orbit(belts(0.2)), "coulomb_2.belt_speed", bounds=(0.1, 0.5))
+    assert branch.stop_reason == ("bound", "bound") and branch.audit.ok
+    (change,) = [point for point in branch.special_points if abs(point.parameter - 0.3) < 1e-3]
+    assert change.kind == "stick_onset" and abs(change.parameter - 0.3) < 1e-13
+    whole = bf.find_orbit(one_mass(Coulomb(0.25, belt_speed=0.3)))
+    for end in ((0.2, 0.3), (0.4, 0.3)):  # a last row at just this value, from either side
+        orbit = bf.trace(bf.find_orbit(belts(end[0])), "coulomb_2.belt_speed", bounds=end).orbits[-1 if end[0] < 0.3 else 0]
+        assert abs(orbit.system.parameter("coulomb_2.belt_speed") - 0.3) < 1e-16 and orbit.success
+        np.testing.assert_allclose([e.time for e in orbit.events], [e.time for e in whole.events], rtol=0, atol=1e-11)
+        np.testing.assert_allclose(orbit.multipliers, whole.multipliers, rtol=0, atol=1e-11)
+
+
+def test_static_friction_that_adds_up_at_one_speed_only_is_a_jump():
+    """The reaction at break-away, 1.3 times the friction of the contact that holds and once that of the other, leaps at .3."""
+    branch = bf.trace(bf.find_orbit(belts(0.25, 1.3)), "coulomb_2.belt_speed", bounds=(0.22, 0.35))
+    assert branch.stop_reason == ("bound", "jump") and abs(branch.ends[1].p - 0.3) < 1e-13
+    at_start = branch.orbits[0].events[-1]
+    load = 0.5 * np.cos(0.5 * at_start.time) - at_start.before[0] - 0.1 * at_start.before[1]
+    assert at_start.kind == "slip" and abs(abs(load) - (1.3 * 0.15 + 0.1)) < 1e-12
+    with pytest.raises(ValueError, match="coulomb_2: rests together with another friction .* begin beside it"):
+        bf.trace(bf.find_orbit(belts(0.3, 1.3)), "coulomb_2.belt_speed", bounds=(0.2, 0.4))

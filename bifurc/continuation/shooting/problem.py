@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...compose.modal import give_modal
-from ...compose.scene import given, numbered, scene_of
+from ...compose.scene import beside, given, numbered, scene_of
 from ...elements import EventKind
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
@@ -738,7 +738,8 @@ class OrbitProblem(Problem):
         value, room = float(x[-1]), ROUNDING * self.parameter_scale
         if self.path.low - room <= value <= self.path.high + room:
             value = min(max(value, self.path.low), self.path.high)
-        system = self.system.with_parameters(**{self.parameter: value})
+        middle = 0.5 * (self.path.low + self.path.high)
+        system = beside(self.system, self.parameter, value, float(self.x0[-1]) if self.x0[-1] != value else middle)
         return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
 
     def motion(self, x) -> PeriodicOrbit:

@@ -7,7 +7,6 @@ non-impacting side.
 import collections
 import functools
 import math
-import operator
 
 import numpy as np
 
@@ -30,6 +29,7 @@ ALIKE = 1e-2  # their difference, as part of the way there, that is none
 ONE = 1e-9  # their scaled difference that is none also where the parameter does not move the orbit: it is rounding
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
 Counts = collections.namedtuple("Counts", "completed kicks")
+AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
@@ -271,25 +271,33 @@ def shortest(problem, x):
 
 
 def exchanged(problem, x, other, trains=False):
-    """Return the kind of the change between two sequences that differ in the order of two neighbours only, or None.
+    """Return the kind of the change between two sequences that differ in the order of events only, or None.
 
-    Of several neighbours whose exchange would make the one of the other, it is those nearest to each other in time at ``x``
-    (n + 1,).  With ``trains`` the impacts that lead to the end of an infinite sequence count as well, as many on both sides: which
-    of the events before them are told to belong to it differs, and how many are listed.
+    Those that change places are as few as can be: two neighbours, a pair in each half of a period, or an event that overtakes
+    several of one instant.  Of several choices it is that of the events nearest to each other in time at ``x`` (n + 1,).  With
+    ``trains`` the impacts that lead to the end of an infinite sequence count as well, as many on both sides: which of the events
+    before them are told to belong to it differs, and how many are listed.
     """
     masks = as_long(problem, other) if trains else [listed(problem), listed(other)]
-    one, two = (named_events(end, mask) for end, mask in zip((problem, other), masks, strict=True))
+    one, spans = by_instant(problem, x, masks[0])
+    two, _ = by_instant(other, other.x0, masks[1])
+    halves = [end.sequence.closure < 0 for end in (problem, other)]
+    if halves[0] != halves[1]:  # one of them is listed over half its period
+        one, two = one * (1 + halves[0]), two * (1 + halves[1])
+        spans = np.resize(spans, len(one))
     if sorted(one) != sorted(two):
         return None
-    spans, found = intervals(problem, x)[masks[0]], []
+    found = []
     for k in range(len(two)):
         turned = two[k:] + two[:k]
         apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
-        if len(apart) == 2 and (apart[1] - apart[0]) % len(one) in (1, len(one) - 1) and one[apart[0]] == turned[apart[1]]:
-            later = apart[1] if apart[1] - apart[0] == 1 else apart[0]
+        if not apart:
+            return None
+        later = [spans[i] for i in apart if (i - 1) % len(one) in apart and spans[i] < np.inf]  # both change places
+        if later and max(later) < AT_ONCE:
             kinds = [KINDS.get(EventKind(one[i][1]), SpecialPointKind.GRAZING) for i in apart]
-            found.append((spans[later], min(kinds, key=ORDER.index)))
-    return min(found, key=operator.itemgetter(0))[1] if found else None
+            found.append((len(apart), max(later), ORDER.index(min(kinds, key=ORDER.index))))
+    return ORDER[min(found)[2]] if found else None
 
 
 def intervals(problem, x):
@@ -332,6 +340,16 @@ def named_events(problem, mask=None) -> list[tuple[int, str]]:
     scene, nodes = problem.scene, problem.sequence.nodes
     events = [(int(m), int(g)) for m, g in nodes[listed(problem) if mask is None else mask][:, :AFTER]]
     return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
+
+
+def by_instant(problem, x, mask):
+    """Return the `named_events` of a ``mask`` (nodes,), those that always fall on one instant in one order, and the `intervals`
+    before them at ``x`` (n + 1,)."""
+    events, spans = named_events(problem, mask), intervals(problem, x)[mask]
+    apart = np.flatnonzero(problem.sequence.nodes[mask][:, DIVIDE] != TOGETHER)
+    order = np.roll(np.arange(len(events)), -apart[0] if apart.size else 0)  # an instant may be that of the last and the first
+    groups = np.split(order, (apart - apart[0])[1:]) if apart.size else [order]
+    return [event for group in groups for event in sorted(events[i] for i in group)], spans[order]
 
 
 def kind_of(problem, name, x):

@@ -22,7 +22,7 @@ from .hidden import jumped, nearly_singular, rounding
 from .inside import AT_BOUNDARY, beginning, ending
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
-from .tori import REAL, inner_change, pair_on_circle
+from .tori import REAL, inner_change, next_to, pair_on_circle
 
 crosses = steplaw.crosses.py_func
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
@@ -30,7 +30,8 @@ ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
-BESIDE = 0.05  # of the way from one special point to the next, at which multipliers are counted
+BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
+# these where their number is one that the point itself allows
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -247,17 +248,22 @@ def torus(half, row, new, cut, found):
         return []
     known = [special for special in found if special.kind is kind]
     curve = Curve(a, b)
-    places = [0.0, *sorted(t for s in found if s.kind in (*REAL, kind) and 0.0 < (t := (s.s - a.s) / curve.length) < 1.0), 1.0]
+    points = {t: s for s in found if s.kind in (*REAL, kind) and 0.0 < (t := (s.s - a.s) / curve.length) < 1.0}
+    places = [0.0, *sorted(points), 1.0]
 
     def at(c, t):
         return Row(c, part, a.s + t * curve.length, new.angle * t, tests_of(c), new.ds)
 
     def beside(t, other):
-        """Return a row next to a special point at ``t``, on the side of ``other``; the end of the step itself."""
+        """Return a row next to a special point at ``t``, on the side of ``other``, so near that nothing passes the circle between
+        the two; the end of the step itself."""
         if t in (0.0, 1.0):
             return a if t == 0.0 else b
-        aside = t + BESIDE * (other - t)
-        c = curve.at(aside)
+        for part_of_way in BESIDE:
+            aside = t + part_of_way * (other - t)
+            c = curve.at(aside)
+            if c is None or t not in points or next_to(part.problem, points[t], c.x):
+                break
         return None if c is None else at(c, aside)
 
     tori, spans = [], [(beside(low, high), beside(high, low)) for low, high in pairwise(places)]

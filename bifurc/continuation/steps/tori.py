@@ -100,6 +100,19 @@ def doubt(first, last):
     return float((np.abs(last - first) / near).max()), place
 
 
+def next_to(problem, point, x):
+    """Return whether as many multipliers are outside the unit circle at ``x`` (n + 1,) as there can be right beside a special point
+    ``point``: those that are outside at it, without or with the one (two: Neimark-Sacker) that passes there."""
+    here, there = (multipliers(problem, at) for at in (point.x, x))
+    if here is None or there is None:
+        return True
+    passing = 2 if point.kind is SpecialPointKind.NEIMARK_SACKER else 1
+    at = -1.0 if point.kind is SpecialPointKind.PERIOD_DOUBLING else 1.0
+    away = np.abs(np.abs(here) - 1.0) if passing == 2 else np.abs(here - at)
+    rest = int(np.count_nonzero(np.abs(here[np.argsort(away)[passing:]]) > 1.0))
+    return int(np.count_nonzero(np.abs(there) > 1.0)) in (rest, rest + passing)
+
+
 def multipliers(problem, x):
     """Return all multipliers at ``x`` (n + 1,); None where they are not known."""
     mu = problem.floquet_multipliers(x)

@@ -42,12 +42,18 @@ def key_of(elements, together, element: int, key: Hashable) -> dict[int, Hashabl
     return {e: lead if way > 0 else elements[e].mirrored_key(lead) for e, (first, way) in enumerate(together) if first == leader}
 
 
-def mode_of(system, element: int, key: Hashable, core) -> Mode:
-    """Return the mode of an element of a system, beside the others that rest together with it."""
-    own, (leader, _) = system.elements[element].mode(key, core), system.together[element]
+def includes(together, others) -> bool:
+    """Whether all contacts that rest together by ``others`` do so by ``together`` too, with rows that run the same ways."""
+    return all(together[e][0] == together[leader][0] and together[e][1] == way * together[leader][1]
+               for e, (leader, way) in enumerate(others))
+
+
+def mode_of(system, together, element: int, key: Hashable, core) -> Mode:
+    """Return the mode of an element of a system, beside the others that rest ``together`` with it, see `leaders`."""
+    own, (leader, _) = system.elements[element].mode(key, core), together[element]
     if leader != element:
         return dataclasses.replace(own, hold=(), guards=(), bounds=())
-    others = [(e, way) for e, (first, way) in enumerate(system.together) if first == element != e]
+    others = [(e, way) for e, (first, way) in enumerate(together) if first == element != e]
     if not others or not own.hold:
         return own
     limits = [system.elements[e].mode(key, core).bounds[0] for e, _ in others]

@@ -40,6 +40,7 @@ from ...flow.affine.engine import (
     guard_value,
 )
 from ...flow.affine.peak import segment_peak
+from ...flow.chatter import alike
 from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
 from ...solve.steplaw import lowest
@@ -79,6 +80,7 @@ SETTLED = 2e-14  # scaled: what may be left of the way behind the last one; less
 LEAP = 1e-12  # relative difference of two rows that are two
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
+DETERMINED = 1e-14  # relative, to which a determinant is known
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
@@ -466,6 +468,8 @@ def measure(T, nodes, span, U, weights, i, x, f, dw, row):
             if k != i and lasts(kick, nodes, k):
                 beside = min(beside, duration(U, size, span, k))
         speed = min(speed, evened(lasted, beside))
+    elif overtakes(T, nodes, i):
+        speed = min(speed, lasted)
     return speed
 
 
@@ -488,10 +492,27 @@ def evened(lasted, beside):
 @njit
 def lasts(kick, nodes, i):
     """Whether the duration of the interval before node ``i`` bounds the validity of a sequence (LISTED): births, and what follows
-    one impact, where guards may jump; the duration is smooth."""
+    one impact, also of a train, where guards may jump; the duration is smooth."""
     before, g, previous = nodes[i, BEFORE], nodes[i, GUARD], i - 1 if i > 0 else nodes.shape[0] - 1
     return g >= 0 and kick[before, g] == 0 and nodes[i, DIVIDE] != TOGETHER and nodes[previous, GUARD] >= 0 and (
-        nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] == 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0)
+        nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] != 1 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0)
+
+
+@njit
+def overtakes(T, nodes, i):
+    """Whether node ``i`` is an impact that may come before the event before it, of another kind, where nothing but the duration
+    tells of that with its first power: a guard that is zero there and rises with the square of time, as that of a slider that has
+    just stopped.  Of impacts that are born the arriving speed is the measure, of changes of what is held the reactions."""
+    previous = i - 1 if i > 0 else nodes.shape[0] - 1
+    before, g, after = nodes[previous, BEFORE], nodes[previous, GUARD], nodes[previous, AFTER]
+    if g < 0 or nodes[i, GUARD] < 0 or nodes[i, DIVIDE] != 0 or T.kick[nodes[i, BEFORE], nodes[i, GUARD]] == 0:
+        return False
+    if T.kick[before, g] == 1 or T.n_holds[before] != T.n_holds[after]:
+        return False
+    for q in range(min(T.n_guards[after], nodes.shape[1] - STARTS)):
+        if 2 <= abs(nodes[previous, STARTS + q]) < FOREVER:
+            return True
+    return False
 
 
 @both
@@ -503,7 +524,7 @@ def emptied(kick, nodes, span, last, old, U, tangent, scales, length):
     """
     count, ns1 = nodes.shape[0], (U.size - 1) // nodes.shape[0]
     for i in range(count):
-        if nodes[i, CLOSES] == 0 and lasts(kick, nodes, i):
+        if nodes[i, CLOSES] != 1 and lasts(kick, nodes, i):
             j, k = i * ns1, (i - 1 if i > 0 else count - 1) * ns1
             a, b, slope_a, slope_b = last[j], U[j], old[j] * scales[j], tangent[j] * scales[j]
             if span > 0.0 or k > 0:  # without a clock node 0 begins at time zero
@@ -541,13 +562,24 @@ def starts_beyond(T, nodes, i, q, xp, listed, a):
     before, guard, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
     if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
         return False
-    if T.kick[before, guard] == 0 and (T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after]) and not leaps(
-            T, before, after, q):
+    if T.kick[before, guard] == 0 and not begins_to_hold(T, before, after) and not leaps(T, before, after, q):
         return False
     if listed == 0:
         return True
     guard_series(T, after, q, xp, a)
     return a[1] < 0.0
+
+
+@njit
+def begins_to_hold(T, before, after):
+    """Whether the mode ``after`` holds a row that the mode ``before`` does not."""
+    for k in range(T.n_holds[after]):
+        held = False
+        for j in range(T.n_holds[before]):
+            held = held or alike(T.H[after, k], T.H[before, j])
+        if not held:
+            return True
+    return False
 
 
 @njit
@@ -722,6 +754,8 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         info[FLIP] = np.nan
     else:
         ratio = np.exp(min(log - info[DET_LOG] - short, 700.0)) if sign != 0.0 else 0.0
+        if ratio * least <= DETERMINED * (1.0 - least):  # where a duration divides it, a determinant is known to so much less
+            ratio = 0.0
         info[FLIP] = orientation * ratio / (1.0 + ratio)
     return 1
 

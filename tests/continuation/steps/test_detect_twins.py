@@ -505,10 +505,11 @@ def test_a_pair_that_is_known_is_told_by_its_distance_in_scaled_unknowns(monkeyp
         asked.append((low.s, high.s))
         return SimpleNamespace(kind=kind, s=0.4, x=place)
     monkeypatch.setattr(detect, "beginning", lambda half, row, new, j: a)
-    monkeypatch.setattr(detect, "Curve", lambda a, b: SimpleNamespace(length=1.0, at=lambda t: t))
+    monkeypatch.setattr(detect, "Curve", lambda a, b: SimpleNamespace(length=1.0, at=lambda t: SimpleNamespace(x=known.x)))
     monkeypatch.setattr(detect, "Row", lambda c, part, s, *rest: SimpleNamespace(part=part, s=s))
     monkeypatch.setattr(detect, "tests_of", lambda c: None)
     monkeypatch.setattr(detect, "located", located)
+    monkeypatch.setattr(detect, "next_to", lambda problem, point, x: True)
     monkeypatch.setattr(detect, "pair_on_circle", lambda part, low, high, found: (1,) if low.s < 0.4 < high.s else None)
     monkeypatch.setattr(detect, "inner_change", lambda part, low, high: None)
     b.angle = b.ds = 0.0
