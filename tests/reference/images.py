@@ -198,7 +198,7 @@ def later(system: System, part: float) -> Image:
 def idle(system: System) -> tuple[el.Element, ...]:
     """Return elements that change nothing: loads of no size, springs without stiffness, a stop far away on either side."""
     last = system.n - 1
-    return () if system.omega is None else (el.HarmonicForce(0.0, harmonic=3, label="no_load"), el.ConstantForce(0.0, dof=last, label="no_weight"),
+    return (el.HarmonicForce(0.0, harmonic=3, label="no_load"), el.ConstantForce(0.0, dof=last, label="no_weight"),
             el.LinearSpring(0.0, 0.0, dof=last, label="no_spring"), el.ElasticStop(1e4, 5.0, dof=last, label="far"),
             el.RigidStop(1e4, 0.5, side=-1, label="far_below"))
 
@@ -236,7 +236,8 @@ def side_by_side(system: System, other: System, first: bool) -> tuple[System, li
     return joined, at, [*range(free, free + m), *range(n + m + free, n + 2 * m + free)]
 
 
-M2, C2, K2 = np.array([[1.0, 0.25], [0.25, 1.44]]), np.array([[0.11, -0.019], [-0.019, 0.11]]), np.array([[1.38, -0.38], [-0.38, 1.38]])
+M2 = np.array([[1.0, 0.25], [0.25, 1.44]])
+C2, K2 = np.array([[0.11, -0.019], [-0.019, 0.11]]), np.array([[1.38, -0.38], [-0.38, 1.38]])
 
 
 def pair(*elements, omega=0.9) -> System:
@@ -251,10 +252,10 @@ SCENES = {  # with events of every kind; each moves otherwise when a sign, a row
     "stop and friction": pair(el.HarmonicForce(2.1), el.RigidStop(0.6, 0.5), el.Coulomb(0.4, 0.3, static_ratio=1.3, dof=1)),
     "belts": pair(el.HarmonicForce(0.9, harmonic=2), el.Coulomb(0.5, belt_speed=0.3, row=(1.0, -1.0)),
                   el.Coulomb(0.6, load_amplitude=0.7, load_harmonic=2, load_phase=0.3, dof=1), el.ConstantForce(0.2, dof=1)),
-    "elastic": pair(el.BaseMotion(0.6, harmonic=1, phase=0.2, damper="ground", row=(1.0, 0.5)), el.ElasticStop(0.3, 6.0, 0.2, dof=1),
-                    el.ElasticStop(0.4, 3.0, 0.3, release="force", side=-1, row=(1.0, -0.5)), el.LinearSpring(0.3, 0.05, dof=1)),
-    "sliders": pair(el.HarmonicForce(1.7, row=(1.0, 0.3)), el.Jenkins(2.0, 0.4, dof=1), el.Iwan((2.0, 1.0), (0.3, 0.5), row=(1.0, -1.0)),
-                    el.MicroSlip(3.0, 1.0, (0.2, 0.3), dof=0)),
+    "elastic": pair(el.BaseMotion(0.6, harmonic=1, phase=0.2, damper="ground", row=(1.0, 0.5)),
+                    el.ElasticStop(0.3, 6.0, 0.2, dof=1), el.ElasticStop(0.4, 3.0, 0.3, release="force", side=-1, row=(1.0, -0.5)), el.LinearSpring(0.3, 0.05, dof=1)),
+    "sliders": pair(el.HarmonicForce(1.7, row=(1.0, 0.3)), el.Jenkins(2.0, 0.4, dof=1),
+                    el.Iwan((2.0, 1.0), (0.3, 0.5), row=(1.0, -1.0)), el.MicroSlip(3.0, 1.0, (0.2, 0.3), dof=0)),
     "varying load": pair(el.HarmonicForce(1.7), el.Jenkins(2.0, 0.4, load_amplitude=1.2, load_phase=0.7, dof=1)),
     "cubic": pair(el.HarmonicForce(0.9, dof=1), el.CubicSpring(0.8), el.RigidStop(0.8, 0.7, dof=1)),
     "falling friction": System(1.0, 0.05, 1.0, (el.HarmonicForce(0.5), el.Stribeck(0.5, 1.0, 0.4, belt_speed=0.3)), omega=0.7),
