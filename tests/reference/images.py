@@ -195,18 +195,18 @@ def later(system: System, part: float) -> Image:
                  np.eye(2 * system.n + memory_count(system)), later=part)
 
 
-def idle(system: System) -> tuple[el.Element, ...]:
+def idle(system: System, rigid: bool) -> tuple[el.Element, ...]:
     """Return elements that change nothing: loads of no size, springs without stiffness, a stop far away on either side."""
     last = system.n - 1
     return (el.HarmonicForce(0.0, harmonic=3, label="no_load"), el.ConstantForce(0.0, dof=last, label="no_weight"),
             el.LinearSpring(0.0, 0.0, dof=last, label="no_spring"), el.ElasticStop(1e4, 5.0, dof=last, label="far"),
-            el.RigidStop(1e4, 0.5, side=-1, label="far_below"))
+            el.RigidStop(1e4, 0.5, side=-1, label="far_below") if rigid else el.ElasticStop(1e4, 5.0, side=-1, label="far_below"))
 
 
-def crowded(system: System) -> Image:
-    """Return the system with elements beside it that change nothing, before its own."""
+def crowded(system: System, rigid: bool = True) -> Image:
+    """Return the system with elements beside it that change nothing, before its own; ``rigid``: a rigid stop among them."""
     named = [dataclasses.replace(element, label=label) for element, label in zip(system.elements, system.labels, strict=True)]
-    return Image(with_elements(system, [*idle(system), *named]), np.eye(2 * system.n + memory_count(system)))
+    return Image(with_elements(system, [*idle(system, rigid), *named]), np.eye(2 * system.n + memory_count(system)))
 
 
 def side_by_side(system: System, other: System, first: bool) -> tuple[System, list[int], list[int]]:
@@ -253,7 +253,8 @@ SCENES = {  # with events of every kind; each moves otherwise when a sign, a row
     "belts": pair(el.HarmonicForce(0.9, harmonic=2), el.Coulomb(0.5, belt_speed=0.3, row=(1.0, -1.0)),
                   el.Coulomb(0.6, load_amplitude=0.7, load_harmonic=2, load_phase=0.3, dof=1), el.ConstantForce(0.2, dof=1)),
     "elastic": pair(el.BaseMotion(0.6, harmonic=1, phase=0.2, damper="ground", row=(1.0, 0.5)),
-                    el.ElasticStop(0.3, 6.0, 0.2, dof=1), el.ElasticStop(0.4, 3.0, 0.3, release="force", side=-1, row=(1.0, -0.5)), el.LinearSpring(0.3, 0.05, dof=1)),
+                    el.ElasticStop(0.3, 6.0, 0.2, dof=1), el.LinearSpring(0.3, 0.05, dof=1),
+                    el.ElasticStop(0.4, 3.0, 0.3, release="force", side=-1, row=(1.0, -0.5))),
     "sliders": pair(el.HarmonicForce(1.7, row=(1.0, 0.3)), el.Jenkins(2.0, 0.4, dof=1),
                     el.Iwan((2.0, 1.0), (0.3, 0.5), row=(1.0, -1.0)), el.MicroSlip(3.0, 1.0, (0.2, 0.3), dof=0)),
     "varying load": pair(el.HarmonicForce(1.7), el.Jenkins(2.0, 0.4, load_amplitude=1.2, load_phase=0.7, dof=1)),
