@@ -105,7 +105,6 @@ def test_exponents_of_images(scene):
     """Exponents are per time; those of an orbit are the logarithms of its multipliers, and so are those of its motion."""
     orbit = orbit_of(scene)
     exact = bf.lyapunov_exponents(orbit.system, orbit)
-    moved = bf.lyapunov_exponents(orbit.system, orbit.state, periods=40, transient=10, batches=4)
     mu = np.sort(np.abs(orbit.multipliers))[::-1]
     assert np.allclose(exact.values, np.log(mu) / orbit.period, rtol=1e-9, atol=0.0)
     for name in (None, "small units", "large units", "reversed", "opposite"):

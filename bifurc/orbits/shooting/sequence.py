@@ -7,7 +7,7 @@ the guard ``g`` of the mode before,
     phi(tau_i, tau_{i+1}, y_i+) - y_{i+1} = 0,     g(tau_i, y_i) = 0,     (tau_m, y_m) = (tau_0 + span, closure y_0).
 
 No row contains 1/speed, so that Newton and arclength pass zero impact speed regularly.  Where the opening of an
-interval makes its closing guard vanish at zero duration ``s`` that root is trivial; the row is divided by ``(omega s)**order``,
+interval makes its closing guard vanish at zero duration ``s`` that root is trivial; the row is divided by ``s**order``,
 which keeps it regular through the birth of a contact (elastic graze: order 1) and of a slip (order 2).  Events that
 coincide always (two sliders on one coordinate stop together) have the row ``tau_{i+1} = tau_i`` instead.
 
@@ -317,7 +317,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         close, r = nodes[i, ENDING], nxt * size  # closing guard of this interval, divided by duration**order
         if duration < step[after]:
             value, slope = guard_divided(T, after, close, xp, duration, order, row)
-            scale = scale_of(row, weights) * T.flat[0]**order  # the excitation says how long a time is
+            scale = scale_of(row, weights)  # of a row that is divided itself
             F[r] = value / scale
             if want > 0.0:
                 J[r, nxt * size] += slope * period / scale
@@ -337,7 +337,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         else:
             guard_gradient(T, after, close, xe, row)
             forcing_rate(T, xe, dw)
-            scale = scale_of(row, weights) * (T.flat[0] * duration)**order
+            scale = scale_of(row, weights) * (T.flat[0] * duration)**order  # as long as it is for the excitation
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
                 rate = guard_rate(row, f, dw) * period / scale
