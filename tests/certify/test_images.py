@@ -9,7 +9,8 @@ from tests.reference.images import IMAGES, SCENES, in_units
 
 pytest.importorskip("flint")
 
-ALIKE = {**IMAGES, "tiny": lambda system: in_units(system, 1e-9, 1e6, 1e9), "huge": lambda system: in_units(system, 1e9, 1e-6, 1e-9)}
+ALIKE = {**IMAGES, "tiny": lambda system: in_units(system, 1e-9, 1e6, 1e9),
+         "huge": lambda system: in_units(system, 1e9, 1e-6, 1e-9)}
 PROVED = ["stop", "two stops, one moves", "stop and friction", "elastic", "varying load"]
 
 

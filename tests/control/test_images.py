@@ -65,8 +65,8 @@ def test_sensitivities_are_differences_of_simulations(orbit, parameter):
     controller = bf.control.ogy(orbit, parameter, section=0.0)
     value = orbit.system.parameter(parameter)
     h = 1e-6 * value
-    ends = [bf.simulate(orbit.system.with_parameters(**{parameter: value + side * h}), controller.state, periods=orbit.periods).final
-            for side in (1.0, -1.0)]
+    changed = [orbit.system.with_parameters(**{parameter: value + side * h}) for side in (1.0, -1.0)]
+    ends = [bf.simulate(system, controller.state, periods=orbit.periods).final for system in changed]
     seen = (ends[0] - ends[1]) / (2.0 * h)
     assert np.allclose(controller.sensitivity, seen, rtol=1e-5, atol=1e-6 * np.abs(seen).max())
     closed = np.linalg.eigvals(controller.monodromy - np.outer(controller.sensitivity, controller.gain))
