@@ -112,3 +112,15 @@ def test_an_uncoupled_mass_goes_its_own_way(scene, first):
     assert np.abs(found(times)[:, at] - motion(times)).max() < 1e-10 * np.abs(motion.y).max()
     assert np.abs(found(times)[:, free] - other(times)).max() < 1e-10 * np.abs(other.y).max()
     assert len(found.events) == len(motion.events) + len(other.events)
+
+
+def test_a_complete_chattering_in_a_later_period_ends_in_that_period():
+    """The end of its infinitely many impacts is a time like any other, counted from the start of the motion."""
+    system = bf.System(1.0, 0.1, 1.0, (el.HarmonicForce(1.0), el.RigidStop(0.1, 0.6)), omega=0.3)
+    motion = bf.simulate(system, (0.0, 0.0), periods=4)
+    ends = [(e.time, e.end) for e in motion.events if e.kind == "chatter"]
+    following = [min(e.time for e in motion.events if e.time > time) for time, _ in ends[:-1]]
+    assert len(ends) >= 3
+    for (time, end), after in zip(ends, following, strict=False):
+        assert time < end < after and end - time < 0.1 * system.period
+        assert abs(motion(end + 1e-9)[0] - 0.1) < 1e-9 and abs(motion(end + 1e-9)[1]) < 1e-9

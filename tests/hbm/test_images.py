@@ -103,3 +103,13 @@ def test_balances_tend_to_the_exact_orbit(scene):
         assert (worst < 3.0 * found.error() + 1e-11).all() and (found.error() < 30.0 * worst + 1e-11).all()
         assert np.abs(by_size(np.abs(found.multipliers))[-2:] - by_size(np.abs(exact.multipliers))[-2:]).max() < 20.0 / harmonics**3
     assert errors[36] < max(errors[9] / 40.0, 1e-12)
+
+
+@pytest.mark.parametrize("harmonics", [5, 9])
+def test_a_balance_of_two_periods_is_that_of_one(harmonics):
+    """Whatever is listed twice as often: phasors, stated errors, and the times at which friction turns round."""
+    system = BALANCED["dry friction"]
+    one = bf.find_orbit(system, method=bf.HarmonicBalance(harmonics))
+    two = bf.find_orbit(system, method=bf.HarmonicBalance(harmonics), periods=2)
+    assert two.success and max(abs(two.harmonic(h, d) - one.harmonic(h, d)) for h in (1, 3, 5) for d in (0, 1)) < 1e-6
+    assert np.allclose(two.how["error"], one.how["error"], rtol=0.5)
