@@ -228,3 +228,12 @@ def test_entries_of_matrices_are_parameters_by_their_plain_name():
     for name in ("stiffness[12,0]", "stiffness[01,0]", "omega"):
         with pytest.raises(ValueError, match="unknown"):
             system.parameter(name)
+
+
+@pytest.mark.parametrize("unit", [1e-20, 1.0, 1e20])
+def test_a_mass_is_symmetric_beside_its_largest_entry(unit):
+    System(unit * np.array([[1.0, 0.25 + 5e-15], [0.25, 2.0]]), np.eye(2), np.eye(2))
+    with pytest.raises(ValueError, match="symmetric"):
+        System(unit * np.array([[1.0, 0.25 + 1e-12], [0.25, 2.0]]), np.eye(2), np.eye(2))
+    with pytest.raises(ValueError, match="positive definite"):
+        System(unit * np.array([[1.0, 2.0], [2.0, 1.0]]), np.eye(2), np.eye(2))

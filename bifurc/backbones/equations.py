@@ -105,7 +105,7 @@ def balanced(system: System, method: HarmonicBalance, dof: int, amplitude: float
     fundamental = places[list(layout.harmonics).index(1)]
     for d in range(n):
         x[fundamental[d][0]], x[fundamental[d][1]] = start[d], start[n + d] / omega
-    force = abs(amplitude) * omega**2
+    force = abs(amplitude) * omega**2 * float(np.abs(system.mass).max())
 
     def residual(u):
         return np.concatenate((equations(u[-2], u[-1]).residual(u[:-2]) / force, [(turning @ u[:-2] - amplitude) / abs(amplitude),

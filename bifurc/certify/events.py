@@ -15,6 +15,7 @@ from .candidate import Candidate, Event, followers
 from .model import GuardRow, Model, Refused
 
 FOREVER = -1  # order of a guard that is zero as long as its mode lasts
+BALANCED = 3  # times that rows and columns are divided by their largest entry
 ROUNDING = 1e-13  # relative: coefficients that an element computes (rates of loads, products) carry the rounding of floats
 
 
@@ -114,11 +115,17 @@ class Span:
         self.rounded = False
 
     @functools.cached_property
-    def _basis(self) -> np.ndarray:
-        """Orthonormal columns (nx, rank)."""
+    def _scaled(self) -> tuple[np.ndarray, np.ndarray]:
+        """Orthonormal columns (nx, rank) of the rows in units (nx,) in which their entries are of one size, and these units."""
         rows = np.array([[as_float(v) for v in row] for row in self.rows])
-        columns, sizes, _ = np.linalg.svd((rows / np.abs(rows).max(axis=1)[:, None]).T, full_matrices=False)
-        return columns[:, sizes > 1e-14 * sizes[0]]
+        units = np.ones(rows.shape[1])
+        for _ in range(BALANCED):
+            rows = rows / np.abs(rows).max(axis=1)[:, None]
+            largest = np.abs(rows).max(axis=0)
+            largest[largest == 0.0] = 1.0
+            rows, units = rows / largest, units * largest
+        columns, sizes, _ = np.linalg.svd(rows.T, full_matrices=False)
+        return columns[:, sizes > 1e-14 * sizes[0]], units
 
     def _rank(self, rows) -> int:
         return self.matrix(len(rows), len(rows[0]), [v for row in rows for v in row]).rank() if rows else 0
@@ -137,9 +144,10 @@ class Span:
         target = np.array([as_float(v) for v in row])
         sizes = np.abs(target) if terms is None else terms()
         if self.rows:
-            weights = target @ self._basis
-            target = target - self._basis @ weights
-            sizes = sizes + np.abs(self._basis) @ np.abs(weights)
+            basis, units = self._scaled
+            target, sizes = target / units, sizes / units
+            target = target - basis @ (target @ basis)
+            sizes = sizes + np.abs(basis) @ (sizes @ np.abs(basis))  # weights are rounded like the terms they are made of
         near = bool((np.abs(target) <= ROUNDING * sizes).all())
         self.rounded |= near
         return near

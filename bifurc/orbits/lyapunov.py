@@ -3,6 +3,7 @@
 Perturbations are carried by the exact arcs and saltation matrices along an exact motion (Mueller 1995) and
 orthonormalised after every arc and every event (Benettin et al. 1980).  Errors are those of batch means.
 """
+import math
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -45,8 +46,8 @@ class LyapunovExponents(Notebook):
     impacts : float
         Kicks a forcing period.
     sum_rule : float
-        What the sum of `values` must be: mean divergence of the vector field plus log|det| of the kicks; ``-inf`` where a
-        direction dies.
+        What the sum of `values` must be: mean divergence of the vector field, plus log|det| of the kicks, plus what dry
+        friction that turns round squeezes together; ``-inf`` where a direction dies.
     state : ndarray
         (ns,), where the motion ended, at a whole forcing period: a start to go on from.
     periods : int
@@ -231,6 +232,8 @@ def _contraction(scene, R, end) -> tuple[int, float]:
     kicks = events[T.kick[before[events], guard[events]] != 0]
     if collapsed.size:
         return kicks.size, -np.inf
+    turns = [i for i in np.setdiff1d(events, kicks).tolist() if _meets_speeds(T, R.rows[i], n)]
+    total += sum(_folding(scene, R, i) for i in turns)
     if not kicks.size:
         return 0, total
     rule = Rule(scene)
@@ -238,3 +241,27 @@ def _contraction(scene, R, end) -> tuple[int, float]:
     slopes = [rule.jump(m, g, x)[1][n:2 * n, n:2 * n] for m, g, x in zip(before[kicks], guard[kicks], states, strict=True)]
     with np.errstate(divide="ignore"):
         return kicks.size, total + 2.0 * float(np.log(np.abs(np.linalg.det(np.array(slopes)))).sum())
+
+
+def _meets_speeds(T, row, n: int) -> bool:
+    """Whether the guard of an event looks at speeds or at forces, whose rates the event may change; a release forgets nothing."""
+    before, guard, after = row[:3].tolist()
+    return T.n_holds[before] == T.n_holds[after] and bool(T.G[before, guard, n:2 * n].any() or T.LG[before, guard].any())
+
+
+def _folding(scene, R, i: int) -> float:
+    """Return the logarithm of the factor by which an event without a kick changes volumes: rates of its guard, behind over before.
+
+    It is 0 where forces are continuous.  Dry friction that turns round in one instant pushes from both sides.
+    """
+    T, kernel, ns = scene.tables, kernels(scene), scene.ns
+    before, guard, after = R.rows[i, :3].tolist()
+    forcing = scene.forcing(R.times[i:i + 1])[0]
+    rates, f, dw, row = [], np.empty(ns), np.empty(len(forcing)), np.empty(ns + len(forcing))
+    for mode, y in ((before, R.before[i]), (after, R.after[i])):
+        x = np.concatenate([y, forcing])
+        kernel.field(T, mode, x, f)
+        kernel.forcing_rate(T, x, dw)
+        kernel.guard_gradient(T, before, guard, x, row)
+        rates.append(float(row[:ns] @ f + row[ns:] @ dw))
+    return math.log(abs(rates[1] / rates[0])) if rates[0] and rates[1] else -math.inf

@@ -624,3 +624,12 @@ def test_points_backwards_are_checked_by_carrying_them_forward():
     assert found.outcomes.tolist() == [0, state.INCONSISTENT.code, LOST, state.UNSETTLED.code, state.OUTSIDE.code,
                                        state.UNSETTLED.code]
     assert found.impacts.tolist() == list(range(6)) and found.speeds.tolist() == list(range(6))
+
+
+def test_whether_two_samples_are_one_does_not_depend_on_their_order(rng):
+    """The wider boxes count: a finer sample of the same motion is none of its own."""
+    points = rng.random((4000, 2)) * SCALE
+    fine, coarse = sample(points[:2000], width=2.0**-9), sample(points[2000:], width=2.0**-4)
+    assert parts.same(fine, coarse, SCALE) and parts.same(coarse, fine, SCALE)
+    away = sample(points[2000:] + SCALE, width=2.0**-4)
+    assert not parts.same(fine, away, SCALE) and not parts.same(away, fine, SCALE)

@@ -83,7 +83,7 @@ def test_a_reversal_that_releases_another_mass_is_refused_by_nothing():
     kinds = {p.kind.value: p.parameter for p in branch.special_points if p.parameter > 0.8}
     assert list(kinds) == ["separation", "chatter_completion"]
     assert abs(kinds["chatter_completion"] - 0.883123902099) < 1e-10
-    beyond = branch.orbits[int(np.argmin(np.abs(branch.column("omega") - 0.81)))]
+    beyond = branch.orbits[int(np.flatnonzero(branch.column("omega") > 0.805)[0])]
     motion = bf.simulate(beyond.system, y0=beyond.state, periods=2)
     hits = [sum(event.element == "rigid_stop" for event in one.events) for one in (motion, beyond)]
     assert hits[0] == 2 * hits[1] > 0

@@ -318,3 +318,13 @@ def test_shares_of_cells_without_an_attractor_are_those_of_the_starts(ax):
     plotting.plot_basins(basins, ax)
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert any(word.startswith("unresolved: 25") for word in words), words
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_responses_show_where_there_is_one_in_any_unit(unit):
+    """From a tenth of the highest peak on; the measure has its unit, the parameter keeps its own."""
+    p = np.linspace(0.5, 1.5, 201)
+    made = fakes.FakeBranch({"omega": p, "rms_0": unit / (1.0 + 400.0 * (p - 1.0) ** 2), "stable": np.ones(201)}, [], "omega")
+    made.column_names = ("omega", "rms_0", "stable")
+    ax = plotting.plot_responses([made], [0.1], "zeta", measure="rms_0")
+    assert ax.get_xlim() == pytest.approx((0.85, 1.15), abs=0.01)

@@ -13,7 +13,7 @@ from .balls import flint, middle, radius
 TIGHTENINGS = 6
 FINE = 1e-18  # scaled: a wider enclosure is made once more, about its middle
 REPEATS = 3
-SINGULAR = 1e12  # of the inverse of a Jacobian with rows of size one: beyond it floats precondition nothing
+SINGULAR = 1e12  # of the inverse of a Jacobian with rows and columns of size one: beyond it floats precondition nothing
 
 
 class Zero(NamedTuple):
@@ -31,13 +31,16 @@ def preconditioner(J: list):
         return None
     left = np.abs(rows).max(axis=1)
     left[left == 0.0] = 1.0
+    rows = rows / left[:, None]
+    right = np.abs(rows).max(axis=0)
+    right[right == 0.0] = 1.0
     try:
-        inverse = np.linalg.inv(rows / left[:, None])
+        inverse = np.linalg.inv(rows / right)
     except np.linalg.LinAlgError:
         return None
     if not np.abs(inverse).max() < SINGULAR:
         return None
-    inverse = inverse / left
+    inverse = inverse / right[:, None] / left
     size = len(J)
     return flint().arb_mat(size, size, inverse.ravel().tolist())
 

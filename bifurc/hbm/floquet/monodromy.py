@@ -74,6 +74,20 @@ def exponential(a, out):
         out[:] = room
 
 
+@leaf
+def similar(A, n, rate):
+    """Change a matrix of (q, v, memory) into that of (q, v / rate, memory), in place.
+
+    In the time that the excitation knows, entries are of one size: what an exponential is scaled by depends on no unit.
+    """
+    for i in range(n, 2 * n):
+        for j in range(A.shape[0]):
+            A[i, j] /= rate
+    for j in range(n, 2 * n):
+        for i in range(A.shape[0]):
+            A[i, j] *= rate
+
+
 @njit
 def commutator(a, b, out, room):
     """Write a b - b a into ``out``."""
@@ -181,7 +195,9 @@ def plain(S, R, flat, room, c, v, P):
     for j in range(cuts.size - 1):
         generator(S, R, flat, room.paths, at, none, none, 0, mass, pivot, A)
         A *= (cuts[j + 1] - cuts[j]) / flat[0]
+        similar(A, S[DOFS], flat[0])
         exponential(A, E)
+        similar(E, S[DOFS], 1.0 / flat[0])
         product(E, P, last)
         P[:] = last
         if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], room, c, v, mass, pivot, at, P) < 0:
@@ -213,7 +229,9 @@ def with_laws(S, R, flat, room, c, v, cuts, KL, CL, P):
     for j in range(cuts.size - 1):
         for g in range(3):
             generator(S, R, flat, room.paths, at, KL, CL, 3 * j + g, mass, pivot, A[g])
+            similar(A[g], S[DOFS], flat[0])
         magnus(A, (cuts[j + 1] - cuts[j]) / flat[0], E)
+        similar(E, S[DOFS], 1.0 / flat[0])
         product(E, P, last)
         P[:] = last
         if j < cuts.size - 2 and passed(S, R, flat, cuts[j + 1], room, c, v, mass, pivot, at, P) < 0:

@@ -36,11 +36,12 @@ def at_rest(balance: Balance, tolerance: float, iterations: int) -> SetValuedRes
             if not (np.isfinite(r).all() and np.isfinite(j).all()):
                 return None
             r = r + (lam @ rows).ravel()
-            saddle = np.block([[j, ties.T], [ties, np.zeros((len(ties), len(ties)))]])
-            right = -np.concatenate([r, ties @ x])
+            stiff = _stiffness(j)
+            saddle = np.block([[j, stiff * ties.T], [stiff * ties, np.zeros((len(ties), len(ties)))]])
+            right = -np.concatenate([r, stiff * (ties @ x)])
             step = np.linalg.lstsq(saddle, right, rcond=1e-13)[0]
             x = x + step[:layout.size]
-            lam[waving] += step[layout.size:].reshape(-1, len(rows))
+            lam[waving] += stiff * step[layout.size:].reshape(-1, len(rows))
             if np.abs(right).max() <= tolerance or np.abs(step[:layout.size]).max() <= 1e-14 * (np.abs(x).max() + 1e-300):
                 break
         r = balance.rest(x)[0] + (lam @ rows).ravel()
@@ -86,11 +87,17 @@ def _tied(layout: Layout, rest: Linear, rows, lam) -> tuple[np.ndarray, np.ndarr
         x[0] = np.linalg.lstsq(Z[0, :, 0, :], load[0] - lam[0] @ rows, rcond=None)[0]
     for j in range(first, layout.slots, 2):
         stiffness = Z[j, :, j, :] + 1j * Z[j, :, j + 1, :]
-        saddle = np.block([[stiffness, rows.T], [rows, np.zeros((m, m))]])
+        stiff = _stiffness(stiffness)
+        saddle = np.block([[stiffness, stiff * rows.T], [stiff * rows, np.zeros((m, m))]])
         answer = np.linalg.lstsq(saddle, np.concatenate([load[j] - 1j * load[j + 1], np.zeros(m)]), rcond=1e-13)[0]
         x[j], x[j + 1] = answer[:n].real, -answer[:n].imag
-        found[j - first], found[j - first + 1] = answer[n:].real, -answer[n:].imag
+        found[j - first], found[j - first + 1] = stiff * answer[n:].real, -stiff * answer[n:].imag
     return x.ravel(), found
+
+
+def _stiffness(matrix) -> float:
+    """Return by what ties are multiplied beside a dynamic stiffness: which singular values are zero is no matter of units."""
+    return float(np.abs(matrix).max()) or 1.0
 
 
 def allowance(layout: Layout, force, contact: Contact) -> tuple[float, float]:

@@ -106,7 +106,7 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
     ``flat_of(system)`` packs the numbers, ``degrees`` are tried in turn; see `parameter_path` for the rest.
     """
     low, high = min(bounds), max(bounds)
-    wide = max(high - low, 1e-3 * max(abs(low), abs(high), 1e-3))
+    wide = max(high - low, 1e-3 * max(abs(low), abs(high)))
 
     def sample(value):
         return flat_of(system.with_parameters(**{name: float(value)}))

@@ -320,7 +320,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         close, r = nodes[i, ENDING], nxt * size  # closing guard of this interval, divided by duration**order
         if duration < step[after]:
             value, slope = guard_divided(T, after, close, xp, duration, order, row)
-            scale = scale_of(row, weights)
+            scale = scale_of(row, weights)  # of a row that is divided itself
             F[r] = value / scale
             if want > 0.0:
                 J[r, nxt * size] += slope * period / scale
@@ -340,7 +340,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         else:
             guard_gradient(T, after, close, xe, row)
             forcing_rate(T, xe, dw)
-            scale = scale_of(row, weights) * duration**order
+            scale = scale_of(row, weights) * (T.flat[0] * duration)**order  # as long as it is for the excitation
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
                 rate = guard_rate(row, f, dw) * period / scale

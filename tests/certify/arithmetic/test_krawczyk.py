@@ -91,7 +91,7 @@ def test_the_preconditioner_is_the_inverse_whatever_the_units_of_rows(rng):
     np.testing.assert_allclose(float(preconditioner([[arb(-4.0)]])[0, 0]), -0.25)
     for scale in (1.0, -1e20):  # and whatever their signs
         assert preconditioner([[arb(-1.0) * scale, arb(-1e-14) * scale], [arb(-1e-14), arb(-1.0)]]) is not None
-        assert preconditioner([[arb(-1.0) * scale, arb(-1e-14) * scale], [arb(-1.0) * scale, arb(-3e-14) * scale]]) is None
+        assert preconditioner([[arb(-1.0) * scale, arb(-1.0) * scale], [arb(-1.0) * scale, arb(-1.0 - 2e-14) * scale]]) is None
     product = np.array([[float(Y[i, j].mid()) for j in range(3)] for i in range(3)]) @ A
     np.testing.assert_allclose(product, np.eye(3), atol=1e-10)
 
