@@ -32,7 +32,7 @@ def scratch_of(T, count):
     n, rows, width = T.LP.shape[2], T.LU.shape[0], T.stages[WIDTH]
     size = ARRAYS + (T.A.shape[2] - 2 * n) * (NODES + 4) + rows * (6 * NODES + 4) + n * (5 * NODES + 4)
     if count > 0:
-        size += (NODES + 1) * (2 * n * n + 3 * rows * width) + 2 * n
+        size += (NODES + 1) * (2 * n * n + 3 * rows * width) + T.A.shape[1] + count * n * NODES
     scratch = np.empty(size)
     scratch[TABLED], scratch[WISH] = 0.0, np.inf
     return scratch
@@ -51,7 +51,7 @@ def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
     """One step of at most ``h`` from ``x`` (nx,) to ``x1`` with a defect near ``aim``; return its length.
 
     ``acc`` (n, NODES + 2) and ``force`` (rows, NODES + 2) receive accelerations and forces of laws at start, nodes and
-    end; the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
+    end (at entry those of the step before, if it is one); the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
     accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  Where the law leaves the
     finite numbers ``x1`` is NaN, which the callers' statuses catch.
     """

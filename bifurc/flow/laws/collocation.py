@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 from ..._jit import njit
 from ...compose.tables import TURN
 from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
-from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, WEIGHTS, C
+from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, ONWARD, ONWARD_ALL, WEIGHTS, C
 from .nolaw import (
     ACTING,
     COUNT,
@@ -183,8 +183,11 @@ def largest(a):
 
 
 @njit
-def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free):
+def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free, acc, onward):
     """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
+
+    With ``onward`` they are expected to go on as over a step before of the same length, with the accelerations ``acc`` (n,
+    NODES + 2): that is worth two or three iterations.
 
     ``local`` (6, rows, NODES): coordinates, speeds, forces, accelerations of the law rows, and what forcing adds to the
     first two; ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns the number of iterations, 0 where they do not
@@ -194,7 +197,10 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
     excite(A, m, LU, LS, x, turn, base, local)
     for i in range(n):
         for j in range(NODES):
-            a[i, j] = f0[n + i]
+            a[i, j] = 0.0 if onward else f0[n + i]
+        for k in range(NODES + 2 if onward else 0):
+            for j in range(NODES):
+                a[i, j] += ONWARD_ALL[k, j] * acc[i, k]
     old, top, noise = np.inf, 0.0, 0.0
     for iteration in range(1, ITERATIONS + 1):
         for i in range(n):
@@ -332,10 +338,11 @@ def frequency(K, D):
 
 
 @njit
-def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
+def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, late, onward):
     """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room.
 
-    The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
+    The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.  ``late`` (count,
+    n, NODES) keeps its accelerations at the nodes; with ``onward`` they are expected to go on as over the step before.
     """
     n = DOFS
     still = True
@@ -348,11 +355,15 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
         for i in range(n):
             for j in range(NODES):
                 a[i, j] = 0.0
+                late[row, i, j] = 0.0
         return
     for i in range(n):
         for j in range(NODES):
-            q[i, j] = x[i] + h * C[j] * x[n + i]
-            v[i, j] = x[n + i]
+            a[i, j] = 0.0
+        for k in range(NODES if onward else 0):
+            for j in range(NODES):
+                a[i, j] += ONWARD[k, j] * late[row, i, k]
+        spread(x, i, n, h, a, q, v)
     old = np.inf
     for iteration in range(ITERATIONS):
         change = size = 0.0
@@ -375,22 +386,25 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
             spread(x, i, n, h, a, q, v)
     for i in range(n):
         finish(x, i, n, h, a)
+        for j in range(NODES):
+            late[row, i, j] = a[i, j]
     for i in range(2 * n):
         X[row, i] = x[i]
 
 
 @njit
 def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
-            base, free):
+            base, free, acc, onward):
     """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
 
-    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
+    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already;
+    ``onward``: it follows a step of the same length with the accelerations ``acc``.
     """
     n = DOFS
     ns = A.shape[1]
     if not fresh:
         prepare(harmonics, omega, h, turn)
-    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free)
+    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free, acc, onward)
     if iterations == 0:
         return 0, np.inf
     for i in range(ns):
@@ -458,7 +472,11 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
     Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     edge, at = carray(offset(scratch_, at), (3, rows, WIDTH, 1)), at + 3 * rows * WIDTH
-    room = carray(offset(scratch_, at), (ns,))
+    room, at = carray(offset(scratch_, at), (ns,)), at + ns
+    late = carray(offset(scratch_, at), (count, n, NODES))
+    onward = True
+    for i in range(n):
+        onward = onward and acc[i, NODES + 1] == f0[n + i]
     watches(law, acts, m, 1, one)
     for r in range(rows):
         force[r, 0] = one[2, r, 0]
@@ -469,8 +487,9 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
         h = min(h, most) if h > 0.0 else max(h, -most)
     while True:
         fresh = abs(h - scratch[TABLED]) <= 1e-14 * abs(h)
+        onward = onward and fresh
         iterations, e = attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, (TURN / unit) ** 2, h, fresh, x, x1, f0, f1,
-                                turn, local, one, q, v, a, base, free)
+                                turn, local, one, q, v, a, base, free, acc, onward)
         scratch[TABLED] = h
         scratch[ERROR] = e
         scratch[WISH] = min(wished(abs(h), e, aim), most)
@@ -500,7 +519,7 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         for k in range(count):
             if end == 1:
-                vary(A, m, room, X, k, h, K, D, iterations, q, v, a)
+                vary(A, m, room, X, k, h, K, D, iterations, q, v, a, late, onward)
             if edges:
                 for c in range(ns):
                     room[c] = X[k, c]
