@@ -96,16 +96,17 @@ def set_parameter(T, index, series, low, high, value):
 
 @apart(NOTHING)
 def set_modes(T, index, series, low, high, value, nodes):
-    """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt."""
+    """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt, and of those under laws what laws ask for."""
     if index.size == 0:
         return
+    whole = T.acts.shape[1] == 0
     set_numbers(T, index, series, low, high, value)
     done = np.zeros(T.n_guards.size, np.int64)
     for i in range(nodes.shape[0]):
         for column in (BEFORE, AFTER):
             m = nodes[i, column]
             if done[m] == 0:
-                rebuild_mode(T, m)
+                rebuild_mode(T, m, whole)
                 done[m] = 1
 
 
