@@ -51,9 +51,10 @@ def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
     """One step of at most ``h`` from ``x`` (nx,) to ``x1`` with a defect near ``aim``; return its length.
 
     ``acc`` (n, NODES + 2) and ``force`` (rows, NODES + 2) receive accelerations and forces of laws at start, nodes and
-    end (at entry those of the step before, if it is one); the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
-    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  Where the law leaves the
-    finite numbers ``x1`` is NaN, which the callers' statuses catch.
+    end; the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
+    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  A step that goes on from ``x1`` with
+    the same ``acc``, ``X`` and ``scratch`` begins with what they hold.  Where the law leaves the finite numbers ``x1`` is NaN,
+    which the callers' statuses catch.
     """
     return call(address(T, STEP), (
         m, T.A.shape[2], T.harmonics.size, T.acts.shape[1], T.law.size, X.shape[0], edges,

@@ -46,6 +46,8 @@ FAST = 3.0  # angle by which a variation turns on a step at most: Gauss' method 
 ROUNDING = 2e-15  # of the largest sum of terms: a change below it is none
 ITERATIONS = 30
 SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
+SLOWER = 0.1  # part of the rounding that may be left if errors fall on as they did, of a guess that goes on over a step: what it
+# errs by is of high degree, and falls faster than the little of low degree that is left at last
 FLOOR = 1e-5  # of the forces of the springs: where forces cancel to less (a constant motion) the defect is that of their rounding
 
 
@@ -201,7 +203,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
         for k in range(NODES + 2 if onward else 0):
             for j in range(NODES):
                 a[i, j] += ONWARD_ALL[k, j] * acc[i, k]
-    old, top, noise = np.inf, 0.0, 0.0
+    old, top, noise, trust = np.inf, 0.0, 0.0, SLOWER if onward else 1.0
     for iteration in range(1, ITERATIONS + 1):
         for i in range(n):
             spread(x, i, n, h, a, q, v)
@@ -256,7 +258,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
         if iteration < 2:
             old = change
             continue
-        if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)):
+        if change <= noise or (change < 0.5 * old and change * change <= trust * noise * (old - change)):
             return iteration, top
         if iteration > 4 and change > 0.5 * old:
             if change <= 1e3 * noise:
@@ -364,7 +366,7 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, late, onward):
             for j in range(NODES):
                 a[i, j] += ONWARD[k, j] * late[row, i, k]
         spread(x, i, n, h, a, q, v)
-    old = np.inf
+    old, trust = np.inf, SLOWER if onward else 1.0
     for iteration in range(ITERATIONS):
         change = size = 0.0
         for i in range(n):
@@ -379,7 +381,7 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, late, onward):
                 a[i, j] = total
         if iteration >= iterations:
             noise = ROUNDING * size
-            if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)) or change != change:
+            if change <= noise or (change < 0.5 * old and change * change <= trust * noise * (old - change)) or change != change:
                 break
         old = change
         for i in range(n):
