@@ -32,7 +32,7 @@ def scratch_of(T, count):
     n, rows, width = T.LP.shape[2], T.LU.shape[0], T.stages[WIDTH]
     size = ARRAYS + (T.A.shape[2] - 2 * n) * (NODES + 4) + rows * (6 * NODES + 4) + n * (5 * NODES + 4)
     if count > 0:
-        size += (NODES + 1) * (2 * n * n + 3 * rows * width) + T.A.shape[1] + count * n * NODES
+        size += (NODES + 1) * (2 * n * n + 3 * rows * width) + 2 * n
     scratch = np.empty(size)
     scratch[TABLED], scratch[WISH] = 0.0, np.inf
     return scratch
@@ -52,9 +52,8 @@ def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
 
     ``acc`` (n, NODES + 2) and ``force`` (rows, NODES + 2) receive accelerations and forces of laws at start, nodes and
     end; the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
-    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  A step that goes on from ``x1`` with
-    the same ``acc``, ``X`` and ``scratch`` begins with what they hold.  Where the law leaves the finite numbers ``x1`` is NaN,
-    which the callers' statuses catch.
+    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  Where the law leaves the
+    finite numbers ``x1`` is NaN, which the callers' statuses catch.
     """
     return call(address(T, STEP), (
         m, T.A.shape[2], T.harmonics.size, T.acts.shape[1], T.law.size, X.shape[0], edges,

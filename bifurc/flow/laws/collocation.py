@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 from ..._jit import njit
 from ...compose.tables import TURN
 from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
-from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, ONWARD, ONWARD_ALL, WEIGHTS, C
+from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, WEIGHTS, C
 from .nolaw import (
     ACTING,
     COUNT,
@@ -46,8 +46,6 @@ FAST = 3.0  # angle by which a variation turns on a step at most: Gauss' method 
 ROUNDING = 2e-15  # of the largest sum of terms: a change below it is none
 ITERATIONS = 30
 SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with steps of this size
-SLOWER = 0.1  # part of the rounding that may be left if errors fall on as they did, of a guess that goes on over a step: what it
-# errs by is of high degree, and falls faster than the little of low degree that is left at last
 FLOOR = 1e-5  # of the forces of the springs: where forces cancel to less (a constant motion) the defect is that of their rounding
 
 
@@ -185,11 +183,8 @@ def largest(a):
 
 
 @njit
-def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free, acc, onward):
+def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free):
     """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
-
-    With ``onward`` they are expected to go on as over a step before of the same length, with the accelerations ``acc`` (n,
-    NODES + 2): that is worth two or three iterations.
 
     ``local`` (6, rows, NODES): coordinates, speeds, forces, accelerations of the law rows, and what forcing adds to the
     first two; ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns the number of iterations, 0 where they do not
@@ -199,11 +194,8 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
     excite(A, m, LU, LS, x, turn, base, local)
     for i in range(n):
         for j in range(NODES):
-            a[i, j] = 0.0 if onward else f0[n + i]
-        for k in range(NODES + 2 if onward else 0):
-            for j in range(NODES):
-                a[i, j] += ONWARD_ALL[k, j] * acc[i, k]
-    old, top, noise, trust = np.inf, 0.0, 0.0, SLOWER if onward else 1.0
+            a[i, j] = f0[n + i]
+    old, top, noise = np.inf, 0.0, 0.0
     for iteration in range(1, ITERATIONS + 1):
         for i in range(n):
             spread(x, i, n, h, a, q, v)
@@ -258,7 +250,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
         if iteration < 2:
             old = change
             continue
-        if change <= noise or (change < 0.5 * old and change * change <= trust * noise * (old - change)):
+        if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)):
             return iteration, top
         if iteration > 4 and change > 0.5 * old:
             if change <= 1e3 * noise:
@@ -340,11 +332,10 @@ def frequency(K, D):
 
 
 @njit
-def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, late, onward):
+def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
     """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room.
 
-    The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.  ``late`` (count,
-    n, NODES) keeps its accelerations at the nodes; with ``onward`` they are expected to go on as over the step before.
+    The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
     """
     n = DOFS
     still = True
@@ -357,16 +348,12 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, late, onward):
         for i in range(n):
             for j in range(NODES):
                 a[i, j] = 0.0
-                late[row, i, j] = 0.0
         return
     for i in range(n):
         for j in range(NODES):
-            a[i, j] = 0.0
-        for k in range(NODES if onward else 0):
-            for j in range(NODES):
-                a[i, j] += ONWARD[k, j] * late[row, i, k]
-        spread(x, i, n, h, a, q, v)
-    old, trust = np.inf, SLOWER if onward else 1.0
+            q[i, j] = x[i] + h * C[j] * x[n + i]
+            v[i, j] = x[n + i]
+    old = np.inf
     for iteration in range(ITERATIONS):
         change = size = 0.0
         for i in range(n):
@@ -381,32 +368,29 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, late, onward):
                 a[i, j] = total
         if iteration >= iterations:
             noise = ROUNDING * size
-            if change <= noise or (change < 0.5 * old and change * change <= trust * noise * (old - change)) or change != change:
+            if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)) or change != change:
                 break
         old = change
         for i in range(n):
             spread(x, i, n, h, a, q, v)
     for i in range(n):
         finish(x, i, n, h, a)
-        for j in range(NODES):
-            late[row, i, j] = a[i, j]
     for i in range(2 * n):
         X[row, i] = x[i]
 
 
 @njit
 def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
-            base, free, acc, onward):
+            base, free):
     """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
 
-    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already;
-    ``onward``: it follows a step of the same length with the accelerations ``acc``.
+    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
     """
     n = DOFS
     ns = A.shape[1]
     if not fresh:
         prepare(harmonics, omega, h, turn)
-    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free, acc, onward)
+    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free)
     if iterations == 0:
         return 0, np.inf
     for i in range(ns):
@@ -474,11 +458,7 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
     Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     edge, at = carray(offset(scratch_, at), (3, rows, WIDTH, 1)), at + 3 * rows * WIDTH
-    room, at = carray(offset(scratch_, at), (ns,)), at + ns
-    late = carray(offset(scratch_, at), (count, n, NODES))
-    onward = True
-    for i in range(n):
-        onward = onward and acc[i, NODES + 1] == f0[n + i]
+    room = carray(offset(scratch_, at), (ns,))
     watches(law, acts, m, 1, one)
     for r in range(rows):
         force[r, 0] = one[2, r, 0]
@@ -489,9 +469,8 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
         h = min(h, most) if h > 0.0 else max(h, -most)
     while True:
         fresh = abs(h - scratch[TABLED]) <= 1e-14 * abs(h)
-        onward = onward and fresh
         iterations, e = attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, (TURN / unit) ** 2, h, fresh, x, x1, f0, f1,
-                                turn, local, one, q, v, a, base, free, acc, onward)
+                                turn, local, one, q, v, a, base, free)
         scratch[TABLED] = h
         scratch[ERROR] = e
         scratch[WISH] = min(wished(abs(h), e, aim), most)
@@ -521,7 +500,7 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         for k in range(count):
             if end == 1:
-                vary(A, m, room, X, k, h, K, D, iterations, q, v, a, late, onward)
+                vary(A, m, room, X, k, h, K, D, iterations, q, v, a)
             if edges:
                 for c in range(ns):
                     room[c] = X[k, c]

@@ -51,15 +51,5 @@ ONTO_SINGLE, ONTO_DOUBLE = SINGLE.T.copy(), DOUBLE.T.copy()  # row k: what the a
 WEIGHTS = np.array(_integrals(_basis, Fraction(1), 1))  # (NODES,)
 MOMENTS = np.array(_integrals(_basis, Fraction(1), 2))  # (NODES,)
 EDGES = np.array([[float(row[0]) for row in _basis], [float(sum(row)) for row in _basis]])  # values at 0 and at 1
-_later = [c + 1 for c in _nodes]  # the nodes of the next step
-
-
-def _values(rows, places):
-    """Values (rows, places) of polynomials."""
-    return np.array([[float(sum(c * at**k for k, c in enumerate(row))) for at in places] for row in rows])
-
-
-ONWARD = _values(_basis, _later)  # (NODES, NODES): row k, what the acceleration at node k gives to the nodes of the next step
-ONWARD_ALL = _values(lagrange([Fraction(0), *_nodes, Fraction(1)]), _later)  # (NODES + 2, NODES): with those at both ends
 POWERS = np.array([[float(c) for c in row] for row in lagrange([Fraction(0), *_nodes, Fraction(1)])]).T.copy()
 """(NODES + 2, NODES + 2): row j gives the coefficient of (t/h)**j from the values at 0, the nodes, and 1."""

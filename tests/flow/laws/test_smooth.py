@@ -10,7 +10,7 @@ from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import differenced, kernels
 from bifurc.elements import Coulomb, CubicSpring, Force, HarmonicForce, RigidStop
 from bifurc.flow.laws.calls import scratch_of, step
-from bifurc.flow.laws.gauss import NODES, ONWARD, ONWARD_ALL, C
+from bifurc.flow.laws.gauss import NODES
 from tests.flow.taylor import Duffing
 
 
@@ -120,37 +120,6 @@ def test_accelerations_of_variations_against_differences_of_steps(rng):
             ends = [stepped(y + d * 1e-5 * np.eye(4)[k], np.empty((0, 4)), 0) for d in (1.0, -1.0)]
             np.testing.assert_allclose(accs[k], (ends[0][0] - ends[1][0]) / 2e-5, atol=1e-8)
             np.testing.assert_allclose(X[k], (ends[0][1] - ends[1][1]) / 2e-5, atol=1e-8)
-
-
-@pytest.mark.parametrize("table, points, degree", [(ONWARD, C, NODES - 1), (ONWARD_ALL, (0.0, *C, 1.0), NODES + 1)])
-def test_what_goes_on_over_a_step_is_a_polynomial(table, points, degree):
-    points, later = np.array(points), C + 1.0
-    for power in range(degree + 1):
-        np.testing.assert_allclose(points**power @ table, later**power, rtol=1e-9)  # sums of terms up to 1e6
-    assert abs(points**(degree + 1) @ table - later**(degree + 1)).max() > 1e-3
-
-
-def test_a_step_that_follows_another_ends_where_one_by_itself_does(rng):
-    """Also where the state is another one than that before: what goes on is no more than a first guess."""
-    system = bf.System([[1.0, 0.3], [0.3, 0.8]], [[0.1, -0.5], [0.6, 0.05]], [[2.0, -0.4], [-0.4, 1.0]],
-                       [HarmonicForce(0.5), CubicSpring(0.9), CubicSpring(-0.4, dof=1), CubicSpring(0.6, row=(1.0, -1.0))],
-                       omega=1.3)
-    _, T, joined = parts(system)
-    rows, h, none = T.LU.shape[0], 0.3, np.empty((0, 2, NODES + 2))
-
-    def stepped(x, X, acc, scratch):
-        x1 = np.empty(T.A.shape[2])
-        assert step(T, 0, x, h, 1e3, x1, acc, np.empty((rows, NODES + 2)), X, 0, none, scratch) == h
-        return x1
-
-    x, acc, scratch = joined(rng.uniform(-0.6, 0.6, 4), 0.4), np.zeros((2, NODES + 2)), scratch_of(T, 4)
-    X = rng.uniform(-1.0, 1.0, (4, 4))
-    for k in range(12):
-        alone = X.copy()
-        ends = stepped(x, X, acc, scratch), stepped(x, alone, np.zeros((2, NODES + 2)), scratch_of(T, 4))
-        np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=4e-15)
-        np.testing.assert_allclose(X, alone, rtol=0.0, atol=4e-15 * abs(alone).max())
-        x = joined(rng.uniform(-0.6, 0.6, 4), 0.4) if k == 6 else ends[0]
 
 
 def test_pendulum_from_a_users_law_with_differenced_derivatives():
