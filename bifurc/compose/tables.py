@@ -218,18 +218,19 @@ def rebuild(T):
     E, F = T.E, T.F
     F[:] = 0.0
     for m in range(T.n_guards.size):
-        rebuild_mode(T, m)
+        rebuild_mode(T, m, True)
         for i in range(F.shape[0]):
             for c in range(F.shape[1]):
                 F[i, c] = max(F[i, c], abs(E[m, i, c]))
 
 
 @apart(NOTHING)
-def rebuild_mode(T, m):
-    """Fill step, YT, GT, E, turn, G4 of mode ``m`` from the flat numbers."""
+def rebuild_mode(T, m, whole):
+    """Fill step, turn and GT of mode ``m`` from the flat numbers; with ``whole`` YT, E and G4, too, which tell flights without laws."""
     A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat
     harmonics, n_guards, step, still, turn = T.harmonics, T.n_guards, T.step, T.still, T.turn
     ns, nx = A.shape[1], A.shape[2]
+    flights = ns if whole else 0
     omega = flat[0]
     T.blocks[m, 3] = 0
     top = rate(T, m)
@@ -246,14 +247,14 @@ def rebuild_mode(T, m):
         turn[m, 1 + 2 * k] = np.cos(harmonics[k] * omega * h)
         turn[m, 2 + 2 * k] = np.sin(harmonics[k] * omega * h)
     new = np.empty(nx)
-    for i in range(ns):
+    for i in range(flights):
         for c in range(nx):
             YT[m, i, c, 0] = 1.0 if c == i else 0.0
     for g in range(n_guards[m]):
         for c in range(nx):
             GT[m, g, c, 0] = G[m, g, c]
     for j in range(1, ORDER + 1):  # row by row in turn: one waits for its last term, and there are others meanwhile
-        for i in range(ns):
+        for i in range(flights):
             next_term(A, harmonics, omega, m, YT, i, j, new)
         for g in range(n_guards[m]):
             if still[m, g] == 0 or j < still[m, g]:
@@ -261,7 +262,7 @@ def rebuild_mode(T, m):
             else:
                 for c in range(nx):
                     GT[m, g, c, j] = 0.0
-    for i in range(ns):
+    for i in range(flights):
         for c in range(nx):
             new[c] = YT[m, i, c, ORDER]
         for j in range(ORDER - 1, -1, -1):
@@ -269,7 +270,7 @@ def rebuild_mode(T, m):
                 new[c] = new[c] * h + YT[m, i, c, j]
         for c in range(nx):
             E[m, i, c] = new[c]
-    for g in range(n_guards[m]):
+    for g in range(n_guards[m] if whole else 0):
         for c in range(nx):
             new[c] = 0.0
         for j in range(ORDER, 3, -1):

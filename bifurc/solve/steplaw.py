@@ -26,6 +26,7 @@ AT_END = 1e-3  # part of a step: a minimum so near an end of it that lies on a b
 DOUBT = 0.01  # misfit of a step that is looked at
 ASIDE = 2e-3  # distance of the middle of a step from its Hermite curve, as part of the step, that is a jump
 DECAY = 0.5  # part to which the determinant falls in a step that is looked at
+STRAIGHT = 1.0  # radians; a branch that has turned by less (even a quarter turn) still leads away from where it began
 REFLECTION = 0.2  # determinant with the wrong sign, as part of its linear extrapolation, that is taken for a jump
 CREDIBLE, TURNS, LEADS_AWAY = 0, 1, 2
 CLEAR, JUMPS, UNCLEAR = 0, 1, 2

@@ -17,6 +17,7 @@ from .steplaw import (
     MONITOR_BAND,
     NEARLY_SINGULAR,
     SLOPE_BAND,
+    STRAIGHT,
     arc_length,
     crosses,
     doubtful,
@@ -27,8 +28,9 @@ from .steplaw import (
 )
 
 # places in the `run` array: length of the step and its limit, bounds of the parameter and the place at which a closed branch ends,
-# angle of corners, bend of the last step, its length, and the determinants at the last two rows; steps made
-(LENGTH, MOST, LOW, HIGH, ORIGIN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(14)
+# the angle by which it has turned since then, angle of corners, bend of the last step, its length, and the determinants at the last
+# two rows; steps made
+(LENGTH, MOST, LOW, HIGH, ORIGIN, TURN, CORNER, BEND, BACK, LOG_BEFORE, SIGN_BEFORE, LOG, SIGN, MADE, RUN) = range(15)
 # rows of `tests`: last two values, last clear sign, largest size, largest value at which a boundary counts as zero (-1: none)
 EARLIER, LATEST, CLEARLY, SIZE, TOUCHED, TESTS = range(6)
 # numbers behind point, tangent and tests in a row: length, angle and misfit of the step, length of the next, iterations, residual,
@@ -39,8 +41,8 @@ BEYOND, LAST_ROW = 2, 3  # status of a run: the next step leaves the bounds; all
 
 def run_of(before, row, ds, limits, origin, corner) -> np.ndarray:
     """Return the ``run`` array of a run that begins behind two rows; arguments as of `Problem.follow`."""
-    return np.array([ds, limits.ds_max, limits.low, limits.high, origin, corner, row.bend, row.s - before.s, before.det_log,
-                     before.det_sign, row.det_log, row.det_sign, 0.0])
+    return np.array([ds, limits.ds_max, limits.low, limits.high, origin, row.turn, corner, row.bend, row.s - before.s,
+                     before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
 
 
 @leaf
@@ -163,7 +165,7 @@ def looked_at(last, old, point, predicted, tangent, scales, values, iterations, 
     distance = math.sqrt(distance)
     verdict, angle, misfit = judged(cosine, ds, distance, False)
     length = arc_length(math.hypot(ds, distance), angle)
-    if verdict != CREDIBLE or abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
+    if verdict != CREDIBLE or run[TURN] >= STRAIGHT and abs(run[ORIGIN] - last[n]) <= 1.1 * length * scales[n]:
         return none
     for j in range(count):
         value = values[j]
@@ -202,6 +204,7 @@ def taken(point, tangent, values, step, correction, run, tests, row):
             tests[CLEARLY, j] = 1.0 if value > 0.0 else -1.0
         row[2 * (n + 1) + j] = value
     bend = angle / length
+    run[TURN] += angle
     run[LENGTH] = next_length(run[LENGTH], bend, run[BEND], int(iterations), run[MOST])
     run[BEND], run[BACK] = bend, length
     run[LOG_BEFORE], run[SIGN_BEFORE], run[LOG], run[SIGN] = run[LOG], run[SIGN], log, sign

@@ -24,7 +24,7 @@ from bifurc.continuation.conditions import (
     weighted_second,
     wide_at,
 )
-from bifurc.continuation.curves.problem import CurveProblem
+from bifurc.continuation.curves.problem import ROUNDINGS, CurveProblem
 from bifurc.continuation.curves.unfolding import Crossed, Unfolded, UnfoldedFamily, unfolded
 from bifurc.continuation.families import family_of
 from bifurc.continuation.kinds import SpecialPointKind
@@ -318,3 +318,27 @@ def test_the_uncertainty_of_a_point_on_a_curve_is_in_the_unit_of_its_parameter()
         assert c.converged and c.x == pytest.approx([math.sqrt(1.1 / 3.0), -2.0 * math.sqrt(1.1 / 3.0)**3, 1.1 * unit], rel=1e-9)
         found.append(curve.uncertainty(c.x, c.tangent) / unit)
     assert found == pytest.approx([found[0]] * 3, rel=0.2) and 1e-16 < found[0] < 1e-12
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+@pytest.mark.parametrize("away", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-12, 0.0])
+def test_beside_a_crossing_of_curves_rounding_is_known_to_its_root(away, scale):
+    """v (b + v) = e: at (away, -away) the curve of flips v = -b is sqrt(away^2 / 2 + e) - away / sqrt(2) off across, by the roots of
+    the quadratic; a linear estimate says e / (sqrt(2) away)."""
+    noise = 1e-15
+
+    class Crossing(CurveProblem):
+        def __init__(self):
+            self.scale = np.array([1.0, scale])
+
+        def residual(self, u, p):
+            return np.array([u[0] * (p / scale + u[0])])
+
+        def _linearised(self, x):
+            v, b = x[0], x[1] / scale
+            return self.residual(x[:-1], x[-1]), np.array([[b + 2.0 * v, v / scale]]), np.array([noise])
+
+    told = Crossing().uncertainty(np.array([away, -scale * away]), np.array([1.0, -1.0]) / math.sqrt(2.0)) / scale
+    off = [abs(-away / math.sqrt(2.0) + math.sqrt(away**2 / 2.0 + e)) / math.sqrt(2.0) for e in (noise, -noise)
+           if away**2 / 2.0 + e >= 0.0]
+    assert max(off) <= told <= 16.0 * ROUNDINGS * max(off)

@@ -97,7 +97,7 @@ def disturbed(what):
     elif what == "leads aside":
         a[U][:] += 0.02 * a[DATA].scales * np.array([-0.8, 0.6])
     elif what == "start of a closed branch":
-        run[sr.ORIGIN] = 1.2
+        run[sr.ORIGIN], run[sr.TURN] = 1.2, 9.0
     elif what == "not known":
         info[sq.FLIP] = math.nan
     elif what == "flip":

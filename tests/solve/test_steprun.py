@@ -138,8 +138,8 @@ def step(turn=TURN, sideways=ASIDE, run=(), tests=(), values=(), **more):
              "tangent": math.cos(turn) * OLD + math.sin(turn) * across, "scales": SCALES, "iterations": 4, "sign": 1.0, "log": 0.3}
     state = np.zeros(steprun.RUN)
     table = np.zeros((steprun.TESTS, 3))
-    for name, value in {"LENGTH": STEP, "MOST": 0.5, "LOW": -9.0, "HIGH": 9.0, "ORIGIN": np.nan, "BACK": STEP, "SIGN_BEFORE": 1.0,
-                        "LOG": 0.2, "LOG_BEFORE": 0.1, "SIGN": 1.0, "BEND": 0.5, **dict(run)}.items():
+    for name, value in {"LENGTH": STEP, "MOST": 0.5, "LOW": -9.0, "HIGH": 9.0, "ORIGIN": np.nan, "TURN": 9.0, "BACK": STEP,
+                        "SIGN_BEFORE": 1.0, "LOG": 0.2, "LOG_BEFORE": 0.1, "SIGN": 1.0, "BEND": 0.5, **dict(run)}.items():
         state[getattr(steprun, name)] = value
     for name, row in {"EARLIER": (0.6, 1.2, -0.8), "LATEST": (0.6, 1.1, -0.9), "CLEARLY": (1.0, 1.0, -1.0),
                       "SIZE": (0.6, 1.2, 0.9), "TOUCHED": (-1.0, -1.0, 1e-9), **dict(tests)}.items():
@@ -164,6 +164,7 @@ def test_a_step_in_which_nothing_lies_has_the_length_of_its_arc():
     ({}, {"sign": -1.0}), ({}, {"log": -20.0}),
     ({"turn": 0.34, "sideways": math.tan(0.17)}, {"turn": 0.36, "sideways": math.tan(0.18)}),
     ({"run": {"ORIGIN": -0.944}}, {"run": {"ORIGIN": -0.946}}), ({"run": {"ORIGIN": -1.056}}, {"run": {"ORIGIN": -1.054}}),
+    ({"run": {"ORIGIN": -1.0, "TURN": 0.99}}, {"run": {"ORIGIN": -1.0, "TURN": 1.0}}),  # less leads away from there yet
     ({"values": {0: -1e-12}}, {"values": {0: -1e-10}}), ({"values": {1: -1e-12}}, {"values": {1: -2e-12}}),
     ({}, {"values": {1: np.nan}}), ({}, {"values": {2: np.inf}}),
     ({"values": {2: 0.8e-12}}, {"values": {2: 1e-11}}), ({"values": {2: -1.05}}, {"values": {2: 0.1}}),
@@ -193,6 +194,7 @@ def test_a_doubtful_step_is_taken_if_its_middle_lies_beside_it(kept, looked):
 def test_a_step_that_is_taken_is_written_and_is_the_last_one_from_then_on():
     run, tests = np.arange(1.0, 1.0 + steprun.RUN), np.zeros((steprun.TESTS, 3))
     run[steprun.LENGTH], run[steprun.MOST], run[steprun.BEND], run[steprun.LOG], run[steprun.SIGN] = 0.1, 0.5, 0.4, 1.7, -1.0
+    run[steprun.TURN] = 0.7
     tests[steprun.LATEST], tests[steprun.EARLIER], tests[steprun.CLEARLY] = (0.3, -2.0, 7.0), (9.0, 9.0, 9.0), (1.0, 1.0, 1.0)
     tests[steprun.SIZE] = 0.3, 2.0, 7.0
     point, tangent, values = np.array([1.0, 2.0]), np.array([0.6, -0.8]), np.array([-1e-12, -3.0, 1e-13])
@@ -204,3 +206,4 @@ def test_a_step_that_is_taken_is_written_and_is_the_last_one_from_then_on():
     named = {name: run[getattr(steprun, name)] for name in ("LENGTH", "BEND", "BACK", "LOG_BEFORE", "SIGN_BEFORE", "LOG", "SIGN")}
     assert named == {"LENGTH": new, "BEND": pytest.approx(0.25), "BACK": 0.2, "LOG_BEFORE": 1.7, "SIGN_BEFORE": -1.0, "LOG": 2.5,
                      "SIGN": 1.0}
+    assert run[steprun.TURN] == pytest.approx(0.75)

@@ -37,6 +37,7 @@ ALONG = 1e-6  # value of a boundary's monitor, at the start of a curve of anothe
 MEETING = 2e-3  # of a period (or of half of one that is symmetric), between two events
 BEYOND = (1e-3, -1e-3, 1e-2, -1e-2)  # arclengths beside an end at which boundaries are looked up: maxima may grow like a cube
 ROUNDINGS = 4.0  # of an equation, from its first-order terms, that its error may be
+FARTHEST = 1e-2  # scaled distance from a point of a curve at which it is looked for another solution of the equations
 NOISE = 1e-8  # scaled: of conditions whose derivatives jump (a contact that changes its order of events), at most
 
 
@@ -143,14 +144,39 @@ class CurveProblem(Problem):
     def uncertainty(self, x, tangent) -> float:
         """See `Problem.uncertainty`: what the rounding of the equations makes of the second parameter.
 
-        Where speeds of impacts go to zero multipliers grow like 1 / speed, and the condition is known no better.
+        Where two curves of solutions cross, as that of flips and that of all touches do where impacts lose their speed, derivatives
+        lose rank, and what they alone tell of the place in the direction of the other curve has no bound.  The equations
+        themselves tell it to the root of their rounding: what is farther away does not solve them (`_width`).
         """
         _, wide, floor = self._linearised(x)
-        try:
-            inverse = np.linalg.inv(np.vstack([wide * self.scale, tangent]))
-        except np.linalg.LinAlgError:
+        matrix, floor = np.vstack([wide * self.scale, tangent]), ROUNDINGS * np.append(floor, 0.0)
+        if not np.isfinite(matrix).all():
             return math.inf
-        return ROUNDINGS * float(self.scale[-1] * (np.abs(inverse[-1, :-1]) @ floor))
+        left, sizes, right = np.linalg.svd(matrix)
+        sizes = np.maximum(sizes, np.finfo(float).tiny)
+        row = right[:, -1] / sizes * left  # of the inverse, one direction beside the other
+        told = float(np.abs(row.sum(axis=1)) @ floor)
+        noise = float(np.abs(left[:, -1]) @ floor)
+        width = self._width(x, right[-1] * self.scale, left[:-1, -1], noise, noise / sizes[-1])
+        seen = float(np.abs(row[:, :-1].sum(axis=1)) @ floor) + abs(float(right[-1, -1])) * width
+        return float(self.scale[-1]) * min(told, seen)
+
+    def _width(self, x, way, left, noise, width) -> float:
+        """Return to which distance from ``x`` (n + 2,) along ``way`` (n + 2,), and back, the equations may have a solution:
+        ``width`` (as their derivatives tell), or less where more than ``noise`` is left of them on both sides, in the direction
+        ``left`` (n + 1,) of which they tell least."""
+        def left_over(distance):
+            try:
+                y = x + distance * way
+                return abs(float(left @ self.residual(y[:-1], float(y[-1]))))
+            except ValueError:  # the parameter cannot have this value
+                return math.nan
+
+        reach = min(width, FARTHEST)
+        while reach > noise and all(left_over(sign * reach / ROUNDINGS) > noise for sign in (1.0, -1.0)):
+            reach /= ROUNDINGS
+            width = reach
+        return width
 
     def monitor_values(self, u, p, tangent):
         """Return da/ds, the slope of the measure along a curve of peaks, the branch's own boundaries, the bounds of a."""

@@ -222,8 +222,8 @@ class OrbitProblem(Problem):
             return [], None
         tests = np.array([before.tests, row.tests, signs, sizes, self._touch])
         run = run_of(before, row, ds, limits, origin, self.corner)
-        status, U, predicted, tangent, info, rows = self.equations.follow(before.tangent, row.x, row.tangent, self._reads, run,
-                                                                          tests, most)
+        status, U, predicted, tangent, info, rows = self.equations.follow(np.array([before.x, before.tangent]), row.x, row.tangent,
+                                                                          self._reads, run, tests, most)
         made = followed(row, rows, tuple(signs))
         if made:
             self._clear = made[-1].x, made[-1].tests[1]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...solve import steplaw
-from ...solve.steplaw import MANY, MAX_ANGLE, TURNS, WANDERS
+from ...solve.steplaw import MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
 from .inside import known_to
@@ -84,6 +84,8 @@ class Half:
         if signs is None:
             detect.remember(self, row, (), fresh=part.born >= 0)
         row.signs = tuple(self.signs)
+        if origin is None or origin is row:
+            row.turn = 0.0
 
     def run(self):
         """Step until a reason to stop."""
@@ -290,7 +292,7 @@ class Half:
         self.decide(new.tests[0])
         self.found.extend(found)
         self.rows.append(new)
-        new.signs = tuple(self.signs)
+        new.signs, new.turn = tuple(self.signs), row.turn + new.angle
         self.steps += 1
         self.ds = new.ds
         options = self.options
@@ -526,7 +528,7 @@ class Half:
     def closing(self, row, new):
         """Whether the first point of the branch may lie in this step (cheap tests first)."""
         origin = self.origin
-        if origin is None or len(self.rows) < 3:
+        if origin is None or row.turn < STRAIGHT or len(self.rows) < 3:
             return False
         length = new.s - row.s
         part = row.part

@@ -40,7 +40,7 @@ class Row:
     """One point of a branch: what the corrector returned, with its place on the branch."""
 
     __slots__ = ("x", "tangent", "det_sign", "det_log", "tests", "iterations", "residual", "singular", "part", "s", "p",
-                 "angle", "bend", "misfit", "direction", "recorded", "signs", "ds")
+                 "angle", "bend", "misfit", "direction", "recorded", "signs", "ds", "turn")
 
     def __init__(self, c, part, s, angle, tests, ds):
         self.x = c.x
@@ -61,6 +61,7 @@ class Row:
         self.recorded = None
         self.signs = ()  # last clear signs of the tests, once the row is accepted
         self.ds = ds
+        self.turn = math.inf  # angle by which the branch has turned since its first row, at most
 
 
 def followed(row, lines, signs) -> list:
@@ -78,7 +79,7 @@ def followed(row, lines, signs) -> list:
         c = Corrected(line[:width], line[width:2 * width], True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0,
                       sign, log, NO_MONITORS)
         row = Row(c, row.part, row.s + length, angle, numbers[:-TOLD], after)
-        row.bend, row.misfit, row.signs = angle / length, misfit, signs
+        row.bend, row.misfit, row.signs, row.turn = angle / length, misfit, signs, row.turn + angle
         made.append(row)
     return made
 

@@ -106,18 +106,20 @@ class Equations:
 
         Parameters
         ----------
+        before : ndarray (2, n + 1)
+            Point and tangent of the row before the one where the walk begins.
         x, tangent : ndarray (n + 1,)
-            Where the walk begins, and the tangent there; ``before`` (n + 1,) is that of the row before.
+            Where the walk begins, and the tangent there.
         reads : ndarray (k - 1,) of int
             Places in ``info`` of the tests behind dp/ds.
         run : ndarray (RUN,)
         tests : ndarray (TESTS, k)
         most : int
         """
-        U, predicted, tangent, info = x.copy(), before.copy(), tangent.copy(), np.zeros(sequence.INFO)
+        U, predicted, tangent, info = x.copy(), x.copy(), tangent.copy(), np.zeros(sequence.INFO)
         rows = np.empty((most, 2 * x.size + tests.shape[1] + TOLD))
         status = self.kernel.follow(self.path.tables, self._data, (U, predicted, tangent), info, TOLERANCE, MAX_ITERATIONS,
-                                    (reads, run, tests, rows))
+                                    (before, reads, run, tests, rows))
         return status, U, predicted, tangent, info, rows[:int(run[MADE])]
 
     def locate(self, hermite, bracket, place: int):

@@ -54,7 +54,9 @@ from ...solve.steprun import (
     MADE,
     MOST,
     beside,
+    foretold,
     looked_at,
+    remembered,
     taken,
 )
 from ...solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
@@ -97,16 +99,17 @@ def set_parameter(T, index, series, low, high, value):
 
 @apart(NOTHING)
 def set_modes(T, index, series, low, high, value, nodes):
-    """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt."""
+    """As `set_parameter`, but only the modes that occur in ``nodes`` are rebuilt, and of those under laws what laws ask for."""
     if index.size == 0:
         return
+    whole = T.acts.shape[1] == 0
     set_numbers(T, index, series, low, high, value)
     done = np.zeros(T.n_guards.size, np.int64)
     for i in range(nodes.shape[0]):
         for column in (BEFORE, AFTER):
             m = nodes[i, column]
             if done[m] == 0:
-                rebuild_mode(T, m)
+                rebuild_mode(T, m, whole)
                 done[m] = 1
 
 
@@ -809,34 +812,29 @@ def monitored(info, place):
 def follow(T, data, point, info, tolerance, max_iterations, walk):
     """Step along the branch until a step needs a look; return the status of its correction, `BEYOND` or `LAST_ROW`.
 
-    ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``reads``, ``run``, ``tests``, ``rows``.
+    ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``before``, ``reads``, ``run``, ``tests``, ``rows``.
     ``rows`` (most, 2 (n + 1) + k + TOLD) takes the steps made, ``run[MADE]`` their number.  The walk begins at ``U`` with the
-    tangent there, and ``predicted`` holds that of the row before; at the end ``U``, ``predicted``, ``tangent`` and ``info`` belong
-    to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds, ``tests`` (TESTS, k)
-    what is known of them.
+    tangent there, and ``before`` (2, n + 1) are point and tangent of the row before; at the end ``U``, ``predicted``, ``tangent``
+    and ``info`` belong to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds,
+    ``tests`` (TESTS, k) what is known of them.
 
-    Newton begins on the polynomial through the last rows: a parabola, and a cubic where there are three.
+    Newton begins on the polynomial through the last rows with their tangents, see `steprun.foretold`.
     """
     U, predicted, tangent = point
-    reads, run, tests, rows = walk
+    before, reads, run, tests, rows = walk
     scales = data.scales
     n, most = U.size - 1, rows.shape[0]
     last, old = U.copy(), tangent.copy()
-    turn, before, curl = (tangent - predicted) / run[BACK], np.empty(n + 1), np.zeros(n + 1)
+    past, lengths = np.zeros((4, n + 1)), np.zeros(2)
+    past[:2], lengths[0] = before, run[BACK]
     made = 0
     while True:
         run[MADE] = made
         if made == most:
             return LAST_ROW
         run[LENGTH] = min(run[LENGTH], run[MOST])
-        ahead, back = run[LENGTH], run[BACK]
-        along = 0.0
-        for j in range(n + 1):
-            U[j] = ahead**2 * (0.5 * turn[j] + curl[j] * (0.5 * back + ahead / 3.0))
-            along += U[j] * old[j]
-        for j in range(n + 1):
-            predicted[j], tangent[j] = last[j] + ahead * (scales[j] * old[j]), old[j]
-            U[j] = predicted[j] + scales[j] * (U[j] - along * old[j])  # in the plane orthogonal to the tangent
+        foretold(past, last, old, scales, lengths, run[LENGTH], predicted, U)
+        tangent[:] = old
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
         status = correct(T, data, U, predicted, tangent, 1.0, info, tolerance, max_iterations)
@@ -848,10 +846,8 @@ def follow(T, data, point, info, tolerance, max_iterations, walk):
             return status
         taken(U, tangent, values, (length, angle, misfit),
               (int(info[ITERATIONS]), info[RESIDUAL], info[DET_SIGN], info[DET_LOG]), run, tests, rows[made])
-        for j in range(n + 1):
-            before[j], turn[j] = turn[j], (tangent[j] - old[j]) / run[BACK]
-            curl[j] = (turn[j] - before[j]) / (run[BACK] + back)
-            last[j], old[j] = U[j], tangent[j]
+        remembered(past, lengths, last, old, run[BACK])
+        last[:], old[:] = U, tangent
         made += 1
 
 

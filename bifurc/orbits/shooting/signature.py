@@ -254,6 +254,8 @@ def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: i
 def held_guards(T, mode: int) -> list[int]:
     """Return the guards of a mode that are zero as long as it lasts, because of the rows that it holds: the speed of friction
     under a mass that rests on its stop."""
+    if T.n_holds[mode] == 0:
+        return []
     basis = _basis(held_rows(T, mode), np.ones(T.A.shape[2]))
     return [q for q in range(int(T.n_guards[mode])) if not T.LG[mode, q].any() and vanishes(T.G[mode, q], basis)]
 
