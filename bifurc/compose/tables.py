@@ -226,7 +226,7 @@ def rebuild(T):
 
 @apart(NOTHING)
 def rebuild_mode(T, m, whole):
-    """Fill step, turn and GT of mode ``m`` from the flat numbers; with ``whole`` YT, E and G4, too, which tell flights without laws."""
+    """Fill step, turn and GT of mode ``m`` from the flat numbers; with ``whole`` YT, E and G4, too, for flights without laws."""
     A, E, G, G4, GT, YT, flat = T.A, T.E, T.G, T.G4, T.GT, T.YT, T.flat
     harmonics, n_guards, step, still, turn = T.harmonics, T.n_guards, T.step, T.still, T.turn
     ns, nx = A.shape[1], A.shape[2]

@@ -225,7 +225,7 @@ def test_a_completion_of_many_impacts(numbers, side, bounds):
     assert branch.stop_reason == ("bound", "chattering") and branch.audit.ok
     (point,) = branch.special_points.of("chatter_completion")
     assert point.error < 1e-9
-    for aside, complete in ((-2e-9, True), (2e-9, False)):  # nearer, the last digits of a state decide
+    for aside, complete in ((-2e-9, True), (2e-9, False)):
         orbit = bf.find_orbit(system.with_parameters(**{name: point.parameter + aside}))
         first = int(np.argmax(orbit.sequence.nodes[:, CLOSES] == 2))
         time, *state = orbit.unknowns.reshape(-1, 5)[first]
