@@ -323,8 +323,8 @@ def test_the_uncertainty_of_a_point_on_a_curve_is_in_the_unit_of_its_parameter()
 @pytest.mark.parametrize("scale", [1.0, 1e3])
 @pytest.mark.parametrize("away", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-12, 0.0])
 def test_beside_a_crossing_of_curves_rounding_is_known_to_its_root(away, scale):
-    """v (b + v) = e: at (away, -away) the curve of flips v = -b is sqrt(away^2 / 2 + e) - away / sqrt(2) off across, by the roots of
-    the quadratic; a linear estimate says e / (sqrt(2) away)."""
+    """v (b + v) = e: at (away, -away) the curve of flips v = -b is sqrt(away^2 / 2 + e) - away / sqrt(2) off across, by the roots
+    of the quadratic; a linear estimate says e / (sqrt(2) away)."""
     noise = 1e-15
 
     class Crossing(CurveProblem):

@@ -495,10 +495,10 @@ def evened(lasted, beside):
 @njit
 def lasts(kick, nodes, i):
     """Whether the duration of the interval before node ``i`` bounds the validity of a sequence (LISTED): births, and what follows
-    one impact, where guards may jump; the duration is smooth."""
+    one impact, also of a train, where guards may jump; the duration is smooth."""
     before, g, previous = nodes[i, BEFORE], nodes[i, GUARD], i - 1 if i > 0 else nodes.shape[0] - 1
     return g >= 0 and kick[before, g] == 0 and nodes[i, DIVIDE] != TOGETHER and nodes[previous, GUARD] >= 0 and (
-        nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] == 0 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0)
+        nodes[i, DIVIDE] > 0 or nodes[previous, CLOSES] != 1 or kick[nodes[previous, BEFORE], nodes[previous, GUARD]] == 0)
 
 
 @njit
@@ -527,7 +527,7 @@ def emptied(kick, nodes, span, last, old, U, tangent, scales, length):
     """
     count, ns1 = nodes.shape[0], (U.size - 1) // nodes.shape[0]
     for i in range(count):
-        if nodes[i, CLOSES] == 0 and lasts(kick, nodes, i):
+        if nodes[i, CLOSES] != 1 and lasts(kick, nodes, i):
             j, k = i * ns1, (i - 1 if i > 0 else count - 1) * ns1
             a, b, slope_a, slope_b = last[j], U[j], old[j] * scales[j], tangent[j] * scales[j]
             if span > 0.0 or k > 0:  # without a clock node 0 begins at time zero
