@@ -1,5 +1,5 @@
 """Attractors: found from where motions end (`discovery`), confirmed (`attractors`), recognised.
 
-`trapping` finds boxes that a chaotic attractor never leaves; `matching` follows attractors from one parameter value to the
-next.  Start reading at `discovery`.
+`continuum` tells the members of a continuum of orbits, `trapping` finds boxes that a chaotic attractor never
+leaves; `matching` follows attractors from one parameter value to the next.  Start reading at `discovery`.
 """

@@ -24,6 +24,7 @@ from ...orbits.forced import finished, from_motion
 from ...orbits.lyapunov import lyapunov_exponents
 from ...system import System
 from .clockless import crossings_from, exponent_of, members, section_of, settles_on
+from .continuum import continuum, relabelled
 from .trapping import touches, trapping
 
 LONGEST = 128  # forcing periods of the longest orbit looked for, half of BLOCK (one of 73 periods with a rest is known)
@@ -361,7 +362,18 @@ def same(a, b, scale: np.ndarray, section: Section | None = None) -> bool:
         return False
     if section is not None:
         return distance(section_points(b, section) / scale, section_points(a, section)[0] / scale) <= SAME
-    return distance(section_points(b) / scale, a.state / scale) <= SAME or one_family(a, b, scale)
+    return distance(section_points(b) / scale, a.state / scale) <= SAME or one_family(a, b, scale) \
+        or one_continuum(a, b, scale)
+
+
+def one_continuum(a, b, scale: np.ndarray) -> bool:
+    """Return whether two orbits with events are members of one continuum: they differ in the memories that label its members, and
+    in what follows."""
+    if not a.family or a.family != b.family or not a.sequence.events or a.family[0] < 2 * a.system.n:
+        return False
+    whole, values = continuum(a), b.state[a.family]
+    member = relabelled(a, values) if whole is None else whole.member(float(values[0]))
+    return member is not None and distance(section_points(b) / scale, member.state / scale) <= SAME
 
 
 def one_family(a, b, scale: np.ndarray) -> bool:
@@ -417,7 +429,11 @@ def targets_of(attractors, radii, scale: np.ndarray, section: Section | None = N
             keepers.append(np.full(len(mine), number))
         else:
             rest = isinstance(attractor, Equilibrium)
-            found = members(attractor, radius, scale) if rest else resting(attractor, found, radius, scale)
+            whole = continuum(attractor) if section is None else None
+            if whole is not None:
+                found, radius = whole.points(radius, scale, MOST_MEMBERS)
+            else:
+                found = members(attractor, radius, scale) if rest else resting(attractor, found, radius, scale)
             points.append(found / scale)
             squares.append(np.full(len(found), radius**2))
             owner.append(np.full(len(found), number))
