@@ -14,7 +14,8 @@ from bifurc.compose.tables import ORDER
 from bifurc.elements import EventKind
 from bifurc.flow.affine.polynomial import EPS, first_zero, horner
 from bifurc.flow.rule import NOISE
-from bifurc.flow.scan import CLOSE, DONE, LIMIT
+from bifurc.flow.chatter import CLOSE
+from bifurc.flow.scan import DONE, LIMIT
 
 ASIDE = 100  # take the general march
 CONTACT = EventKind.CONTACT.code
@@ -136,7 +137,7 @@ def starts(p, holds, q, v, w1, w2, a):
 def closing(p, q, w1, w2, v, u):
     """Whether the rest of a complete chattering closes at an impact that arrives with ``v``; ``u`` is the held velocity.
 
-    The rule of `bifurc.flow.scan.closing`.
+    The rule of `bifurc.flow.chatter.closing`.
     """
     push = row(p, PUSH, q, u, w1, w2)
     if push <= 0.0:

@@ -7,7 +7,7 @@ source then holds for one set of parameters) or places of an array that is read 
 import numpy as np
 
 from bifurc.compose.tables import ORDER, Tables
-from bifurc.flow.scan import CLOSE
+from bifurc.flow.chatter import CLOSE
 
 HEAD = '''"""One impact oscillator, its numbers written out."""
 import numba

@@ -136,6 +136,9 @@ def sequence(T, m, g, x, v, out, found):
     push = pushed(T, m, g, x, v, out)
     if other < 0 or push <= 0.0:
         return
+    if r == 0.0 and T.n_holds[other] == T.n_holds[m]:  # the first impact is the last
+        found[EXCESS] = 0.0
+        return
     small, ns, row = SMALL * h, T.A.shape[1], moved_row(T, m, g)
     moved, along, across = np.empty((3, x.size)), np.zeros(ns), np.zeros(ns)
     later(T, m if rest < 0 else rest, out, small, moved[0])

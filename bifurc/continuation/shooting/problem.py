@@ -55,6 +55,7 @@ BORN = 1e-10  # scaled speed or duration of a listed event: of the multipliers r
 MIRRORED = 1e-8  # scaled difference of half an orbit and the mirror image of the other half,
 SAME_FLOW = 1e-6  # and relative difference of the flow over the two, where they are the same
 SHORT = 1e-6  # periods: so short a flight is verified by the speed at its end
+FAR_ROUND = 0.1  # of the other part of a flight
 # tests that the kernel makes: their places in its `info`, and their monitors
 FLIP = sequence.FLIP, Monitor(SpecialPointKind.PERIOD_DOUBLING)
 HALF_FLIP = sequence.FLIP, Monitor(SpecialPointKind.BRANCH_POINT)
@@ -205,7 +206,7 @@ class OrbitProblem(Problem):
         moved = (U - x) / self.scale
         sign, log = told[sequence.DET_SIGN], told[sequence.DET_LOG]
         values = self._values(U, told)
-        if self._chatters and not (values[self._bounds] > 0.0).any() and self._backwards(U):  # and no test tells that it is none
+        if self._chatters and self._backwards(U, bool((values[self._bounds] > 0.0).any())):
             return self._failed(U, tangent, CorrectorStatus.NOT_CONVERGED, iterations, residual)
         odd = self._merges if self._halves is not None else self._shrinks if self._born else None
         if odd is not None:  # det is odd in the difference of the halves, or in the amplitude: its zero is no crossing
@@ -315,11 +316,11 @@ class OrbitProblem(Problem):
         """How much the two halves of a doubled orbit differ at ``x`` (n + 1,), scaled."""
         return float(np.linalg.norm(branching.half_difference(self.sequence, x, self.scale)))
 
-    def _backwards(self, x) -> bool:
+    def _backwards(self, x, outside=False) -> bool:
         """Whether an impact of a complete chattering comes before the last one at ``x`` (n + 1,), or again at the instant of it: a
         flight has the other root, too, from which it came, and the shorter it is, the nearer are the two.  There the mass moves
         away from its stop as fast as it does behind the last impact: of the two roots that is the nearer one.  Other events may
-        change places with impacts."""
+        change places with impacts: where a test says that the orbit lies ``outside``, only what turns round far counts."""
         s, unknowns = self.sequence.written_out(x[:-1])
         rows = unknowns.reshape(len(s.nodes), 1 + self.scene.ns)
         train = np.flatnonzero(s.nodes[:, CLOSES])
@@ -327,8 +328,11 @@ class OrbitProblem(Problem):
             flight = rows[k, 0] - rows[i, 0]
             if s.nodes[i, CLOSES] != 2 or flight > SHORT:
                 continue
-            if flight < -SHORT or not (self._kicks(s.nodes[i]) and self._kicks(s.nodes[k])):
-                turned = flight < -TOUCH
+            if not (self._kicks(s.nodes[i]) and self._kicks(s.nodes[k])):
+                beside = rows[i, 0] - rows[i - 1, 0] if self._kicks(s.nodes[k]) else rows[(k + 1) % len(rows), 0] - rows[k, 0]
+                turned = flight < -(FAR_ROUND * abs(beside) if outside else TOUCH)
+            elif outside or flight < -SHORT:
+                turned = not outside
             else:
                 r = self.equations.path.tables.ratio[tuple(s.nodes[i, :AFTER])]
                 turned = self.arriving(s.nodes[k], rows[k]) < -0.5 * r * self.arriving(s.nodes[i], rows[i])

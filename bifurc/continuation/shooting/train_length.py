@@ -83,7 +83,8 @@ def shorter(problem, x, count=1):
     """Return (problem, guess) with the last ``count`` impacts left out of the train that the last node closes, or None."""
     nodes, times, states, unit = listed(problem, x)
     closing, left = nodes[-1], len(nodes) - count * unit
-    if not unit or left < 1 or any(node[CLOSES] != 2 or node[:DIVIDE] != nodes[-1 - unit + k % unit][:DIVIDE]
-                                   for k, node in enumerate(nodes[left - 1:-1])):
+    last = left - (1 if unit == 1 else 1 + unit)  # where friction has an event in every flight, one flight stays: it orders them
+    if not unit or last < 0 or any(node[CLOSES] != 2 or node[:DIVIDE] != nodes[-1 - unit + (k + 1) % unit][:DIVIDE]
+                                   for k, node in enumerate(nodes[last:-1], last - left)):
         return None  # another contact changes between them, or there are not so many
     return relisted(problem, x, [*nodes[:left - 1], closing], times[:left], states[:left])

@@ -69,7 +69,7 @@ BEFORE, GUARD, AFTER, DIVIDE, CLOSES, ENDING, STARTS = range(7)
 TOGETHER = -1
 FOREVER = ORDER + 1  # order at the start of a guard that what is held keeps at zero: no event of its own
 SHORT = 0.01  # periods
-TINY = 1e-300
+CLOCK = 64.0 * 2.2e-16  # periods: a shorter flight is rounding
 LONGEST = 64.0  # units of time that an orbit of unknown period may become
 NOISE = 4.0 * 2.2e-16  # of an unknown, relative
 STALLED = 1e-10  # last two steps of Newton that small (scaled): what is left is rounding, of forces far larger than the motion's
@@ -457,7 +457,8 @@ def measure(T, nodes, span, U, weights, i, x, f, dw, row):
     following = U[(i + 1) * size] if i < count - 1 else U[0] + span
     lasted = duration(U, size, span, i)
     if nodes[i, CLOSES] == 2:  # friction in every flight of a chattering, which its event neither begins nor ends
-        return min(lasted, following - tau) / max(abs(lasted) + abs(following - tau), TINY)
+        flight = abs(lasted) + abs(following - tau)
+        return min(lasted, following - tau) / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf
     # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their minimum would
     # have a kink
     if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
