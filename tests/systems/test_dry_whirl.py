@@ -91,14 +91,24 @@ def test_the_rolling_orbit(zeta, stiffness, friction, surface_speed):
 @pytest.mark.parametrize(("zeta", "stiffness", "friction", "factor"), [(0.05, 25.0, 0.1, 2.0), (0.08, 40.0, 0.2, 2.0),
                                                                        (0.09, 50.0, 0.04, 3.0), (0.106, 53.7, 0.0638, 1.5)])
 def test_the_rolling_orbit_is_followed_to_its_onset(zeta, stiffness, friction, factor):
+    """There it meets the whirl that slides, which no surface speed moves: 2 zeta O = friction (O^2 - 1), unstable, beyond the same
+    onset."""
     rate, radius = threshold(zeta, stiffness, friction)
     onset = rate * radius
     O, A = rolling(stiffness, factor * onset)
     orbit = bf.find_orbit(rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=factor * onset),
                           guess=(A, 0.0, 0.0, -O * A), period=2.0 * np.pi / O)
     branch = bf.trace(orbit, "surface_speed", bounds=(0.5 * onset, 1.2 * factor * onset))
-    for value, period in zip(branch.column("surface_speed"), branch.column("period"), strict=True):
-        assert period == pytest.approx(2.0 * np.pi / rolling(stiffness, value)[0], abs=1e-10)
+    assert branch.stop_reason == ("bound", "bound")
+    rows = zip(branch.column("surface_speed"), branch.column("period"), branch.column("stable"), strict=True)
+    kinds = []
+    for value, period, stable in rows:
+        away = [abs(period - 2.0 * np.pi / each) for each in (rolling(stiffness, value)[0], rate)]
+        assert min(away) < 1e-10
+        if value > 1.001 * onset:
+            kinds.append(bool(away[0] < away[1]))
+            assert stable == kinds[-1]
+    assert set(kinds) == {True, False} and np.count_nonzero(np.diff(kinds)) == 1
     point = branch.special_points[0]
     assert point.parameter == pytest.approx(onset, abs=1e-11) and abs(point.parameter - onset) <= point.error
     assert branch.column("surface_speed").min() == pytest.approx(onset, abs=1e-10)

@@ -207,6 +207,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     ns, nx = T.A.shape[1], T.A.shape[2]
     size = 1 + ns
     period = 2.0 * np.pi / T.flat[0]
+    unit = 2.0**(10.0 * np.round(0.1 * np.log2(T.flat[0])))  # of rates: the frequency, coarse, so that branches over it keep theirs
     x = np.empty(nx)  # before the event
     xp = np.empty(nx)  # after it
     xe = np.empty(nx)  # at the end of the interval
@@ -343,7 +344,7 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
         else:
             guard_gradient(T, after, close, xe, row)
             forcing_rate(T, xe, dw)
-            scale = scale_of(row, weights) * (T.flat[0] * duration)**order  # as long as it is for the excitation
+            scale = scale_of(row, weights) * (unit * duration)**order
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
                 rate = guard_rate(row, f, dw) * period / scale
