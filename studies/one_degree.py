@@ -13,8 +13,8 @@ from bifurc._jit import njit
 from bifurc.compose.tables import ORDER
 from bifurc.elements import EventKind
 from bifurc.flow.affine.polynomial import EPS, first_zero, horner
-from bifurc.flow.rule import NOISE
 from bifurc.flow.chatter import CLOSE
+from bifurc.flow.rule import NOISE
 from bifurc.flow.scan import DONE, LIMIT
 
 ASIDE = 100  # take the general march

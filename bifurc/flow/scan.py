@@ -4,8 +4,6 @@ Steps of the mode's length run freely from any time.  A step is passed when a bo
 (`coast`); otherwise the guards become polynomials and their first zero is isolated (`polynomial.first_zero`).  After an
 event the candidates of the fired guard are tried in order by `bifurc.flow.rule`; what they leave open goes back to
 `bifurc.flow.settle`.  A complete chattering ends in closed form, `bifurc.flow.chatter`.
-
-One file, because the integration and what it calls at an event are compiled together, once for an engine.
 """
 import numpy as np
 

@@ -339,7 +339,8 @@ def test_orders_behind_an_impact_are_the_same_beside_a_stiff_law(beta):
 def test_which_values_at_the_start_of_an_interval_are_conditions():
     """Behind an impact, where a row begins to be held, and where the event makes the guard another row; of no surface, of nothing
     that is zero there anyway; of the guard that ends the interval only where it falls first: else it has one zero, at the end."""
-    def condition(guard=0, trivial=0, surface=0, kick=0, holds=(0, 0), listed=0, rate=1.0, row=(1.0, 0.2)):
+    def condition(guard=0, trivial=0, surface=0, kick=0, holds=(0, 0), other=False, listed=0, rate=1.0,
+                  row=(1.0, 0.2)):
         def series(T, mode, q, x, a):
             assert (mode, q) == (1, 1)
             a[1] = rate
@@ -347,9 +348,9 @@ def test_which_values_at_the_start_of_an_interval_are_conditions():
         nodes[0, :3], nodes[0, STARTS + 1] = (0, guard, 1), trivial
         G = np.array([[[3.0, 0.0], [1.0, 0.2]], [[4.0, 0.0], row]])
         T = SimpleNamespace(kick=np.array([[kick, 0], [0, surface]]), n_holds=np.array(holds), n_guards=np.array([2, 2]),
-                            element=np.array([[0, 1], [0, 1]]), G=G)
+                            H=np.array([np.eye(2, 3), np.eye(2, 3)[::-1 if other else 1]]), element=np.array([[0, 1], [0, 1]]), G=G)
         return bool(plain(sequence.starts_beyond, guard_series=series)(T, nodes, 0, 1, np.zeros(3), listed, np.zeros(4)))
-    assert condition(kick=1) and condition(holds=(0, 1)) and condition(holds=(2, 1))
+    assert condition(kick=1) and condition(holds=(0, 1)) and condition(holds=(2, 1)) and condition(holds=(1, 1), other=True)
     assert not condition() and not condition(holds=(1, 1)) and not condition(holds=(1, 0))
     for begins in ({"kick": 1}, {"holds": (0, 1)}, {"row": (1.0, 0.3)}, {"row": (1.0, 0.2 - 1e-9), "holds": (1, 1)}):
         assert not condition(guard=-1, **begins) and not condition(surface=1, **begins)

@@ -15,6 +15,8 @@ condition is that two successive ratios extrapolate to rho.  Deviations grow wit
 parameter is known to tau^2 over the product of all these slopes: to rounding after a dozen impacts.
 
 Chattering that ends at the release: Nordmark and Kisitu (2003).  The cubic is derived in one line from the two flights above.
+
+One file, because listing, condition and descent share the places of the impacts of a train.
 """
 import math
 

@@ -3,6 +3,8 @@
 The equations of the new signature are regular there; their null vector is the tangent of the impacting orbit, and the
 side on which it is admissible is found by a step to either side, never assumed: the orbit may live on the impacting or the
 non-impacting side.
+
+One file, because what is constructed, asked of the rule, verified and named at a change is one decision.
 """
 import collections
 import functools

@@ -7,6 +7,8 @@ mode that slaves its memory writes it, dz = z_u R dq + z_s R dq' + z' dt, with t
 slider is perturbed with the displacement at the start of stick.  Where the force jumps, dv jumps by M^-1 R^T (f- - f+) dt.
 Laws have coefficients that vary in time; a Magnus series of order six with three Gauss nodes a step carries them (Blanes,
 Casas and Ros, BIT 40 (2000) 434, eq. 3.14).
+
+One file, because stretches, their exponentials and the jumps between them make one product.
 """
 import numpy as np
 

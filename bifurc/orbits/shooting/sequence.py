@@ -567,7 +567,8 @@ def starts_beyond(T, nodes, i, q, xp, listed, a):
     before, guard, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
     if guard < 0 or STARTS + q < nodes.shape[1] and nodes[i, STARTS + q] != 0 or T.kick[after, q] == 1:
         return False
-    if T.kick[before, guard] == 0 and not begins_to_hold(T, before, after) and not leaps(T, before, after, q):
+    alike_held = T.n_holds[after] == 0 or T.n_holds[before] == T.n_holds[after] and not begins_to_hold(T, before, after)
+    if T.kick[before, guard] == 0 and alike_held and not leaps(T, before, after, q):
         return False
     if listed == 0:
         return True
