@@ -21,7 +21,7 @@ from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
-STARTS = 8  # last rows from which a point on a bound, or what goes on, is looked for
+STARTS = 20  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
 NUDGE = 0.83  # factor for a step that lands on a branch point
@@ -95,6 +95,9 @@ class Half:
             self.come_back()
         last = self.rows[-1]
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
+        if self.reason is StopReason.SHRUNK:  # the equations lose all their ranks: a last step that turns is rounding
+            while len(self.rows) > 2 and float(np.dot(self.rows[-1].tangent, self.rows[-2].tangent)) < math.cos(MAX_ANGLE):
+                last = self.take_back()
         if self.reason is not StopReason.INTERRUPTED:
             detect.behind(self, last)
 
