@@ -12,7 +12,7 @@ sliding speed has come to zero, and speeds fall by another ratio: `flight`, of w
 import numpy as np
 
 from .._jit import NOTHING, PAIR, WHOLES, apart, njit
-from .affine.engine import bend, curved_closure, field, forcing_rate, terms_size
+from .affine.engine import bend, curved_closure, field, forcing_rate, guard_rate, terms_size
 from .affine.polynomial import EPS
 
 CLOSE = 2e-5  # rates times the remaining duration of a complete chattering below which it is closed
@@ -231,15 +231,11 @@ def flight(r, first, second, t, found):
 @njit
 def slope(T, m, g, x):
     """First time derivative at ``x`` (nx,) of a guard of speeds."""
-    ns, total = T.A.shape[1], 0.0
+    ns = T.A.shape[1]
     f, dw = np.empty(ns), np.empty(x.size - ns)
     field(T, m, x, f)
     forcing_rate(T, x, dw)
-    for c in range(ns):
-        total += T.G[m, g, c] * f[c]
-    for c in range(ns, x.size):
-        total += T.G[m, g, c] * dw[c - ns]
-    return total
+    return guard_rate(T.G[m, g], f, dw)
 
 
 @njit
@@ -289,7 +285,7 @@ def flight_mode(T, m, g):
             if c < 0 or T.n_holds[c] != T.n_holds[m] - 1 or stop_of(T, m, g, c) < 0:
                 continue
             for q in range(T.n_guards[c]):
-                if T.kick[c, q] == 0 and T.element[c, q] == T.element[m, k] and alike(T.G[c, q], T.H[m, row]):
+                if T.kick[c, q] == 0 and T.element[c, q] == T.element[m, k] and multiple(T.G[c, q], T.H[m, row]) != 0.0:
                     falls = 0.0
                     for j in range(T.B.shape[2]):
                         falls += T.G[c, q, j] * T.B[m, g, j]
@@ -303,7 +299,7 @@ def turned(T, m, g):
     """As `flight_mode`, where no held row moves: every friction of the same speed is turned round."""
     mode, own = m, -1
     for k in range(T.n_guards[m]):
-        if T.element[m, k] == T.element[m, g] or T.kick[m, k] == 1 or not alike(T.G[m, k], T.GT[m, g, :, 1]):
+        if T.element[m, k] == T.element[m, g] or T.kick[m, k] == 1 or multiple(T.G[m, k], T.GT[m, g, :, 1]) == 0.0:
             continue
         found = -1
         for i in range(T.then.shape[2]):
@@ -326,17 +322,17 @@ def turned(T, m, g):
 def stop_of(T, m, g, c):
     """Guard of mode ``c`` that is guard ``g`` of mode ``m``, a stop with an impact; -1 without one."""
     for q in range(T.n_guards[c]):
-        if T.element[c, q] == T.element[m, g] and T.kick[c, q] == 1 and alike(T.G[c, q], T.G[m, g]):
+        if T.element[c, q] == T.element[m, g] and T.kick[c, q] == 1 and multiple(T.G[c, q], T.G[m, g]) != 0.0:
             return q
     return -1
 
 
 @njit
-def alike(a, b):
-    """Whether two rows (nx,) are multiples of each other, and not zero."""
+def multiple(a, b):
+    """Factor f with a = f b of two rows (nx,), neither of them zero; 0 where there is none."""
     own, both, square = 0.0, 0.0, 0.0
     for c in range(a.size):
         own += a[c] * a[c]
         both += a[c] * b[c]
         square += b[c] * b[c]
-    return own > 0.0 and both * both >= (1.0 - PARALLEL) * own * square and square > 0.0
+    return both / square if own > 0.0 and square > 0.0 and both * both >= (1.0 - PARALLEL) * own * square else 0.0

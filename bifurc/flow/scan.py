@@ -13,7 +13,7 @@ from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
 from .affine.event_free import coast
 from .affine.polynomial import EPS, first_zero, horner
-from .chatter import PARALLEL, UNSEEN, closing
+from .chatter import UNSEEN, closing, multiple
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
 DONE, NEED, SETTLE, LIMIT, FULL, LOST = range(6)  # what `run` returns
@@ -89,14 +89,9 @@ def struck(T, m, g, x, series, hit):
     for k in range(T.n_guards[m]):
         if T.kick[m, k] == 0 or T.element[m, k] == T.element[m, g]:
             continue
-        own = both = square = 0.0
-        for c in range(T.G.shape[2]):
-            own += T.GT[m, k, c, 1]**2
-            both += T.GT[m, k, c, 1] * T.GT[m, g, c, 1]
-            square += T.GT[m, g, c, 1]**2
-        if both <= 0.0 or both * both < (1.0 - PARALLEL) * own * square:
+        factor = multiple(T.GT[m, k, :, 1], T.GT[m, g, :, 1])
+        if factor <= 0.0:
             continue
-        factor = both / square
         noise = 4.0 * EPS * (terms_size(T, m, k, x) + factor * terms_size(T, m, g, x))
         if abs(horner(series[k], 0, hit)[0]) <= noise:
             return k, factor

@@ -287,6 +287,17 @@ def curved_project(T, m, x):
 
 
 @njit
+def guard_rate(row, f, dw):
+    """Rate of a guard with gradient ``row`` along the field ``f`` and the rates ``dw`` of the forcing."""
+    total = 0.0
+    for c in range(f.size):
+        total += row[c] * f[c]
+    for k in range(dw.size):
+        total += row[f.size + k] * dw[k]
+    return total
+
+
+@njit
 def bend(T, m, g, x):
     """Second time derivative at ``x`` (nx,) of a guard of positions."""
     total = 0.0

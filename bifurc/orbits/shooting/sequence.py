@@ -36,11 +36,12 @@ from ...flow.affine.engine import (
     forcing_rate,
     guard_divided,
     guard_gradient,
+    guard_rate,
     guard_series,
     guard_value,
 )
 from ...flow.affine.peak import segment_peak
-from ...flow.chatter import alike
+from ...flow.chatter import multiple
 from ...flow.rule import jump
 from ...solve.dense import lu, lu_solve
 from ...solve.steplaw import lowest
@@ -124,17 +125,6 @@ def set_numbers(T, index, series, low, high, value):
         for j in range(series.shape[1] - 1, 0, -1):
             b0, b1 = 2.0 * z * b0 - b1 + series[k, j], b0
         flat[index[k]] = z * b0 - b1 + series[k, 0]
-
-
-@njit
-def guard_rate(row, f, dw):
-    """Rate of a guard with gradient ``row`` along the field ``f`` and the rates ``dw`` of the forcing."""
-    total = 0.0
-    for c in range(f.size):
-        total += row[c] * f[c]
-    for k in range(dw.size):
-        total += row[f.size + k] * dw[k]
-    return total
 
 
 @apart(NOTHING, python=True)
@@ -582,7 +572,7 @@ def begins_to_hold(T, before, after):
     for k in range(T.n_holds[after]):
         held = False
         for j in range(T.n_holds[before]):
-            held = held or alike(T.H[after, k], T.H[before, j])
+            held = held or multiple(T.H[after, k], T.H[before, j]) != 0.0
         if not held:
             return True
     return False
