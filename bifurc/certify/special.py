@@ -58,7 +58,7 @@ def certify_point(point, precision: int | None = None) -> PointCertificate:
     if problem is None or problem.sequence is None:
         return result(Verdict.UNDECIDED, "refused: the point is not one of a branch of event sequences")
     p = float(point.parameter)
-    width = 1e-3 * max(abs(p), 1e-3)
+    width = 1e-3 * max(abs(p), 1e-3 * problem.parameter_scale)
     with working(bits):
         try:
             if kind in FACTORS:

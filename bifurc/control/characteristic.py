@@ -93,14 +93,14 @@ class Characteristic:
                 return mu
         return None
 
-    def crossing(self, angle: float, gain: float) -> tuple[float, float, float] | None:
+    def crossing(self, angle: float, gain: float, size: float) -> tuple[float, float, float] | None:
         """Return (angle, gain, last correction) where a multiplier exp(i angle) lies on the circle, by Newton from near values.
 
-        A flip keeps the angle pi.
+        A flip keeps the angle pi.  ``size`` is the largest gain between which and another the multiplier crosses.
         """
         flip = abs(abs(angle) - np.pi) < 1e-6
         for _ in range(NEWTON):
-            da, dk = 1e-5, 1e-5 * max(abs(gain), 1e-6)
+            da, dk = 1e-5, 1e-5 * size
             angles = angle + np.array([0.0, da, -da, 0.0, 0.0])
             gains = gain + np.array([0.0, 0.0, 0.0, dk, -dk])
             value = self(np.exp(-1j * angles), gains)
@@ -117,6 +117,6 @@ class Characteristic:
             if not np.isfinite(change).all():
                 return None
             angle, gain = angle - change[0], gain - change[1]
-            if abs(change[0]) <= CLOSE * 10 and abs(change[1]) <= CLOSE * 10 * max(abs(gain), 1e-6):
+            if abs(change[0]) <= CLOSE * 10 and abs(change[1]) <= CLOSE * 10 * size:
                 return float(angle), float(gain), float(abs(change[1]))
         return None

@@ -162,7 +162,7 @@ class _Smooth:
         """Return where the largest multiplier crosses the unit circle between two gains."""
         gain = float(brentq(lambda k: self.modulus(k) - 1.0, low, high, xtol=1e-300, rtol=1e-10))
         value = self.operator.leading(gain)
-        polished = self.equation.crossing(abs(math.atan2(value.imag, value.real)), gain)
+        polished = self.equation.crossing(abs(math.atan2(value.imag, value.real)), gain, max(abs(low), abs(high)))
         if polished is None or not min(low, high) <= polished[1] <= max(low, high):
             kind = EndKind.PERIOD_DOUBLING if value.real < 0.0 and abs(value.imag) < 1e-6 else EndKind.NEIMARK_SACKER
             return FeedbackEnd(gain, kind, value, 1e-10 * max(abs(gain), 1e-300))

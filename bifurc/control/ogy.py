@@ -12,16 +12,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import schur
 
+from ..continuation.shooting.problem import OrbitProblem, orbit_problem
 from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
-from ..orbits.find import find_orbit
 from ..orbits.orbit import PeriodicOrbit
-from ..orbits.shooting.sequence import AFTER, BEFORE, GUARD
+from ..orbits.shooting.sequence import AFTER, BEFORE, ENDING, GUARD
+from ..orbits.shooting.signature import Signature, divided
 from .linearization import NotSupported
 from .ogy_motion import simulated
 
-STENCIL = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)  # central differences of order 8
-STEPS = (3e-3, 1e-3, 3e-4, 1e-4, 1e-5)  # of the parameter, relative, until all orbits of the stencil have the same events
+BESIDE = (0.1, 1e-3)  # of the parameter: range over which its effect on the numbers of the system is known
+SINGULAR = 1e12  # condition number of the equations of an orbit, scaled
 UNSTABLE = 1.0 + 1e-8  # modulus
 WEAK = 1e-10  # part of its size along the unstable direction below which a parameter controls nothing
 ON_EVENT = 1e-9  # periods
@@ -176,35 +177,40 @@ def section_monodromy(orbit: PeriodicOrbit, section: float) -> np.ndarray:
 def orbit_derivative(orbit: PeriodicOrbit, parameter: str, section: float) -> np.ndarray:
     """Return the derivative (ns,) of the orbit's state at a phase in a parameter, along its branch.
 
-    By central differences of order 8 of orbits that are solved to rounding and have the same events; the derivative of the
-    map in the parameter is (I - M) times it.
+    From the linearised equations of its events, with a section at that phase among them; the derivative of the map in the parameter
+    is (I - M) times it.
 
     Raises
     ------
     ValueError
-        When the events change, or no orbit is found, however near: the orbit lies on a special point.
+        When these equations are singular: the orbit lies on a special point.
     """
-    value = orbit.system.parameter(parameter)
-    for relative in STEPS:
-        step = relative * max(abs(value), 1e-3)
-        total, good = np.zeros(orbit.scene.ns), True
-        for k, weight in enumerate(STENCIL, 1):
-            for sign in (1.0, -1.0):
-                try:
-                    system = orbit.system.with_parameters(**{parameter: value + sign * k * step})
-                except ValueError:  # the builder's own bound
-                    good = False
-                    break
-                near = find_orbit(system, guess=orbit, periods=orbit.periods, closure=orbit.closure)
-                if not near.success or near.signature != orbit.signature:
-                    good = False
-                    break
-                total += sign * weight / step * near._states(np.array([section]))[0]
-            if not good:
-                break
-        if good:
-            return total
-    raise ValueError(f"the orbit has no smooth branch in {parameter!r} at {value:g}: its events change, or it ends there")
+    value, (whole, U) = orbit.system.parameter(parameter), orbit._whole
+    rows = U.reshape(len(whole.nodes), -1)
+    at = rows[0, 0] + (section - rows[0, 0]) % whole.span
+    k = int(np.searchsorted(rows[:, 0], at, side="right"))
+    here = [whole.nodes[k - 1, AFTER], -1, whole.nodes[k - 1, AFTER], 0, 0]
+    nodes = divided(orbit.scene, np.insert(whole.nodes[:, :ENDING], k, here, axis=0))
+    rows = np.insert(rows, k, np.append(at, orbit._states(np.array([section]))[0]), axis=0)
+    signature = Signature(nodes, np.insert(whole.fixed, k, at), whole.span)
+    problem = _near(orbit, parameter, value).with_sequence(signature, np.append(rows.ravel(), value))
+    by_unknowns, by_parameter = problem.jacobian(rows.ravel(), value)
+    scale = problem.scale[:-1]
+    if not np.linalg.cond(by_unknowns * scale) < SINGULAR:
+        raise ValueError(f"the orbit has no smooth branch in {parameter!r} at {value:g}: it lies on a special point")
+    change = -scale * np.linalg.solve(by_unknowns * scale, by_parameter)
+    return change.reshape(len(nodes), -1)[k, 1:]
+
+
+def _near(orbit: PeriodicOrbit, parameter: str, value: float) -> OrbitProblem:
+    """Return the equations of an orbit along a parameter next to its value, on one side where the other is not allowed."""
+    for step in np.multiply(BESIDE, abs(value) or 1.0):
+        for bounds in ((value - step, value + step), (value - step, value), (value, value + step)):
+            try:
+                return orbit_problem(orbit, parameter, bounds)
+            except ValueError as error:  # the builder's own bound
+                refused = error
+    raise refused
 
 
 def placed(M: np.ndarray, g: np.ndarray, V: np.ndarray, parameter: str) -> np.ndarray:

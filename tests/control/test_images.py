@@ -54,8 +54,8 @@ def test_gains_of_control_have_the_unit_of_their_parameter(orbit, units, method,
     assert np.allclose(back @ found.state, own.state, rtol=1e-10)
     assert np.allclose(back @ found.monodromy @ image.matrix, own.monodromy, rtol=1e-8, atol=1e-9)
     size = np.abs(own.sensitivity).max()
-    assert np.abs(back @ found.sensitivity * factor - own.sensitivity).max() < 1e-6 * size
-    assert np.abs(found.gain @ image.matrix / factor - own.gain).max() < 1e-6 * np.abs(own.gain).max()
+    assert np.abs(back @ found.sensitivity * factor - own.sensitivity).max() < 1e-9 * size
+    assert np.abs(found.gain @ image.matrix / factor - own.gain).max() < 1e-9 * np.abs(own.gain).max()
     assert np.allclose(np.sort_complex(found.closed_loop), np.sort_complex(own.closed_loop), atol=1e-6)
 
 

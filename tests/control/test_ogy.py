@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.elements import HarmonicForce, RigidStop
 from tests.reference.impacting_orbit import closed_form, impacting
 
 
@@ -45,6 +46,17 @@ def test_one_turn_of_the_exact_map_confirms_the_closed_loop(orbit, parameter):
     columns = [(turned(h * e) - turned(-h * e)) / (2.0 * h) for e in np.eye(2)]
     np.testing.assert_allclose(np.array(columns).T, found.monodromy - np.outer(found.sensitivity, found.gain), atol=2e-6)
     assert np.abs(found.closed_loop).max() < 0.33
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6])
+def test_the_phase_of_the_force_moves_the_orbit_in_time(scale):
+    """A parameter whose value is zero, in two units of length: the orbit of the phase a is that of 0, a / omega earlier."""
+    omega, damping, force = 0.9, 0.1, 0.6 * scale
+    system = bf.System(1.0, damping, 1.0, [HarmonicForce(force), RigidStop(0.3 * scale, 0.8)], omega=omega)
+    found = bf.control.ogy(bf.find_orbit(system), "phase", section=0.37)
+    x, v = found.state
+    rate = np.array((v, force * np.cos(2.0 * np.pi * 0.37) - damping * v - x))
+    np.testing.assert_allclose(found.sensitivity, (np.eye(2) - found.monodromy) @ rate / omega, rtol=1e-9)
 
 
 def test_chaos_is_caught_and_held_under_noise():

@@ -301,7 +301,7 @@ def test_which_friction_an_impact_turns_round():
     T = scene.tables
     m = scene.index(("always", "free", "slip+", "slip-"))
     hit, own, other = (next(g for g in range(T.n_guards[m]) if scene.guard(m, g).element == e) for e in (1, 2, 3))
-    assert chatter.alike(T.G[m, own], T.GT[m, hit, :, 1]) and not chatter.alike(T.G[m, other], T.GT[m, hit, :, 1])
+    assert chatter.multiple(T.G[m, own], T.GT[m, hit, :, 1]) == -1.0 and chatter.multiple(T.G[m, other], T.GT[m, hit, :, 1]) == 0.0
     flight, slides = chatter.flight_mode(T, m, hit)
     assert scene.keys[flight] == ("always", "free", "slip-", "slip-") and scene.guard(flight, slides).element == 2
 
