@@ -49,6 +49,20 @@ def test_columns_are_those_of_the_orbit(name):
     np.testing.assert_allclose(np.abs(told), np.sort(np.abs(orbit.multipliers)), atol=1e-9)
 
 
+def test_the_column_of_a_parameter_has_the_names_that_trace_takes():
+    """Without a gap motions scale with the load, so that columns of one are those of the other."""
+    orbit = bf.find_orbit(bf.System(1.0, 0.1, 1.0, [bf.elements.HarmonicForce(0.6), bf.elements.RigidStop(0.0, 0.8)], omega=0.9))
+    branch = bf.trace(orbit, "harmonic_force.amplitude", bounds=(0.5, 0.7))
+    load = branch.column("amplitude")
+    assert load.min() == 0.5 and load.max() == 0.7
+    for name in ("harmonic_force.amplitude", "parameter"):
+        np.testing.assert_array_equal(branch.column(name), load)
+    np.testing.assert_allclose(branch.column("min_0") / load, branch.column("min_0")[0] / load[0], rtol=1e-12)
+    for name in ("tude", "gap"):
+        with pytest.raises(KeyError, match=f"no column '{name}'"):
+            branch.column(name)
+
+
 def test_columns_of_a_family_of_free_vibration():
     """Two masses without contact: the frequencies are those of the linear modes at any energy."""
     K = np.array([[2.0, -0.6], [-0.6, 1.5]])

@@ -159,6 +159,8 @@ class Branch(Notebook):
     def column(self, name: str) -> np.ndarray:
         """Return one column (m,), in the order of arclength; measures are computed when first asked for.
 
+        The parameter is known by its full name, by the last part of it where no measure has that name, and as "parameter".
+
         Where a branch passes through several problems and one does not know a measure, its rows are NaN.
         """
         arrays = self._arrays
@@ -171,6 +173,8 @@ class Branch(Notebook):
         if name in self._recorded():
             return arrays["recorded/" + name].copy()
         if name not in self._measure_names():
+            if self.parameter.endswith("." + name):  # as `trace` was asked for it
+                return arrays["parameter"].copy()
             raise KeyError(f"no column {name!r}; there are {', '.join(self.column_names)}")
         if name not in self._columns:
             self._columns[name] = self._measured(name)
