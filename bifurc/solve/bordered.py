@@ -67,6 +67,32 @@ def null_vectors(wide, tolerance: float = 1e-10):
     return vt[rank:], u[:, rank:n].T
 
 
+def least_solution(wide, right, tolerance: float = 1e-13):
+    """Return the least solution of an underdetermined system.
+
+    Parameters
+    ----------
+    wide : ndarray (n, n + 1)
+        In scaled columns.
+    right : ndarray (n,)
+    tolerance : float
+        Singular values below ``tolerance`` times the largest count as zero, dimensionless.
+
+    Returns
+    -------
+    ndarray (n + 1,)
+        Of all x with ``wide @ x = right`` that of least length; where there is none, that of the least error.
+    """
+    if len(wide) >= LARGE:  # a factorisation by reflections takes a tenth of the time
+        q, r = np.linalg.qr(wide.T)
+        sizes = np.abs(r.diagonal())
+        if sizes.min() > SURE * tolerance * sizes.max():
+            along, failed = dtrtrs(r, right, trans=1)
+            if not failed and np.abs(along).max() * SURE * tolerance * sizes.max() <= np.abs(right).max():
+                return q @ along
+    return np.linalg.lstsq(wide, right, rcond=tolerance)[0]
+
+
 def kernel(wide, rank: float):
     """Return the right singular vectors of a wide matrix that its solutions leave along.
 

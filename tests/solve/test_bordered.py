@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bifurc.solve.bordered import LARGE, factor, kernel, least_ratio, null_vectors, solve_factored
+from bifurc.solve.bordered import LARGE, factor, kernel, least_ratio, least_solution, null_vectors, solve_factored
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 20])
@@ -60,3 +60,16 @@ def test_solutions_leave_along_the_kernel(n):
     r = np.triu(rng.standard_normal((n, n))) + 9.0 * np.eye(n)
     sizes = np.linalg.svd(r, compute_uv=False)
     assert least_ratio(r) == pytest.approx(sizes[-1] / sizes[-2], rel=0.2)
+
+
+@pytest.mark.parametrize("n", [4, LARGE + 31])
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_the_least_solution_has_no_part_along_the_kernel(n, lost):
+    """Made from its parts along the singular vectors; what is lost of the rank has part neither in it nor in what it leaves."""
+    rng = np.random.default_rng(n + lost)
+    left, right = (np.linalg.qr(rng.standard_normal((k, k)))[0] for k in (n, n + 1))
+    sizes, parts = np.geomspace(3.0, 1e-3, n), rng.standard_normal(n)
+    sizes[n - lost:] = 0.0
+    x = least_solution((left * sizes) @ right[:n], left @ parts)
+    expected = np.divide(parts, sizes, out=np.zeros(n), where=sizes > 0.0)
+    assert right @ x == pytest.approx(np.append(expected, 0.0), abs=1e-9)

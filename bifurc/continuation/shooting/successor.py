@@ -26,6 +26,7 @@ from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
+from ...solve.bordered import least_solution
 from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
 from . import autonomous
@@ -557,7 +558,7 @@ def onto(problem, x):
         fu, fp = problem.jacobian(x[:-1], x[-1])
         if not (np.isfinite(fu).all() and np.isfinite(fp).all()):
             return None
-        step = np.linalg.lstsq(np.column_stack([fu, fp]) * problem.scale, -f, rcond=1e-13)[0]
+        step = least_solution(np.column_stack([fu, fp]) * problem.scale, -f)
         size = float(np.abs(step).max())
         if size > 1.0:
             return None
