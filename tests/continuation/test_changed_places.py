@@ -122,3 +122,19 @@ def test_a_friction_that_an_impact_of_a_train_turns_round_does_so_behind_it():
             motion = bf.simulate(orbit.system, orbit.state, periods=1)
             assert np.abs((motion.final - orbit.state) / orbit.weights).max() < 1e-8
             assert (np.diff([event.time for event in orbit.events]) >= -1e-12).all()
+
+
+def test_a_reversal_that_an_impact_overtakes_leaves_the_order_round_a_period():
+    """Two reversals and an impact a period: where the impact overtakes one, the three follow each other as before.  At that point
+    the second mass stops at the instant at which the first one strikes; the same point from every start."""
+    system = bf.System(np.diag([1.0, 0.918]), [[0.0809, -0.0209], [-0.0209, 0.0809]], [[1.349, -0.349], [-0.349, 1.349]], [
+        HarmonicForce(1.73), RigidStop(0.296, 0.401), Coulomb(0.177, dof=1)], omega=1.55)
+    bounds = (0.077, 0.277)
+    branch = bf.trace(bf.find_orbit(system), "friction", bounds=bounds)
+    change = min(branch.special_points, key=lambda point: point.parameter)
+    events = bf.find_orbit(system.with_parameters(friction=change.parameter)).events
+    (impact,) = [event for event in events if event.kind == "impact"]
+    assert min(abs(event.time - impact.time) for event in events if event is not impact) < 1e-9 and abs(impact.before[3]) < 1e-9
+    for row in (1, len(branch) // 2, len(branch) - 2):
+        other = bf.trace(branch.orbits[row], "friction", bounds=bounds)
+        assert points(other) == points(branch) and {"stick_onset"} == {p.kind for p in other.special_points}

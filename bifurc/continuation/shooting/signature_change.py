@@ -32,6 +32,7 @@ ONE = 1e-9  # their scaled difference that is none also where the parameter does
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
 Counts = collections.namedtuple("Counts", "completed kicks")
 AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
+ONE_INSTANT = 1e-6  # the same of events that meet
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
@@ -197,7 +198,7 @@ def changed(problem, x, other):
         if told[2]:  # between impacts that lead to the completion: which events are told to belong to them differs
             one, two, apart = told
     if not apart:
-        return None
+        return meeting(problem, x)
     kinds = {EventKind(kind) for _, kind in apart}
     if kinds != {EventKind.IMPACT} and completes:
         kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
@@ -300,6 +301,16 @@ def exchanged(problem, x, other, trains=False):
             kinds = [KINDS.get(EventKind(one[i][1]), SpecialPointKind.GRAZING) for i in apart]
             found.append((len(apart), max(later), ORDER.index(min(kinds, key=ORDER.index))))
     return ORDER[min(found)[2]] if found else None
+
+
+def meeting(problem, x):
+    """Return the kind of the change where the nearest unlike neighbours of a sequence meet at ``x`` (n + 1,), None where none do:
+    round a period their order may be the same as before, as of a reversal that an impact overtakes if there is one behind it too.
+    """
+    events, spans = by_instant(problem, x, listed(problem))
+    found = [(spans[i], min(ORDER.index(KINDS.get(EventKind(kind), SpecialPointKind.GRAZING)) for _, kind in (events[i - 1], event)))
+             for i, event in enumerate(events) if event != events[i - 1] and spans[i] < ONE_INSTANT]
+    return ORDER[min(found)[1]] if found else None
 
 
 def intervals(problem, x):
