@@ -16,6 +16,7 @@ from .rows import Curve
 HALVINGS = 40
 PLACES = 16  # in a step, at most, at which a pair that may have passed the circle and come back is looked at
 EDGE = 0.1  # of the part of a step, from its ends, next to which it is not looked
+ROUNDING, FINE = 1e-14, 1e-6  # of the largest multiplier: error of all; up to which it makes no difference
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
 STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multipliers pass the unit circle
@@ -120,9 +121,15 @@ def multipliers(problem, x):
 
 
 def outside(problem, x):
-    """Return the number of multipliers outside the unit circle at ``x`` (n + 1,); None where they are not known."""
+    """Return the number of multipliers outside the unit circle at ``x`` (n + 1,); None where they are not known: of one of size
+    1e16, next to a graze, the rounding is larger than the others."""
     mu = multipliers(problem, x)
-    return None if mu is None else int(np.count_nonzero(np.abs(mu) > 1.0))
+    if mu is None:
+        return None
+    error = ROUNDING * np.abs(mu).max(initial=0.0)
+    if error > FINE and np.abs(np.abs(mu) - 1.0).min() < error:
+        return None
+    return int(np.count_nonzero(np.abs(mu) > 1.0))
 
 
 def curve_value(problem, curve):
