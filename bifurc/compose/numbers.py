@@ -214,20 +214,24 @@ class Packer:
     def still(self, keys: tuple) -> list[int]:
         """Return for every guard of a mode the derivative from which on it vanishes because rows are held; 0: none does.
 
-        The speed of a contact on a row that another one holds stays what it is, to the last digit.
+        The speed of a contact on a row that another one holds stays what it is, to the last digit; so does how far a slider under
+        it is from its limit, while its memory stands still.
         """
         found, (H, _, _) = [], self._held(keys)
         for e, key in enumerate(keys):
-            for guard in self.mode(e, key).guards:
-                value = guard.value
-                order = 2 if is_surface(value) else 1 if is_stop(value) else 0
-                if (isinstance(value, Affine) and order and len(H) and not self.moving(e, keys)
-                        and value.names <= {"u", "s", "one"}):
-                    row = sum(weight * self.sites[e].J[i] for (name, i), weight in value.terms.items() if name != "one")
-                    left = row - np.linalg.lstsq(H.T, row, rcond=None)[0] @ H
-                    found.append(order if np.abs(left).max() <= RANK * np.abs(row).max() else 0)
-                else:
-                    found.append(0)
+            mode = self.mode(e, key)
+            for guard in mode.guards:
+                value, order = guard.value, 0
+                if isinstance(value, Affine) and len(H) and not self.moving(e, keys) and value.names <= {"u", "s", "z", "one"} \
+                        and value.names & {"u", "s"} and all(
+                            name != "z" or not mode.memory or mode.memory[i] is None for name, i in value.terms):
+                    order = 2 if "u" in value.names else 1
+                    for part in sorted(value.names & {"u", "s"}):
+                        row = sum(weight * self.sites[e].J[i] for (name, i), weight in value.terms.items() if name == part)
+                        left = row - np.linalg.lstsq(H.T, row, rcond=None)[0] @ H
+                        if not np.abs(left).max() <= RANK * np.abs(row).max():
+                            order = 0
+                found.append(order)
         return found
 
     def moving(self, element: int, keys: tuple) -> bool:

@@ -5,6 +5,7 @@
 with the jump R of the event (kicks and memory writes, `bifurc.flow.rule`), its guard h, and the vector fields on both
 sides.  It is singular where the guard is reached with zero rate (grazing): the rate is returned, and callers say so.
 
+An event that always happens with the one before it, at which its own guard may begin with zero rate, has the time of that one.
 Two kicks at one instant have a derivative only when both orders of the kicks agree (`order_gap`).
 """
 import numpy as np
@@ -15,28 +16,56 @@ from .rule import jump
 
 
 @njit
-def saltation(T, before, g, after, x, xp, P, S):
-    """Write the derivative (ns, ns) of the state after the event in the state before into ``S``; return the rate of the guard.
+def saltation(T, before, g, after, x, xp, P, when, S):
+    """Write the derivative (ns, ns) of the state after the event in the state before into ``S``, that of the time of the event into
+    ``when`` (ns,); return the rate of the guard.
 
     ``x`` and ``xp`` (nx,) are the states on both sides, ``P`` (ns, nx) is the derivative of the jump, see `rule.jump`.
     """
     ns, nx = P.shape
-    f, fp = np.empty(ns), np.empty(ns)
-    dw, row = np.empty(nx - ns), np.empty(nx)
+    f, dw, row, leap = np.empty(ns), np.empty(nx - ns), np.empty(nx), np.empty(ns)
     field(T, before, x, f)
-    field(T, after, xp, fp)
     forcing_rate(T, x, dw)
     guard_gradient(T, before, g, x, row)
     rate = 0.0
     for c in range(nx):
         rate += row[c] * (f[c] if c < ns else dw[c - ns])
+    for c in range(ns):
+        when[c] = -row[c] / rate
+    delayed(T, before, after, x, xp, P, leap)
     for i in range(ns):
-        jump = fp[i]
-        for c in range(nx):
-            jump -= P[i, c] * (f[c] if c < ns else dw[c - ns])
         for c in range(ns):
-            S[i, c] = P[i, c] + jump * row[c] / rate
+            S[i, c] = P[i, c] + leap[i] * when[c]
     return rate
+
+
+@njit
+def delayed(T, before, after, x, xp, P, leap):
+    """Write the derivative of the state after an event in its time into ``leap`` (ns,); arguments as of `saltation`."""
+    ns, nx = P.shape
+    f, fp, dw = np.empty(ns), np.empty(ns), np.empty(nx - ns)
+    field(T, before, x, f)
+    field(T, after, xp, fp)
+    forcing_rate(T, x, dw)
+    for i in range(ns):
+        leap[i] = -fp[i]
+        for c in range(nx):
+            leap[i] += P[i, c] * (f[c] if c < ns else dw[c - ns])
+
+
+@njit
+def premultiply(a, b, scratch):
+    """b <- a b for small matrices, of ``a`` (n, n or more) its first columns."""
+    n = a.shape[0]
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += a[i, k] * b[k, j]
+            scratch[i, j] = total
+    for i in range(n):
+        for j in range(n):
+            b[i, j] = scratch[i, j]
 
 
 def order_gap(scene, mode: int, first: int, second: int, x, tolerance: float = 1e-9):
@@ -63,9 +92,9 @@ def order_gap(scene, mode: int, first: int, second: int, x, tolerance: float = 1
         y = np.array(x, float)
         total = np.eye(ns)
         for g in order:
-            P, S, z = np.empty((ns, y.size)), np.empty((ns, ns)), np.empty(y.size)
+            P, S, z, when = np.empty((ns, y.size)), np.empty((ns, ns)), np.empty(y.size), np.empty(ns)
             jump(T, mode, g, False, y, z, P)
-            saltation(T, mode, g, mode, y, z, P, S)
+            saltation(T, mode, g, mode, y, z, P, when, S)
             total = S @ total
             y = z
         both.append((y, total))

@@ -4,26 +4,30 @@ import numpy as np
 from .._jit import njit
 from .affine.engine import arc, curved_hold, forcing
 from .rule import jump
-from .saltation import saltation
+from .saltation import delayed, premultiply, saltation
 
 EVENT, CHATTER = 1, 2  # what a recorded row is, as in `scan`
 LOST = 1e-13  # of its length before: a direction that an event shortens to less is gone for good
 
 
 @njit
-def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, sums):
+def grow(T, rows, times, before, after, together, periods, last, period, begin, Q, alive, sums):
     """Carry the directions ``Q`` (ns, ns) along a motion, adding the logarithms of their growth to ``sums`` (bins, ns).
 
     ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends ``periods`` periods + ``last``.
+    ``together`` (N,) says which events always happen at the instant of the one before.
     A bin is a period counted from ``begin``.  ``alive`` (1,) is the number of directions that are left.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     x, xp, y1 = np.empty(nx), np.empty(nx), np.empty(ns)
-    P, S, Phi, new = np.empty((ns, nx)), np.empty((ns, ns)), np.empty((ns, ns)), np.empty((ns, ns))
+    P, S, new = np.empty((ns, nx)), np.empty((ns, ns)), np.empty((ns, ns))
+    leap, when = np.empty(ns), np.empty(ns)
     count = rows.shape[0]
     if count > 0:
         rested(T, rows[0, 2], Q, alive, new)
     for i in range(count):
+        if i > 0 and i + 1 < count and together[i + 1]:
+            continue  # it was carried through with the event before
         for c in range(ns):
             x[c] = after[i, c]
         forcing(T, times[i], x)
@@ -33,27 +37,44 @@ def grow(T, rows, times, before, after, periods, last, period, begin, Q, alive, 
             span = (rows[i + 1, 4] - rows[i, 4]) * period + (times[i + 1] - times[i])
         else:
             span = (periods - rows[i, 4]) * period + (last - times[i])
-        arc(T, rows[i, 2], x, max(span, 0.0), y1, Phi)
-        jumps = i + 1 < count and (rows[i + 1, 3] == EVENT or rows[i + 1, 3] == CHATTER)
-        for stage in range(2 if jumps else 1):
-            if stage == 1:
-                m, g, k = rows[i + 1, 0], rows[i + 1, 1], rows[i + 1, 2]
-                for c in range(ns):
-                    x[c] = before[i + 1, c]
-                forcing(T, times[i + 1], x)
-                jump(T, m, g, rows[i + 1, 3] == CHATTER, x, xp, P)
-                for c in range(ns):
-                    xp[c] = after[i + 1, c]
-                saltation(T, m, g, k, x, xp, P, S)
+        arc(T, rows[i, 2], x, max(span, 0.0), y1, S)
+        carried(S, Q, alive, new, bin)
+        if i + 1 == count or rows[i + 1, 3] != EVENT and rows[i + 1, 3] != CHATTER:
+            continue
+        least = ns
+        for e in range(i + 1, count):
+            if e > i + 1 and not together[e]:
+                break
+            m, g, k = rows[e, 0], rows[e, 1], rows[e, 2]
             for c in range(ns):
-                for k in range(alive[0]):
-                    total = 0.0
+                x[c] = before[e, c]
+            forcing(T, times[e], x)
+            jump(T, m, g, rows[e, 3] == CHATTER, x, xp, P)
+            for c in range(ns):
+                xp[c] = after[e, c]
+            if e == i + 1:
+                saltation(T, m, g, k, x, xp, P, when, S)
+            else:
+                delayed(T, m, k, x, xp, P, leap)
+                premultiply(P, S, new)
+                for c in range(ns):
                     for j in range(ns):
-                        total += (Phi[c, j] if stage == 0 else S[c, j]) * Q[j, k]
-                    new[c, k] = total
-            orthonormal(new, alive, Q, bin)
-            if stage == 1:  # what is left behind those is rounding
-                alive[0] = min(alive[0], ns - forgotten(T, rows[i + 1, 2]))
+                        S[c, j] += leap[c] * when[j]
+            least = min(least, ns - forgotten(T, k))
+        carried(S, Q, alive, new, bin)
+        alive[0] = min(alive[0], least)  # what is left behind those is rounding
+
+
+@njit
+def carried(S, Q, alive, new, sums):
+    """Carry the directions ``Q`` by the first columns (ns, ns) of ``S``; ``sums`` as in `orthonormal`, ``new`` (ns, ns) is room."""
+    ns = new.shape[0]
+    for c in range(ns):
+        for k in range(alive[0]):
+            new[c, k] = 0.0
+            for j in range(ns):
+                new[c, k] += S[c, j] * Q[j, k]
+    orthonormal(new, alive, Q, sums)
 
 
 @njit
@@ -118,12 +139,7 @@ def held(T, m, x, Q, alive, P, new, sums):
             changed = changed or P[c, j] != (1.0 if c == j else 0.0)
     if not changed:
         return
-    for c in range(ns):
-        for k in range(alive[0]):
-            new[c, k] = 0.0
-            for j in range(ns):
-                new[c, k] += P[c, j] * Q[j, k]
-    orthonormal(new, alive, Q, sums)
+    carried(P, Q, alive, new, sums)
 
 
 @njit

@@ -24,6 +24,7 @@ from .autonomous import slowest
 from .base import Orbit
 from .forced import resting_start
 from .orbit import PeriodicOrbit
+from .shooting.signature import coincide
 
 CHUNK = 256  # forcing periods of one recorded piece
 TURNED = 64  # last periods of the transient in which directions are carried along, not measured
@@ -149,7 +150,8 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
         turning = now < begin  # the directions turn to where they belong before they are measured
         into = np.zeros((step, ns)) if turning else sums if forced else sums[now - begin:now - begin + 1]
         first = now if turning else begin
-        grow(scene.tables, R.rows, R.times, R.before, R.after, *span[1], unit, first if forced else 0, Q, alive, into)
+        grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), *span[1], unit, first if forced else 0, Q,
+             alive, into)
         if turning:
             y = motion.final
             now += step
@@ -210,6 +212,16 @@ def _checked(motion):
     if not motion.success:
         raise ArithmeticError(motion.message)
     return motion
+
+
+def _together(scene, R) -> np.ndarray:
+    """Return which events of a record (N,) always happen at the instant of the one before."""
+    found = np.zeros(len(R.rows), bool)
+    for i in np.flatnonzero((np.diff(R.times) == 0.0) & (np.diff(R.rows[:, 4]) == 0)).tolist():
+        first, then = R.rows[i, :4].tolist(), R.rows[i + 1, :4].tolist()
+        if first[3] == then[3] == EVENT and first[2] == then[0]:
+            found[i + 1] = coincide(scene, scene.tables, first[:3], then[1])
+    return found
 
 
 def _contraction(scene, R, end) -> tuple[int, float]:

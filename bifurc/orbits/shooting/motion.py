@@ -5,12 +5,12 @@ of 16 points a step, so both are exact to rounding.
 """
 import numpy as np
 
-from ..._jit import both, njit
+from ..._jit import both
 from ...compose.tables import ORDER
 from ...flow.affine.engine import advance, arc, carry, forcing, reach, state_series
 from ...flow.affine.polynomial import highest
-from ...flow.saltation import saltation
-from .sequence import AFTER, BEFORE, CLOSES, GUARD, reset
+from ...flow.saltation import delayed, premultiply, saltation
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER, reset
 
 _ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = tuple(0.5 * (_ROOTS + 1.0)), tuple(0.5 * _FACTORS)  # on (0, 1)
@@ -110,7 +110,8 @@ def monodromy(T, nodes, span, U, M):
     P = np.empty((ns, nx))
     S = np.empty((ns, ns))
     Phi = np.empty((ns, ns))
-    scratch = np.empty((ns, ns))
+    scratch, when, leap = np.empty((ns, ns)), np.empty(ns), np.empty(ns)
+    moved = np.empty(ns)  # derivative of the time of the last event in the first state
     least = np.inf
     for i in range(ns):
         for c in range(ns):
@@ -124,8 +125,19 @@ def monodromy(T, nodes, span, U, M):
                 x[c] = U[base + 1 + c]
             for c in range(ns, nx):
                 x[c] = xp[c]
-            least = min(least, saltation(T, before, g, after, x, xp, P, S))
-            premultiply(S, M, scratch)
+            if i > 0 and nodes[i, DIVIDE] == TOGETHER:
+                delayed(T, before, after, x, xp, P, leap)
+                premultiply(P, M, scratch)
+                for r in range(ns):
+                    for c in range(ns):
+                        M[r, c] += leap[r] * moved[c]
+            else:
+                least = min(least, saltation(T, before, g, after, x, xp, P, when, S))
+                for c in range(ns):
+                    moved[c] = 0.0
+                    for k in range(ns):
+                        moved[c] += when[k] * M[k, c]
+                premultiply(S, M, scratch)
         else:
             for r in range(ns):
                 for c in range(ns):
@@ -135,18 +147,3 @@ def monodromy(T, nodes, span, U, M):
         arc(T, after, xp, s, y, Phi)
         premultiply(Phi, M, scratch)
     return least
-
-
-@njit
-def premultiply(a, b, scratch):
-    """b <- a b for small square matrices."""
-    n = a.shape[0]
-    for i in range(n):
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += a[i, k] * b[k, j]
-            scratch[i, j] = total
-    for i in range(n):
-        for j in range(n):
-            b[i, j] = scratch[i, j]

@@ -144,11 +144,13 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     whole[:, :ENDING] = nodes[:, :ENDING]
     whole[:, ENDING] = -1
     known: dict[tuple, np.ndarray] = {}
+    zeros: list[tuple] = [()] * len(whole)
     for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is zero all the last interval counts for the first
         node, zero = whole[i], tuple(np.flatnonzero(whole[i - 1, STARTS:] == FOREVER).tolist())
         if i == 0 and closure < 0:
             zero = tuple(sorted(scene.mirror_guard(int(whole[-1, AFTER]), q) for q in zero))
         before, guard, after = (int(value) for value in node[:DIVIDE])
+        zeros[i] = zero
         key = (before, guard, after, int(node[CLOSES] == 1), zero)
         if key not in known:
             known[key] = start_orders(scene, T, *key)
@@ -166,7 +168,7 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
             continue
         order = abs(int(opening[STARTS + guard]))
         order = 0 if order == FOREVER else order
-        node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard) else order
+        node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard, zeros[i - 1]) else order
     if scene.ns > 2 * scene.n:
         mark_implied(scene, T, whole, closure)
     return whole
@@ -275,14 +277,7 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
     """Return the orders of `start_orders` after an event whose jump and guards are affine."""
     count = int(T.n_guards[after])
     orders = np.zeros(count, np.int64)
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    reset = np.eye(nx)
-    reset[:ns] = slope_of_jump(scene, T, before, guard)
-    held = held_rows(T, before) + [T.G[before, q] for q in zero]
-    size = np.ones(nx)
-    size[scene.n:2 * scene.n] = scene.omega or 1.0
-    basis = _basis([T.G[before, guard], *held], size)
-    arrival = _basis([T.GT[before, guard, :, 1]], size, basis)
+    reset, size, basis, arrival = facts_of(scene, T, before, guard, zero)
     for q in range(count):
         for order in range(T.GT.shape[3]):
             row = T.GT[after, q, :, order]
@@ -301,6 +296,17 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
     return orders
 
 
+def facts_of(scene: Scene, T, before: int, guard: int, zero: tuple):
+    """Return what an affine event tells: the derivative (nx, nx) of the state behind it in that before it, sizes (nx,) of states,
+    and in these orthonormal rows (k, nx) that are zero before it; and the same with the rate of the guard, last."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    reset, size = np.eye(nx), np.ones(nx)
+    reset[:ns] = slope_of_jump(scene, T, before, guard)
+    size[scene.n:2 * scene.n] = scene.omega or 1.0
+    basis = _basis([T.G[before, guard], *held_rows(T, before), *(T.G[before, q] for q in zero)], size)
+    return reset, size, basis, _basis([T.GT[before, guard, :, 1]], size, basis)
+
+
 def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
     """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
     P = np.empty((T.A.shape[1], T.A.shape[2]))
@@ -309,15 +315,25 @@ def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
     return P
 
 
-def coincide(scene: Scene, T, opening, guard: int) -> bool:
-    """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``:
-    another element waited on the same row in the mode before.
+def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
+    """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``.
+
+    Another element waited on the same row in the mode before; or the rate with which the first event arrived drives the guard
+    through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go.  The ``opening`` is a node of
+    a sequence, or its first three numbers; ``zero`` as in `start_orders`.
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
     if T.kick[before, fired] or owner == scene.guard(before, fired).element or law_guards(T, before, fired, after):
         return False
-    return parallel(T.G[before, fired], T.G[after, guard]) and scene.keys[before][owner] == scene.keys[after][owner]
+    if parallel(T.G[before, fired], T.G[after, guard]) and scene.keys[before][owner] == scene.keys[after][owner]:
+        return True
+    order = int(opening[STARTS + guard] if len(opening) > STARTS else start_orders(scene, T, before, fired, after, 0, zero)[guard])
+    if not 0 < order < T.GT.shape[3] or needs_samples(T, before, fired, after):
+        return False
+    reset, size, basis, arrival = facts_of(scene, T, before, fired, zero)
+    along = left_of((T.GT[after, guard, :, order] @ reset) * size, basis)
+    return len(arrival) > len(basis) and bool(along @ arrival[-1] > PROPORTIONAL * np.sqrt(along @ along))
 
 
 def _basis(rows, size, found=None) -> np.ndarray:

@@ -193,10 +193,10 @@ def test_saltation_is_the_derivative_of_the_motion_through_an_impact(scene, rng)
         x[:3] -= row[:3] * (row @ x) / (row[:3] @ row[:3])
         if row @ A @ x < 0.3:
             x[3:6] += row[:3] / (row[:3] @ row[:3]) * (1.5 - row @ A @ x)
-        xp, P, S = np.empty(x.size), np.empty((ns, x.size)), np.empty((ns, ns))
+        xp, P, S, when = np.empty(x.size), np.empty((ns, x.size)), np.empty((ns, ns)), np.empty(ns)
         jump(T, m, impact, False, x, xp, P)
         assert P @ x == pytest.approx(xp[:ns], abs=1e-13)
-        assert saltation(T, m, impact, m, x, xp, P, S) == pytest.approx(row @ A @ x, rel=1e-13)
+        assert saltation(T, m, impact, m, x, xp, P, when, S) == pytest.approx(row @ A @ x, rel=1e-13)
         h = 1e-5
         for c in range(ns):
             d = h * np.eye(x.size)[c]
