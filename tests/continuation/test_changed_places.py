@@ -135,7 +135,8 @@ def test_an_impact_and_one_of_two_reversals_change_places():
     system = bf.System(np.diag([1.0, 0.918]), (0.06 * np.array(K)).tolist(), K,
                        [HarmonicForce(1.73), RigidStop(0.296, 0.401), Coulomb(0.15, dof=1)], omega=1.55)
     bounds = (0.077, 0.16)
-    branches = [bf.trace(bf.find_orbit(system.with_parameters(friction=start)), "friction", bounds=bounds) for start in (0.08, 0.15)]
+    starts = [bf.find_orbit(system.with_parameters(friction=friction)) for friction in (0.08, 0.15)]
+    branches = [bf.trace(start, "friction", bounds=bounds) for start in starts]
     assert all(branch.stop_reason == ("bound", "bound") and branch.audit.ok for branch in branches)
     (one,), (two,) = (branch.special_points for branch in branches)
     assert one.kind == two.kind == "stick_onset" and abs(one.parameter - two.parameter) < 1e-8
@@ -146,8 +147,8 @@ def test_an_impact_and_one_of_two_reversals_change_places():
 
 
 def test_how_many_flights_with_slips_are_listed_is_no_change():
-    """Three masses coupled by inertia: beyond .4436184864 the second sticks just before an impact lets it slip the other way.  Where
-    one of the two sequences lists three flights more of the chattering that follows, each with its stick, that is all that differs."""
+    """Three masses coupled by inertia: below .4436184864 the second sticks just before an impact lets it slip the other way.  That is
+    all that differs, also where one of the two sequences lists three flights more of the chattering that follows."""
     system = bf.System([[1.0271, -0.0488, 0.0801], [-0.0488, 1.1297, -0.1149], [0.0801, -0.1149, 1.5544]],
                        [[0.1672, -0.1095, 0.0007], [-0.1095, 0.1498, -0.0323], [0.0007, -0.0323, 0.0769]],
                        [[2.8872, -1.9852, 0.0], [-1.9852, 2.5552, -0.57], [0.0, -0.57, 1.1639]],

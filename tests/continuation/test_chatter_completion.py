@@ -257,8 +257,8 @@ def coupled(friction, omega, restitution=0.5):
 
 @pytest.mark.parametrize(("friction", "bounds"), [(1.2, (0.8, 0.83)), (0.8, (0.765, 0.79))])
 def test_completion_where_every_impact_lets_a_held_mass_slip(friction, bounds):
-    """What the slip takes of the impulse lowers the restitution: with m12^2 / (m11 m22) = k, to r - (1 + r) k.  The first rows behind
-    the release were told complete: of flights under hardly any load those of the slips alone were looked at."""
+    """What the slip takes of the impulse lowers the restitution: with m12^2 / (m11 m22) = k, to r - (1 + r) k.  Motions a little
+    beyond were told complete: of flights under hardly any load the rise during the slip alone was looked at."""
     branch = bf.trace(bf.find_orbit(coupled(friction, bounds[0])), "omega", bounds=bounds)
     (point,) = branch.special_points.of("chatter_completion")
     assert branch.stop_reason == ("bound", "chattering") and branch.audit.ok and point.error < 1e-10
@@ -269,8 +269,8 @@ def test_completion_where_every_impact_lets_a_held_mass_slip(friction, bounds):
         system = coupled(friction, point.parameter + aside)
         orbit = bf.find_orbit(system, guess=point.solution.state)
         impact = [event for event in orbit.events if event.kind == "impact"][2]
-        assert rests_beside_friction(system.mass, system.damping, system.stiffness, 2.1, system.omega, 0.12, 0.5, friction, impact.time,
-                                     impact.before) is complete
+        assert rests_beside_friction(system.mass, system.damping, system.stiffness, 2.1, system.omega, 0.12, 0.5, friction,
+                                     impact.time, impact.before) is complete
     for aside, complete in ((-1e-8, True), (1e-8, False)):
         orbit = bf.find_orbit(coupled(friction, point.parameter + aside), guess=point.solution.state)
         assert orbit.success and (orbit.sequence.nodes[:, CLOSES] == 1).any() == complete

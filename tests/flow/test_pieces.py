@@ -518,10 +518,10 @@ def test_signs_after_a_zero_and_products(rng):
     assert periodic.product_integral((), np.array([2.0]), np.array([3.0]), 0.5, 2.0) == pytest.approx(9.0)
 
 
-@pytest.mark.parametrize(("r", "first", "push"), [(0.5, (2.0, 0.3, 4.0), 0.01), (0.5, (-0.4, 0.3, 4.0), 0.2), (0.4, (9.0, 0.3, 4.0), 1.0),
-                                                  (0.7, (1.5, 0.0, 1.0), 1.5)])
+@pytest.mark.parametrize(("r", "first", "push"), [(0.5, (2.0, 0.3, 4.0), 0.01), (0.5, (-0.4, 0.3, 4.0), 0.2),
+                                                  (0.4, (9.0, 0.3, 4.0), 1.0), (0.7, (1.5, 0.0, 1.0), 1.5)])
 def test_how_high_a_flight_rises(r, first, push):
-    """Two accelerations toward the stop, the first until the slip is lost: where the second falls to nothing, it rises without bound."""
+    """Two accelerations toward the stop, the first until the slip is lost: the less the second is, the higher it rises."""
     acceleration, slip, loss = first
     parts = np.zeros(9)
     parts[[0, 4, 8]] = acceleration, loss, slip

@@ -194,8 +194,8 @@ def rests_beside_friction(M, C, K, force, omega, gap, restitution, friction, tim
 
         M x'' + C x' + K x = (force cos(omega t), -friction sign x_1'),   x_0 <= gap,
 
-    from the ``state`` (x, x') just before an impact at a ``time``, while friction holds the second: every impact lets it slip, and it
-    sticks again before the next.  It does not where an impact comes at which the load would no longer press the first to its stop.
+    from the ``state`` (x, x') just before an impact at a ``time``, while friction holds the second: every impact lets it slip, and
+    it sticks again before the next.  It does not where an impact comes at which the load would no longer press the first to its stop.
     """
     saved = mp.dps
     mp.dps = digits
@@ -220,7 +220,8 @@ def rests_beside_friction(M, C, K, force, omega, gap, restitution, friction, tim
             return values, V, V**-1
 
         both, one = (M, C, K), tuple(matrix[:1, :1] for matrix in (M, C, K))
-        parts = {2: (matrix_of(*both), steady(*both, mp.matrix([force, 0]))), 1: (matrix_of(*one), steady(*one, mp.matrix([force])))}
+        parts = {2: (matrix_of(*both), steady(*both, mp.matrix([force, 0]))),
+                 1: (matrix_of(*one), steady(*one, mp.matrix([force])))}
 
         def flow(y, t, s, still):
             """State a time s after y at t, about the state of rest ``still``."""

@@ -16,9 +16,9 @@ parameter is known to tau^2 over the product of all these slopes: to rounding af
 
 Chattering that ends at the release: Nordmark and Kisitu (2003).  The cubic is derived in one line from the two flights above.
 
-Where a mass matrix passes the impulse on to a mass that friction holds, that slips behind each impact until friction has taken the
-impulse away.  The slip lasts as w tau^2 while the flight lasts as tau: near the boundary it is a second impulse in the same instant,
-and r in the above is what it leaves of the restitution (`rebound`).
+Where a mass matrix passes the impulse on to a mass that friction holds, that mass slips behind each impact until friction has taken
+the impulse away.  The slip lasts as long as tau^2 does, the flight as tau: near the boundary it is a second impulse in the same
+instant, and r in the above is what it leaves of the restitution (`rebound`).
 
 One file, because listing, condition and descent share the places of the impacts of a train.
 """
@@ -36,8 +36,8 @@ from ..conditions import Condition, difference
 
 IMPACTS = 6  # of a train, at least
 UNITS = (1, 2)  # nodes of a flight of a train: friction may have an event in each
-DEEP = 1e-7, 1e-9  # periods left at the last impact whose ratio is used, of which rounding of times is 1e-9; and at the last one that
-# is written out
+DEEP = 1e-7, 1e-9  # periods left at the last impact whose ratio is used, of which rounding of times is 1e-9; and at the last one
+# that is written out
 DEEP_SLIPS = 1e-4, 1e-6  # the same where friction has an event in every flight: its end is no longer divided by its duration, and
 # known to the rounding of a position over the speed, which falls as the square of the time left
 ALIKE = 0.03  # by which a ratio may differ from that of the boundary in a start
@@ -127,8 +127,8 @@ def time_of(problem, x, k) -> float:
 
 
 def rebound(problem, x, k) -> float:
-    """Return what of its arriving speed impact ``k`` of the orbit at ``x`` (n + 1,) leaves to the flight behind it, dimensionless: the
-    restitution, less what goes with the impulse of a friction that the impact lets slip.
+    """Return what of its arriving speed impact ``k`` of the orbit at ``x`` (n + 1,) leaves to the flight behind it, dimensionless:
+    the restitution, less what goes with the impulse of a friction that the impact lets slip.
 
     That impulse, beside that of the stop, is along what friction adds to the accelerations once it slips, and ends the slip.
     """

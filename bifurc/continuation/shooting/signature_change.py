@@ -288,8 +288,8 @@ def exchanged(problem, x, other, trains=False):
 
 
 def changes_places(one, spans, two, halves):
-    """Return the kind of a change of events, see `exchanged`, from the events ``one``, before which there are ``spans`` (periods), to
-    ``two``; ``halves`` says which of the two are those of half a period."""
+    """Return the kind of a change of events, see `exchanged`, from the events ``one``, before which there are ``spans`` (periods),
+    to ``two``; ``halves`` says which of the two are those of half a period."""
     if halves[0] != halves[1]:  # one of them is listed over half its period
         one, two = one * (1 + halves[0]), two * (1 + halves[1])
         spans = np.resize(spans, len(one))

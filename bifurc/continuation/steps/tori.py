@@ -45,8 +45,8 @@ def pair_on_circle(part, a, b, found):
 
 
 def passes(part, a, b, found, t=1.0, x=None) -> bool | None:
-    """Return whether from the row ``a`` up to the part ``t`` of the way to ``b``, the point ``x`` (n + 1,), more multipliers leave or
-    reach the unit circle than the real ones do that ``found`` tells; None where it is not known."""
+    """Return whether from the row ``a`` up to the part ``t`` of the way to ``b``, the point ``x`` (n + 1,), more multipliers leave
+    or reach the unit circle than the real ones do that ``found`` tells; None where it is not known."""
     first, last, length = outside(part.problem, a.x), outside(part.problem, b.x if x is None else x), b.s - a.s
     if first is None or last is None or not length > 0.0:
         return None
