@@ -147,8 +147,8 @@ def test_an_impact_and_one_of_two_reversals_change_places():
 
 
 def test_how_many_flights_with_slips_are_listed_is_no_change():
-    """Three masses coupled by inertia: below .4436184864 the second sticks just before an impact lets it slip the other way.  That is
-    all that differs, also where one of the two sequences lists three flights more of the chattering that follows."""
+    """Three masses coupled by inertia: below .4436184864 the second sticks just before an impact lets it slip the other way.  That
+    is all that differs, also where one of the two sequences lists three flights more of the chattering that follows."""
     system = bf.System([[1.0271, -0.0488, 0.0801], [-0.0488, 1.1297, -0.1149], [0.0801, -0.1149, 1.5544]],
                        [[0.1672, -0.1095, 0.0007], [-0.1095, 0.1498, -0.0323], [0.0007, -0.0323, 0.0769]],
                        [[2.8872, -1.9852, 0.0], [-1.9852, 2.5552, -0.57], [0.0, -0.57, 1.1639]],

@@ -195,7 +195,8 @@ def rests_beside_friction(M, C, K, force, omega, gap, restitution, friction, tim
         M x'' + C x' + K x = (force cos(omega t), -friction sign x_1'),   x_0 <= gap,
 
     from the ``state`` (x, x') just before an impact at a ``time``, while friction holds the second: every impact lets it slip, and
-    it sticks again before the next.  It does not where an impact comes at which the load would no longer press the first to its stop.
+    it sticks again before the next.  It does not where an impact comes at which the load would no longer press the first to its
+    stop.
     """
     saved = mp.dps
     mp.dps = digits
