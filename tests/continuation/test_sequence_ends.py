@@ -234,9 +234,9 @@ def test_flights_under_friction_are_not_taken_for_grazes():
 
 
 def test_a_mass_that_nothing_pushes_harder_does_not_break_loose():
-    """Two masses at rest, each held: the force on the second one stands still, and if that is its static limit it may break loose at
-    any time or never.  Such solutions, with a free instant and multipliers that are infinite, led from one branch to the next; the
-    branch ends where the force is the limit, 1.3 mu2 less the friction of the belt that pulls."""
+    """Two masses at rest, each held: the force on the second one stands still, and if that is its static limit it may break loose
+    at any time or never.  Such solutions, with a free instant and multipliers that are infinite, led from one branch to the next;
+    the branch ends where the force is the limit, 1.3 mu2 less the friction of the belt that pulls."""
     kx, kxx = -1.709, 2.8673
     system = bf.System(np.diag([1.3935, 1.1027]), [[0.3647, -0.1759], [-0.1759, 0.3245]], [[3.182, kx], [kx, kxx]], [
         HarmonicForce(0.482), Coulomb(0.045, dof=1, belt_speed=0.0518), Coulomb(0.09, dof=1, static_ratio=1.3), Coulomb(0.254)],
