@@ -21,7 +21,7 @@ PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the o
 MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
 LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
 SMALL = 1e-4  # of a step of the mode: for differences, which only weigh the second order
-EXCESS, DURATION, RATIO, WAY = range(4)  # places of what `sequence` finds
+EXCESS, DURATION, WAY = range(3)  # places of what `sequence` finds
 LATER, FASTER = range(2)  # places of what `flight` finds
 
 
@@ -42,7 +42,7 @@ def closing(T, m, g, x, v, out):
 @apart(PAIR, python=True)
 def closure(T, m, g, x, v, out):
     """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
-    found = np.empty(4)
+    found = np.empty(3)
     if not curved_closure(T, m, g, x, v, out, found):
         sequence(T, m, g, x, v, out, found)
         if found[WAY] > 0.0:
@@ -59,7 +59,7 @@ def stilled(T, m, g, x, xp, P):
 
     They differ where the impacts let a held friction slip: it sticks again in the end, after some way.
     """
-    row, v, found, out, change = moved_row(T, m, g), 0.0, np.empty(4), np.empty(x.size), np.empty(T.A.shape[1])
+    row, v, found, out, change = moved_row(T, m, g), 0.0, np.empty(3), np.empty(x.size), np.empty(T.A.shape[1])
     for c in range(x.size):
         v += T.GT[m, g, c, 1] * x[c]
     sequence(T, m, g, x, v, out, found)
@@ -124,15 +124,15 @@ def moved_row(T, m, g):
 
 @apart(NOTHING)
 def sequence(T, m, g, x, v, out, found):
-    """Write excess and duration, see `closure`, into ``found`` (4,), the ratio of successive speeds, and the way that friction
-    slips in all, per speed squared and unit of `resting` - B.  ``out`` (nx,) receives the state at rest, but for that way.
+    """Write excess and duration, see `closure`, into ``found`` (3,), and the way that friction slips in all, per speed squared and
+    unit of `resting` - B.  ``out`` (nx,) receives the state at rest, but for that way.
 
     A flight whose impact arrives with v at a time t lasts T v + c t v + d v^2 and arrives with rho v + c' t v + d' v^2.  So the
     sum of all is T/(1 - rho) v to first order, and that of the terms of second order is a geometric sum as well.
     """
     r, h, rest = T.ratio[m, g], T.step[m], T.ends_in[m, g]
     other, slides = flight_mode(T, m, g)
-    found[EXCESS], found[DURATION], found[RATIO], found[WAY] = np.inf, 0.0, r, 0.0
+    found[EXCESS], found[DURATION], found[WAY] = np.inf, 0.0, 0.0
     push = pushed(T, m, g, x, v, out)
     if other < 0 or push <= 0.0:
         return
@@ -149,7 +149,7 @@ def sequence(T, m, g, x, v, out, found):
     second[0] = push
     second[1] = (bend(T, m, g, moved[0]) - push) / small
     second[2] = (bend(T, m, g, moved[1]) - push) / (push * small)
-    high, fastest = push, max(1.0 / h, abs(second[2]), abs(second[1]) / push)
+    fastest = max(1.0 / h, abs(second[2]), abs(second[1]) / push)
     if other != m:
         hit, falls = stop_of(T, m, g, other), 0.0
         for c in range(ns):
@@ -164,7 +164,6 @@ def sequence(T, m, g, x, v, out, found):
         first[8] = way
         if not (way > 0.0 and first[4] > 0.0):
             return
-        high = max(push, first[0])
         for k in range(3):
             fastest = max(fastest, abs(first[1 + k]) / (push if k == 0 else 1.0), abs(first[5 + k]) / (first[4] if k == 0 else 1.0))
     here, there = np.empty(2), np.empty(2)
@@ -178,8 +177,8 @@ def sequence(T, m, g, x, v, out, found):
     size = terms_size(T, m, g, out)
     found[EXCESS] = total * v * fastest / CLOSE
     if size > 0.0:
-        found[EXCESS] = min(found[EXCESS], (r * v)**2 / (2.0 * high * UNSEEN * EPS * size))
-    found[DURATION], found[RATIO] = total * v + squares * v * v, rho
+        found[EXCESS] = min(found[EXCESS], height(r, first, push) * v * v / (UNSEEN * EPS * size))
+    found[DURATION] = total * v + squares * v * v
     if T.n_holds[other] < T.n_holds[m]:
         found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
 
@@ -226,6 +225,18 @@ def flight(r, first, second, t, found):
     found[LATER] = ds + dq
     found[FASTER] = dv + push * dq + rise * q * (t + s + 0.5 * q) + by * (v + 0.5 * push * q) * q
     return s + q, arrives
+
+
+@njit
+def height(r, first, push):
+    """Largest distance from the stop in a `flight` behind an impact that arrives with speed 1, to first order; ``push`` is the
+    acceleration toward the stop in the second part: towards the release of the stop it falls to nothing, and flights rise the
+    higher."""
+    a = first[0]
+    s = first[8] / first[4] if first[8] > 0.0 else 0.0
+    if a * s >= r:
+        return 0.5 * r * r / a
+    return (r - 0.5 * a * s) * s + 0.5 * (r - a * s)**2 / push
 
 
 @njit

@@ -4,10 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from bifurc.continuation import Problem, StopReason, switch_branch, trace
+from bifurc.continuation import Monitor, Problem, SpecialPointKind, StopReason, switch_branch, trace
 from bifurc.continuation.kinds import CorrectorStatus
 from bifurc.continuation.problem import Corrected
-from bifurc.continuation.steps import hidden
+from bifurc.continuation.steps import detect, hidden
 from bifurc.continuation.steps import rows as branch_rows
 from bifurc.continuation.steps.arclength import Half, StepOptions
 from bifurc.continuation.steps.rows import Part, Row
@@ -16,6 +16,7 @@ from .problems import (
     STEPS,
     Bratu,
     Product,
+    Scalar,
     circle,
     close_pair,
     hysteresis,
@@ -305,6 +306,51 @@ def test_a_step_that_leads_aside_without_a_turn_is_rejected():
 
     assert judged(0.009)[0] is not None
     assert judged(0.011)[0] is None and judged(0.011)[1][0] == "ds_min"
+
+
+def test_a_row_taken_back_comes_back_where_nothing_takes_its_place(monkeypatch):
+    """A pair of zeros between the last two rows is looked at from the one before; where that fails the shorter step begins where
+    this one did, and no row is lost."""
+    problem = Scalar(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 0.0, 0.0, scale_u=1.0, scale_p=1.0)
+    tangent, part = np.array([1.0, 1.0]) / np.sqrt(2.0), Part(problem, 0)
+    places = (0.0, 0.1, 0.05, 0.2)
+    first, row, inner, new = (Row(problem.correct(np.array([s, s]) / np.sqrt(2.0), tangent), part, s, 0.0, [tangent[-1]], 0.1)
+                              for s in places)
+    half = Half(first, StepOptions(-1.0, 1.0, 0.1, 1e-9, 0.5, 10))
+    half.take(first, row, [])
+    signs, found = list(half.signs), half.found
+    cause = StopReason.DS_MIN, 0.5, "not located"
+    with monkeypatch.context() as patch:
+        patch.setattr(hidden, "dip", lambda half, row, new, cut=None: inner if new is not inner else None)
+        patch.setattr(detect, "crossed", lambda half, row, new, cut: (None, cause))
+        assert half.accept(row, new) == cause
+    assert half.rows == [first, row] and half.signs == signs and half.found is found and half.steps == 1
+    with monkeypatch.context() as patch:
+        patch.setattr(hidden, "dip", lambda half, row, new, cut=None: inner if new is not inner else None)
+        assert half.accept(row, new) is None
+    assert half.rows == [first, inner] and half.steps == 1
+
+
+@pytest.mark.parametrize("complex_pair", [False, True])
+def test_a_product_of_multipliers_that_is_rounding_is_no_torus_point(complex_pair):
+    """One of them is as small as the rounding of the largest, so that their product passes 1 anywhere: only their number outside
+    the circle tells, which a complex pair changes at p = .25."""
+    class Rounding(Scalar):
+        monitors = (Monitor(SpecialPointKind.NEIMARK_SACKER),)
+
+        def monitor_values(self, u, p, tangent):
+            return np.array([np.copysign(0.5, np.sin(1e9 * p))])
+
+        def floquet_multipliers(self, x):
+            pair = (0.75 + x[-1]) * np.exp(np.array([1j, -1j])) if complex_pair else np.array([0.5, 0.2])
+            return np.array([1e12, *pair, 1e-12 * np.sin(1e9 * x[-1])])
+
+        def confirm(self, kind, x):
+            return bool(np.abs(np.abs(self.floquet_multipliers(x)[1]) - 1.0) < 1e-6)
+
+    branch = trace(Rounding(lambda u, p: u - p, lambda u, p: (1.0, -1.0), -1.0, -1.0, scale_u=1.0, scale_p=1.0), bounds=(-1.0, 1.0))
+    assert branch.stop_reason[1] == StopReason.BOUND and len(branch) < 40
+    assert [p.parameter for p in branch.special_points] == pytest.approx([0.25] if complex_pair else [], abs=1e-9)
 
 
 @pytest.mark.parametrize(("rate", "width"), [(-150.0, 0.03), (0.0, 0.03), (-150.0, -0.2), (0.0, -0.2), (150.0, -0.2)])

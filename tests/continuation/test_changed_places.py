@@ -2,7 +2,11 @@
 import numpy as np
 
 import bifurc as bf
+from bifurc.continuation.shooting import signature_change
+from bifurc.continuation.shooting.completion import begun_at
+from bifurc.continuation.shooting.train_length import longer
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
+from bifurc.orbits.shooting.sequence import CLOSES
 
 
 def points(branch):
@@ -124,17 +128,41 @@ def test_a_friction_that_an_impact_of_a_train_turns_round_does_so_behind_it():
             assert (np.diff([event.time for event in orbit.events]) >= -1e-12).all()
 
 
-def test_a_reversal_that_an_impact_overtakes_leaves_the_order_round_a_period():
-    """Two reversals and an impact a period: where the impact overtakes one, the three follow each other as before.  At that point
-    the second mass stops at the instant at which the first one strikes; the same point from every start."""
-    system = bf.System(np.diag([1.0, 0.918]), [[0.0809, -0.0209], [-0.0209, 0.0809]], [[1.349, -0.349], [-0.349, 1.349]], [
-        HarmonicForce(1.73), RigidStop(0.296, 0.401), Coulomb(0.177, dof=1)], omega=1.55)
-    bounds = (0.077, 0.277)
-    branch = bf.trace(bf.find_orbit(system), "friction", bounds=bounds)
-    change = min(branch.special_points, key=lambda point: point.parameter)
-    events = bf.find_orbit(system.with_parameters(friction=change.parameter)).events
-    (impact,) = [event for event in events if event.kind == "impact"]
-    assert min(abs(event.time - impact.time) for event in events if event is not impact) < 1e-9 and abs(impact.before[3]) < 1e-9
-    for row in (1, len(branch) // 2, len(branch) - 2):
-        other = bf.trace(branch.orbits[row], "friction", bounds=bounds)
-        assert points(other) == points(branch) and {"stick_onset"} == {p.kind for p in other.special_points}
+def test_an_impact_and_one_of_two_reversals_change_places():
+    """The events of a period, impact, reversal, reversal, are the same round in both orders: what tells them apart is from which
+    side a reversal comes.  The mass that rubs stands still, unmoved by the impact of the other one, at the instant of that."""
+    K = [[1.73, -0.73], [-0.73, 1.73]]
+    system = bf.System(np.diag([1.0, 0.918]), (0.06 * np.array(K)).tolist(), K,
+                       [HarmonicForce(1.73), RigidStop(0.296, 0.401), Coulomb(0.15, dof=1)], omega=1.55)
+    bounds = (0.077, 0.16)
+    starts = [bf.find_orbit(system.with_parameters(friction=friction)) for friction in (0.08, 0.15)]
+    branches = [bf.trace(start, "friction", bounds=bounds) for start in starts]
+    assert all(branch.stop_reason == ("bound", "bound") and branch.audit.ok for branch in branches)
+    (one,), (two,) = (branch.special_points for branch in branches)
+    assert one.kind == two.kind == "stick_onset" and abs(one.parameter - two.parameter) < 1e-8
+    for aside in (-1e-4, 1e-4):
+        motion = bf.simulate(system.with_parameters(friction=one.parameter + aside), one.solution.state, periods=200)
+        hit = next(event for event in motion.events[::-1] if event.element == "rigid_stop")
+        assert 0.0 < abs(hit.before[3]) < 1e-3 and np.sign(hit.before[3]) == np.sign(aside)
+
+
+def test_how_many_flights_with_slips_are_listed_is_no_change():
+    """Three masses coupled by inertia: below .4436184864 the second sticks just before an impact lets it slip the other way.  That
+    is all that differs, also where one of the two sequences lists three flights more of the chattering that follows."""
+    system = bf.System([[1.0271, -0.0488, 0.0801], [-0.0488, 1.1297, -0.1149], [0.0801, -0.1149, 1.5544]],
+                       [[0.1672, -0.1095, 0.0007], [-0.1095, 0.1498, -0.0323], [0.0007, -0.0323, 0.0769]],
+                       [[2.8872, -1.9852, 0.0], [-1.9852, 2.5552, -0.57], [0.0, -0.57, 1.1639]],
+                       [HarmonicForce(1.53), RigidStop(0.239, 0.72), Coulomb(0.5355, dof=1)], omega=0.4432)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.443, 0.444))
+    (point,) = branch.special_points
+    assert point.kind == "stick_onset" and abs(point.parameter - 0.4436184864) < 1e-10
+    rows = [branch.rows()[int(np.flatnonzero(branch.column("omega") > at)[0])] for at in (0.4432, 0.4437)]
+    ends = [(row.part.problem, row.x) for row in rows]
+    for k in (0, 1):
+        problem, x = ends[k]
+        at, x = begun_at(problem, x, int(np.flatnonzero(problem.sequence.nodes[:, CLOSES] == 1)[0]) + 1)
+        for more in (0, 1, 3):
+            new = longer(at, x, more)[0] if more else at
+            pair = (new, ends[1][0]) if k == 0 else (ends[0][0], new)
+            masks = signature_change.as_long(*pair)
+            assert signature_change.differ(*pair, masks)[2] == [(2, "stick")]

@@ -4,11 +4,11 @@ import pytest
 from mpmath import mpf
 
 import bifurc as bf
-from bifurc.continuation.shooting.completion import begun_at, growth, ratio
+from bifurc.continuation.shooting.completion import begun_at, growth, ratio, rebound, train
 from bifurc.continuation.shooting.train_length import longer, shorter
-from bifurc.elements import HarmonicForce, RigidStop
+from bifurc.elements import Coulomb, HarmonicForce, RigidStop
 from bifurc.orbits.shooting.sequence import CLOSES
-from tests.reference.completion import completes, cycle, rests
+from tests.reference.completion import completes, cycle, rests, rests_beside_friction
 
 
 @pytest.fixture(scope="module")
@@ -247,3 +247,38 @@ def test_towards_restitution_zero_no_flight_of_a_chattering_falls_together_with_
         again = bf.trace(branch.orbits[int(np.argmin(abs(branch.column(name) - start)))], name, bounds=(0.0, 0.25))
         for one in (branch, again):
             assert one.special_points == () and one.stop_reason == ("bound", "bound") and one.audit.ok
+
+
+def coupled(friction, omega, restitution=0.5):
+    """Return two masses coupled by inertia: the first hits a stop, and lets the second slip, which friction holds."""
+    return bf.System([[1.0, 0.25], [0.25, 1.44]], [[0.11, -0.019], [-0.019, 0.11]], [[1.38, -0.38], [-0.38, 1.38]],
+                     [HarmonicForce(2.1), RigidStop(0.12, restitution), Coulomb(friction, dof=1)], omega=omega)
+
+
+@pytest.mark.parametrize(("friction", "bounds"), [(1.2, (0.8, 0.83)), (0.8, (0.765, 0.79))])
+def test_completion_where_every_impact_lets_a_held_mass_slip(friction, bounds):
+    """What the slip takes of the impulse lowers the restitution: with m12^2 / (m11 m22) = k, to r - (1 + r) k.  Motions a little
+    beyond were told complete: of flights under hardly any load the rise during the slip alone was looked at."""
+    branch = bf.trace(bf.find_orbit(coupled(friction, bounds[0])), "omega", bounds=bounds)
+    (point,) = branch.special_points.of("chatter_completion")
+    assert branch.stop_reason == ("bound", "chattering") and branch.audit.ok and point.error < 1e-10
+    row = branch.rows()[-1]
+    impacts, release = train(row.part.problem, row.x)
+    assert rebound(row.part.problem, row.x, impacts[-1]) == pytest.approx(0.5 - 1.5 * 0.25**2 / 1.44, abs=1e-14)
+    for aside, complete in ((-1e-9, True), (1e-9, False)):
+        system = coupled(friction, point.parameter + aside)
+        orbit = bf.find_orbit(system, guess=point.solution.state)
+        impact = [event for event in orbit.events if event.kind == "impact"][2]
+        assert rests_beside_friction(system.mass, system.damping, system.stiffness, 2.1, system.omega, 0.12, 0.5, friction,
+                                     impact.time, impact.before) is complete
+    for aside, complete in ((-1e-8, True), (1e-8, False)):
+        orbit = bf.find_orbit(coupled(friction, point.parameter + aside), guess=point.solution.state)
+        assert orbit.success and (orbit.sequence.nodes[:, CLOSES] == 1).any() == complete
+
+
+def test_motions_that_slip_and_never_come_to_rest_end_in_the_same_point():
+    """Impacts are added one by one towards it, each with its slip and stick."""
+    other = bf.trace(bf.find_orbit(coupled(1.2, 0.83)), "omega", bounds=(0.8, 0.83))
+    (point,) = other.special_points.of("chatter_completion")
+    assert point.parameter == pytest.approx(0.8124312244, abs=2e-10) and point.solution.success
+    assert "release" in point.solution.signature

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.continuation.branches.audit import told_slopes
 from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.tracing import beside
@@ -14,6 +15,7 @@ from bifurc.orbits.repetition import repetition
 from bifurc.orbits.shooting.equations import Equations
 from bifurc.orbits.shooting.path import constant_path
 from bifurc.orbits.shooting.refused import Refusal, earlier_modes, proportional
+from bifurc.orbits.shooting.signature import Signature, divided
 
 
 def belt(amplitude, ratio=1.3):
@@ -229,3 +231,35 @@ def test_flights_under_friction_are_not_taken_for_grazes():
     branch = bf.trace(bf.find_orbit(system), "rigid_stop.gap", bounds=(0.2898, 0.6762))
     assert branch.audit.ok, branch.unresolved
     assert len(branch.special_points) == 0
+
+
+def test_a_mass_that_nothing_pushes_harder_does_not_break_loose():
+    """Two masses at rest, each held: the force on the second one stands still, and if that is its static limit it may break loose
+    at any time or never.  Such solutions, with a free instant and multipliers that are infinite, led from one branch to the next;
+    the branch ends where the force is the limit, 1.3 mu2 less the friction of the belt that pulls."""
+    kx, kxx = -1.709, 2.8673
+    system = bf.System(np.diag([1.3935, 1.1027]), [[0.3647, -0.1759], [-0.1759, 0.3245]], [[3.182, kx], [kx, kxx]], [
+        HarmonicForce(0.482), Coulomb(0.045, dof=1, belt_speed=0.0518), Coulomb(0.09, dof=1, static_ratio=1.3), Coulomb(0.254)],
+        omega=0.603)
+    branch = bf.trace(bf.find_orbit(system), "coulomb_2.friction", bounds=(0.08, 0.1))
+    assert branch.stop_reason == ("jump", "bound") and branch.audit.ok
+    assert all(np.abs(orbit.multipliers).max() < 2.0 for orbit in branch.orbits[1:])
+    end = branch.orbits[0]
+    stick = [event for event in end.events if event.element == "coulomb_2" and event.kind == "stick"][-1]
+    force = abs(kx * stick.before[0] + kxx * stick.before[1])
+    assert abs(force - (1.3 * end.system.parameter("coulomb_2.friction") - 0.045)) < 1e-12
+    assert all(not problem.sequence.unmoved(problem.scene) for problem in branch.problems)
+
+
+def test_an_event_is_led_to_by_what_is_not_held():
+    """Of two masses at rest the force on the excited one changes, that on the other does not; it does while the first one moves."""
+    contacts = [HarmonicForce(1.0), Coulomb(0.2), Coulomb(0.2, dof=1)]
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], contacts, omega=1.0)
+    scene = scene_of(system)
+    for mode, unmoved in (("stick", [False, True]), ("slip+", [False, False])):
+        before = scene.index(("always", mode, "stick"))
+        for element, stands in zip((1, 2), unmoved, strict=True):
+            for guard in scene.guards_of(before, element):
+                after = int(scene.expand(before, guard).then[before, guard].max())
+                nodes = divided(scene, np.array([[before, guard, after, 0, 0]]))
+                assert bool(Signature(nodes, np.zeros(1), 1.0).unmoved(scene)) is stands

@@ -516,3 +516,17 @@ def test_signs_after_a_zero_and_products(rng):
     known = 0.5 * (end - start) * weights @ ((periodic.states(HARMONICS, at) @ a) * (periodic.states(HARMONICS, at) @ b))
     assert periodic.product_integral(HARMONICS, a, b, start, end) == pytest.approx(known, rel=1e-12)
     assert periodic.product_integral((), np.array([2.0]), np.array([3.0]), 0.5, 2.0) == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize(("r", "first", "push"), [(0.5, (2.0, 0.3, 4.0), 0.01), (0.5, (-0.4, 0.3, 4.0), 0.2),
+                                                  (0.4, (9.0, 0.3, 4.0), 1.0), (0.7, (1.5, 0.0, 1.0), 1.5)])
+def test_how_high_a_flight_rises(r, first, push):
+    """Two accelerations toward the stop, the first until the slip is lost: the less the second is, the higher it rises."""
+    acceleration, slip, loss = first
+    parts = np.zeros(9)
+    parts[[0, 4, 8]] = acceleration, loss, slip
+    until = slip / loss
+    t = np.linspace(0.0, 2.0 * r / push + until, 400001)
+    speed = -r + acceleration * np.minimum(t, until) + push * np.maximum(t - until, 0.0)
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))])
+    assert chatter.height(r, parts, push) == pytest.approx(-way.min(), rel=1e-6)

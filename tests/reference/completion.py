@@ -187,3 +187,81 @@ def rests(M, C, K, force, omega, row, gap, restitution, time, state, digits=30) 
         raise ArithmeticError("too many impacts")
     finally:
         mp.dps = saved
+
+
+def rests_beside_friction(M, C, K, force, omega, gap, restitution, friction, time, state, digits=40) -> bool:
+    """Return whether the bouncing of the first of two masses ends with it at rest on its stop,
+
+        M x'' + C x' + K x = (force cos(omega t), -friction sign x_1'),   x_0 <= gap,
+
+    from the ``state`` (x, x') just before an impact at a ``time``, while friction holds the second: every impact lets it slip, and
+    it sticks again before the next.  It does not where an impact comes at which the load would no longer press the first to its
+    stop.
+    """
+    saved = mp.dps
+    mp.dps = digits
+    try:
+        M, C, K = (mp.matrix(np.asarray(matrix, float).tolist()) for matrix in (M, C, K))
+        t, r, gap, omega, force, friction = (mpf(value) for value in (time, restitution, gap, omega, force, friction))
+        inverse = M**-1
+
+        def steady(m, c, k, f):
+            """Amplitude under f cos(omega t)."""
+            return mp.lu_solve(k - omega**2 * m + 1j * omega * c, f)
+
+        def matrix_of(m, c, k):
+            """Matrix of the first-order equations, diagonal in its eigenvectors."""
+            n, free, damped = m.rows, m**-1 * k, m**-1 * c
+            A = mp.zeros(2 * n)
+            for i in range(n):
+                A[i, n + i] = 1
+                for j in range(n):
+                    A[n + i, j], A[n + i, n + j] = -free[i, j], -damped[i, j]
+            values, V = mp.eig(A)
+            return values, V, V**-1
+
+        both, one = (M, C, K), tuple(matrix[:1, :1] for matrix in (M, C, K))
+        parts = {2: (matrix_of(*both), steady(*both, mp.matrix([force, 0]))),
+                 1: (matrix_of(*one), steady(*one, mp.matrix([force])))}
+
+        def flow(y, t, s, still):
+            """State a time s after y at t, about the state of rest ``still``."""
+            (values, V, W), amplitude = parts[len(y) // 2]
+            at, then = (mp.matrix([*(amplitude * mp.expj(omega * u)), *(1j * omega * amplitude * mp.expj(omega * u))]).apply(mp.re)
+                        for u in (t, t + s))
+            still = mp.matrix([*still, *[0] * len(still)])
+            b = W * (y - at - still)
+            return (V * mp.matrix([b[j] * mp.exp(values[j] * s) for j in range(len(y))])).apply(mp.re) + then + still
+
+        y = mp.matrix([mpf(float(value)) for value in state])
+        for _ in range(4 * BOUNCES):
+            v = y[2]
+            y[0], y[3] = gap, mpf(0)
+            push = (force * mp.cos(omega * t) - K[0, 0] * gap - K[0, 1] * y[1]) / M[0, 0]
+            if push <= 0:
+                return False
+            if v < mpf(10)**(8 - digits // 2):  # rises as the square of that are known
+                return True
+            y[2:] = mp.matrix([-r * v, -(1 + r) * v * inverse[1, 0] / inverse[0, 0]])
+            turned = mp.sign(y[3])
+            still = mp.lu_solve(K, mp.matrix([0, -friction * turned]))
+            loss = (inverse * (mp.matrix([force * mp.cos(omega * t), -friction * turned]) - C * y[2:] - K * y[:2]))[1]
+            s = -y[3] / loss
+            for _ in range(12):
+                ahead = flow(y, t, s, still)
+                s -= ahead[3] / loss
+            y, t = flow(y, t, s, still), t + s
+            held = [-K[0, 1] * y[1] / K[0, 0]]
+            small = mp.matrix([y[0], y[2]])
+            push = (force * mp.cos(omega * t) - K[0, 0] * gap - K[0, 1] * y[1] - C[0, 0] * y[2]) / M[0, 0]
+            s = -y[2] / push + mp.re(mp.sqrt((y[2] / push)**2 + 2 * (gap - y[0]) / push))
+            for _ in range(12):
+                x, w = flow(small, t, s, held)
+                s -= (x - gap) / w
+            if not (s > 0 and abs(x - gap) < mpf(10)**(14 - digits)):
+                return False  # it does not fall back while the load would press it
+            small, t = flow(small, t, s, held), t + s
+            y = mp.matrix([small[0], y[1], small[1], 0])
+        raise ArithmeticError("too many impacts")
+    finally:
+        mp.dps = saved

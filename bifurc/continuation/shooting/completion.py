@@ -16,22 +16,30 @@ parameter is known to tau^2 over the product of all these slopes: to rounding af
 
 Chattering that ends at the release: Nordmark and Kisitu (2003).  The cubic is derived in one line from the two flights above.
 
+Where a mass matrix passes the impulse on to a mass that friction holds, that mass slips behind each impact until friction has taken
+the impulse away.  The slip lasts as long as tau^2 does, the flight as tau: near the boundary it is a second impulse in the same
+instant, and r in the above is what it leaves of the restitution (`rebound`).
+
 One file, because listing, condition and descent share the places of the impacts of a train.
 """
 import math
+from itertools import pairwise
 
 import numpy as np
 
 from ...elements import EventKind
-from ...flow.chatter import moved_row
+from ...flow.chatter import flight_mode, moved_row
 from ...orbits.autonomous import wound
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE
 from ...orbits.shooting.signature import Signature, divided
 from ..conditions import Condition, difference
 
 IMPACTS = 6  # of a train, at least
-LEFT = 1e-7  # periods left at the last impact whose ratio is used: rounding of times is 1e-9 of that
-ROOM = 1e-2  # of that, down to which a train is written out
+UNITS = (1, 2)  # nodes of a flight of a train: friction may have an event in each
+DEEP = 1e-7, 1e-9  # periods left at the last impact whose ratio is used, of which rounding of times is 1e-9; and at the last one
+# that is written out
+DEEP_SLIPS = 1e-4, 1e-6  # the same where friction has an event in every flight: its end is no longer divided by its duration, and
+# known to the rounding of a position over the speed, which falls as the square of the time left
 ALIKE = 0.03  # by which a ratio may differ from that of the boundary in a start
 MAX_ITERATIONS, FAR = 30, 1.0  # of Newton's method; a scaled step of it that leads away
 TOLERANCE = 1e-12  # scaled step of Newton's method
@@ -118,6 +126,29 @@ def time_of(problem, x, k) -> float:
     return turns * problem.sequence.span + sum(factor * float(x[place]) for place, factor in slope_of_time(problem, k))
 
 
+def rebound(problem, x, k) -> float:
+    """Return what of its arriving speed impact ``k`` of the orbit at ``x`` (n + 1,) leaves to the flight behind it, dimensionless:
+    the restitution, less what goes with the impulse of a friction that the impact lets slip.
+
+    That impulse, beside that of the stop, is along what friction adds to the accelerations once it slips, and ends the slip.
+    """
+    T, n, kernel = problem.equations.numbers_at(float(x[-1])), problem.scene.n, problem.equations.kernel
+    node = node_at(problem, k)
+    m, g = node[:BEFORE + 2]
+    r = float(T.ratio[m, g])
+    other, slides = flight_mode(T, m, g)
+    if moved_row(T, m, g) < 0 or other < 0:
+        return r
+    time = time_of(problem, x, k)
+    direction, _, still = apart(problem, float(x[-1]), node, time, state_at(problem, x, k))
+    z, held, slips = problem._joined(np.append(time, still)), np.empty(problem.scene.ns), np.empty(problem.scene.ns)
+    kernel.field(T, m, z, held)
+    kernel.field(T, other, z, slips)
+    force, own = slips[n:2 * n] - held[n:2 * n], slice(n, 2 * n)
+    begins = T.G[other, slides, own] @ (direction - (1.0 + r) * T.B[m, g])[own]
+    return r + float(T.GT[m, g, own, 1] @ force) * float(begins / (T.G[other, slides, own] @ force))
+
+
 def apart(problem, p, node, time, state):
     """Return how impacts move the state (ns,) where they stop the speed 1, see `flow.chatter`, the speed at which a ``node`` is
     reached at a ``time`` with a ``state`` (ns,), and that state with the speed put to rest."""
@@ -166,22 +197,21 @@ class Completion(Condition):
     def __init__(self, problem, impacts, release):
         super().__init__(problem)
         self.impacts, self.release = tuple(impacts), release
-        self.hit = tuple(node_at(problem, impacts[0])[:AFTER])
 
-    def restitution(self, problem, p) -> float:
-        """Return that of the stop at the parameter ``p``."""
-        return float(problem.equations.numbers_at(p).ratio[self.hit])
+    def ratio(self, problem, x) -> float:
+        """Return that of successive times left on the boundary."""
+        return ratio(rebound(problem, x, self.impacts[0]))
 
     def of(self, problem, x) -> float:
         """Return the value of the condition at ``x`` = (u, a) (n + 1,), dimensionless."""
         a, b, c = (time_of(problem, x, self.release) - time_of(problem, x, k) for k in self.impacts)
-        rho = ratio(self.restitution(problem, float(x[-1])))
+        rho = self.ratio(problem, x)
         return (c / b - rho * b / a) / (1.0 - rho) - rho
 
     def gradient(self, problem, x) -> np.ndarray:
         """Return the derivatives of `of` (n + 1,), own units."""
         a, b, c = (time_of(problem, x, self.release) - time_of(problem, x, k) for k in self.impacts)
-        rho = ratio(self.restitution(problem, float(x[-1])))
+        rho = self.ratio(problem, x)
         slopes = np.array([rho * b / a**2, -c / b**2 - rho / a, 1.0 / b]) / (1.0 - rho)
         out = np.zeros(x.size)
         for k, slope in [*zip(self.impacts, -slopes, strict=True), (self.release, slopes.sum())]:
@@ -201,6 +231,11 @@ class Completion(Condition):
         return self.value(family, x), gradient
 
 
+def deep(impacts) -> tuple[float, float]:
+    """Return `DEEP` of a train with ``impacts`` (places)."""
+    return DEEP if impacts[-1] - impacts[-2] == 1 else DEEP_SLIPS
+
+
 def condition(problem, x):
     """Return the condition of the completion of an orbit near ``x`` (n + 1,), None without a train of impacts."""
     found = train(problem, x)
@@ -208,7 +243,7 @@ def condition(problem, x):
         return None
     impacts, release = found
     last = max((k for k, place in enumerate(impacts)
-                if time_of(problem, x, release) - time_of(problem, x, place) > LEFT), default=0)
+                if time_of(problem, x, release) - time_of(problem, x, place) > deep(impacts)[0]), default=0)
     return Completion(problem, impacts[last - 2:last + 1], release) if last >= IMPACTS - 1 else None
 
 
@@ -229,17 +264,19 @@ def completion_near(problem, x):
         problem, x = made
     impacts, release = found
     left = np.array([time_of(problem, x, release) - time_of(problem, x, k) for k in impacts])
-    rho = ratio(Completion(problem, impacts[:3], release).restitution(problem, float(x[-1])))
+    rho = ratio(rebound(problem, x, impacts[0]))
     first = max(3, int(np.argmin(np.abs(left[1:] / left[:-1] - rho))))
-    deepest = int(np.clip(first + np.log(LEFT / max(left[first], LEFT)) / np.log(rho), first, len(impacts) - 1))
+    deepest = int(np.clip(first + np.log(deep(impacts)[0] / left[first]) / np.log(rho), IMPACTS - 1, len(impacts) - 1))
+    first = min(first, deepest - 2)
     for path in ([deepest - 2, deepest - 1, deepest], range(first, deepest + 1)):
         values = down(problem, x, impacts, release, first, path)
         if len(values) < 3:
             continue
-        at, p = values[-1][0], [float(value[-1]) for value, _ in values[-3:]]
-        if abs(p[-1] - x[-1]) <= NEAR * problem.scale[-1]:
-            error = float(np.ptp(p)) + max(noise for _, noise in values[-3:])
-            return problem, at, error + 1e-15 * (abs(p[-1]) + float(problem.scale[-1]))
+        error, k = min((float(np.ptp([value[-1] for value, _ in three])) + max(noise for _, noise in three), 2 + i)
+                       for i, three in enumerate(zip(values, values[1:], values[2:], strict=False)))
+        at = values[k][0]
+        if abs(at[-1] - x[-1]) <= NEAR * problem.scale[-1]:
+            return problem, at, error + 1e-15 * (abs(float(at[-1])) + float(problem.scale[-1]))
     return None
 
 
@@ -272,66 +309,94 @@ def resting(problem, x):
     """Return (problem, start) of motions that rest at the end of the longest train of impacts of the orbit at ``x`` (n + 1,), which
     does not; None where it has no such train."""
     s, scene, p = problem.sequence, problem.scene, float(x[-1])
-    T, count = problem.equations.numbers_at(p), len(s.nodes)
-    best: list[int] = []
-    for first in range(count):
-        hit = node_at(problem, first)[:AFTER]
-        m, g = hit
-        if g < 0 or not T.kick[m, g] or T.ends_in[m, g] < 0:
-            continue
-        rho, run = ratio(float(T.ratio[m, g])), [first, first + 1]
-        while len(run) < count and node_at(problem, run[-1])[:AFTER] == hit:
-            spans = np.diff([time_of(problem, x, k) for k in (*run[-2:], run[-1] + 1)])
-            if node_at(problem, run[-1] + 1)[:AFTER] != hit or abs(spans[1] / spans[0] - rho) > ALIKE * (
-                    1 if len(run) > IMPACTS else 6):
-                break
-            run.append(run[-1] + 1)
-        best = max(best, run, key=len)
+    count = len(s.nodes)
+    best = max((run for first in range(count) for unit in UNITS if (run := falling_train(problem, x, first, unit))), key=len,
+               default=[])
     if len(best) < IMPACTS:
         return None
     hit = node_at(problem, best[0])[:AFTER]
     m, g = hit
-    rest, rho = int(T.ends_in[m, g]), ratio(float(T.ratio[m, g]))
+    rest, rho, unit = int(problem.equations.numbers_at(p).ends_in[m, g]), ratio(rebound(problem, x, best[0])), best[1] - best[0]
     element = scene.guard(m, g).element
     releases = [k for k in scene.guards_of(rest, element) if scene.event_kind(rest, k) is EventKind.RELEASE]
     if not releases:
         return None
     at = [time_of(problem, x, k) for k in best]
     release = at[-2] + (at[-1] - at[-2]) / (1.0 - rho)
-    direction, arriving, still = apart(problem, p, hit, at[-1], state_at(problem, x, best[-1]))
     behind = best[-1] + 1
-    while time_of(problem, x, behind) < release + (release - at[-IMPACTS]) and node_at(problem, behind)[:AFTER] == hit:
+    while time_of(problem, x, behind) < release + (release - at[-IMPACTS]) and alike(problem, behind, unit):
         behind += 1  # impacts of the same train that have left the boundary
-    kept = range(max(best[-1] + 1, behind) - count, best[-1] + 1)
-    nodes = [[*node_at(problem, k)[:DIVIDE], 0, 2 if k in best else 0] for k in kept]
+    if node_at(problem, behind)[BEFORE] != hit[BEFORE]:
+        return None
+    kept = range(behind - count, best[-1] + 1)
+    nodes = [[*node_at(problem, k)[:DIVIDE], 0, 2 if best[0] <= k else 0] for k in kept]
     times, states = [time_of(problem, x, k) for k in kept], [state_at(problem, x, k) for k in kept]
-    left = release - at[-1]
-    while left > LEFT * ROOM:
-        left, arriving = rho * left, rho * rho * arriving
-        nodes.append([*nodes[-1][:DIVIDE], 0, 2])
-        times.append(release - left)
-        states.append(still + arriving * direction)
+    still = apart(problem, p, hit, at[-1], states[-1])[-1]
+    for flight in flights(problem, x, best[-2], best[-1], release, still, rho):
+        for node, time, state in flight:
+            nodes.append([*node[:DIVIDE], 0, 2])
+            times.append(time)
+            states.append(state)
+        if release - times[-1] <= deep(best)[1]:
+            break
     nodes[-1][AFTER], nodes[-1][CLOSES] = rest, 1
     nodes.append([rest, releases[0], node_at(problem, best[0])[BEFORE], 0, 0])
     return relisted(problem, x, nodes, [*times, release], [*states, still])
 
 
+def falling_train(problem, x, first, unit) -> list[int]:
+    """Return the places of impacts, every ``unit`` nodes one from node ``first`` on, as many as fall like those on the boundary of
+    the orbit at ``x`` (n + 1,); empty where there is no such impact."""
+    T, count, run = problem.equations.numbers_at(float(x[-1])), len(problem.sequence.nodes), [first, first + unit]
+    hit = node_at(problem, first)[:AFTER]
+    m, g = hit
+    if g < 0 or not T.kick[m, g] or T.ends_in[m, g] < 0:
+        return []
+    rho = ratio(rebound(problem, x, first))
+    while run[-1] - first + unit < count and alike(problem, run[-1], unit):
+        spans = np.diff([time_of(problem, x, k) for k in (*run[-2:], run[-1] + unit)])
+        if not all(alike(problem, run[-1] + k, unit) for k in range(1, unit + 1)) \
+                or abs(spans[1] / spans[0] - rho) > ALIKE * (1 if len(run) > IMPACTS else 6):
+            break
+        run.append(run[-1] + unit)
+    return run
+
+
+def alike(problem, k, unit) -> bool:
+    """Whether node ``k`` is the same event as the one ``unit`` nodes, a flight, before."""
+    return node_at(problem, k)[:AFTER] == node_at(problem, k - unit)[:AFTER]
+
+
+def flights(problem, x, before, last, release, still, rho):
+    """Yield the nodes (node, time, state) of the flights behind impact ``last`` of a train of the orbit at ``x`` (n + 1,) on the
+    boundary, as those of the flight from the impact ``before`` it: the times left fall by ``rho``, all that is not at rest by its
+    square.  ``still`` (ns,) is the state at rest, ``release`` the time of its end."""
+    begun, at = time_of(problem, x, before), time_of(problem, x, last)
+    nodes = [(node_at(problem, k), time_of(problem, x, k) - begun, state_at(problem, x, k) - still)
+             for k in range(before + 1, last + 1)]
+    left, square = release - at, 1.0
+    while True:
+        square *= rho * rho
+        found = [(node, release - left + square * later, still + square * moves) for node, later, moves in nodes]
+        left *= rho
+        found[-1] = nodes[-1][0], release - left, found[-1][-1]
+        yield found
+
+
 def on_boundary(problem, x, impacts, release, k):
     """Return ``x`` (n + 1,) with the impacts of a train behind its ``k``-th put on the boundary, where two ratios extrapolate."""
     s, p = problem.sequence, float(x[-1])
-    hit = node_at(problem, impacts[0])
-    rho = ratio(float(problem.equations.numbers_at(p).ratio[tuple(hit[:AFTER])]))
-    end = time_of(problem, x, release)
-    at = time_of(problem, x, impacts[k])
-    left = end - at
-    direction, arriving, still = apart(problem, p, hit, at, state_at(problem, x, impacts[k]))
+    hit, end = node_at(problem, impacts[0]), time_of(problem, x, release)
+    still = apart(problem, p, hit, time_of(problem, x, impacts[k]), state_at(problem, x, impacts[k]))[-1]
     out = x.copy()
-    rows = out[:-1].reshape(len(s.nodes), -1)
-    for place in impacts[k + 1:]:
-        left, arriving = rho * left, rho * rho * arriving
-        turns, row = divmod(place, len(s.nodes))
-        sign = -1.0 if s.closure < 0 and turns % 2 else 1.0
-        rows[row] = np.append(end - left - turns * (x[0] if s.clock else s.span), sign * (still + arriving * direction))
+    rows, made = out[:-1].reshape(len(s.nodes), -1), flights(problem, x, impacts[k - 1], impacts[k], end, still,
+                                                            ratio(rebound(problem, x, impacts[0])))
+    for begin, last in pairwise(impacts[k:]):
+        flight = next(made)
+        for place, (_, time, state) in zip(range(last, begin, -1), reversed(flight), strict=False):
+            turns, row = divmod(place, len(s.nodes))
+            sign = -1.0 if s.closure < 0 and turns % 2 else 1.0
+            rows[row] = np.append(time - turns * (x[0] if s.clock else s.span), sign * state)
     return out
 
 

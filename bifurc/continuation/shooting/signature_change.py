@@ -17,11 +17,11 @@ from ...elements import EventKind
 from ...elements.friction.dry import STICK
 from ...orbits.repetition import middles
 from ...orbits.shooting import sequence
-from ...orbits.shooting.sequence import AFTER, CLOSES, DIVIDE, GUARD, TOGETHER
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
 from ..kinds import SpecialPointKind, StopReason
 from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
-from .completion import ratio
+from .completion import UNITS, ratio
 from .directions import directions
 from .successor import SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
@@ -32,7 +32,6 @@ ONE = 1e-9  # their scaled difference that is none also where the parameter does
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
 Counts = collections.namedtuple("Counts", "completed kicks")
 AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
-ONE_INSTANT = 1e-6  # the same of events that meet
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
@@ -198,7 +197,7 @@ def changed(problem, x, other):
         if told[2]:  # between impacts that lead to the completion: which events are told to belong to them differs
             one, two, apart = told
     if not apart:
-        return meeting(problem, x)
+        return None
     kinds = {EventKind(kind) for _, kind in apart}
     if kinds != {EventKind.IMPACT} and completes:
         kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
@@ -282,9 +281,15 @@ def exchanged(problem, x, other, trains=False):
     before them are told to belong to it differs, and how many are listed.
     """
     masks = as_long(problem, other) if trains else [listed(problem), listed(other)]
-    one, spans = by_instant(problem, x, masks[0])
-    two, _ = by_instant(other, other.x0, masks[1])
     halves = [end.sequence.closure < 0 for end in (problem, other)]
+    kinds = [changes_places(*by_instant(problem, x, masks[0], own), by_instant(other, other.x0, masks[1], own)[0], halves)
+             for own in (True, False)]  # events of one element look alike unless they are told apart by where they come from
+    return next((kind for kind in kinds if kind is not None), None)
+
+
+def changes_places(one, spans, two, halves):
+    """Return the kind of a change of events, see `exchanged`, from the events ``one``, before which there are ``spans`` (periods),
+    to ``two``; ``halves`` says which of the two are those of half a period."""
     if halves[0] != halves[1]:  # one of them is listed over half its period
         one, two = one * (1 + halves[0]), two * (1 + halves[1])
         spans = np.resize(spans, len(one))
@@ -303,16 +308,6 @@ def exchanged(problem, x, other, trains=False):
     return ORDER[min(found)[2]] if found else None
 
 
-def meeting(problem, x):
-    """Return the kind of the change where the nearest unlike neighbours of a sequence meet at ``x`` (n + 1,), None where none do:
-    round a period their order may be the same as before, as of a reversal that an impact overtakes if there is one behind it too.
-    """
-    events, spans = by_instant(problem, x, listed(problem))
-    found = [(spans[i], min(ORDER.index(KINDS.get(EventKind(kind), SpecialPointKind.GRAZING)) for _, kind in (events[i - 1], event)))
-             for i, event in enumerate(events) if event != events[i - 1] and spans[i] < ONE_INSTANT]
-    return ORDER[min(found)[1]] if found else None
-
-
 def intervals(problem, x):
     """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit); inf of
     those that are always none."""
@@ -329,36 +324,39 @@ def listed(problem):
 
 def as_long(problem, other) -> list[np.ndarray]:
     """Return which nodes (nodes,) of both sequences are events, without the last impacts of a complete chattering that one of them
-    lists beyond the number of the other."""
+    lists beyond the number of the other, and what friction does between them."""
     masks = [end.sequence.nodes[:, GUARD] >= 0 for end in (problem, other)]
     impacts = [int(np.count_nonzero(end.scene.tables.kick[tuple(end.sequence.nodes[mask, :AFTER].T)]))
                for end, mask in zip((problem, other), masks, strict=True)]
     longer = int(impacts[1] > impacts[0])
     nodes = (problem, other)[longer].sequence.nodes
     ends = np.flatnonzero(nodes[:, CLOSES] == 1)
-    for k in range(1, abs(impacts[1] - impacts[0]) + 1 if len(ends) == 1 else 0):
-        at = (int(ends[0]) - k) % len(nodes)
-        if nodes[at, CLOSES] != 2 or not np.array_equal(nodes[at, :AFTER], nodes[ends[0], :AFTER]):
-            break
-        masks[longer][at] = False
+    if len(ends) == 1:
+        rows = np.roll(nodes, -1 - int(ends[0]), axis=0)[:, [BEFORE, GUARD, CLOSES]]  # the end is the last
+        unit = next((unit for unit in UNITS if len(rows) > unit and np.array_equal(rows[-1 - unit, :2], rows[-1, :2])), 1)
+        for k in range(2, 2 + unit * abs(impacts[1] - impacts[0])):
+            if k > len(rows) or rows[-k, 2] != 2 or k > unit and not np.array_equal(rows[-k, :2], rows[unit - k, :2]):
+                break
+            masks[longer][(int(ends[0]) + 1 - k) % len(nodes)] = False
     return masks
 
 
-def named_events(problem, mask=None) -> list[tuple[int, str]]:
-    """Return element and kind of the events of a problem's sequence, in order.
+def named_events(problem, mask=None, own=False) -> list[tuple]:
+    """Return element and kind of the events of a problem's sequence, in order, and the ``own`` mode of the element before them.
 
     Of a complete chattering those that lead to its end are left out, with what happens between them: how many of them
     are listed is a matter of accuracy.  Or those that ``mask`` (nodes,) says.
     """
     scene, nodes = problem.scene, problem.sequence.nodes
     events = [(int(m), int(g)) for m, g in nodes[listed(problem) if mask is None else mask][:, :AFTER]]
-    return [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
+    named = [(scene.guard(m, g).element, scene.event_kind(m, g).value) for m, g in events]
+    return [(*name, str(scene.keys[m][name[0]])) for name, (m, _) in zip(named, events, strict=True)] if own else named
 
 
-def by_instant(problem, x, mask):
+def by_instant(problem, x, mask, own=False):
     """Return the `named_events` of a ``mask`` (nodes,), those that always fall on one instant in one order, and the `intervals`
     before them at ``x`` (n + 1,)."""
-    events, spans = named_events(problem, mask), intervals(problem, x)[mask]
+    events, spans = named_events(problem, mask, own), intervals(problem, x)[mask]
     apart = np.flatnonzero(problem.sequence.nodes[mask][:, DIVIDE] != TOGETHER)
     order = np.roll(np.arange(len(events)), -apart[0] if apart.size else 0)  # an instant may be that of the last and the first
     groups = np.split(order, (apart - apart[0])[1:]) if apart.size else [order]

@@ -212,9 +212,10 @@ def determined(problem, x) -> bool:
     none.
 
     A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
-    duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.
+    duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.  An event that nothing
+    leads to may happen at any time.
     """
-    if problem.sequence.creeping(problem.scene):
+    if problem.sequence.creeping(problem.scene) or problem.sequence.unmoved(problem.scene):
         return False
     size, nodes = 1 + problem.scene.ns, problem.sequence.nodes
     kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])

@@ -259,8 +259,7 @@ class Half:
         if inner is not None:
             if cut is not None and inner.s > row.s:
                 inner.ds = OVER * (new.s - inner.s)
-            row = row if inner.s > row.s else self.take_back()
-            return self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
+            return self.accept_inner(row, inner)
         found, cause = detect.crossed(self, row, new, cut)
         if cause is not None:
             return cause
@@ -272,6 +271,18 @@ class Half:
         if cut is not None:
             self.cross(new, cut)
         return None
+
+    def accept_inner(self, row, inner):
+        """Take a row in that lies before the end of a step from ``row``, or before that: then it takes its place; returns as
+        `accept`."""
+        back = None
+        if inner.s <= row.s:
+            back, found, row = row, self.found, self.take_back()
+        cause = self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
+        if back is not None and cause is not None:  # the next try begins where this one did
+            self.rows.append(back)
+            self.signs, self.found, self.steps = list(back.signs), found, self.steps + 1
+        return cause
 
     def beyond_bounds(self, p, part, error=0.0):
         """Whether a parameter, known to an ``error``, lies behind a bound."""

@@ -22,7 +22,7 @@ from .hidden import jumped, nearly_singular, rounding
 from .inside import AT_BOUNDARY, beginning, ending
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
-from .tori import REAL, inner_change, next_to, pair_on_circle
+from .tori import REAL, inner_change, next_to, pair_on_circle, passes
 
 crosses = steplaw.crosses.py_func
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
@@ -216,6 +216,8 @@ def crossed(half, row, new, cut):
             continue  # not known on this side: nothing can be enclosed
         special = zero_between(part, a, b, j)
         if special is None:
+            if part.kinds[j] is SpecialPointKind.NEIMARK_SACKER and passes(part, a, b, found) is False:
+                continue  # of real multipliers, one of which may be as small as the rounding of the largest
             if new.s - row.s > SHORT:
                 return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
             special = guessed(part, a, b, j)

@@ -25,18 +25,9 @@ STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multiplie
 def pair_on_circle(part, a, b, found):
     """Return (curve, root) of the point between the rows ``a`` and ``b`` where a complex pair passes the unit circle; None without
     one. ``found`` are the special points of real multipliers in the step."""
-    curve = Curve(a, b)
-    places = [(point.s - a.s) / curve.length for point in found if point.kind in REAL]
-    first = outside(part.problem, a.x)
-
-    def passed(t, x):
-        """Whether more multipliers have left or reached the circle up to ``t`` than real ones did."""
-        count = outside(part.problem, x)
-        return None if count is None else abs(count - first) > sum(0.0 < place < t for place in places)
-
-    if first is None or not curve.length > 0.0 or not passed(1.0, b.x):
+    if not passes(part, a, b, found):
         return None
-    low, high = 0.0, 1.0
+    curve, low, high = Curve(a, b), 0.0, 1.0
     value = curve_value(part.problem, curve)
     for _ in range(HALVINGS):
         ends = value(low), value(high)
@@ -47,11 +38,20 @@ def pair_on_circle(part, a, b, found):
                 return curve, root
         t = 0.5 * (low + high)
         c = curve.at(t)
-        decided = None if c is None else passed(t, c.x)
+        decided = None if c is None else passes(part, a, b, found, t, c.x)
         if decided is None:
             return None
         low, high = (low, t) if decided else (t, high)
     return None
+
+
+def passes(part, a, b, found, t=1.0, x=None) -> bool | None:
+    """Return whether from the row ``a`` up to the part ``t`` of the way to ``b``, the point ``x`` (n + 1,), more multipliers leave
+    or reach the unit circle than the real ones do that ``found`` tells; None where it is not known."""
+    first, last, length = outside(part.problem, a.x), outside(part.problem, b.x if x is None else x), b.s - a.s
+    if first is None or last is None or not length > 0.0:
+        return None
+    return abs(last - first) > sum(0.0 < (point.s - a.s) / length < t for point in found if point.kind in REAL)
 
 
 def inner_change(part, a, b):

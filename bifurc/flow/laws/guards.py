@@ -13,7 +13,7 @@ from ..._jit import njit
 from ...compose.tables import ORDER
 from ..affine.engine import forcing_rate
 from ..affine.polynomial import EPS, fourth, highest, horner
-from ..chatter import CLOSE, DURATION, EXCESS, RATIO, WAY
+from ..chatter import CLOSE, DURATION, EXCESS, WAY
 from .calls import (
     ACTING,
     COUNT,
@@ -691,7 +691,7 @@ def bend(T, m, g, x):
 
 @njit
 def curved_closure(T, m, g, x, v, out, found):
-    """Write what `chatter.sequence` does into ``found`` (4,) for a guard that is a law, and return whether it is one: ``out`` (nx,)
+    """Write what `chatter.sequence` does into ``found`` (3,) for a guard that is a law, and return whether it is one: ``out`` (nx,)
     is what a plastic impact leaves, with the friction of that.
 
     The friction of the impacts that follow is that of sliding under the same load: together (1 + r) / (1 - r) v.
@@ -707,7 +707,7 @@ def curved_closure(T, m, g, x, v, out, found):
     curved_jump(T, m, g, True, x, out, P)
     guard_terms(T, m, g, out, np.abs(out), a, size)
     push = 2.0 * a[2]
-    found[EXCESS], found[DURATION], found[RATIO], found[WAY] = np.inf, 0.0, r, 0.0
+    found[EXCESS], found[DURATION], found[WAY] = np.inf, 0.0, 0.0
     if push > 0.0:
         span = r * v / (push * (1.0 - r))
         found[EXCESS] = 2.0 * span * max(1.0 / T.step[m], 6.0 * abs(a[3]) / push) / CLOSE

@@ -105,6 +105,15 @@ class Signature:
                 if len(slips := {key[e] for key in words} - {STICK}) == 1 and slips <= {SLIP_UP, SLIP_DOWN}
                 and any(key[e] == STICK for key in words) and not np.any(element.site(scene.n).drift)]
 
+    def unmoved(self, scene: Scene) -> list[int]:
+        """Return the nodes of events that nothing leads to: what is held in the mode before keeps their guard where it is, as the
+        force that holds a mass does while all that pushes it stands still.  Zero all the time, it tells no instant."""
+        T = scene.tables
+        return [] if scene.laws else [
+            i for i, (m, g, *_) in enumerate(self.nodes.tolist())
+            if g >= 0 and self.nodes[i, DIVIDE] != TOGETHER and T.n_holds[m] and not T.LG[m, g].any()
+            and vanishes(T.GT[m, g, :, 1], _basis(held_rows(T, m), np.ones(T.A.shape[2])))]
+
     def text(self, scene: Scene) -> str:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``; without events ``free``, ``in contact``, ``rest`` or
         ``carried``."""
