@@ -269,8 +269,8 @@ def _kick(orbit, scene, T, units, node, x, xp, C) -> Kick:
     gamma = _effect(units, C, lambda P, images: P.G[images[before], g, :ns] - T.G[before, g, :ns])
     leap, terms = C @ (fp - f), np.abs(C) @ (np.abs(fp) + np.abs(f))
     if np.any((gamma != 0.0) & (np.abs(leap) > LEAP * terms)):
-        raise NotSupported(f"{label!r} lets go with a leap of the acceleration that is fed back: the instant at which it does feels "
-                           "the feedback, and perturbations that let go earlier grow otherwise than later ones")
+        raise NotSupported(f"{label!r} lets go with a leap of the acceleration of what is fed back: the instant at which it does "
+                           "feels the feedback, and perturbations that let go earlier grow otherwise than later ones")
     rho = _effect(units, C, lambda P, images: P.R[images[before], g, :, :ns] - T.R[before, g, :, :ns])
     b = [_effect(units, C, lambda P, images, m=m: P.A[images[m], :, :ns] - T.A[m, :, :ns]) for m in (before, after)]
     return Kick(R[:, :ns] + np.outer(J, h[:ns]), rho + np.outer(J, gamma), -h[:ns] / rate, C @ (xp[:ns] - x[:ns]),

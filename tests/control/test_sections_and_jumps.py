@@ -1,4 +1,4 @@
-"""Linear maps that control is made of, against differences of motions: sections in either period of an orbit, events under feedback."""
+"""Linear maps of control against differences of motions: sections in either period of an orbit, events under feedback."""
 import itertools
 
 import numpy as np
@@ -73,11 +73,12 @@ LOAD = np.array([0.8, 1.1])
 def pair(static):
     """Return two masses, the first with a stop, the second with dry friction of a static over kinetic ratio."""
     return bf.System(np.eye(2), 2.0 * ZETA * np.eye(2), K, (
-        HarmonicForce(LOAD[0], dof=0), HarmonicForce(LOAD[1], dof=1), RigidStop(*STOP, dof=0), Coulomb(MU, static_ratio=static, dof=1)), omega=W)
+        HarmonicForce(LOAD[0], dof=0), HarmonicForce(LOAD[1], dof=1), RigidStop(*STOP, dof=0),
+        Coulomb(MU, static_ratio=static, dof=1)), omega=W)
 
 
 def integrated(y, begin, end, sign, static, push):
-    """Return the state at the time ``end`` by events of solve_ivp; ``push(t, y)`` (2,) is one more load; ``sign`` of the slip, 0: stick."""
+    """Return the state at the time ``end``; ``push(t, y)`` (2,) is one more load, ``sign`` that of the slip, 0: stick."""
     t = begin
     while t < end:
         def load(t, y):

@@ -74,7 +74,8 @@ def test_one_more_end_of_slip_is_named_after_the_shortest_interval_beside_it(bef
     """Element 1 slips (mode 0), sticks (mode 1); another contact has an interval that is shorter still."""
     keys = [("free", SLIP_UP), ("free", STICK), ("rest", SLIP_UP)]
     end = 0.5
-    events = [(end - before, g(1, SLIP)), (end, g(1, STICKS)), (end + behind, g(1, SLIP)), (0.97, g(0, IMPACT)), (0.971, g(0, RELEASE))]
+    events = [(end - before, g(1, SLIP)), (end, g(1, STICKS)), (end + behind, g(1, SLIP)), (0.97, g(0, IMPACT)),
+              (0.971, g(0, RELEASE))]
     problem, x = at(*events, keys=keys, modes=[(1, 0), (0, 1), (1, 0), (0, 2), (2, 0)])
     assert changes.beside_stick(problem, x, {1}) is want
     turned = [events[-1], *events[:-1]]  # listed from another event on
@@ -210,7 +211,8 @@ def test_an_orbit_without_events_begins_at_the_maximum_of_its_widest_coordinate(
     e = SimpleNamespace(numbers_at=lambda p: SimpleNamespace(A=np.zeros((1, 4, 5)), flat=np.array([2.0 * np.pi])),
                         motion=SimpleNamespace(forcing=lambda T, t, x: None, advance=advance))
     signature = Signature(np.array([[0, -1, 0, 0, 0]]), np.zeros(1), 2.0 * np.pi, 1, 1.3)
-    plain = SimpleNamespace(equations=e, scene=SimpleNamespace(ns=4, n=2), sequence=signature, weights=np.array([1.0, 1.0, 2.0, 4.0]))
+    scene, weights = SimpleNamespace(ns=4, n=2), np.array([1.0, 1.0, 2.0, 4.0])
+    plain = SimpleNamespace(equations=e, scene=scene, sequence=signature, weights=weights)
     made, U = autonomous.free(plain, signature, np.append([0.0, np.cos(0.4), 3.0 * np.cos(1.1), 0.0, 0.0], 5.0))
     top = 2.0 * np.pi - 1.1
     np.testing.assert_allclose(U, [2.0 * np.pi, np.cos(top + 0.4), 3.0, -np.sin(top + 0.4), 0.0], atol=1e-12)

@@ -1,4 +1,4 @@
-"""Trains of impacts, by hand: where they complete, how they are lengthened and shortened, what rests at their end; on plain numbers."""
+"""Trains of impacts, on plain numbers: where they complete, how they are lengthened and shortened, what rests at their end."""
 from types import SimpleNamespace
 
 import numpy as np
@@ -173,7 +173,8 @@ Q = 0.55
 
 @pytest.fixture
 def listing(monkeypatch):
-    monkeypatch.setattr(train_length, "relisted", lambda problem, x, nodes, times, states: (nodes, np.array(times), np.array(states)))
+    monkeypatch.setattr(train_length, "relisted",
+                        lambda problem, x, nodes, times, states: (nodes, np.array(times), np.array(states)))
 
 
 def falling_train(count, unit):
