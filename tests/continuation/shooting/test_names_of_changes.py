@@ -68,7 +68,7 @@ def test_a_slip_more_is_named_after_the_shorter_of_its_stick_and_itself():
 
 @pytest.mark.parametrize("before, behind, want", [
     (0.01, 0.3, Kind.SLIP_ONSET),  # the slip before the end of slip is short
-    (0.3, 0.01, Kind.STICK_ONSET),  # the stick behind it is
+    (0.2, 0.01, Kind.STICK_ONSET),  # the stick behind it is; .33 before both it sticks
 ])
 def test_one_more_end_of_slip_is_named_after_the_shortest_interval_beside_it(before, behind, want):
     """Element 1 slips (mode 0), sticks (mode 1); another contact has an interval that is shorter still."""
@@ -217,3 +217,44 @@ def test_an_orbit_without_events_begins_at_the_maximum_of_its_widest_coordinate(
     top = 2.0 * np.pi - 1.1
     np.testing.assert_allclose(U, [2.0 * np.pi, np.cos(top + 0.4), 3.0, -np.sin(top + 0.4), 0.0], atol=1e-12)
     assert made.span == 0.0 and made.clock == 1.3 and made.fixed.tolist() == [0.0, 0.0, 0.0, 0.25, 0.0]
+
+
+@pytest.mark.parametrize("closure", [1, -1])
+@pytest.mark.parametrize("off", [0.0, 0.3])
+def test_a_cycle_shrinks_onto_the_equilibrium_whose_eigenvalues_turn_imaginary(closure, off, monkeypatch):
+    """x = p / 2 with a real part (p - 2) (p + 9), of frequency 3: half a turn for half a period; ``off``: another period."""
+    class Rest:
+        scale, x0 = np.ones(3), np.array([0.9, 0.0, 1.9])
+
+        def __init__(self, *given):
+            self.given = given
+
+        def correct(self, x, tangent, fixed):
+            p = float(x[-1])
+            monitors = np.array([7.0, (p - 2.0) * (p + 9.0)])
+            return SimpleNamespace(x=np.array([0.5 * p, 0.0, p]), p=p, converged=True, monitors=monitors)
+
+        def confirm(self, kind, x):
+            return kind is Kind.HOPF
+
+        def frequency(self, x):
+            return 3.0
+
+        def state(self, u):
+            return u
+    made = []
+    monkeypatch.setattr(autonomous, "named", lambda name: lambda *given: made.append(given) or Rest(*given))
+    monkeypatch.setattr(autonomous, "at_end", lambda problem, a, which: "monitors")
+    period = 2.0 * np.pi / 3.0 / 1.3 * (0.5 if closure < 0 else 1.0)
+    sequence = Signature(np.array([[4, -1, 4, 0, 0]]), np.zeros(3), 0.0, closure, 1.3)
+    problem = SimpleNamespace(scene=SimpleNamespace(ns=2, n=1), sequence=sequence, system=None, path=None, parameter_scale=1.0,
+                              weights=np.ones(2), scale=np.ones(4), _shrinks="w", _measured=lambda x, i: (0.98, 0.9, 0.0))
+    rows = [SimpleNamespace(x=np.array([period * (1.01 + off), 0.9 + d, d, p]), p=p, det_sign=1.0)
+            for d, p in ((0.02, 1.9), (0.01, 1.95))]
+    found = autonomous.shrunk(problem, *rows)
+    if off:
+        assert found is None
+        return
+    np.testing.assert_allclose(found.x, [period, 1.0, 0.0, 2.0], atol=1e-12)
+    assert made[0][2] == 4 and made[0][3].tolist() == pytest.approx([0.94, 0.0])  # the middle between top and bottom
+    assert np.linalg.norm(found.tangent) == pytest.approx(1.0) and found.tangent[-1] == 0.0 and found.tangent[1] < 0.0
