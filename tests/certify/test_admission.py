@@ -10,6 +10,7 @@ from bifurc.certify.candidate import Event, candidate_of
 from bifurc.certify.events import transition
 from bifurc.certify.model import Model
 from bifurc.certify.orbit import admit, prepare, solve
+from bifurc.certify.parameter import tube
 from bifurc.elements import Coulomb, HarmonicForce, Jenkins, RigidStop
 
 flint = pytest.importorskip("flint")
@@ -164,3 +165,37 @@ def test_a_reversal_is_judged_against_stick():
     turn = judged((Coulomb(0.3),), ("slip+",), ("slip-",), ((1, 0),))
     assert {rule.key for rule in turn.rules} == {"stick"} and turn.rules[0].keys == ("always", "stick")
     assert turn.rules[0].held == [] and [order for _, order in turn.rules[0].guards] == [0, 0]  # its force is what decides
+
+
+@pytest.mark.parametrize("dets, apart", [((1.0, 1.0), True), ((2.0, 0.5), True), ((1.5, 2.0), True), ((4.0, 1.0), True),
+                                         ((2.0, 2.718281828459045 / 2.0), False)])
+def test_two_multipliers_are_no_pair_on_the_circle_where_their_product_is_not_one(dets, apart, monkeypatch):
+    """Flights of damping .5 over 1.2 and .8 shrink areas by e^-1 in all; events change them by their determinants."""
+    S = [mat(2, 2, [d, 0.0, 7.0, 1.0]) for d in dets]
+    monkeypatch.setattr(tube, "saltations", lambda pieces, solved: S)
+
+    def jet(value):
+        return SimpleNamespace(parts=[value])
+    pieces = SimpleNamespace(kept=(), ns=2, B=[jet(mat(2, 2, [0.0, 1.0, -1.0, -0.5])) for _ in S])
+    made = SimpleNamespace(pieces=pieces, solved=SimpleNamespace(span=[jet(arb(1.2, 1e-12)), jet(arb(0.8, 1e-12))]))
+    said = tube.Tube.torusless(made)
+    assert said == ("" if apart else "a pair of multipliers may lie on the unit circle")
+    monkeypatch.setattr(tube, "saltations", lambda pieces, solved: None)
+    assert tube.Tube.torusless(made) == "an event arrives with no speed"
+    pieces.kept = (1,)
+    assert tube.Tube.torusless(made) == ""  # one multiplier is no pair
+
+
+@pytest.mark.parametrize("one, said", [(-0.4, ""), (-0.55, "a fold or branch point is near"), (0.55, "")])
+def test_the_parameter_moves_along_a_piece_where_its_rate_is_not_zero_with_all_that_is_left_out(one, said):
+    """The rate is 1 + one, and of the geometric series that follows, of ratio .5, no more than the size of ``one`` is left."""
+    class Times:
+        def __mul__(self, first):
+            return SimpleNamespace(value=mat(2, 1, [0.0, one]))
+    half = mat(2, 2, [0.5, 0.0, 0.0, 0.5])
+    made = SimpleNamespace(N=2, Y=mat(2, 2, [1.0, 0.0, 0.0, 1.0]), path=SimpleNamespace(scale=[3.0, 1.0]), C=Times(), over=half)
+    made.norm = lambda C: tube.Tube.norm(made, C)
+    assert made.norm(mat(2, 2, [0.1, 0.6, 0.0, 0.5])) == pytest.approx(0.5) and made.norm(half) == pytest.approx(0.5)
+    assert tube.Tube.regular(made) == said
+    made.over = mat(2, 2, [1.0, 0.0, 0.0, 0.2])
+    assert tube.Tube.regular(made) == "a fold or branch point is near"

@@ -69,6 +69,19 @@ def test_only_modes_that_hold_and_come_before_the_listed_one_are_earlier():
     assert listed((up, -1, up)) == []
 
 
+def test_where_another_contact_changes_with_it_the_mode_of_the_listed_key_is_none_that_comes_before():
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    scene = scene_of(bf.System(np.eye(2), 0.1 * K, K, (HarmonicForce(2.0), Coulomb(0.3), Coulomb(0.4, dof=1)), omega=W))
+    before, both, turned = (scene.index((scene.keys[0][0], *keys)) for keys in (
+        (SLIP_UP, SLIP_UP), (STICK, SLIP_DOWN), (SLIP_DOWN, SLIP_DOWN)))
+    guard = scene.guards_of(before, 1)[0]
+
+    def listed(after):
+        return earlier_modes(scene, Signature(np.array([[before, guard, after, 0, 0]]), np.zeros(1), 1.0))
+    assert listed(both) == []
+    assert [scene.keys[one.mode][1:] for one in listed(turned)] == [(STICK, SLIP_UP)]
+
+
 def test_a_condition_is_another_one_times_a_constant():
     a = np.array([1.0, -2.0, 0.5])
     assert proportional(a, -3.0 * a) and proportional(a, 1e-9 * a) and not proportional(a, a + [0.0, 0.0, 1e-3])
