@@ -1,10 +1,12 @@
 """What a proof must not let pass: events that are left, of no speed or out of order, guards that are passed, false sequences."""
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import bifurc as bf
 from bifurc.certify.arithmetic.balls import Rationals, working
+from bifurc.certify.arithmetic.forms import Reach
 from bifurc.certify.arithmetic.jets import Jet
 from bifurc.certify.candidate import Event, candidate_of
 from bifurc.certify.events import transition
@@ -199,3 +201,23 @@ def test_the_parameter_moves_along_a_piece_where_its_rate_is_not_zero_with_all_t
     assert tube.Tube.regular(made) == said
     made.over = mat(2, 2, [1.0, 0.0, 0.0, 0.2])
     assert tube.Tube.regular(made) == "a fold or branch point is near"
+
+
+@pytest.mark.parametrize("closure", [1, -1])
+@pytest.mark.parametrize("kept", [(), (0,)])
+@pytest.mark.parametrize("rows, single", [
+    (lambda c: [[1.0, 0.0], [3.0, -2.0 * c]], True), (lambda c: [[0.0, 1.0], [1.4, 0.3]], True),
+    (lambda c: [[1.0, 0.0], [3.0, -c]], False), (lambda c: [[0.0, 1.0], [-1.4, 0.3]], False)])
+def test_a_multiplier_minus_one_makes_the_matrix_of_the_sequence_singular(rows, single, closure, kept):
+    """One event (phase, state): the closing entry -c becomes c, and its rate .7 changes sign."""
+    class Times:
+        def __mul__(self, end):
+            return SimpleNamespace(parts=[mat(1, 1, [0.7])])
+    made = SimpleNamespace(N=3, path=SimpleNamespace(length=1, scale=np.ones(3)), coarse=Reach(1e-6, 1),
+                           solved=SimpleNamespace(end=[None]),
+                           pieces=SimpleNamespace(ns=1, B=[Times()], kept=kept, closure=closure),
+                           J=[[*(arb(v) for v in row), arb(9)] for row in rows(closure)])
+    made.norm = lambda C: tube.Tube.norm(made, C)
+    if kept:  # a state that nothing changes has no multiplier: the matrix is as it is
+        single = False
+    assert tube.Tube.flipless(made) == ("a period doubling is near" if single else "")
