@@ -19,12 +19,6 @@ pytest.importorskip("flint")
 
 
 @pytest.fixture(scope="module")
-def branch():
-    """The branch of the README."""
-    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
-
-
-@pytest.fixture(scope="module")
 def points(branch):
     """Proofs of its special points."""
     return tuple(point.certify() for point in branch.special_points)
