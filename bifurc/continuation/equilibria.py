@@ -277,10 +277,9 @@ class EquilibriumProblem(Problem):
         found = []
         for x in xs:
             self.numbers_at(x[-1])
-            found.append(self._equilibrium(self.state(x[:-1])).eigenvalues)
-        if kind == "stable":
-            return np.array([values.real.max(initial=-np.inf) < 0.0 for values in found])
-        return np.array([values[int(number)] for values in found])
+            made = self._equilibrium(self.state(x[:-1]))
+            found.append(made.stable if kind == "stable" else made.eigenvalues[int(number)])
+        return np.array(found, object if None in found else None)
 
     def solution(self, x) -> Equilibrium:
         """Return the equilibrium at ``x``."""

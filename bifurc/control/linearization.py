@@ -27,6 +27,7 @@ from ..system import System
 NODES = 16  # Gauss points of a piece
 TURN = 1.0  # largest scaled angle of a piece
 JUMPS = 1e-12  # of the size of the coordinate that is fed back
+LEAP = 1e-9  # of the terms of the rate of what is fed back
 
 
 class NotSupported(ValueError):
@@ -171,7 +172,8 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     Raises
     ------
     NotSupported
-        For orbits with complete chattering, laws beside memory with a rate, and multipliers that are not unique.
+        For orbits with complete chattering, laws beside memory with a rate, multipliers that are not unique, and feedback of the
+        velocity of a row that lets go with a leap (static friction above kinetic).
     ValueError
         For a failed orbit, an unknown ``of``, a degree of freedom there is not.
     """
@@ -265,6 +267,10 @@ def _kick(orbit, scene, T, units, node, x, xp, C) -> Kick:
         raise NotSupported(f"{label!r} is touched with zero speed on this orbit: its multipliers are not finite")
     J = (fp - R @ np.concatenate((f, dw))) / rate
     gamma = _effect(units, C, lambda P, images: P.G[images[before], g, :ns] - T.G[before, g, :ns])
+    leap, terms = C @ (fp - f), np.abs(C) @ (np.abs(fp) + np.abs(f))
+    if np.any((gamma != 0.0) & (np.abs(leap) > LEAP * terms)):
+        raise NotSupported(f"{label!r} lets go with a leap of the acceleration of what is fed back: the instant at which it does "
+                           "feels the feedback, and perturbations that let go earlier grow otherwise than later ones")
     rho = _effect(units, C, lambda P, images: P.R[images[before], g, :, :ns] - T.R[before, g, :, :ns])
     b = [_effect(units, C, lambda P, images, m=m: P.A[images[m], :, :ns] - T.A[m, :, :ns]) for m in (before, after)]
     return Kick(R[:, :ns] + np.outer(J, h[:ns]), rho + np.outer(J, gamma), -h[:ns] / rate, C @ (xp[:ns] - x[:ns]),

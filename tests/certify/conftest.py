@@ -9,3 +9,11 @@ def bits():
 
     with working(128):
         yield
+
+
+@pytest.fixture(scope="session")
+def branch():
+    """The branch of the README; nothing is written into it but its certificate."""
+    import bifurc as bf
+
+    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))

@@ -11,12 +11,6 @@ from bifurc.cli import main
 pytest.importorskip("flint")
 
 
-@pytest.fixture(scope="module")
-def branch():
-    """The branch of the README."""
-    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
-
-
 def test_rows_and_special_points_of_the_readme_are_proved(branch, tmp_path):
     found = branch.certify(stretches=False)
     assert found.proved, found.message

@@ -12,12 +12,6 @@ from tests.reference import digits, one_stop
 pytest.importorskip("flint")
 
 
-@pytest.fixture(scope="module")
-def branch():
-    """The branch of the README."""
-    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
-
-
 def test_every_special_point_of_the_readme_is_proved(branch):
     for point in branch.special_points:
         found = point.certify()

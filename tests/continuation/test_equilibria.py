@@ -117,3 +117,18 @@ def test_a_mass_that_sticks_stays_where_it_is(place):
     stuck = np.abs(force - place) <= mu
     assert stuck.sum() > 3
     assert first[stuck] == pytest.approx(place, abs=1e-13) and second[stuck] == pytest.approx(place + force[stuck] / k, abs=1e-12)
+
+
+@bf.systems.builder
+def damped(*, damping=0.0):
+    """Return a mass with a dashpot of either sign."""
+    return System(1.0, damping, 1.0)
+
+
+def test_the_column_of_stability_is_that_of_the_states_of_rest():
+    """Without damping nothing is decided, on the boundary of a contact neither."""
+    swing = bf.trace(bf.find_equilibrium(damped()), "damping", bounds=(-0.1, 0.1))
+    told = [orbit.stable for orbit in swing.orbits]
+    assert set(told) == {True, False, None} and list(swing.column("stable")) == told
+    values = [orbit.eigenvalues[0] for orbit in swing.orbits]
+    np.testing.assert_allclose(swing.column("eigenvalue_0"), values, atol=1e-14)

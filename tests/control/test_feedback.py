@@ -206,10 +206,8 @@ def test_several_rows_are_each_fed_back_to_itself():
 # limits, named
 
 def test_an_odd_number_of_multipliers_above_one_is_told():
-    fold = bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
-    leading = np.array([complex(orbit.multipliers[0]).real for orbit in fold.orbits])
-    at = int(np.flatnonzero((leading > 1.5) & (leading < 50.0))[0])
-    orbit = fold.orbits[at]
+    orbit = bf.find_orbit(bf.systems.impact_oscillator(omega=1.52446), (-1.53703, 1.30947), transient=0)
+    assert orbit.success and complex(orbit.multipliers[0]).real > 1.1 > abs(orbit.multipliers[1])
     found = bf.control.feedback_range(orbit, "displacement", (-1.0, 1.0))
     assert found.status == "odd_number" and "Nakajima" in found.message and not found.intervals
     equation = Characteristic(linearized(orbit, "displacement", 0, 1.0))

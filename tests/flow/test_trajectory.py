@@ -68,3 +68,15 @@ def test_both_sides_of_an_event_tell_where_a_slider_is(extra):
         for event in bf.find_orbit(system).events:
             for state, keys in ((event.before, event.mode_before), (event.after, event.mode_after)):
                 assert "slip" not in str(keys) or abs(state[0] - state[2]) == pytest.approx(0.3, abs=1e-12)
+
+
+def test_the_modes_of_a_motion_are_that_of_its_start_and_those_behind_its_events():
+    """A slider that sticks first, beside a stop that throws back: some events change the mode, others do not."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(2.0), RigidStop(0.7, 0.6), Jenkins(0.5, 0.3)], omega=OMEGA)
+    motion = bf.simulate(system, (0.0, 0.0), periods=3)
+    kinds = {event.kind for event in motion.events}
+    assert {"impact", "slip", "stick"} <= kinds and len(motion.modes) == len(motion.events) + 1
+    assert motion.modes[0] == ("always", "free", "stick")
+    assert list(motion.modes[1:]) == [event.mode_after for event in motion.events]
+    assert all(event.mode_before == mode for event, mode in zip(motion.events, motion.modes[:-1], strict=True))
+    assert {mode[2] for mode in motion.modes} == {"stick", "slip+", "slip-"}

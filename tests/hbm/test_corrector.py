@@ -7,11 +7,12 @@ from bifurc import System
 from bifurc.elements import ElasticStop, HarmonicForce, Jenkins
 from bifurc.hbm import corrector
 from bifurc.hbm.balance import Balance
-from bifurc.hbm.contacts.margins import FIELDS, KINDS
+from bifurc.hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
 from bifurc.hbm.corrector import Found, bordered, correct, scaled
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.residual import order_of
 from bifurc.hbm.tables import Series
+from bifurc.solve.steprun import MADE, TOLD
 
 LAYOUT = Layout((0, 1, 2, 3), 2)
 M, C, K = np.diag([1.0, 1.5]), np.array([[0.2, -0.05], [-0.05, 0.3]]), np.array([[2.0, -0.7], [-0.7, 1.5]])
@@ -128,6 +129,43 @@ def test_what_goes_wrong_has_its_code(case):
     row = np.zeros(case.size + 1)
     row[0] = 1e-300  # no plane at all
     assert case.correct(start, 0.0 * row, False) == corrector.SINGULAR
+
+
+def test_steps_of_a_run_are_those_that_are_made_alone(case):
+    """Points of the branch with their tangents, and for every kind of event how nearly one is missed and how high one rises."""
+    only, kinds = np.append(np.zeros(case.size), 1.0), np.arange(KINDS)
+    monitored = corrector.monitored.py_func
+
+    def told():
+        return [case.found.new[-1], *(monitored(case.found.events, kind, field) for kind in kinds for field in (MISS, OVERSHOOT))]
+
+    points, ds = [], 0.01
+    assert case.correct(case.start(middle(case)), only, True) == corrector.CONVERGED
+    for _ in range(2):
+        log_and_sign = case.found.info[[corrector.DET_LOG, corrector.DET_SIGN]]
+        points.append((case.found.x.copy(), case.found.new.copy(), told(), log_and_sign))
+        if len(points) == 1:
+            guess = case.found.x + ds * case.scale * case.found.new
+            assert case.correct(guess, case.found.new.copy(), False) == corrector.CONVERGED
+    (x0, t0, v0, d0), (x1, t1, v1, d1) = points
+    tests = np.array([v0, v1, np.sign(v1), np.abs(v1), [-1.0, *[1e-9] * (2 * KINDS)]])
+    back = np.linalg.norm((x1 - x0) / case.scale)
+    run = np.array([ds, 0.05, case.along.low, case.along.high, np.nan, 0.0, 0.0, 0.0, back, *d0, *d1, 0.0])
+    rows = np.empty((4, 2 * x1.size + tests.shape[1] + TOLD))
+    parts = case.balance.parts
+    steps = corrector.Run(np.array([x0, t0]), kinds, run, tests, rows)
+    corrector.follow(parts.structure, parts.shape.R, case.along, case.balance.grid, order_of(case.balance.room).copy(),
+                     case.balance.room, x1, t1, case.scale, case.found, steps)
+    made = int(run[MADE])
+    assert made >= 2
+    last = x1
+    for row in rows[:made]:
+        x, tangent, values = np.split(row[:2 * x1.size + tests.shape[1]], [x1.size, 2 * x1.size])
+        assert np.abs(case.at(x[-1]).residual(x[:-1])).max() < 1e-12 and (x[-1] - last[-1]) * t1[-1] > 0.0
+        assert case.correct(x, tangent, False) == corrector.CONVERGED
+        np.testing.assert_allclose(tangent, case.found.new, atol=1e-9)
+        np.testing.assert_allclose(values, told(), rtol=1e-7, atol=1e-9)
+        last = x
 
 
 @pytest.mark.parametrize("n", range(1, 11))

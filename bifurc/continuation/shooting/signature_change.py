@@ -301,7 +301,12 @@ def changes_places(one, spans, two, halves):
         apart = [i for i, (a, b) in enumerate(zip(one, turned, strict=True)) if a != b]
         if not apart:
             return None
-        later = [spans[i] for i in apart if (i - 1) % len(one) in apart and spans[i] < np.inf]  # both change places
+        later, missing = [], collections.Counter()
+        for i in np.roll(np.arange(len(one)), -int(np.argmax(np.where(np.isinf(spans), 0.0, spans)))).tolist():
+            if any(missing.values()) and spans[i] < np.inf:  # it lies between events that change places
+                later.append(spans[i])
+            missing.update({one[i]: 1})
+            missing.subtract({turned[i]: 1})
         if later and max(later) < AT_ONCE:
             kinds = [KINDS.get(EventKind(one[i][1]), SpecialPointKind.GRAZING) for i in apart]
             found.append((len(apart), max(later), ORDER.index(min(kinds, key=ORDER.index))))

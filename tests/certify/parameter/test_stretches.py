@@ -1,5 +1,6 @@
 """What lies between the rows of a branch: proved where it is true, undecided where a special point is not told."""
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,12 +16,6 @@ from bifurc.certify.parameter.tube import Tube
 from tests.reference import one_stop
 
 pytest.importorskip("flint")
-
-
-@pytest.fixture(scope="module")
-def branch():
-    """The branch of the README."""
-    return bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +60,19 @@ def test_a_graze_that_is_not_told_is_not_proved_away(branch, points):
     found = Stretches(branch, hidden)
     row = int(np.flatnonzero(branch.column("s") == point.s)[0])
     assert not found.between(row - 1).proved and not found.between(row).proved and not found.between(row + 1).proved
+
+
+def test_a_loss_of_symmetry_that_is_not_told_is_not_proved_away():
+    """Of orbits solved on their half period: everything is proved but the piece with the branch point, known at 3.39799."""
+    branch = bf.trace(bf.find_orbit(bf.systems.two_sided_impact_oscillator(amplitude=3.38)), "amplitude", bounds=(3.36, 3.43))
+    assert branch.orbits[0].closure == -1 and [point.kind for point in branch.special_points] == ["branch_point"]
+    found, values = Stretches(branch, (SimpleNamespace(proved=False),)), branch.column("amplitude")
+    row = next(k for k in range(len(values) - 1) if values[k] < 3.397988672 < values[k + 1])
+    for k in (row - 2, row - 1, row, row + 1):
+        part = found.between(k)
+        assert part.proved is (k != row), part.message
+    low, high = found.between(row).undecided.T
+    assert np.any((low < 3.397988672) & (3.397988672 < high))
 
 
 def test_a_stretch_that_passes_through_the_stop_is_not_proved(branch, points):

@@ -182,6 +182,45 @@ def test_a_beginning_that_is_near_is_told_from_one_that_is_far():
     assert not rules.nears_beginning(SimpleNamespace(x=at(3.0)), far, at(2.0), t, far.correct(at(2.0005), t, True))
 
 
+@pytest.mark.parametrize("p, off, more, known", [
+    (2.1, 0.0, False, False),  # ahead of the end
+    (1.9, 0.0, False, True), (1.9, 5e-5, False, True), (1.9, 5e-4, False, False),  # of a way of .1 back
+    (1.9, 0.0, True, False)])  # with other impacts it is another motion
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_motion_before_the_end_is_no_successor(p, off, more, known, way, monkeypatch):
+    """Motions are told apart by their place on the line; the new equations have theirs ``off`` beside it."""
+    old, new = Line(lambda p: -1.0), Line(lambda p: -1.0)
+    old.motion, new.motion = (lambda x: float(x[-1])), (lambda x: float(x[-1]) + off)
+    monkeypatch.setattr(rules, "more_impacts", lambda one, other: more)
+    monkeypatch.setattr(rules, "distance", lambda one, other: abs(one - other))
+    end = SimpleNamespace(x=at(2.0), tangent=way * old.null_tangent(at(2.0)))
+    here = 2.0 + way * (p - 2.0)
+    assert rules.retraces(old, end, new, SimpleNamespace(x=at(here), p=here)) is known
+
+
+@pytest.mark.parametrize("missed, jump", [
+    ((1e-3, 1e-3), True), ((1e-3, 1e-7), False), ((1e-3, 2e-4), False), ((1e-3, 4e-4), True), ((5e-7, 5e-7), False),
+    ((np.inf, 1e-3), False), ((1e-3, np.inf), False)])
+def test_a_jump_is_a_miss_that_does_not_fall_with_the_distance(missed, jump, monkeypatch):
+    far, near = rules.JUMPS
+    monkeypatch.setattr(rules, "_beyond", lambda problem, point, step: [step])
+    monkeypatch.setattr(rules, "repetition", lambda step: SimpleNamespace(miss=missed[0] if step == far else missed[1]))
+    assert near < far and rules.jumps(SimpleNamespace(motion=lambda x: x), None) is jump
+
+
+def test_solutions_beyond_an_end_stay_on_the_path():
+    """Of the old equations a little further, then the last one at other parameters, ahead first."""
+    line = Line(lambda p: -1.0)
+    for way in (1.0, -1.0):
+        end = SimpleNamespace(x=at(2.0), tangent=way * line.null_tangent(at(2.0)))
+        found = list(rules._beyond(line, end, 1e-3))
+        rate = line.scale[-1] * abs(end.tangent[-1])
+        assert [x[-1] for x in found] == pytest.approx([2.0 + way * 1e-3 * rate, 2.0 + way * 5e-4, 2.0 - way * 5e-4], abs=1e-12)
+        assert found[0][0] == pytest.approx(found[0][1]) and found[1][0] == found[2][0] == 2.0
+    edge = SimpleNamespace(x=at(10.0), tangent=line.null_tangent(at(10.0)))
+    assert [x[-1] for x in rules._beyond(line, edge, 1e-3)] == [pytest.approx(10.0 - 5e-4)]
+
+
 # sequences
 
 def system():

@@ -292,6 +292,21 @@ def test_a_branch_point_on_the_way(problem, low, high, way):
     assert abs(other @ wanted) == pytest.approx(1.0, abs=1e-5)
 
 
+def test_a_branch_point_is_looked_for_where_the_determinant_passes_zero(monkeypatch):
+    """By the chord of the determinant: from 3 to -1, and from 1 to -3; without a change of sign at the end of the step."""
+    asked = []
+    monkeypatch.setattr(detect, "locate_crossing",
+                        lambda problem, x: asked.append(float(x[-1])) or SimpleNamespace(status="near_miss"))
+    for sizes, sign, place in (((3.0, 1.0), -1.0, 1.75), ((1.0, 3.0), -1.0, 1.25), ((1e300, 1e300), -1.0, 1.5),
+                               ((3.0, 1.0), 1.0, 2.0)):
+        part = Part(Line(), 0)
+        a, b = row_at(part, 1.0), row_at(part, 2.0)
+        a.det_log, b.det_log = (math.log(size) for size in sizes)
+        b.det_sign = sign * a.det_sign
+        found, cause = detect.branch_point(a, b)
+        assert found is None and (cause is None) == (sign > 0.0) and asked[-1] == pytest.approx(place)
+
+
 def test_a_sign_of_the_determinant_that_changes_without_a_branch_point_is_a_jump():
     part = Part(Line(), 0)
     a, b = row_at(part, 0.1), row_at(part, 0.5)
