@@ -18,9 +18,7 @@ def lu(a, pivot):
     n = a.shape[0]
     scale = np.empty(n)
     for i in range(n):
-        top = 0.0
-        for j in range(n):
-            top = max(top, abs(a[i, j]))
+        top = largest(a[i])
         if not (0.0 < top < np.inf):
             return 0.0, -np.inf
         scale[i] = 1.0 / top
@@ -28,9 +26,30 @@ def lu(a, pivot):
         return factored(a, pivot, scale, n)
     filled = 0
     for i in range(n):
-        for j in range(n):
-            filled += a[i, j] != 0.0
+        filled += nonzeros(a[i])
     return sparse(a, pivot, scale) if filled < FILLED * n * n else factored(a, pivot, scale, 4)
+
+
+@leaf
+def largest(row):
+    """Return the size of the largest entry; of four parts at once, as one would wait for itself."""
+    n = row.size
+    m = n - n % 4
+    t0, t1, t2, t3 = 0.0, 0.0, 0.0, 0.0
+    for j in range(0, m, 4):
+        t0, t1, t2, t3 = max(t0, abs(row[j])), max(t1, abs(row[j + 1])), max(t2, abs(row[j + 2])), max(t3, abs(row[j + 3]))
+    for j in range(m, n):
+        t0 = max(t0, abs(row[j]))
+    return max(max(t0, t1), max(t2, t3))
+
+
+@leaf
+def nonzeros(entries):
+    """Return how many of the entries are not zero."""
+    total = 0
+    for j in range(entries.size):
+        total += entries[j] != 0.0
+    return total
 
 
 @leaf
@@ -90,7 +109,7 @@ def sparse(a, pivot, scale):
     first, begin = np.empty(n, np.int64), np.empty(n, np.int64)  # tile, and column to eliminate, in which a row begins
     for i in range(n):
         for t in range(tiles - 1, -1, -1):
-            if held(a[i, t * TILE:min((t + 1) * TILE, n)]):
+            if nonzeros(a[i, t * TILE:min((t + 1) * TILE, n)]) > 0:
                 holds[i, t] = 1
                 first[i] = t
         begin[i] = first[i] * TILE
@@ -150,15 +169,6 @@ def sparse(a, pivot, scale):
 
 
 @leaf
-def held(entries):
-    """Whether one of a few entries is not zero."""
-    total = 0
-    for j in range(entries.size):
-        total += entries[j] != 0.0
-    return total > 0
-
-
-@leaf
 def lessened(row, r, other):
     """Subtract a multiple of another row."""
     for j in range(row.size):
@@ -197,6 +207,12 @@ def lu_solve(a, pivot, b):
         row = pivot[k]
         if row != k:
             b[k], b[row] = b[row], b[k]
+    if n >= BLOCKED:
+        for i in range(1, n):
+            b[i] -= inner(a[i, :i], b[:i])
+        for i in range(n - 1, -1, -1):
+            b[i] = (b[i] - inner(a[i, i + 1:], b[i + 1:])) / a[i, i]
+        return
     for i in range(1, n):
         total = b[i]
         for j in range(i):

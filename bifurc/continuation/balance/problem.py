@@ -228,7 +228,7 @@ class BalanceProblem(Problem):
         if status is not ContactStatus.FOLLOWED:
             raise ValueError(status.sentence)
         parts = self.balance.parts
-        watched(parts.structure, parts.shape.R, flat, dflat, u, self.balance.grid, self.balance.room, self._events)
+        watched(parts.structure, flat, self.balance.grid, self.balance.room, self._events)
 
     def _counted(self, x) -> np.ndarray:
         """Return the order of events at ``x``, as they come, see `hbm.residual.order_of`."""
