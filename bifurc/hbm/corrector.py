@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import WHOLE, apart, both, leaf, njit
-from ..solve.dense import lu, lu_solve
+from ..solve.dense import lu, lu_solve_wide
 from ..solve.steprun import (
     BACK,
     BEYOND,
@@ -133,7 +133,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         for i in range(size):
             right[i] = room.f[i]
         right[size] = 0.0
-        lu_solve(matrix, pivot, right)
+        lu_solve_wide(matrix, pivot, right)
         length = np.sqrt(np.sum(right * right))
         if not np.isfinite(length):
             return SINGULAR
@@ -155,7 +155,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
             for i in range(size):
                 right[i] = room.f[i]
             right[size] = 0.0
-            lu_solve(matrix, pivot, right)
+            lu_solve_wide(matrix, pivot, right)
             new_length = np.sqrt(np.sum(right * right))
             if not new_length < STEADY * length:
                 break
@@ -174,7 +174,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
     if sign != 0.0:
         right[:] = 0.0
         right[size] = 1.0
-        lu_solve(matrix, pivot, right)
+        lu_solve_wide(matrix, pivot, right)
         length = np.sqrt(np.sum(right * right))
         if 0.0 < length < 1.0 / EPS:
             new[:] = right / length

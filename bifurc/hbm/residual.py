@@ -308,8 +308,9 @@ def order_of(room: Room) -> np.ndarray:
 
     Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with virgin memory 0.
     """
-    events, wrote = room.counts[:, 0] - 1, room.sources[:, WRITER].astype(np.int64)
-    return np.where((events == 0) & (wrote >= 0), -2 - wrote, events)
+    orders = [-2 - int(wrote) if count == 1 and wrote >= 0.0 else count - 1
+              for count, wrote in zip(room.counts[:, 0].tolist(), room.sources[:, WRITER].tolist(), strict=True)]
+    return np.array(orders, np.int64)
 
 
 @both

@@ -7,7 +7,7 @@ exactly at simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2
 import math
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs, dtrtrs
+from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtrs
 
 LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt
 SURE = 10.0  # of the limit of a ratio, from which on a rough one decides
@@ -65,6 +65,17 @@ def null_vectors(wide, tolerance: float = 1e-10):
     u, sigma, vt = np.linalg.svd(wide)
     rank = int(np.count_nonzero(sigma > tolerance * sigma[0])) if sigma.size and sigma[0] > 0.0 else 0
     return vt[rank:], u[:, rank:n].T
+
+
+def across(wide) -> np.ndarray:
+    """Return a unit vector (n + 1,) orthogonal to the rows of a wide matrix (n, n + 1), whatever its rank.
+
+    By reflections, for a tenth of what singular values cost.
+    """
+    reflections, factors, _, _ = dgeqrf(wide.T)
+    last = np.zeros((wide.shape[1], 1), order="F")
+    last[-1] = 1.0
+    return dormqr("L", "N", reflections, factors, last, 64)[0][:, 0]
 
 
 def kernel(wide, rank: float):

@@ -9,7 +9,7 @@ One file, because finding and deciding an event are compiled as one text.
 import numpy as np
 
 from ..._jit import leaf
-from ..tables import GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
+from ..tables import ALGEBRAIC, GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
 from ..waves import jet, powers, size, turn, value
 from .common import (
     FOLLOWED,
@@ -379,7 +379,8 @@ def followed_on(contact, segments, far, z, start, p, a):
     """Move the events of a contact that was followed to where they are along a motion next to that one; return whether they are
     the same ones, each nearer than ``far`` to where it was.
 
-    Events that begin or end between the two motions are not looked for.  ``z``, ``start`` (Z,), ``p`` and ``a`` are overwritten.
+    Events that begin or end between the two motions are not looked for; all memory has to be written by events of a period, or
+    none.  ``z``, ``start`` (Z,), ``p`` and ``a`` are overwritten.
     """
     waves, A = contact.waves, contact.A
     path, ends, zs, source, count = segments
@@ -391,9 +392,13 @@ def followed_on(contact, segments, far, z, start, p, a):
     if wrote != int(source[WRITER]):
         return False
     virgin(contact, start)
-    for i in range(z.size):
-        if wrote >= 0:
-            start[i] = zs[0, i]
+    for i in range(z.size if wrote >= 0 else 0):
+        start[i] = zs[0, i]
+        mine = False
+        for n in range(events):
+            mine = mine or (path[n, WROTE] >= 0 and A[path[n, WROTE], 0, ALGEBRAIC + i] > 0)
+        if not mine:  # it was written on the way to a motion that repeats, which is not followed here
+            return False
     for _ in range(PERIODS):
         t = 0.0
         for i in range(z.size):
