@@ -320,6 +320,10 @@ class Problem:
         """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
         return np.sqrt((xs[:, :-1]**2).mean(axis=1)) if name == "norm" else xs[:, int(name[2:])].copy()
 
+    def measures_as(self, other, name) -> bool:
+        """Whether `measure` of ``other`` gives the column ``name`` for rows of this problem too: then it is asked once."""
+        return other is self
+
     def measure_gradient(self, name, x):
         """Return the gradient (n + 1,) of a measure at ``x`` (n + 1,), own units; None: it is differenced."""
         return None

@@ -84,7 +84,13 @@ class Balance:
         waves = self.parts.shape.waves
         nodes = self.samples or max(LEAST_GRID, GRID * int(waves[-1]))
         angle = np.multiply.outer(waves[1::2], np.arange(nodes + 1)) % nodes * (2.0 * np.pi / nodes)
-        return Grid(self.samples, np.cos(angle), np.sin(angle))
+        cosines, sines = np.cos(angle), np.sin(angle)
+        excite, dexcite = np.zeros((2, len(self.parts.shape.excited), nodes + 1))
+        for x, slot in enumerate(self.parts.shape.excited.tolist()):
+            i, k = (slot - 1) // 2, waves[slot]
+            if x:
+                excite[x], dexcite[x] = (cosines[i], -k * sines[i]) if slot % 2 else (sines[i], k * cosines[i])
+        return Grid(self.samples, cosines, sines, excite, dexcite)
 
     @functools.cached_property
     def room(self):
@@ -94,12 +100,13 @@ class Balance:
     @functools.cached_property
     def walk(self):
         """Arrays that kernels overwrite as they follow contacts; without derivatives, which large systems need not hold."""
-        _, m, nr, mi, _, nc, _, _, _, Z = (int(v) for v in self.parts.shape.dims[:10])
+        _, m, nr, mi, _, nc, M, _, G, Z = (int(v) for v in self.parts.shape.dims[:10])
         top = int(self.parts.shape.waves[-1])
-        L, most = 2 * top + 1, 32 + 8 * top
+        L, most, nodes = 2 * top + 1, 32 + 8 * top, self.grid.cosines.shape[1]
         return Room(np.zeros((4, nr, nr, L, 2)), np.zeros((nr, m)), np.zeros((nr, m, nr, mi + 1)), np.zeros(0), np.zeros((0, 1)),
                     np.zeros((nc, most, 4), np.int64), np.zeros((nc, most, 2)), np.zeros((nc, most, Z)), np.zeros((nc, SOURCE)),
-                    np.zeros((nc, 2), np.int64))
+                    np.zeros((nc, 2), np.int64), np.zeros((nc, M, G, 0 if self.samples else nodes)), np.zeros((4, nr, mi)),
+                    np.zeros((4, nr, nodes)), np.zeros((2 if self.samples else 1, M, max(G, Z), nodes)))
 
     @functools.cached_property
     def _tables(self):
@@ -147,7 +154,7 @@ class Balance:
             law_forces(parts.laws, self._tables, views(flat, parts.shape).law, views(dflat, parts.shape).law, c, v,
                        room.spectra[0], room.spectra[1], room.F, room.J)
         listed = self._free if listed is None else listed
-        code = linearised(parts.structure, parts.shape.R, flat, dflat, x, self.grid, slopes, listed, room)
+        code = linearised(parts.structure, parts.shape.R, flat, dflat, x, self.grid, slopes, listed, room, False)
         return tuple(ContactStatus)[code], room.f, room.wide
 
     def residual(self, x) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import WHOLE, apart, both, leaf, njit
-from ..solve.dense import lu, lu_solve
+from ..solve.dense import lu, lu_solve_wide
 from ..solve.steprun import (
     BACK,
     BEYOND,
@@ -30,13 +30,15 @@ from ..solve.steprun import (
 from ..solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 from .contacts.common import FOLLOWED, Contact, Segments
 from .contacts.margins import FAR, MISS, OVERSHOOT, margins
-from .residual import kept, linearised, motion
+from .residual import kept, linearised
 from .tables import Grid, Room, Series, expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
 SMALL = 1e-10  # a correction this small is followed by one of the order of its square
 TAIL = 100.0  # times rounding: a correction this small is the last, and leaves derivatives and tangent as they are
+LEFT = 10.0  # times rounding: what is left to the step behind chords
+NEAR, STEADY, CHORDS = 1e-2, 0.1, 4  # correction behind which events are taken for the same; of it the next at most; their number
 UNSEEN = -0.05  # monitors are cut off below: far from zero they are constant, so that no pair of zeros is looked for
 CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, CONTACTS, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
@@ -104,7 +106,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
     for count in range(MAX_ITERATIONS + 1):
         numbers_at(along, x[size], flat, dflat)
         room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
-        status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room)
+        status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room, not slopes)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return CONTACTS
@@ -131,7 +133,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         for i in range(size):
             right[i] = room.f[i]
         right[size] = 0.0
-        lu_solve(matrix, pivot, right)
+        lu_solve_wide(matrix, pivot, right)
         length = np.sqrt(np.sum(right * right))
         if not np.isfinite(length):
             return SINGULAR
@@ -140,13 +142,27 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
             if contraction > 2.0 and length > 1e-8:
                 return NOT_CONVERGED
         old = length
-        p = x[size]
-        for i in range(size + 1):
-            x[i] -= scale[i] * right[i]
-        if fixed:
-            x[size] = p
+        moved_by(x, scale, right, fixed)
         if length <= TAIL * rounding:  # the next would be below rounding, and the derivatives are as good
             break
+        if grid.samples > 0 or not LEFT * rounding < length * length < NEAR * NEAR:
+            continue
+        for _ in range(CHORDS):  # with the same factors and events: for a few per cent of a step of Newton's method
+            numbers_at(along, x[size], flat, dflat)
+            room.spectra[:], room.F[:] = 0.0, 0.0
+            if linearised(S, R, flat, dflat, x[:size], grid, not slopes, listed, room, slopes) != FOLLOWED:
+                break
+            for i in range(size):
+                right[i] = room.f[i]
+            right[size] = 0.0
+            lu_solve_wide(matrix, pivot, right)
+            new_length = np.sqrt(np.sum(right * right))
+            if not new_length < STEADY * length:
+                break
+            moved_by(x, scale, right, fixed)
+            if new_length * new_length <= length * LEFT * rounding:  # the next is below what the last full step corrects
+                break
+            length = new_length
     if not kept(listed, room.sources, room.counts):
         return OTHER_ORDER
     if fixed and sign != 0.0:
@@ -158,7 +174,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
     if sign != 0.0:
         right[:] = 0.0
         right[size] = 1.0
-        lu_solve(matrix, pivot, right)
+        lu_solve_wide(matrix, pivot, right)
         length = np.sqrt(np.sum(right * right))
         if 0.0 < length < 1.0 / EPS:
             new[:] = right / length
@@ -170,7 +186,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         moved += ((x[i] - plane[i]) / scale[i])**2
     # the determinant of rows of unit size: that of the plain one grows by orders in a step, with the squares of harmonics
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = contraction, np.sqrt(moved), sign, log - size_log
-    watched(S, R, flat, dflat, x[:size], grid, room, events)
+    watched(S, flat, grid, room, events)
     return CONVERGED
 
 
@@ -303,6 +319,13 @@ def scaled(row, x, scale, out):
 
 
 @leaf
+def moved_by(x, scale, right, fixed):
+    """Take a correction, in scaled unknowns, off a point; ``fixed``: not off its parameter."""
+    for i in range(x.size - 1 if fixed else x.size):
+        x[i] -= scale[i] * right[i]
+
+
+@leaf
 def bordered(matrix, tangent, fixed):
     """Write the last row: the tangent, or the parameter alone."""
     size = tangent.size - 1
@@ -311,15 +334,13 @@ def bordered(matrix, tangent, fixed):
 
 
 @both
-def watched(S, R, flat, dflat, x, grid: Grid, room: Room, events):
-    """Write the margins of events along the motion ``x`` whose contacts were followed."""
+def watched(S, flat, grid: Grid, room: Room, events):
+    """Write the margins of events along the motion whose contacts were followed."""
     events[:, 0], events[:, 1], events[:, 2] = 0.0, FAR, -FAR
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
-    signals, a, slopes = np.empty((4, len(R), waves.size)), np.empty(waves.size), np.empty(grid.cosines.shape[1])
-    z = np.empty(room.zs.shape[2])
-    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
-    motion(S, R, flat, dflat, x, c, v, cp, vp)
+    a, line, z = np.empty(waves.size), np.empty(grid.cosines.shape[1] if grid.samples else 0), np.empty(room.zs.shape[2])
     for k in range(len(contacts)):
-        margins(Contact(waves, excited, contacts[k], X[k], loose[k], c, v),
-                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid, events, a, slopes, z)
+        margins(Contact(waves, excited, contacts[k], X[k], loose[k], room.rows[0], room.rows[1]),
+                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid, room.rates[k], events, a,
+                line, z)

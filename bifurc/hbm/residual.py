@@ -14,6 +14,7 @@ from .contacts.common import (
     MODE,
     NEXT,
     NOT_FINITE,
+    NOT_SETTLED,
     PASSED,
     ROUNDING,
     TOUCHED,
@@ -24,7 +25,7 @@ from .contacts.common import (
     Tabulated,
     guard_of,
 )
-from .contacts.event_driven import crest, exact, overshoot
+from .contacts.event_driven import crest, exact, followed_on, overshoot
 from .contacts.sampled import sampled
 from .contacts.spectra import Scratch, Slopes, Sums, divisors, gather, joined, signals
 from .tables import MEMORIES, MEMORY, MODES, PAIRED, Grid, Room, core, expressions, structure
@@ -34,6 +35,7 @@ TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a t
 TOGETHER = 1e-6  # relative difference of near misses that are taken at once
 ATTEMPTS = 6  # passes along a contact until it has the events that are asked for
 ALL = 2.0  # above the height of any event
+FINE = 16  # parts of half a shortest wave: events that move by less are followed without being looked for again
 
 
 @leaf
@@ -84,24 +86,12 @@ def synthesised(waves, cosines, sines, c, U, dU, ddU, twice, half, factors):
 
 
 @leaf
-def excitation(waves, excited, cosines, sines, excite, dexcite):
-    """Write the columns of excitation on a grid, and their derivatives by phase."""
-    for x in range(1, excited.size):
-        slot = excited[x]
-        i, k = (slot - 1) // 2, waves[slot]
-        for n in range(excite.shape[1]):
-            co, si = cosines[i, n], sines[i, n]
-            excite[x, n] = si if slot % 2 == 0 else co
-            dexcite[x, n] = k * co if slot % 2 == 0 else -k * si
-
-
-@leaf
-def arose(contact, grid, segments, n, a, slopes):
+def arose(contact, grid, rates, segments, n, a):
     """Return how high the guard that ended segment ``n`` would rise behind it, as part of its size; negative after a touch.
 
-    ``a`` (mi,) and ``slopes`` (grid + 1,) are overwritten.
+    ``a`` (mi,) is overwritten; ``rates`` (M, G, grid + 1) as of `event_driven.exact`.
     """
-    samples, cosines, sines = grid
+    samples = grid.samples
     waves, A = contact.waves, contact.A
     m, g, stop = segments.path[n, MODE], segments.path[n, GUARD], segments.ends[n, 0]
     guard_of(contact, m, g, segments.zs[n, :A[A.shape[0] - 1, 0, MEMORY]], a)
@@ -109,7 +99,7 @@ def arose(contact, grid, segments, n, a, slopes):
     if bound == 0.0:
         return 0.0
     if samples == 0:
-        return overshoot(waves, a, stop, cosines, sines, slopes)
+        return overshoot(waves, a, stop, rates[m, g])
     h = 2.0 * np.pi / samples
     top = value(waves, a, stop)
     if top[1] <= 0.0:
@@ -119,12 +109,12 @@ def arose(contact, grid, segments, n, a, slopes):
 
 
 @njit
-def threshold(contact, grid, segments, wanted, slopes):
+def threshold(contact, grid, rates, segments, wanted):
     """Return the height up to which events are ignored so that about ``wanted`` of them are left."""
     events = segments.counts[0] - 1
     a, heights = np.empty(contact.waves.size), np.empty(events)
     for n in range(events):
-        heights[n] = arose(contact, grid, segments, n, a, slopes)
+        heights[n] = arose(contact, grid, rates, segments, n, a)
     for i in range(1, events):  # by insertion
         n = i
         while n > 0 and heights[n - 1] > heights[n]:
@@ -143,7 +133,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     ignored; where it has fewer, the guards that come nearest to firing count as touches: so the equations of an order of
     events go on smoothly beyond the point where the order changes, as far as a corrector looks.
     """
-    samples, cosines, sines = grid
+    samples, cosines, sines, excite, dexcite = grid
     zs, sources, counts = room.zs, room.sources, room.counts
     nr, nodes = len(c), cosines.shape[1]
     for row in range(nr):
@@ -152,8 +142,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
                 return NOT_FINITE
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
-    grids = np.empty((4, nr, nodes))
-    U, dU, ddU, V = grids[0], grids[1], grids[2], grids[3]
+    U, dU, ddU, V = room.grids[0], room.grids[1], room.grids[2], room.grids[3]
     synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0, np.empty((6, nodes // 2 + 1)), np.empty((6, len(cosines))))
     rate = flat[0]
     for row in range(nr):
@@ -162,14 +151,11 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
         if samples == 0:
             for n in range(nodes):
                 ddU[row, n] *= rate
-    excites = np.zeros((2, excited.size, nodes))
-    excite, dexcite = excites[0], excites[1]
-    excitation(waves, excited, cosines, sines, excite, dexcite)
     M, G = contacts.shape[1] - 1, contacts.shape[2] - 1
     scratch, flags = np.empty((8, max(waves.size, M, G, zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
-    p, tables = np.empty((waves[-1] + 1, 2)), np.empty((2, M, max(G, zs.shape[2]), nodes))
-    tabulated = Tabulated(U, V, dU, ddU, excite, dexcite, cosines, sines)
-    space = Space(scratch, flags, p, tables, np.empty(nodes))
+    p = np.empty((waves[-1] + 1, 2))
+    tabulated = Tabulated(U, V, dU, ddU, excite, dexcite)
+    space = Space(scratch, flags, p, room.tables)
     for k in range(len(contacts)):
         skip, touch, contact = 0.0, 0.0, Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
         segments = Segments(room.paths[k], room.ends[k], zs[k], sources[k], counts[k])
@@ -178,7 +164,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
             if samples:
                 status = sampled(contact, tabulated, skip, touch, segments, space)
             else:
-                status = exact(contact, tabulated, skip, touch, segments, space)
+                status = exact(contact, tabulated, skip, touch, segments, space, room.rates[k])
             if status != FOLLOWED:
                 return status
             events = counts[k, 0] - 1
@@ -193,7 +179,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
                 if wanted == 0 and by < 0:
                     new = ALL
                 else:
-                    new = threshold(contact, grid, segments, wanted, space.line)
+                    new = threshold(contact, grid, room.rates[k], segments, wanted)
                 if new <= skip:
                     break
                 skip = new
@@ -202,6 +188,23 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
             else:
                 touch = ROUNDING if touch == 0.0 else -(1.0 + TOGETHER) * sources[k, NEXT]
     return FOLLOWED
+
+
+@njit
+def followed_again(S, flat, c, v, room: Room):
+    """Follow all contacts along rows that are next to those along which they were followed last; return whether that is possible:
+    it is with the same events, see `event_driven.followed_on`."""
+    waves, _, excited, contacts = structure(S)
+    X, loose = expressions(S, flat)
+    scratch, p = np.empty((3, max(waves.size, room.zs.shape[2]))), np.empty((waves[-1] + 1, 2))
+    far = np.pi / (FINE * waves[-1])
+    for k in range(len(contacts)):
+        Z = contacts[k, contacts.shape[1] - 1, 0, MEMORY]
+        if not followed_on(Contact(waves, excited, contacts[k], X[k], loose[k], c, v),
+                           Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), far, scratch[0, :Z],
+                           scratch[1, :Z], p, scratch[2, :waves.size]):
+            return False
+    return True
 
 
 @leaf
@@ -223,37 +226,43 @@ def kept(listed, sources, counts):
 
 @njit
 def assembled(S, R, flat, dflat, x, F, J, slopes, f, wide):
-    """Write residual ``f`` (slots n,) and derivatives ``wide`` (slots n, slots n + 1), the last by the parameter."""
+    """Write residual ``f`` (slots n,) and with ``slopes`` derivatives ``wide`` (slots n, slots n + 1), last by the parameter."""
     waves, place, _, _ = structure(S)
     (M, C, K), E = core(S, flat)
     (dM, dC, dK), dE = core(S, dflat)
     n, m, nr = len(M), place.size, len(F)
     nu, dnu = flat[0], dflat[0]
     size, mi = m * n, waves.size
-    wide[:] = 0.0
+    if slopes:
+        wide[:] = 0.0
     for i in range(m):
         slot = place[i]
         k = waves[slot]
         w, dw = k * nu, k * dnu
+        other, way = (i - 1, -w) if slot % 2 == 0 else (i + 1, w)
         for a in range(n):
-            total, slope = -E[i, a], -dE[i, a]
+            total = -E[i, a]
             for r in range(nr):
                 if R[r, a] != 0.0:
                     total -= R[r, a] * F[r, i]
+            for b in range(n):
+                total += (K[a, b] - w * w * M[a, b]) * x[i * n + b]
+                if k > 0:
+                    total += way * C[a, b] * x[other * n + b]
+            f[i * n + a] = total
+            if not slopes:
+                continue
+            slope = -dE[i, a]
+            for r in range(nr):
+                if R[r, a] != 0.0:
                     slope -= R[r, a] * J[r, i, 0, mi]
             for b in range(n):
-                d = K[a, b] - w * w * M[a, b]
-                q = x[i * n + b]
-                total += d * q
-                slope += (dK[a, b] - w * w * dM[a, b] - 2.0 * w * dw * M[a, b]) * q
-                wide[i * n + a, i * n + b] += d
+                slope += (dK[a, b] - w * w * dM[a, b] - 2.0 * w * dw * M[a, b]) * x[i * n + b]
+                wide[i * n + a, i * n + b] += K[a, b] - w * w * M[a, b]
                 if k > 0:
-                    other, way = (i - 1, -1.0) if slot % 2 == 0 else (i + 1, 1.0)
-                    q = x[other * n + b]
-                    total += way * w * C[a, b] * q
-                    slope += way * (w * dC[a, b] + dw * C[a, b]) * q
-                    wide[i * n + a, other * n + b] += way * w * C[a, b]
-            f[i * n + a] = total
+                    turn = 1.0 if way > 0.0 else -1.0
+                    slope += turn * (w * dC[a, b] + dw * C[a, b]) * x[other * n + b]
+                    wide[i * n + a, other * n + b] += way * C[a, b]
             wide[i * n + a, size] = slope
     if not slopes:
         return
@@ -299,12 +308,13 @@ def order_of(room: Room) -> np.ndarray:
 
     Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with virgin memory 0.
     """
-    events, wrote = room.counts[:, 0] - 1, room.sources[:, WRITER].astype(np.int64)
-    return np.where((events == 0) & (wrote >= 0), -2 - wrote, events)
+    orders = [-2 - int(wrote) if count == 1 and wrote >= 0.0 else count - 1
+              for count, wrote in zip(room.counts[:, 0].tolist(), room.sources[:, WRITER].tolist(), strict=True)]
+    return np.array(orders, np.int64)
 
 
 @both
-def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
+def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, again):
     """Write residual and derivatives of the balance at the packed motion ``x`` into ``room``.
 
     Spectra, forces and derivatives of laws must be there (or zeros); those of the contacts are added.
@@ -316,22 +326,26 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
     flat, dflat : ndarray
         Numbers of the system and their derivatives by the parameter.
     slopes : bool
-        False: derivatives are not complete.
+        False: no derivatives.
     listed : int (nc,)
         Events of each contact, see `followed`.
+    again : bool
+        The contacts have the events of the last call, for a motion next to this one: they are not looked for again.
 
     Returns
     -------
     int
-        Code of a `ContactStatus`.
+        Code of a `ContactStatus`; `NOT_SETTLED` where they cannot have those events.
     """
     waves, place, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     dX, dloose = expressions(S, dflat)
-    signals = np.empty((4, len(R), waves.size))
-    c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
+    c, v, cp, vp = room.rows[0], room.rows[1], room.rows[2], room.rows[3]
     motion(S, R, flat, dflat, x, c, v, cp, vp)
-    status = followed(S, flat, grid, c, v, listed, room)
+    if again:
+        status = FOLLOWED if followed_again(S, flat, c, v, room) else NOT_SETTLED
+    else:
+        status = followed(S, flat, grid, c, v, listed, room)
     if status != FOLLOWED:
         return status
     mi, L = waves.size, room.spectra.shape[3]
@@ -345,6 +359,6 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room):
         gather(Contact(waves, excited, contacts[k], X[k], loose[k], c, v), Slopes(dX[k], dloose[k], flat[0], cp, vp), place,
                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid.samples, D, slopes, sums,
                scratch)
-    joined(waves, place, flat[0], signals, slopes, sums, line)
+    joined(waves, place, flat[0], room.rows, slopes, sums, line, np.empty((2, 2 * L - 1)))
     assembled(S, R, flat, dflat, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

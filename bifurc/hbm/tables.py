@@ -38,6 +38,8 @@ class Grid(NamedTuple):
     samples: int
     cosines: np.ndarray
     sines: np.ndarray
+    excite: np.ndarray  # (nx, grid + 1) columns of excitation, the constant left at 0, and their derivatives by phase
+    dexcite: np.ndarray
 
 
 class Room(NamedTuple):
@@ -53,6 +55,10 @@ class Room(NamedTuple):
     zs: np.ndarray
     sources: np.ndarray
     counts: np.ndarray
+    rates: np.ndarray  # (nc, M, G, grid + 1) derivatives by phase of the guards of modes that were entered, of exact events
+    rows: np.ndarray  # (4, nr, mi) coefficients of coordinates and speeds of the rows, and their derivatives by the parameter
+    grids: np.ndarray  # (4, nr, grid + 1) see `contacts.common.Tabulated`
+    tables: np.ndarray  # see `contacts.common.Space`
 
 
 def packed(shape) -> np.ndarray:

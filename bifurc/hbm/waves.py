@@ -117,29 +117,44 @@ def size(a):
 
 
 @leaf
-def spectrum_row(T, waves, a, out):
-    """Write how multiplication by a signal with spectrum ``T`` acts on slot ``a``: ``out`` (mi,), Toeplitz and Hankel parts.
+def both_ways(T, even, odd):
+    """Write a spectrum ``T`` (L, 2) for orders from 1 - L to L - 1: that with cosines, and that with sines (2 L - 1,)."""
+    top = len(T) - 1
+    for l in range(len(T)):
+        even[top + l], even[top - l] = T[l, 0], T[l, 0]
+        odd[top - l], odd[top + l] = -T[l, 1], T[l, 1]
 
-    T (L, 2) holds (1/2 pi) times the integrals of signal cos l theta and signal sin l theta, l up to twice the top harmonic.
+
+@leaf
+def spectrum_row(even, odd, waves, a, out):
+    """Write how multiplication by a signal acts on slot ``a``: ``out`` (mi,), Toeplitz and Hankel parts.
+
+    ``even`` and ``odd``, see `both_ways`, hold (1/2 pi) times the integrals of signal cos l theta and signal sin l theta, l up to
+    twice the top harmonic.
     """
-    j = waves[a]
+    j, top, n = waves[a], even.size // 2, out.size // 2
     if a == 0:
-        out[0] = T[0, 0]
-        for b in range(1, waves.size, 2):
+        out[0] = even[top]
+        for b in range(1, out.size, 2):
             k = waves[b]
-            out[b] = T[k, 0]
-            out[b + 1] = T[k, 1]
-    elif a % 2 == 0:  # sine
-        out[0] = 2.0 * T[j, 1]
-        for b in range(1, waves.size, 2):
-            k = waves[b]
-            d = j - k
-            out[b] = T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
-            out[b + 1] = T[abs(d), 0] - T[j + k, 0]
-    else:
-        out[0] = 2.0 * T[j, 0]
-        for b in range(1, waves.size, 2):
-            k = waves[b]
-            d = k - j
-            out[b] = T[abs(d), 0] + T[j + k, 0]
-            out[b + 1] = T[j + k, 1] + (T[d, 1] if d >= 0 else -T[-d, 1])
+            out[b] = even[top + k]
+            out[b + 1] = odd[top + k]
+        return
+    sine = a % 2 == 0
+    out[0] = 2.0 * (odd[top + j] if sine else even[top + j])
+    if waves[waves.size - 1] == n:  # all harmonics lie side by side
+        e0, o0, e1, o1 = even[top + 1 - j:], odd[top + 1 - j:], even[top + 1 + j:], odd[top + 1 + j:]
+        if sine:
+            for i in range(n):
+                out[2 * i + 1] = o1[i] - o0[i]
+                out[2 * i + 2] = e0[i] - e1[i]
+        else:
+            for i in range(n):
+                out[2 * i + 1] = e0[i] + e1[i]
+                out[2 * i + 2] = o1[i] + o0[i]
+        return
+    for b in range(1, out.size, 2):
+        k = waves[b]
+        e0, o0, e1, o1 = even[top + k - j], odd[top + k - j], even[top + k + j], odd[top + k + j]
+        out[b] = o1 - o0 if sine else e0 + e1
+        out[b + 1] = e0 - e1 if sine else o1 + o0

@@ -7,7 +7,7 @@ exactly at simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2
 import math
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs, dtrtrs
+from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtrs
 
 LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt
 SURE = 10.0  # of the limit of a ratio, from which on a rough one decides
@@ -67,6 +67,7 @@ def null_vectors(wide, tolerance: float = 1e-10):
     return vt[rank:], u[:, rank:n].T
 
 
+<<<<<<< HEAD
 def least_solution(wide, right, tolerance: float = 1e-13):
     """Return the least solution of an underdetermined system.
 
@@ -91,6 +92,17 @@ def least_solution(wide, right, tolerance: float = 1e-13):
             if not failed and np.abs(along).max() * SURE * tolerance * sizes.max() <= np.abs(right).max():
                 return q @ along
     return np.linalg.lstsq(wide, right, rcond=tolerance)[0]
+=======
+def across(wide) -> np.ndarray:
+    """Return a unit vector (n + 1,) orthogonal to the rows of a wide matrix (n, n + 1), whatever its rank.
+
+    By reflections, for a tenth of what singular values cost.
+    """
+    reflections, factors, _, _ = dgeqrf(wide.T)
+    last = np.zeros((wide.shape[1], 1), order="F")
+    last[-1] = 1.0
+    return dormqr("L", "N", reflections, factors, last, 64)[0][:, 0]
+>>>>>>> speed9
 
 
 def kernel(wide, rank: float):

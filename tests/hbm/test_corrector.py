@@ -4,13 +4,18 @@ import pytest
 from scipy.optimize import root
 
 from bifurc import System
-from bifurc.elements import ElasticStop, HarmonicForce, Jenkins
+from bifurc.elements import ElasticStop, HarmonicForce, Iwan, Jenkins
 from bifurc.hbm import corrector
 from bifurc.hbm.balance import Balance
+<<<<<<< HEAD
 from bifurc.hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
+=======
+from bifurc.hbm.contacts.common import FOLLOWED, NOT_SETTLED
+from bifurc.hbm.contacts.margins import FIELDS, KINDS
+>>>>>>> speed9
 from bifurc.hbm.corrector import Found, bordered, correct, scaled
 from bifurc.hbm.layout import Layout
-from bifurc.hbm.residual import order_of
+from bifurc.hbm.residual import linearised, order_of
 from bifurc.hbm.tables import Series
 from bifurc.solve.steprun import MADE, TOLD
 
@@ -180,3 +185,38 @@ def test_rows_by_scaled_unknowns(n, rng):
     assert (matrix[-1] == tangent).all()
     bordered(matrix, tangent, True)
     assert (matrix[-1] == np.eye(n)[-1]).all() and (matrix[:-1] == kept).all()
+
+
+SCENES = {**CONTACTS, "set of sliders": lambda: (Iwan((0.6, 0.5, 0.4), (0.2, 0.3, 0.5), dof=0),)}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_events_are_carried_along_to_a_motion_beside(name, rng):
+    """The residual with the events of a motion nearby is that in which they are looked for from the start."""
+    balance = Balance(System(M, C, K, (HarmonicForce(2.0, dof=0), *SCENES[name]()), omega=1.1), LAYOUT)
+    parts, still, compared = balance.parts, np.zeros_like(balance.parts.flat), 0
+
+    def at(x, again):
+        balance.room.spectra[:], balance.room.F[:] = 0.0, 0.0
+        listed = np.full(len(parts.contacts), -1)
+        code = linearised(parts.structure, parts.shape.R, parts.flat, still, x, balance.grid, False, listed, balance.room, again)
+        return code, balance.room.f.copy(), balance.room.counts[:, 0].copy()
+
+    for _ in range(20):
+        x = balance.linear_response() * rng.uniform(0.6, 3.0) + 0.05 * rng.normal(size=balance.size)
+        near = x + 1e-4 * rng.normal(size=x.size)
+        code, wanted, events = at(near, False)
+        first, _, before = at(x, False)
+        if code != FOLLOWED or first != FOLLOWED or not np.array_equal(events, before):
+            continue
+        code, found, _ = at(near, True)
+        kept = name == "set of sliders" or (name != "stop" and events.min() == 1)  # memory that no event of the period writes
+        assert code == FOLLOWED or kept
+        if code == FOLLOWED:
+            compared += 1
+            assert found == pytest.approx(wanted, abs=1e-12)
+            far = x.copy()
+            far[LAYOUT.n:] *= -1.0  # half a period away: its events are elsewhere
+            if events.max() > 1:
+                assert at(far, True)[0] == NOT_SETTLED
+    assert compared > 8

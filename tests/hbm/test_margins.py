@@ -21,7 +21,7 @@ def margins(element, x, harmonics, samples=0, omega=1.0, listed=None):
     status, _, _ = balance.linearised(x, listed=listed)
     assert status is ContactStatus.FOLLOWED
     events = np.full((KINDS, FIELDS), np.nan)
-    watched(parts.structure, parts.shape.R, parts.flat, np.zeros_like(parts.flat), x, balance.grid, balance.room, events)
+    watched(parts.structure, parts.flat, balance.grid, balance.room, events)
     return events
 
 

@@ -64,9 +64,10 @@ def test_multiplication_by_a_signal(listed, rng):
     def analysed(values):
         return (weights * (basis(listed, theta) * values[:, None]).mean(axis=0))[place]
 
-    B = np.zeros((place.size, listed.size))
+    B, even, odd = np.zeros((place.size, listed.size)), np.empty(2 * L - 1), np.empty(2 * L - 1)
+    kernels.both_ways(T, even, odd)
     for row, slot in zip(B, place.tolist(), strict=True):
-        kernels.spectrum_row(T, listed, slot, row)
+        kernels.spectrum_row(even, odd, listed, slot, row)
     assert B @ a == pytest.approx(analysed(signal * (basis(listed, theta) @ a)), abs=1e-12)
     out = np.empty(place.size)
     spectra.coefficients(T, listed, place, out)

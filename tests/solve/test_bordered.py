@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bifurc.solve.bordered import LARGE, factor, kernel, least_ratio, least_solution, null_vectors, solve_factored
+from bifurc.solve.bordered import LARGE, across, factor, kernel, least_ratio, least_solution, null_vectors, solve_factored
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 20])
@@ -20,6 +20,18 @@ def test_singular_and_not_finite_have_no_sign():
     assert factor(np.zeros((2, 2)))[2:] == (0.0, -np.inf)
     assert factor(np.full((2, 2), np.nan))[2:] == (0.0, -np.inf)
     assert factor(np.array([[1.0, 2.0], [2.0, 4.0]]))[2] == 0.0
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 60])
+def test_a_vector_across_all_rows(n):
+    """It is the null vector of a matrix of full rank, and one of several where ranks are lost."""
+    rng = np.random.default_rng(n)
+    wide = rng.normal(size=(n, n + 1))
+    found = across(wide)
+    assert abs(found @ np.linalg.svd(wide)[2][-1]) == pytest.approx(1.0, abs=1e-12)
+    wide[-1] = wide[0]
+    found = across(wide)
+    assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-14) and wide @ found == pytest.approx(0.0, abs=1e-13)
 
 
 @pytest.mark.parametrize("lost", [0, 1, 2])

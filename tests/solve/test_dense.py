@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from bifurc.solve.dense import lu, lu_solve
+from bifurc.solve.dense import lu, lu_solve, lu_solve_wide
 
 
-@pytest.mark.parametrize("n", (1, 2, 3, 5, 9))
+@pytest.mark.parametrize("n", (1, 2, 3, 5, 9, 31))
 def test_solution_and_determinant(rng, n):
     for _ in range(10):
         rows, columns = 10.0**rng.uniform(-8.0, 8.0, n), 10.0**rng.uniform(-3.0, 3.0, n)
@@ -17,8 +17,11 @@ def test_solution_and_determinant(rng, n):
         expected = np.linalg.slogdet(plain)
         assert sign == expected[0]
         assert log == pytest.approx(expected[1] + np.log(rows).sum() + np.log(columns).sum(), abs=1e-9)
+        wide = b.copy()
         lu_solve(a, pivot, b)
+        lu_solve_wide(a, pivot, wide)
         assert b * columns == pytest.approx(x, abs=1e-12 * np.linalg.cond(plain))
+        assert wide * columns == pytest.approx(x, abs=1e-12 * np.linalg.cond(plain))
         assert np.abs(whole @ b - right).max() <= 1e-12 * (np.abs(whole) @ np.abs(b) + np.abs(right)).max()
 
 

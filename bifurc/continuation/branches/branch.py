@@ -298,14 +298,16 @@ class Branch(Notebook):
 
     def _measured(self, name):
         parts, pieces = self._arrays["part"], []
+        groups: list[tuple] = []  # a problem, and rows that follow each other whose measure it gives
         for k, problem in enumerate(self.problems):
             rows = np.flatnonzero(parts == k)
-            if rows.size == 0:
-                continue
-            if name not in problem.measure_names:
-                pieces.append(np.full(rows.size, np.nan))
-                continue
-            pieces.append(np.asarray(problem.measure(name, self._unknowns(rows))))
+            if rows.size and groups and problem.measures_as(groups[-1][0], name):
+                groups[-1] = groups[-1][0], np.concatenate([groups[-1][1], rows])
+            elif rows.size:
+                groups.append((problem, rows))
+        for problem, rows in groups:
+            known = name in problem.measure_names
+            pieces.append(np.asarray(problem.measure(name, self._unknowns(rows))) if known else np.full(rows.size, np.nan))
         return np.concatenate(pieces)
 
 

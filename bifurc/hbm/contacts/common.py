@@ -50,8 +50,6 @@ class Tabulated(NamedTuple):
     dV: np.ndarray
     excite: np.ndarray  # (nx, grid + 1) columns of excitation
     dexcite: np.ndarray
-    cosines: np.ndarray  # (nk, grid + 1) of the waves
-    sines: np.ndarray
 
 
 class Segments(NamedTuple):
@@ -70,8 +68,7 @@ class Space(NamedTuple):
     scratch: np.ndarray  # (8, .)
     flags: np.ndarray  # int (3, .)
     p: np.ndarray  # (top + 1, 2)
-    tables: np.ndarray  # (2, M, G, grid + 1)
-    line: np.ndarray  # (grid + 1,)
+    tables: np.ndarray  # (1 or 2, M, G, grid + 1) guards, and memory at samples
 
 
 @leaf

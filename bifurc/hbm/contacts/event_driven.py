@@ -9,20 +9,24 @@ One file, because finding and deciding an event are compiled as one text.
 import numpy as np
 
 from ..._jit import leaf
-from ..tables import GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
+from ..tables import ALGEBRAIC, GUARDS, MEMORY, PAIRS, SILENT, THEN, WRITES
 from ..waves import jet, powers, size, turn, value
 from .common import (
     FOLLOWED,
+    GUARD,
     INCONSISTENT,
+    MODE,
     NEXT,
     NOT_SETTLED,
     PASSED,
     PERIODS,
+    REPEATS,
     RESTING,
     ROUNDING,
     TOO_MANY,
     TOUCHED,
     WRITER,
+    WRITTEN,
     WROTE,
     admissible,
     again,
@@ -37,12 +41,12 @@ from .common import (
     repeats,
     resting,
     slaves,
+    virgin,
     writer,
 )
 
 TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 SAME = 1e-14  # difference of phases that is none
-TOGETHER = 8  # points of a grid that are looked at in one go
 SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
 
 
@@ -169,26 +173,21 @@ def slopes_on(waves, a, cosines, sines, first, last, out):
 
 
 @leaf
-def crest_on(waves, a, t, cosines, sines, slopes):
-    """Return what `crest` does, on a grid whose tables are there; ``slopes`` (grid + 1,) is overwritten."""
-    nodes = cosines.shape[1] - 1
+def crest_on(waves, a, t, rates):
+    """Return what `crest` does, where the derivative is known on a grid: ``rates`` (grid + 1,)."""
+    nodes = rates.size - 1
     h = 2.0 * np.pi / nodes
-    node = int(t / h) + 1
-    for _ in range(nodes // TOGETHER + 2):
-        first = node % nodes
-        last = min(first + TOGETHER, nodes)
-        slopes_on(waves, a, cosines, sines, first, last, slopes)
-        for n in range(first, last):
-            if slopes[n] <= 0.0:
-                return summit(waves, a, max((node - 1) * h, t), node * h)
-            node += 1
+    first = int(t / h) + 1
+    for node in range(first, first + nodes + 1):
+        if rates[node % nodes] <= 0.0:
+            return summit(waves, a, max((node - 1) * h, t), node * h)
     return summit(waves, a, t, t + h)
 
 
 @leaf
-def overshoot(waves, a, t, cosines, sines, slopes):
-    """Return how high a guard would rise behind its zero at ``t``, as part of its size; ``slopes`` as of `crest_on`."""
-    return value(waves, a, crest_on(waves, a, t, cosines, sines, slopes))[0] / size(a)
+def overshoot(waves, a, t, rates):
+    """Return how high a guard would rise behind its zero at ``t``, as part of its size; ``rates`` as of `crest_on`."""
+    return value(waves, a, crest_on(waves, a, t, rates))[0] / size(a)
 
 
 @leaf
@@ -228,7 +227,7 @@ def beyond(contact, m, which, z, p, touch, source, a):
 
 
 @leaf
-def exact(contact, tabulated, skip, touch, segments, space):
+def exact(contact, tabulated, skip, touch, segments, space, slopes):
     """Follow a contact along the motion event by event over one period that repeats.
 
     Parameters
@@ -245,6 +244,8 @@ def exact(contact, tabulated, skip, touch, segments, space):
         Overwritten.
     space : Space
         Overwritten.
+    slopes : (M, G, grid + 1)
+        Derivatives of guards by phase; overwritten for the modes that are entered.
 
     Returns
     -------
@@ -252,15 +253,15 @@ def exact(contact, tabulated, skip, touch, segments, space):
         Code of a `ContactStatus`.
     """
     waves, _, A, X, _, c, _ = contact
-    U, V, dU, dV, excite, dexcite, cosines, sines = tabulated
+    U, V, dU, dV, excite, dexcite = tabulated
     path, ends, zs, source, count = segments
-    scratch, flags, p, tables, line = space
+    scratch, flags, p, tables = space
     grid, most, own = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0]
     whole, Q = 2.0 * np.pi, own[PAIRS]
     a, g0, d0, g1, d1, offset = scratch[0, :waves.size], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
     z, z0 = scratch[6, :own[MEMORY]], scratch[7, :own[MEMORY]]
     fresh, ignored, ready = flags[0], flags[1], flags[2]
-    values, slopes = tables[0], tables[1]
+    values = tables[0]
     z[:] = 0.0
     flags[:] = 0
     m, wrote = begin(contact, skip, z, p, a)
@@ -309,7 +310,7 @@ def exact(contact, tabulated, skip, touch, segments, space):
                             continue
                         found = top
                     if found < np.inf and (
-                            (skip > 0.0 and not nearly and overshoot(waves, a, found, cosines, sines, line) < skip) or (
+                            (skip > 0.0 and not nearly and overshoot(waves, a, found, slopes[m, g]) < skip) or (
                                 period > 0 and events == 0 and resting(A, m, g, found, source, RESTING))):
                         ignored[g] = 1 if g1[g] >= 0.0 else 0
                         continue
@@ -371,3 +372,74 @@ def exact(contact, tabulated, skip, touch, segments, space):
         if m == m0 and wrote == int(source[WRITER]) and repeats(A, m, z, z0, c):
             return FOLLOWED
     return NOT_SETTLED
+
+
+@leaf
+def followed_on(contact, segments, far, z, start, p, a):
+    """Move the events of a contact that was followed to where they are along a motion next to that one; return whether they are
+    the same ones, each nearer than ``far`` to where it was.
+
+    Events that begin or end between the two motions are not looked for; all memory has to be written by events of a period, or
+    none.  ``z``, ``start`` (Z,), ``p`` and ``a`` are overwritten.
+    """
+    waves, A = contact.waves, contact.A
+    path, ends, zs, source, count = segments
+    events, wrote = count[0] - 1, -1
+    if source[TOUCHED] > 0.0:
+        return False
+    for n in range(events):
+        wrote = path[n, WROTE] if path[n, WROTE] >= 0 else wrote
+    if wrote != int(source[WRITER]):
+        return False
+    virgin(contact, start)
+    for i in range(z.size if wrote >= 0 else 0):
+        start[i] = zs[0, i]
+        mine = False
+        for n in range(events):
+            mine = mine or (path[n, WROTE] >= 0 and A[path[n, WROTE], 0, ALGEBRAIC + i] > 0)
+        if not mine:  # it was written on the way to a motion that repeats, which is not followed here
+            return False
+    for _ in range(PERIODS):
+        t = 0.0
+        for i in range(z.size):
+            z[i] = start[i]
+        for n in range(events):
+            m = path[n, MODE]
+            for i in range(z.size):
+                zs[n, i] = z[i]
+            guard_of(contact, m, path[n, GUARD], z, a)
+            new = risen(waves, a, ends[n, 0], far)
+            if not t < new < 2.0 * np.pi:
+                return False
+            t = new
+            ends[n, 0], ends[n, 1] = t, t
+            if A[m, 0, WRITES] > 0:
+                powers(t, p.shape[0], p)
+                slaves(contact, m, p, z, a)
+                source[WRITTEN] = t
+        same = True
+        for i in range(z.size):
+            zs[events, i] = z[i]
+            same = same and abs(z[i] - start[i]) <= REPEATS * (abs(z[i]) + abs(start[i]))
+            start[i] = z[i]
+        if same:
+            return True
+    return False
+
+
+@leaf
+def risen(waves, a, guess, far):
+    """Return the zero of a polynomial that rises there, by Newton's method; inf where that leads ``far`` away from the guess."""
+    t, before = guess, far
+    for _ in range(6):
+        g, d = value(waves, a, t)
+        step = g / d if d > 0.0 else np.inf
+        if not abs(step) <= before:
+            return np.inf
+        t -= step
+        if abs(t - guess) > far:
+            return np.inf
+        if abs(step)**3 <= before * before * 1e-18:  # as of `root`
+            return t
+        before = abs(step)
+    return np.inf

@@ -19,17 +19,17 @@ FAR = 1.0  # stands for no overshoot and, negative, for no near miss; both are r
 
 
 @leaf
-def margins(contact, segments, grid, out, a, slopes, relaxation):
+def margins(contact, segments, grid, rates, out, a, line, relaxation):
     """Update ``out`` (KINDS, FIELDS): number of events of each kind, least overshoot, largest near miss.
 
     ``out`` starts as (0, FAR, -FAR) in each row; ``segments`` as `event_driven.exact` leaves them.
     Beyond where the listed order of events holds, overshoots are negative and misses positive.  The slip that brought a
-    contact to where it always sticks counts with its overshoot from a virgin start.  ``a`` (mi,), ``slopes`` (grid + 1,) and
-    ``relaxation`` (Z,) are overwritten.
+    contact to where it always sticks counts with its overshoot from a virgin start.  ``rates`` (M, G, grid + 1) are the derivatives
+    of guards that `event_driven.exact` left; ``a`` (mi,), ``line`` (grid + 1,) and ``relaxation`` (Z,) are overwritten.
     """
     waves, A = contact.waves, contact.A
     path, ends, zs, source, counts = segments
-    samples, cosines, sines = grid
+    samples, cosines, sines, _, _ = grid
     count, Z = counts[0], A[A.shape[0] - 1, 0, MEMORY]
     nodes = cosines.shape[1] - 1
     h = 2.0 * np.pi / nodes
@@ -47,7 +47,7 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
         if n < count - 1 and A[m, 1 + path[n, GUARD], SILENT] == 0:
             kind = A[m, 1 + path[n, GUARD], KIND]
             out[kind, COUNT] += 1.0
-            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(contact, grid, segments, n, a, slopes))
+            out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], arose(contact, grid, rates, segments, n, a))
         for g in range(A[m, 0, GUARDS]):
             if A[m, 1 + g, SILENT] > 0:
                 continue
@@ -56,7 +56,9 @@ def margins(contact, segments, grid, out, a, slopes, relaxation):
             bound = size(a)
             # maxima inside the segment; the grid ends on both its ends, but for a segment that passes phase 0
             first, last = int(start / h) + 1, int(np.ceil(stop / h - 1e-9))
-            slopes_on(waves, a, cosines, sines, first, last, slopes)
+            if samples:
+                slopes_on(waves, a, cosines, sines, first, last, line)
+            slopes = line if samples else rates[m, g]
             t, slope = start, value(waves, a, start)[1]  # a guard may be zero where its mode begins: not at phase 0
             for node in range(first, last + 1):
                 after = min(node * h, stop)

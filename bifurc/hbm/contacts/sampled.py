@@ -116,9 +116,9 @@ def sampled(contact, tabulated, skip, touch, segments, space):
     says which mode goes on.
     """
     waves, excited, A, X, _, c, _ = contact
-    U, V, _, _, excite, _, _, _ = tabulated
+    U, V, _, _, excite, _ = tabulated
     path, ends, _, source, count = segments
-    scratch, _, p, tables, _ = space
+    scratch, _, p, tables = space
     N, most, own, nx = U.shape[1] - 1, len(ends), A[A.shape[0] - 1, 0], excited.size
     Z, turn, modes, Q, G = own[MEMORY], 2.0 * np.pi, A.shape[0] - 1, own[PAIRS], A.shape[1] - 1
     a, z, z0 = scratch[0, :waves.size], scratch[6, :Z], scratch[7, :Z]

@@ -16,7 +16,7 @@ import numpy as np
 from ..._jit import leaf, njit
 from ...solve.dense import inner
 from ..tables import ALGEBRAIC, FORGETS, MEMORY, PAIRS, ROWS, SILENT, WIDTH, moved, structure
-from ..waves import jet, powers, size, spectrum_row, turned
+from ..waves import both_ways, jet, powers, size, spectrum_row, turned
 from .common import AFTER, GUARD, MODE, WROTE, expression
 
 NEGLIGIBLE = 1e-11  # relative: a force without jump, a memory without slope
@@ -348,8 +348,9 @@ def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch)
 
 
 @leaf
-def joined(waves, place, rate, signals, wanted, sums, line):
-    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``line`` (mi,)."""
+def joined(waves, place, rate, signals, wanted, sums, line, ways):
+    """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``line`` (mi,) and ``ways``
+    (2, 2 L - 1) are overwritten."""
     c, v, cp, vp = signals[0], signals[1], signals[2], signals[3]
     spectra, F, J = sums
     mi = waves.size
@@ -361,8 +362,9 @@ def joined(waves, place, rate, signals, wanted, sums, line):
                     continue
                 signal, shifted = (c[target], cp[target]) if part % 2 == 0 else (v[target], vp[target])
                 moves = size(shifted) > 0.0
+                both_ways(S, ways[0], ways[1])
                 for i in range(place.size):
-                    spectrum_row(S, waves, place[i], line)
+                    spectrum_row(ways[0], ways[1], waves, place[i], line)
                     total = inner(line, signal)
                     if part > 1:
                         J[row, i, 0, mi] += total

@@ -163,7 +163,7 @@ def exact_twin(balance: Balance) -> Balance:
 
 
 def ordered(multipliers) -> np.ndarray:
-    """Return complex multipliers (..., k), largest first, conjugate pairs with the positive imaginary part first."""
+    """Return complex multipliers (k,) or (m, k), largest first, conjugate pairs with the positive imaginary part first."""
     mu = np.asarray(multipliers).astype(complex)
     order = np.lexsort((-mu.imag, -mu.real.round(9), -np.abs(mu).round(9)), axis=-1)
-    return np.take_along_axis(mu, order, axis=-1)
+    return mu[order] if mu.ndim == 1 else mu[np.arange(len(mu))[:, None], order]
