@@ -377,11 +377,11 @@ def test_the_batch_step_itself_takes_most_starts_round(stops, most):
     module, given = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
     count = module.SIZE
     W = np.zeros(module.ROWS + module.FLOATS + module.FLOATS_A_MODE * given.I.shape[0])
-    index = np.zeros(count + 8 + module.WHOLES_USED + module.WHOLES_A_MODE * given.I.shape[0], np.int64)
+    index = np.zeros(count + 8 + module.WHOLES_USED + module.WHOLES_A_MODE * given.I.shape[0], np.uint32)
     W[:count], W[count:2 * count] = np.random.default_rng(2).uniform((-0.45, -1.5), (0.55, 1.5), (count, 2)).T
-    modes = np.full(count, max(packing.home_of(scene.tables), 0))
-    module.period_step(W, index, count, given, modes, 2000, module.workspace(given.T))
-    left = W[module.AT_ASIDE:][:count] > 0.0 if kind.one_stop else W[module.AT_TAKEN:][:count] >= 0.0
+    modes = np.full(count, next(m for m in range(len(scene.tables.n_guards)) if scene.tables.n_holds[m] == 0))
+    module.period_step(W, index, count, given, modes, 2000, module.room(given.T))
+    left = W[module.AT_TAKEN:][:count] >= 0.0
     assert np.count_nonzero(left) <= most * count
 
 

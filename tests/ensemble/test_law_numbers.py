@@ -7,7 +7,8 @@ from numpy.polynomial import Polynomial
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
-from bifurc.ensemble.batch import deferred, law_modes, smooth, stages
+from bifurc.ensemble import scalar
+from bifurc.ensemble.batch import law_modes, smooth, stages
 from bifurc.ensemble.batch.runge_kutta import Method, nystrom
 from bifurc.flow.scan import COUNT, MODE, STATE, TAU
 from tests.reference.plain import plain
@@ -157,8 +158,8 @@ def test_a_deferred_substep_begins_and_ends_on_the_grid(rng):
         tally[1] = min(tally[1], 0.4)
         return 5
 
-    room = plain(deferred.workspace)(T)
-    substep = plain(deferred.substep, integrate=integrate)
+    room = plain(scalar.room)(T)
+    substep = plain(scalar.substep, integrate=integrate)
     for k in (0, 4, STEPS - 1):
         y = rng.normal(size=4)
         room[0][:] = y
