@@ -10,7 +10,6 @@ from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.ensemble import scalar
 from bifurc.ensemble.batch import driver, packing, several_modes, smooth
-from bifurc.ensemble.batch.runge_kutta import Method
 from bifurc.ensemble.batch.tables import economised
 from bifurc.ensemble.outcomes import CellState
 from tests.basins.second import SectionMap
@@ -276,13 +275,13 @@ def test_an_autonomous_system_has_no_map_over_periods():
         PeriodMap(bf.System(1.0, 0.1, 1.0))
 
 
-@pytest.mark.parametrize("method", list(Method))
-def test_methods_converge_at_their_order(method, rng):
+@pytest.mark.parametrize("order", [4, 8])
+def test_methods_converge_at_their_order(order, rng):
     scene = scene_of(bf.systems.duffing_oscillator(**DUFFING))
-    kind, order = smooth.kind_of(scene, method), {Method.RK4: 4, Method.RK8: 8}[method]
-    X = rng.uniform(-1.5, 1.5, (200, 2))
-    exact = smooth.images(scene, smooth.kind_of(scene, Method.RK8), 400, X)
-    steps = np.array([56, 72, 96]) * (4 if method == Method.RK4 else 1)
+    kind = smooth.kind_of(scene, order)
+    X = rng.uniform(-1.5, 1.5, (2000, 2))
+    exact = smooth.images(scene, smooth.kind_of(scene), 400, X)
+    steps = np.array([56, 72, 96]) * (4 if order == 4 else 1)
     errors = [np.median(np.abs(smooth.images(scene, kind, int(n), X) - exact).max(axis=1)) for n in steps]
     rate = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert abs(rate - order) <= 0.35

@@ -13,7 +13,7 @@ from ..proximity import Targets, boxed
 from ..scalar import room
 
 # what is written in the place of the rest of this part: sizes, and the batch step
-SIZE, NS = 512, 2  # starts that are carried side by side, and their states
+SIZE, NS = 576, 2  # starts that are carried side by side, and their states
 FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = 0, 0, 0, 0  # of scratch that the batch step takes behind the rows below
 
 
@@ -53,9 +53,9 @@ def advance(given, W, index, active, modes, limit, spare):
 @njit
 def lined(count):
     """Return ``count`` zeros that begin on a cache line: vectors across two of them cost three masses a fifth."""
-    room = np.zeros(count + 7)
-    first = -(room.ctypes.data // 8) % 8
-    return room[first:first + count]
+    longer = np.zeros(count + 7)
+    first = -(longer.ctypes.data // 8) % 8
+    return longer[first:first + count]
 
 
 @njit

@@ -10,9 +10,8 @@ import numpy as np
 
 from ...compose.tables import Tables
 from . import tables as plan
-from .runge_kutta import nystrom
 from .several_modes import FUSED, LISTS, MANY, NOISE, dot, filled, horner, layout, place, strides
-from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
+from .stages import Kind, Step, mode_numbers, nystrom, stage_loads, stage_times
 
 BLOCK = 64  # smooth starts are taken in whole blocks: the same vector code for each of them
 SAFETY = 3.0  # of the estimated fourth derivative
@@ -38,7 +37,7 @@ def substep_of(kind: Kind) -> np.dtype:
     polynomials of the loads.
     """
     guard = [("ends", float, (2, 2)), ("series", float, MANY)]
-    return np.dtype([("stages", float, (len(nystrom(kind.method).c), kind.loads)), ("guards", guard, (kind.guards,)),
+    return np.dtype([("stages", float, (len(nystrom(kind.order).c), kind.loads)), ("guards", guard, (kind.guards,)),
                      ("loads", float, (kind.loads, MANY))])
 
 
@@ -151,7 +150,7 @@ def smooth_text(kind: Kind, size: int) -> str:
 
 def _stage_loads(kind: Kind) -> list[str]:
     """Lines that name the loads at all stages of a substep."""
-    return [f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(nystrom(kind.method).c)) for c in range(kind.loads)]
+    return [f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(nystrom(kind.order).c)) for c in range(kind.loads)]
 
 
 def _step(kind: Kind, name: str, v: int) -> str:

@@ -132,11 +132,12 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = SUM[ d{{c}}_{j} * y{{c}} ; f_{j} ]" for j in range(MANY)],
-        "GUARD_AT": horner("g", "s", "value", "slope"), "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
+        "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
             *(f"p_{j} = SUM[ a{i}_{{c}}_{j} * y{{c}} ; c{i}_{j} ]" for j in range(MANY)), *horner("p", "s", f"x{i}", f"x{n + i}"))],
         "KICKED": [line for i in positions for line in horner(f"b{i}", "rest", f"v{i}", f"v{n + i}")],
-        "ROOTS": ["if what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m:", "    bounce(W, full, g, numbers, o, grid, t)", "else:", "    roots(W, m, full, g, numbers, o, grid, t)"],
+        "ROOTS": ["if what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m:",  # the mode itself is its first candidate
+                  "    bounce(W, full, g, numbers, o, grid, t)", "else:", "    roots(W, m, full, g, numbers, o, grid, t)"],
         "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")), "m{k} = m{k} - v{k}",
                  *(line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")),
                  *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], [f'm{c}' for c in states])})"
@@ -301,7 +302,7 @@ def roots(W, m, full, g, N, o, F, t):
 
 @fused
 def bounce(W, full, g, N, o, F, t):
-    """Like `roots`, and take starts that the guard throws back to the end; verdict 2: found, and proved to stay inside from there."""
+    """Like `roots`, and take starts that the guard throws back to the end; verdict 2: found, and proved to stay inside."""
     LOAD_ZERO
     LOAD_KICKED
     per, reach = 1.0 / h, N[i + AT_ON_REACH + g]

@@ -12,7 +12,7 @@ from ..._cache import cache_folder, closure_hash
 from ...compose.writer import LAWS, twin
 from ...compose.written import load, source
 
-SIZE = 512  # side by side: their rows fill most of a first-level cache
+SIZE = 576  # side by side: rows fill most of a first-level cache, and are not whole pages apart, where stores hold up loads
 DRIVER, SCALAR = "bifurc.ensemble.batch.driver", "bifurc.ensemble.scalar"
 REST = "# what is the same for all kinds\n"  # of the driver: what stands before it is written for each kind
 
