@@ -25,7 +25,6 @@ from bifurc.basins import PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import kernels
 from bifurc.ensemble.batch import packing, smooth
-from bifurc.ensemble.batch.runge_kutta import Method
 from bifurc.ensemble.initial_conditions import begin
 from bifurc.flow.scan import DONE, MODE, STATE, TAU, run, workspace
 
@@ -201,9 +200,9 @@ def errors(setting: Setting, periods: int, X: np.ndarray, carry) -> np.ndarray:
 def smooth_kernels(scene):
     """Return the calls of the smooth kernels, steps of the method of order 8 that the wished error takes, and its error."""
     T, calls = scene.tables, {}
-    eight = smooth.kind_of(scene, Method.RK8)
+    eight = smooth.kind_of(scene)
     steps, error = smooth.steps_for(scene, eight)
-    for name, kind, count in (("Runge-Kutta, 100 steps", smooth.kind_of(scene, Method.RK4), 100),
+    for name, kind, count in (("Runge-Kutta, 100 steps", smooth.kind_of(scene, 4), 100),
                               (f"order 8, {steps} steps", eight, steps)):
         module, numbers = smooth.module_of(kind), smooth.numbers_of(T, kind, count)
         calls[name] = lambda Y, n, module=module, numbers=numbers: side_by_side(module, numbers, Y, n)

@@ -1,9 +1,10 @@
-"""Many starts of any scene: on the general integration `bifurc.flow.scan.run`."""
+"""Many starts of any scene: on the general integration `bifurc.flow.scan.run`; and what batch steps defer to it."""
 import numpy as np
 
-from .._jit import njit
+from .._jit import leaf, njit
 from ..compose.tables import ORDER
 from ..elements.kinds import EventKind
+from ..flow.affine.engine import forcing
 from ..flow.rule import admit, sizes
 from ..flow.scan import (
     BEFORE,
@@ -86,6 +87,33 @@ def integrate(T, ints, floats, x, whole, tau, limit, rows, record, tally):
                 tally[1] = min(tally[1], 0.0 if rows[e, KIND] == CHATTER else record[e, SPEED])
         ints[EVENTS] = 0
     return code
+
+
+@njit
+def room(T):
+    """Return what `substep` works on: state (ns,), tally (events, impacts and contacts, least speed of arrival), room."""
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    ints, floats = workspace(T)
+    return np.zeros(ns), np.zeros(3), np.zeros(nx), floats, np.zeros((ROWS, STATE + 2 * ns)), ints, np.zeros((ROWS, 5), np.int64)
+
+
+@leaf
+def substep(T, k, steps, h, m, spare, limit):
+    """Integrate ``spare[0]`` (ns,) in place over substep ``k`` of a period; return status and mode; write the tally.
+
+    What a batch step defers: several events, or one that is not clear.  ``spare`` is the `room`.
+    """
+    y, tally, x, floats, record, ints, rows = spare
+    last = k + 1 == steps
+    begin_at(m, y, ints, floats, x)
+    floats[TAU] = k * h
+    forcing(T, k * h, x)
+    tally[1], tally[2] = 0.0, np.inf
+    status = integrate(T, ints, floats, x, 1 if last else 0, 0.0 if last else (k + 1) * h, limit, rows, record, tally[1:])
+    tally[0] = ints[COUNT]
+    for c in range(y.size):
+        y[c] = x[c]
+    return status, ints[MODE]
 
 
 @njit

@@ -7,8 +7,8 @@ from numpy.polynomial import Polynomial
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
-from bifurc.ensemble.batch import deferred, law_modes, smooth, stages
-from bifurc.ensemble.batch.runge_kutta import Method, nystrom
+from bifurc.ensemble import scalar
+from bifurc.ensemble.batch import law_modes, smooth, stages
 from bifurc.flow.scan import COUNT, MODE, STATE, TAU
 from tests.reference.plain import plain
 
@@ -52,7 +52,7 @@ def test_loads_of_substeps_are_those_of_the_excitation(read):
     """At the stages, and between them as polynomials; fields are those of the mechanics."""
     kind, made = read
     T, own, grid = made()
-    h, c = 2.0 * np.pi / OMEGA / STEPS, nystrom(Method.RK8).c
+    h, c = 2.0 * np.pi / OMEGA / STEPS, stages.nystrom(8).c
     free = next(m for m in range(len(own)) if T.n_holds[m] == 0)
     for k in range(STEPS):
         known = forcing((k + c) * h).T
@@ -124,8 +124,8 @@ def test_a_kick_turns_the_speed_of_arrival_round(read):
 
 def test_accelerations_of_a_step_are_a_cubic_with_bounds(rng):
     """Through four samples; one that is a cubic is found, with its largest second derivative at the nodes and the third on top."""
-    c = nystrom(Method.RK8).c
-    own = SimpleNamespace(field=lambda state, name, load: [], method=nystrom(Method.RK8))
+    c = stages.nystrom(8).c
+    own = SimpleNamespace(field=lambda state, name, load: [], method=stages.nystrom(8))
     own.nearest = lambda time: stages.Step.nearest(own, time)
     for _ in range(5):
         cubics = [Polynomial(rng.normal(size=4)) for _ in range(2)]
@@ -157,8 +157,8 @@ def test_a_deferred_substep_begins_and_ends_on_the_grid(rng):
         tally[1] = min(tally[1], 0.4)
         return 5
 
-    room = plain(deferred.workspace)(T)
-    substep = plain(deferred.substep, integrate=integrate)
+    room = plain(scalar.room)(T)
+    substep = plain(scalar.substep, integrate=integrate)
     for k in (0, 4, STEPS - 1):
         y = rng.normal(size=4)
         room[0][:] = y

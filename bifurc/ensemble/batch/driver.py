@@ -10,16 +10,27 @@ from ..._jit import NOTHING, apart, njit
 from ...flow.scan import LIMIT, LOST
 from ..outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED, Cells
 from ..proximity import Targets, boxed
-from .blank import FLOATS, FLOATS_A_MODE, NS, SIZE, WHOLES_A_MODE, WHOLES_USED, period_step, workspace
-from .several_modes import FAR
+from ..scalar import room
 
+# what is written in the place of the rest of this part: sizes, and the batch step
+SIZE, NS = 576, 2  # starts that are carried side by side, and their states
+FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = 0, 0, 0, 0  # of scratch that the batch step takes behind the rows below
+
+
+@njit
+def period_step(W, index, count, given, modes, limit, spare):
+    """Take the first ``count`` starts of ``W`` over a forcing period, see `several_modes` and `smooth` beside it."""
+
+
+# what is the same for all kinds
+FAR = 1e150  # of a state; beyond it the motion is lost
 # rows: the states, those at the start of the period, then impacts, least speed of arrival, what ended the motion (0: nothing,
 # -2 - status; then a label), events of the period; behind these the batch step has its own, see `several_modes.layout`
 BEGUN = NS * SIZE
 HITS, LEAST, FOUND, EVENTS, _, ROWS = ((2 * NS + i) * SIZE for i in range(6))
 
 
-@apart(NOTHING)
+@apart(NOTHING, counted=False)
 def advance(given, W, index, active, modes, limit, spare):
     """Take the batch over a period; one that ends on the way keeps the state before it.  ``given`` are `packing.Numbers`."""
     for c in range(NS):
@@ -42,9 +53,9 @@ def advance(given, W, index, active, modes, limit, spare):
 @njit
 def lined(count):
     """Return ``count`` zeros that begin on a cache line: vectors across two of them cost three masses a fifth."""
-    room = np.zeros(count + 7)
-    first = -(room.ctypes.data // 8) % 8
-    return room[first:first + count]
+    longer = np.zeros(count + 7)
+    first = -(longer.ctypes.data // 8) % 8
+    return longer[first:first + count]
 
 
 @njit
@@ -65,8 +76,8 @@ def label(given, modes, X, limit, most, targets, cells):
     labels, periods, impacts, states, speeds = cells
     many = given.I.shape[0]
     W = lined(ROWS + FLOATS + FLOATS_A_MODE * many)
-    index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * many, np.int64)
-    spare = workspace(given.T)
+    index = np.zeros(SIZE + 8 + WHOLES_USED + WHOLES_A_MODE * many, np.uint32)
+    spare = room(given.T)
     y = spare[0]
     at, ids, begun = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)
     visits, guests = np.zeros(SIZE, np.int64), np.zeros(SIZE, np.int64)

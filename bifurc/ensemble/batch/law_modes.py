@@ -10,9 +10,8 @@ import numpy as np
 
 from ...compose.tables import Tables
 from . import tables as plan
-from .runge_kutta import nystrom
 from .several_modes import FUSED, LISTS, MANY, NOISE, dot, filled, horner, layout, place, strides
-from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
+from .stages import Kind, Step, mode_numbers, nystrom, stage_loads, stage_times
 
 BLOCK = 64  # smooth starts are taken in whole blocks: the same vector code for each of them
 SAFETY = 3.0  # of the estimated fourth derivative
@@ -38,7 +37,7 @@ def substep_of(kind: Kind) -> np.dtype:
     polynomials of the loads.
     """
     guard = [("ends", float, (2, 2)), ("series", float, MANY)]
-    return np.dtype([("stages", float, (len(nystrom(kind.method).c), kind.loads)), ("guards", guard, (kind.guards,)),
+    return np.dtype([("stages", float, (len(nystrom(kind.order).c), kind.loads)), ("guards", guard, (kind.guards,)),
                      ("loads", float, (kind.loads, MANY))])
 
 
@@ -112,7 +111,7 @@ def modes_text(kind: Kind, size: int) -> str:
             f"slope = slope + ({rate('y', 'a')})", "BOUND",
             "rise, later = third * slope, bound", "noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
         "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
-        "LOAD_PLACE": [], "STATE_AT": ["x{k} = y{k}"], "BOUNCE": ["stays = False"],
+        "LOAD_PLACE": [], "STATE_AT": ["x{k} = y{k}"], "ROOTS": ["roots(W, m, full, g, numbers, o, grid, t)"],
         "FORCED_AT": horner("f", "s", "value", "slope"),
         "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
     }, head)
@@ -145,13 +144,13 @@ def smooth_text(kind: Kind, size: int) -> str:
              *(f"    {line}" for line in _stage_loads(kind)), "    for l in range(full):", *(f"        {line}" for line in lines)]
     head = ["N, F, o = given.numbers, given.grid, 0", "h = N[o]", *step.head, *step.products,
             f"full = (count + {BLOCK - 1}) // {BLOCK} * {BLOCK}"]
-    return "\n\n\n".join((FUSED + "from bifurc.ensemble.batch.deferred import workspace", kind.laws, _function(
+    return "\n\n\n".join((FUSED, kind.laws, _function(
         "period_step(W, index, count, given, modes, limit, spare)", "Take starts over a forcing period.", head, steps)))
 
 
 def _stage_loads(kind: Kind) -> list[str]:
     """Lines that name the loads at all stages of a substep."""
-    return [f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(nystrom(kind.method).c)) for c in range(kind.loads)]
+    return [f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(nystrom(kind.order).c)) for c in range(kind.loads)]
 
 
 def _step(kind: Kind, name: str, v: int) -> str:
@@ -182,23 +181,23 @@ def _steps(kind: Kind, name: str, signature: str) -> list[str]:
     calls = [f"{name}_{v}(full, old, new, W, N, o, F, t)" for v in acts]
     body = calls if len(acts) == 1 else [f"if {kind.modes}[m] == {v}:\n        {call}" for v, call in enumerate(calls)]
     return [*(_step(kind, name, v) for v in acts),
-            _function(signature, "Take the step of mode ``m``.", [], body, "@njit")]
+            _function(signature, "Take the step of mode ``m``.", [], body, "@leaf")]
 
 
 def _function(signature: str, sentence: str, head: list[str], body: list[str], decorator: str = "@fused") -> str:
     return "\n".join([decorator, f"def {signature}:", f'    """{sentence}"""', *(f"    {line}" for line in [*head, *body])])
 
 
-_TEXT = '''@njit
+_TEXT = '''@leaf
 def screen(W, m, full, guards, old, new, N, o, F, t):
     """Carry the list of a mode over a substep; write the largest values that its guards may take."""
     fixed(W, m, full, old, new, N, o, F, t)
-    for l in range(full):
-        W[AT_MOST + l] = np.inf if WATCHED[m] else -np.inf
     for g in range(guards):
-        look(W, full, g, old, new, N, o, F, t)
-        for l in range(full if WATCHED[m] else 0):
-            W[AT_TOPS + g * AT_CAP + l] = np.inf
+        if WATCHED[m]:
+            W[AT_NEAR + g] = full
+            W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP] = np.inf
+        else:
+            look(W, full, g, old, new, N, o, F, t)
 
 
 @fused
@@ -238,7 +237,7 @@ def refine(W, full, g, within, N, o, F, t):
         W[AT_LE + {k} * AT_CAP + l] = x{k}
 
 
-@njit
+@leaf
 def roots(W, m, full, g, N, o, F, t):
     """Find the zero of guard ``g``, and put the state there in place of that at the start; verdicts as in `several_modes`."""
     for l in range(full):
@@ -255,7 +254,7 @@ def roots(W, m, full, g, N, o, F, t):
         W[AT_EY + {k} * AT_CAP + l] = W[AT_LE + {k} * AT_CAP + l]
 
 
-@njit
+@leaf
 def onward(W, m, full, guards, N, o, F, t):
     """Take states at s to the end of the substep in mode ``m``; write their fate, see `admit`."""
     for l in range(full):

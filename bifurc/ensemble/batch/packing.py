@@ -5,9 +5,9 @@ import numpy as np
 
 from ...compose.scene import Scene
 from ...compose.tables import Tables, rate
-from . import one_mode, several_modes
+from . import several_modes
 from . import tables as plan
-from .writing import CERTIFIED, SIZE, written
+from .writing import SIZE, written
 
 MOST_MASSES = 3
 MOST_GUARDS, MOST_MODES = 8, 64
@@ -20,8 +20,6 @@ class Kind(NamedTuple):
 
     n: int  # masses
     guards: int  # largest number of guards of a mode
-    forcings: int  # forcing states: 1, cos and sin of every harmonic; 0: read at run time
-    one_stop: bool  # whether the batch step knows one mode only, free with one rigid stop
 
 
 class Numbers(NamedTuple):
@@ -42,18 +40,7 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if T.n_guards.max() > MOST_GUARDS or len(T.n_guards) > MOST_MODES:
         return None
-    one_stop = home_of(T) >= 0
-    return Kind(scene.n, max(int(T.n_guards.max()), 1), scene.nw if one_stop else 0, one_stop)
-
-
-def home_of(T: Tables) -> int:
-    """Return the mode without held rows whose only guard is a rigid stop that throws the mass back, of a scene of one mass with
-    nothing but that stop; or -1."""
-    if T.LP.shape[2] == 1 and T.n_guards.max() == 1:
-        for m in range(len(T.n_guards)):
-            if T.n_holds[m] == 0 and T.n_guards[m] == 1 and plan.rebounds(T, m, 0):
-                return m
-    return -1
+    return Kind(scene.n, max(int(T.n_guards.max()), 1))
 
 
 def substeps(T: Tables) -> int:
@@ -65,13 +52,10 @@ def substeps(T: Tables) -> int:
 
 def numbers_of(T: Tables, kind: Kind) -> Numbers:
     """Return what the kernels read of the tables of a scene."""
-    I = np.array([[home_of(T), len(T.n_guards)]]) if kind.one_stop else plan.plan_of(T, kind.guards)
-    return Numbers(T, I, *plan.step_numbers(T, kind.guards, substeps(T)))
+    return Numbers(T, plan.plan_of(T, kind.guards), *plan.step_numbers(T, kind.guards, substeps(T)))
 
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    if kind.one_stop:
-        return written(one_mode.step_text(SIZE), 2, one_mode.spaces(SIZE), CERTIFIED, kind.forcings)
     text, numbers = several_modes.modes_text(kind.n, kind.guards, SIZE), several_modes.layout(kind.n, kind.guards, SIZE)
     return written(text, 2 * kind.n, several_modes.spaces(numbers))

@@ -25,13 +25,12 @@ import numpy as np
 from ...flow.affine.polynomial import SLOPE_ERROR
 
 TURN = 0.6  # largest scaled angle of a substep
-GUESSES = 2  # steps of Newton on the cubic, from the parabola through both ends with the slope of the first
+GUESSES = 1  # steps of Newton on the cubic, from the parabola through both ends with the slope of the first
 CONVERGED = 1e-6  # of a substep is the longest last step: what it leaves is its cube
 TURNING = 1e-4  # of the slope at a zero is the largest change of slope over the last step
 ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15 on one that turns by TURN
 MANY = ORDER + 1
 NOISE = 7e-15  # of the sum of all terms of the polynomial of a guard: values below it are zero
-FAR = 1e150  # of a state; beyond it the motion is lost
 # integers of a mode: its guards; then of each guard: what it does (KICKS, STOPS), whether it counts as a hit, its candidates,
 # then they
 CANDIDATES = 6
@@ -78,14 +77,14 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
     """
     ns, cap, first = 2 * n, size + 8, (4 * n + 5) * size
     numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap,  "ALLOW": 16.0 / 3.0,
-               "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "FAR": FAR, "WHOLE": 3 + CANDIDATES,
+               "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "WHOLE": 3 + CANDIDATES,
                "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "ON_REACH": 0}
-    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("TOPS", guards), ("MOST", 1), ("LISTS", 0))
+    rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("NEAR", 1), ("TOPS", guards), ("LISTS", 0))
     for name, many in rows:
         numbers[name] = first
         first += many * cap
     numbers |= {name: (2 * ns + i) * size for i, name in enumerate(("HITS", "LEAST", "FOUND", "EVENTS", "TAKEN"))}
-    return numbers | {name: i * cap for i, name in enumerate(("LIST", "NEAR", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
+    return numbers | {name: i * cap for i, name in enumerate(("LIST", "TODO", "PLACE", "WAITING", "GONE", "INTO", "IDS"))}
 
 
 def modes_text(n: int, guards: int, size: int) -> str:
@@ -95,7 +94,7 @@ def modes_text(n: int, guards: int, size: int) -> str:
 
 def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
     """Return the floats and whole numbers of scratch of the step: behind the rows of the driver, and those for each mode."""
-    return int(numbers["LISTS"] - numbers["FIRST"]), int(2 * numbers["STATE"]), int(7 * numbers["CAP"]), int(numbers["CAP"]) + 1
+    return int(numbers["LISTS"] - numbers["FIRST"]), int(2 * numbers["STATE"]), int(numbers["IDS"]), int(numbers["CAP"]) + 1
 
 
 def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[str]], head: str = "") -> str:
@@ -133,11 +132,12 @@ def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[s
         "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
                               "u = min(max(u, 0.0), 1.0)"],
         "SUM_GUARD": [f"g_{j} = SUM[ d{{c}}_{j} * y{{c}} ; f_{j} ]" for j in range(MANY)],
-        "GUARD_AT": horner("g", "s", "value", "slope"), "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
+        "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
         "STATE_AT": [line for i in positions for line in (
             *(f"p_{j} = SUM[ a{i}_{{c}}_{j} * y{{c}} ; c{i}_{j} ]" for j in range(MANY)), *horner("p", "s", f"x{i}", f"x{n + i}"))],
         "KICKED": [line for i in positions for line in horner(f"b{i}", "rest", f"v{i}", f"v{n + i}")],
-        "BOUNCE": ["bounce(W, full, g, numbers, o, grid, t)"],
+        "ROOTS": ["if what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m:",  # the mode itself is its first candidate
+                  "    bounce(W, full, g, numbers, o, grid, t)", "else:", "    roots(W, m, full, g, numbers, o, grid, t)"],
         "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")), "m{k} = m{k} - v{k}",
                  *(line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")),
                  *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], [f'm{c}' for c in states])})"
@@ -187,7 +187,7 @@ def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> l
 
 _WORD = re.compile(r"^([A-Z0-9_]+):\n(.*?)(?=^[A-Z0-9_]+:$|\Z)", re.MULTILINE | re.DOTALL)
 _SUM = re.compile(r"SUM\[ (.*?) ; (.*?) \]")
-FUSED = "from bifurc._jit import fused\n\n"
+FUSED = "from bifurc._jit import fused, leaf\n\n"
 # words that stand for lines
 _WORDS = '''GUARD_OVER:
 left = SUM[ g{c} * y{c} ; p ]
@@ -204,6 +204,20 @@ RISE1:
 rise1 = SUM[ s{c} * x{c} ; slope1 ]
 BOUND:
 bound = SUM[ r{c} * abs(y{c}) ; r_all ]
+LOAD_ZERO:
+h = N[o]
+i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+LOAD_FLOW
+LOAD_GUARD
+LOAD_SERIES
+ZERO:
+y{k} = W[AT_EY + {k} * AT_CAP + l]
+x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+GUARD_OVER
+ROOT
+verdict = 1.0 if found else (0.0 if none else -1.0)
+W[AT_S + l], W[AT_SPEED + l] = s, speed
+rest = h - s
 VALUES_AT_S:
 FORCED_VALUE
 value = SUM[ g{c} * m{c} ; value ]
@@ -225,12 +239,9 @@ d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / 
 u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
 GUESSES
 s = h * u
-GUARD_AT
-s = min(max(s - value / slope, 0.0), h)
-GUARD_BEND
-unit = 1.0 / slope
-step = value * unit
-step = step * (1.0 + bend * unit * step)  # Chebyshev's, of third order
+CHEBYSHEV
+s = min(max(s - step, 0.0), h)
+CHEBYSHEV
 s = s - step
 speed = slope - 2.0 * bend * step
 steep, middle = AT_STEEP * bound, inner1 - inner0
@@ -241,6 +252,11 @@ falling = (rise0 < -steep) & (middle < -steep) & (rise1 < -steep)
 found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(step) <= AT_CONVERGED * h)
          & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
 none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
+CHEBYSHEV:
+GUARD_BEND
+unit = 1.0 / slope
+step = value * unit
+step = step * (1.0 + bend * unit * step)  # of third order
 REBOUND:
 KICKED
 x{k} = x{k} + v{k} * speed
@@ -254,6 +270,7 @@ _AFFINE = '''@fused
 def first(W, full, old, new, N, o, F, t):
     """Carry rows of states over a substep, and `look` at the first guard, or at what stands in place of it."""
     i, j = o + AT_GUARDS, t + AT_FORCED
+    near = 0
     LOAD_FLOW
     LOAD_GUARD
     for l in range(full):
@@ -261,10 +278,12 @@ def first(W, full, old, new, N, o, F, t):
         x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
         new[{k} * AT_CAP + l] = x{k}
         LARGEST
-        W[AT_TOPS + l] = W[AT_MOST + l] = largest
+        W[AT_TOPS + l] = largest
+        near += largest >= 0.0
+    W[AT_NEAR] = near
 
 
-@njit
+@leaf
 def screen(W, m, full, guards, old, new, N, o, F, t):
     """Carry the list of a mode over a substep; write the largest values that its guards may take."""
     first(W, full, old, new, N, o, F, t)
@@ -275,37 +294,23 @@ def screen(W, m, full, guards, old, new, N, o, F, t):
 @fused
 def roots(W, m, full, g, N, o, F, t):
     """Find the zero of guard ``g``; verdict 1: found, 0: proved that there is none, -1: unclear."""
-    h = N[o]
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    LOAD_FLOW
-    LOAD_GUARD
-    LOAD_SERIES
+    LOAD_ZERO
     for l in range(full):
-        y{k} = W[AT_EY + {k} * AT_CAP + l]
-        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
-        GUARD_OVER
-        ROOT
-        W[AT_VERDICT + l] = 1.0 if found else (0.0 if none else -1.0)
-        W[AT_S + l], W[AT_SPEED + l] = s, speed
+        ZERO
+        W[AT_VERDICT + l] = verdict
 
 
 @fused
 def bounce(W, full, g, N, o, F, t):
-    """Take starts that guard ``g`` throws back to the end of the substep in their mode; fate 1: proved to stay inside of it."""
-    h = N[o]
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
-    per, reach = 1.0 / h, N[i + AT_ON_REACH + g]
-    LOAD_FLOW
-    LOAD_GUARD
+    """Like `roots`, and take starts that the guard throws back to the end; verdict 2: found, and proved to stay inside."""
+    LOAD_ZERO
     LOAD_KICKED
+    per, reach = 1.0 / h, N[i + AT_ON_REACH + g]
     for l in range(full):
-        y{k} = W[AT_EY + {k} * AT_CAP + l]
-        speed, rest = W[AT_SPEED + l], h - W[AT_S + l]
-        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
-        BOUND
+        ZERO
         REBOUND
         W[AT_LE + {k} * AT_CAP + l] = x{k}
-        W[AT_FATE + l] = 1.0 if stays else 0.0
+        W[AT_VERDICT + l] = 2.0 if found & stays else verdict
 
 
 @fused
@@ -323,7 +328,7 @@ def back(W, full, N, o, F, t):
         W[AT_FATE + l] = 1.0
 
 
-@njit
+@leaf
 def onward(W, m, full, guards, N, o, F, t):
     """Take states at s to the end of the substep in mode ``m``; write their fate, see `admit`."""
     back(W, full, N, o, F, t)
@@ -332,12 +337,13 @@ def onward(W, m, full, guards, N, o, F, t):
 
 
 '''
-LISTS = '''from bifurc.ensemble.batch.deferred import DONE, substep, workspace
+LISTS = '''from bifurc.ensemble.scalar import DONE, substep
 
 
 @fused
 def look(W, full, g, old, new, N, o, F, t):
-    """Write the largest value that guard ``g`` may take over a substep, and that of all guards so far."""
+    """Write the largest value that guard ``g`` may take over a substep, and how many starts may meet it."""
+    near = 0
     i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     LOAD_GUARD
@@ -345,7 +351,9 @@ def look(W, full, g, old, new, N, o, F, t):
         y{k} = old[{k} * AT_CAP + l]
         x{k} = new[{k} * AT_CAP + l]
         LARGEST
-        top[l], W[AT_MOST + l] = largest, max(W[AT_MOST + l], largest)
+        top[l] = largest
+        near += largest >= 0.0
+    W[AT_NEAR + g] = near
 
 
 @fused
@@ -369,7 +377,7 @@ def admit(W, full, g, N, o, F, t):
         W[AT_FATE + l] = min(W[AT_FATE + l], sign)
 
 
-@njit
+@leaf
 def fill(W, first, rows, count):
     """Repeat the last entry of lists one after the other to a whole number of vectors."""
     for r in range(rows):
@@ -378,13 +386,13 @@ def fill(W, first, rows, count):
             W[at + e] = W[at + count - 1]
 
 
-@njit
-def retake(W, index, c, l, place, m, k, start, given, limit, spare):
+@leaf
+def retake(W, index, c, l, place, m, k, old, given, limit, spare):
     """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
     if W[AT_FOUND + l] != 0.0 or W[AT_TAKEN + l] == k:
         return c
     y, tally = spare[0], spare[1]
-    y[{k}] = W[start + {k} * AT_CAP + place]
+    y[{k}] = old[{k} * AT_CAP + place]
     T, I, numbers, grid = given
     status, target = substep(T, k, grid.size // (I.shape[0] * AT_PER_STEP), numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
@@ -399,12 +407,12 @@ def retake(W, index, c, l, place, m, k, start, given, limit, spare):
     return c + 1
 
 
-@njit
-def follow(W, index, c, count, m, k, at, start, after, given, limit, spare):
+@leaf
+def follow(W, index, c, count, m, k, at, old, new, given, limit, spare):
     """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
 
-    ``at`` is the place of the event in the integers of mode ``m``, ``start`` and ``after`` those of the mode's list before and
-    after the substep, ``c`` how many starts wait already.  A start that stays in its mode stays in its place.
+    ``at`` is the place of the event in the integers of mode ``m``, ``old`` and ``new`` are the mode's list before and after the
+    substep, ``c`` is how many starts wait already.  A start that stays in its mode stays in its place.
     """
     _, I, numbers, grid = given
     steps = grid.size // (I.shape[0] * AT_PER_STEP)
@@ -426,13 +434,13 @@ def follow(W, index, c, count, m, k, at, start, after, given, limit, spare):
                     W[AT_HITS + l] += 1.0
                     W[AT_LEAST + l] = min(W[AT_LEAST + l], W[AT_LSPEED + e])
                 if target == m:
-                    W[after + {k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
+                    new[{k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
                 else:
                     index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
                     W[AT_MY + {k} * AT_CAP + c] = W[AT_LE + {k} * AT_CAP + e]
                     c += 1
             elif W[AT_FATE + e] == 0.0:
-                c = retake(W, index, c, l, place, m, k, start, given, limit, spare)
+                c = retake(W, index, c, l, place, m, k, old, given, limit, spare)
             else:
                 index[AT_TODO + left], index[AT_PLACE + left] = l, place
                 W[AT_LY + {k} * AT_CAP + left] = W[AT_LY + {k} * AT_CAP + e]
@@ -440,7 +448,7 @@ def follow(W, index, c, count, m, k, at, start, after, given, limit, spare):
                 left += 1
         count = left
     for e in range(count):
-        c = retake(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], m, k, start, given, limit, spare)
+        c = retake(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], m, k, old, given, limit, spare)
     return c
 
 
@@ -460,48 +468,44 @@ def arrive(W, full, g, what, N, o, F, t):
         W[AT_LY + {k} * AT_CAP + l] = x{k} + amount * added{k}
 
 
-@njit
-def meet(W, index, c, near, m, k, g, now, given, limit, spare):
-    """Take those of the ``near`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait."""
+@leaf
+def meet(W, index, c, n, m, k, g, lists, given, limit, spare):
+    """Take those of the ``n`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait.
+
+    ``lists`` are the mode's states before and after the substep, and which starts they are.
+    """
     _, I, numbers, grid = given
-    steps, guards, ids = grid.size // (I.shape[0] * AT_PER_STEP), I[m, 0], AT_IDS + m * AT_CAP
-    start = AT_LISTS + (2 * m + now) * AT_STATE
-    after = AT_LISTS + (2 * m + 1 - now) * AT_STATE
+    old, new, ids = lists
+    top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
-    for i in range(near):
-        l = index[AT_NEAR + i]
-        index[count] = l
-        count += W[AT_TOPS + g * AT_CAP + l] >= 0.0
-    if count == 0:
-        return c
+    for i in range(n):
+        index[count] = i
+        count += top[i] >= 0.0
     for e in range(count):
-        W[AT_EY + {k} * AT_CAP + e] = W[start + {k} * AT_CAP + index[e]]
+        W[AT_EY + {k} * AT_CAP + e] = old[{k} * AT_CAP + index[e]]
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
-    full, o, t = (count + 7) // 8 * 8, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
-    roots(W, m, full, g, numbers, o, grid, t)
+    full, o, t = (count + 7) // 8 * 8, m * AT_PER_MODE, (m * (grid.size // (I.shape[0] * AT_PER_STEP)) + k) * AT_PER_STEP
     at, reach = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD + AT_ON_REACH
     what, hit = I[m, at], I[m, at + 1]
-    stays = what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m
-    if stays:
-        BOUNCE
+    ROOTS
     todo = 0
     for e in range(count):
-        if W[AT_VERDICT + e] == 0.0:
+        verdict, speed, place = W[AT_VERDICT + e], W[AT_SPEED + e], index[e]
+        if verdict == 0.0:
             continue
-        place, speed = index[e], W[AT_SPEED + e]
-        l = index[ids + place]
-        clear, bounces = W[AT_VERDICT + e] > 0.0 and what != AT_UNKNOWN, stays and W[AT_FATE + e] > 0.0
-        for other in range(guards):
+        l = ids[place]
+        for other in range(I[m, 0]):
             if other != g:
                 most = W[AT_TOPS + other * AT_CAP + place]
-                clear, bounces = clear and most < 0.0, bounces and most + speed * numbers[reach + other] < 0.0
-        if not clear:
-            c = retake(W, index, c, l, place, m, k, start, given, limit, spare)
-        elif bounces:
+                verdict = 1.0 if verdict == 2.0 and most + speed * numbers[reach + other] >= 0.0 else verdict
+                verdict = -1.0 if most >= 0.0 else verdict
+        if verdict == 2.0:
             W[AT_EVENTS + l] += 1.0
             W[AT_HITS + l] += hit
             W[AT_LEAST + l] = min(W[AT_LEAST + l], speed)
-            W[after + {k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
+            new[{k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
+        elif verdict < 0.0 or what == AT_UNKNOWN:
+            c = retake(W, index, c, l, place, m, k, old, given, limit, spare)
         else:
             W[AT_LY + {k} * AT_CAP + todo] = W[AT_EY + {k} * AT_CAP + e]
             W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
@@ -512,10 +516,10 @@ def meet(W, index, c, near, m, k, g, now, given, limit, spare):
     fill(W, AT_LY, AT_STATE // AT_CAP, todo)
     fill(W, AT_LS, 2, todo)
     arrive(W, (todo + 7) // 8 * 8, g, what, numbers, o, grid, t)
-    return follow(W, index, c, todo, m, k, at, start, after, given, limit, spare)
+    return follow(W, index, c, todo, m, k, at, old, new, given, limit, spare)
 
 
-@njit
+@leaf
 def period_step(W, index, count, given, modes, limit, spare):
     """Carry the first ``count`` starts of ``W`` over a forcing period, and ``modes`` with them; write what the driver reads."""
     _, I, numbers, grid = given
@@ -544,28 +548,23 @@ def period_step(W, index, count, given, modes, limit, spare):
                 continue
             a, b = AT_LISTS + (2 * m + now) * AT_STATE, AT_LISTS + (2 * m + 1 - now) * AT_STATE
             full, o, t = (n + 7) // 8 * 8, m * AT_PER_MODE, (m * steps + k) * AT_PER_STEP
-            screen(W, m, full, I[m, 0], W[a:a + AT_STATE], W[b:b + AT_STATE], numbers, o, grid, t)
-            near = 0
-            for l in range(n):
-                index[AT_NEAR + near] = l
-                near += W[AT_MOST + l] >= 0.0
-            if near == 0:
-                continue
-            begun = c
+            old, new, ids = W[a:a + AT_STATE], W[b:b + AT_STATE], index[AT_IDS + m * AT_CAP:counts]
+            screen(W, m, full, I[m, 0], old, new, numbers, o, grid, t)
+            begun, lists = c, (old, new, ids)
             for g in range(I[m, 0]):
-                c = meet(W, index, c, near, m, k, g, now, given, limit, spare)
+                if W[AT_NEAR + g] > 0.0:
+                    c = meet(W, index, c, n, m, k, g, lists, given, limit, spare)
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:
                     index[AT_GONE + j] = index[AT_GONE + j - 1]
                     j -= 1
                 index[AT_GONE + j] = place
-            ids = AT_IDS + m * AT_CAP
             for i in range(c - 1, begun - 1, -1):  # the last start fills the last gap
                 n -= 1
                 place = index[AT_GONE + i]
-                W[b + {k} * AT_CAP + place] = W[b + {k} * AT_CAP + n]
-                index[ids + place] = index[ids + n]
+                new[{k} * AT_CAP + place] = new[{k} * AT_CAP + n]
+                ids[place] = ids[n]
             index[counts + m] = n
         for i in range(c):
             m = index[AT_INTO + i]

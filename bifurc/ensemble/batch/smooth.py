@@ -14,7 +14,6 @@ from ..initial_conditions import begin
 from . import law_modes
 from . import tables as plan
 from .packing import MOST_HARMONICS, Numbers
-from .runge_kutta import Method, nystrom
 from .several_modes import spaces
 from .stages import Acts, Kind, pattern_of, seen
 from .writing import SIZE, written
@@ -26,8 +25,9 @@ SAMPLE = 128  # starts from which the error is measured
 WISH = 1e-9  # error of one period, in units of the region: far below the radius of an attractor
 
 
-def kind_of(scene: Scene, method: Method = Method.RK8) -> Kind | None:
-    """Return what batch a scene needs, None when it has none: many masses, curved sites, guards that are laws, memory."""
+def kind_of(scene: Scene, order: int = 8) -> Kind | None:
+    """Return what batch a scene needs, by a method of an `nystrom` order, None when it has none: many masses, curved sites, guards
+    that are laws, memory."""
     T, n = scene.tables, scene.n
     modes = len(T.n_guards)
     if n > MOST_MASSES or scene.ns != 2 * n or scene.closed_form or not scene.complete or scene.period is None:
@@ -49,7 +49,7 @@ def kind_of(scene: Scene, method: Method = Method.RK8) -> Kind | None:
     known = tuple(dict.fromkeys(acts))
     guards = int(T.n_guards.max())
     moving = tuple((which, r) for which, rows in enumerate((U, S)) for r in range(len(U)) if np.any(rows[r, 2 * n:]))
-    return Kind(method, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
+    return Kind(order, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
                 tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
                 tuple(map(known.index, acts)), guards, scene.nw)
 
@@ -101,7 +101,7 @@ def measured(scene: Scene, kind: Kind, X: np.ndarray, scale: np.ndarray, wish: f
     ArithmeticError
         When `MOST_STEPS` do not suffice.
     """
-    order, steps = nystrom(kind.method).order, COARSE
+    steps = COARSE
     starts = np.concatenate((X, images(scene, kind, 4 * COARSE, X)))
     starts = starts[np.isfinite(starts).all(axis=1)]
     near = images(scene, kind, steps, starts)
@@ -112,7 +112,7 @@ def measured(scene: Scene, kind: Kind, X: np.ndarray, scale: np.ndarray, wish: f
         error = float(np.quantile(away, 0.99, method="higher")) if away.size else np.inf
         if error <= wish:
             return steps, error
-        rate = min(1.05 * (error / wish) ** (1.0 / order), 2.0) if np.isfinite(error) else 2.0
+        rate = min(1.05 * (error / wish) ** (1.0 / kind.order), 2.0) if np.isfinite(error) else 2.0
         steps = max(int(np.ceil(steps * rate)), steps + 1)
         near = twice if rate == 2.0 else images(scene, kind, steps, starts)
     raise ArithmeticError(f"{MOST_STEPS} steps a period leave an error of {error:.1e} where {wish:g} is asked for")

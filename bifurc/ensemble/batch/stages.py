@@ -6,14 +6,38 @@ and speeds s = S v + ....  Coefficients of U, S, P that are 0 or 1 are not writt
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import DOP853
 
 from ...compose.tables import Tables
 from ...flow.laws.calls import SOURCE
-from .runge_kutta import Method, nystrom
 from .several_modes import place
 
 NONE, ONE, NUMBER = range(3)  # what is written of a coefficient: nothing, no factor, a number
 Pattern = tuple[tuple[int, ...], ...]
+
+
+class Nystrom(NamedTuple):
+    """An explicit Runge-Kutta method of fixed step for x'' = f(t, x, x'), written so that only the values of f are kept.
+
+    With the stages' velocities V_i = v + h sum_j a_ij f_j put into X_i = x + h sum_j a_ij V_j,
+
+        X_i = x + c_i h v + h^2 sum_j (a^2)_ij f_j,    x(h) = x + h v + h^2 sum_j (b a)_j f_j,    v(h) = v + h sum_j b_j f_j.
+    """
+
+    c: np.ndarray  # (stages,) times
+    position: np.ndarray  # (stages, stages) a^2
+    velocity: np.ndarray  # (stages, stages) a
+    last_position: np.ndarray  # (stages,) b a
+    last_velocity: np.ndarray  # (stages,) b
+
+
+def nystrom(order: int) -> Nystrom:
+    """Return the method of order 4, the classical one, or that of order 8 of Dormand and Prince, with 12 stages.
+
+    The latter's coefficients are in scipy (Hairer, Norsett, Wanner, Solving ordinary differential equations I, 1993, code DOP853).
+    """
+    a, b = {4: (np.diag([0.5, 0.5, 1.0], -1), np.array([1.0, 2.0, 2.0, 1.0]) / 6.0), 8: (DOP853.A, DOP853.B)}[order]
+    return Nystrom(a.sum(axis=1), a @ a, a, b @ a, b)
 
 
 class Acts(NamedTuple):
@@ -27,7 +51,7 @@ class Acts(NamedTuple):
 class Kind(NamedTuple):
     """What the written module depends on."""
 
-    method: Method
+    order: int  # of the method
     n: int  # masses
     laws: str  # their text
     rows: tuple[int, ...]  # of every law
@@ -81,7 +105,7 @@ def mode_numbers(T: Tables, kind: Kind, m: int, h: float) -> tuple[np.ndarray, n
 
 def stage_times(kind: Kind, steps: int) -> np.ndarray:
     """Return the phases (steps, stages) of the excitation at all stages."""
-    return 2.0 * np.pi * (np.arange(steps)[:, None] + nystrom(kind.method).c) / steps
+    return 2.0 * np.pi * (np.arange(steps)[:, None] + nystrom(kind.order).c) / steps
 
 
 def stage_loads(T: Tables, loads: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -108,7 +132,7 @@ class Step:
     """
 
     def __init__(self, kind: Kind, acts: Acts, given: bool = False):
-        self.kind, self.acts, self.method, self.given = kind, acts, nystrom(kind.method), given
+        self.kind, self.acts, self.method, self.given = kind, acts, nystrom(kind.order), given
         self.head: list[str] = []
         self.body: list[str] = []
         self.products = ["hh = h * h"]

@@ -12,55 +12,39 @@ from ..._cache import cache_folder, closure_hash
 from ...compose.writer import LAWS, twin
 from ...compose.written import load, source
 
-SIZE = 512  # side by side: their rows fill most of a first-level cache
-DRIVER, CERTIFIED, DEFERRED, BLANK = (f"bifurc.ensemble.batch.{name}" for name in ("driver", "certified", "deferred", "blank"))
+SIZE = 576  # side by side: rows fill most of a first-level cache, and are not whole pages apart, where stores hold up loads
+DRIVER, SCALAR = "bifurc.ensemble.batch.driver", "bifurc.ensemble.scalar"
+REST = "# what is the same for all kinds\n"  # of the driver: what stands before it is written for each kind
 
 
 @cache
-def written(step: str, states: int, spaces: tuple[int, ...], behind: str = "", forcings: int = 0, laws: bool = False):
+def written(step: str, states: int, spaces: tuple[int, ...], laws: bool = False):
     """Return the module around a batch step, imported; its kernels are cached on disk like those of the package.
 
     Parameters
     ----------
     step : str
         Source of ``period_step``, and of what it calls.
-    states, forcings : int
-        States of a start, and forcing states.
+    states : int
+        Of a start.
     spaces : tuple of int
-        Scratch of the step, see `bifurc.ensemble.batch.blank`.
-    behind : str
-        Full name of a template that the step calls.
+        Scratch of the step, see `bifurc.ensemble.batch.driver`.
     laws : bool
         Whether what is deferred moves under laws.
     """
-    templates = (behind, DRIVER) if behind else (DRIVER,)
-    head = (f"SIZE = {SIZE}\nNS, NX = {states}, {states + forcings}\n"
-            f"FLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}\n")
-    text = "\n\n".join(["\n".join((f'"""Batch of one kind of scene, written by {__name__}."""', *_imports(*templates))), head,
-                        *map(_body, templates[:-1]), step, _body(DRIVER)])
+    head, _, rest = source(DRIVER).partition(REST)
+    text = "\n\n".join([f'"""Batch of one kind of scene, written by {__name__}."""', _imports(head),
+                        f"SIZE, NS = {SIZE}, {states}\nFLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}", step, rest])
     if laws:
-        text = text.replace(f"from {DEFERRED} import", f"from {twin(DEFERRED, LAWS).__name__} import")
-    whole = "\n".join((numba.__version__, sys.version, closure_hash(DEFERRED, *templates), text))
+        text = text.replace(f"from {SCALAR} import", f"from {twin(SCALAR, LAWS).__name__} import")
+    whole = "\n".join((numba.__version__, sys.version, closure_hash(DRIVER), text))
     key = hashlib.sha256(whole.encode()).hexdigest()[:20]
     name = f"bifurc_written_batch_{key}"
     return load(name, pathlib.Path(cache_folder()) / "written" / f"batch_{key}.py", text)
 
 
-def _body(name: str) -> str:
-    """Return the source of a template without its docstring and imports."""
-    template = source(name)
-    last = list(re.finditer(r"^(?:from|import) .*\n", template, re.MULTILINE))[-1]
-    return template[last.end():].strip() + "\n"
-
-
-def _imports(*names: str) -> list[str]:
-    """Return the imports of templates, but those of what is written in their place, with full names."""
-    found: dict[str, None] = {}
-    for name in names:
-        for line in re.findall(r"^(?:from|import) .*$", source(name), re.MULTILINE):
-            match = re.match(r"from (\.+\S*) (.*)", line)
-            if match:
-                line = f"from {importlib.util.resolve_name(match[1], name.rpartition('.')[0])} {match[2]}"
-            if not line.startswith(f"from {BLANK} "):
-                found[line] = None
-    return list(found)
+def _imports(head: str) -> str:
+    """Return the imports of the driver with full names."""
+    package = DRIVER.rpartition(".")[0]
+    return "\n".join(re.sub(r"^from (\.\S*)", lambda found: f"from {importlib.util.resolve_name(found[1], package)}", line)
+                     for line in re.findall(r"^(?:from|import) .*$", head, re.MULTILINE))
