@@ -67,7 +67,6 @@ def null_vectors(wide, tolerance: float = 1e-10):
     return vt[rank:], u[:, rank:n].T
 
 
-<<<<<<< HEAD
 def least_solution(wide, right, tolerance: float = 1e-13):
     """Return the least solution of an underdetermined system.
 
@@ -92,7 +91,8 @@ def least_solution(wide, right, tolerance: float = 1e-13):
             if not failed and np.abs(along).max() * SURE * tolerance * sizes.max() <= np.abs(right).max():
                 return q @ along
     return np.linalg.lstsq(wide, right, rcond=tolerance)[0]
-=======
+
+
 def across(wide) -> np.ndarray:
     """Return a unit vector (n + 1,) orthogonal to the rows of a wide matrix (n, n + 1), whatever its rank.
 
@@ -102,7 +102,6 @@ def across(wide) -> np.ndarray:
     last = np.zeros((wide.shape[1], 1), order="F")
     last[-1] = 1.0
     return dormqr("L", "N", reflections, factors, last, 64)[0][:, 0]
->>>>>>> speed9
 
 
 def kernel(wide, rank: float):

@@ -7,12 +7,8 @@ from bifurc import System
 from bifurc.elements import ElasticStop, HarmonicForce, Iwan, Jenkins
 from bifurc.hbm import corrector
 from bifurc.hbm.balance import Balance
-<<<<<<< HEAD
-from bifurc.hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
-=======
 from bifurc.hbm.contacts.common import FOLLOWED, NOT_SETTLED
-from bifurc.hbm.contacts.margins import FIELDS, KINDS
->>>>>>> speed9
+from bifurc.hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
 from bifurc.hbm.corrector import Found, bordered, correct, scaled
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.residual import linearised, order_of
