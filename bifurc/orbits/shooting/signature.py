@@ -327,15 +327,16 @@ def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
 def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
     """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``.
 
-    Another element waited on the same row in the mode before; or the rate with which the first event arrived drives the guard
-    through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go.  The ``opening`` is a node of
+    Another element, whose mode the first event leaves as it is, waited on the same row; or the rate with which that event arrived
+    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go.  The ``opening`` is a node of
     a sequence, or its first three numbers; ``zero`` as in `start_orders`.
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
-    if T.kick[before, fired] or owner == scene.guard(before, fired).element or law_guards(T, before, fired, after):
+    waited = owner != scene.guard(before, fired).element and scene.keys[before][owner] == scene.keys[after][owner]
+    if not waited or T.kick[before, fired] or law_guards(T, before, fired, after):
         return False
-    if parallel(T.G[before, fired], T.G[after, guard]) and scene.keys[before][owner] == scene.keys[after][owner]:
+    if parallel(T.G[before, fired], T.G[after, guard]):
         return True
     order = int(opening[STARTS + guard] if len(opening) > STARTS else start_orders(scene, T, before, fired, after, 0, zero)[guard])
     if not 0 < order < T.GT.shape[3] or needs_samples(T, before, fired, after):
