@@ -328,8 +328,8 @@ def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
     """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``.
 
     Another element, whose mode the first event leaves as it is, waited on the same row; or the rate with which that event arrived
-    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go.  The ``opening`` is a node of
-    a sequence, or its first three numbers; ``zero`` as in `start_orders`.
+    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go.  The
+    ``opening`` is a node of a sequence, or its first three numbers; ``zero`` as in `start_orders`.
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
