@@ -131,26 +131,38 @@ def set_numbers(T, index, series, low, high, value):
 def reset(T, m, g, closes, x, xp, P):
     """Write the state behind a node into ``xp`` (nx,) and its derivative in the state before, ``x`` (nx,), into ``P`` (ns, nx).
 
-    An event jumps; a section puts what is held on its surface and to rest: rows held all period are no unknowns of the orbit.
+    An event jumps; before it, and at a section, what is held is put on its surface and to rest: rows that are held all period are
+    no unknowns of the orbit.
     """
-    if g >= 0:
+    ns, nx = P.shape
+    if g >= 0 and T.n_holds[m] == 0:
         jump(T, m, g, closes == 1, x, xp, P)
         return
-    ns = P.shape[0]
+    Q, held = np.empty((ns, nx)), x.copy()
     for i in range(ns):
-        for c in range(P.shape[1]):
-            P[i, c] = 1.0 if i == c else 0.0
+        for c in range(nx):
+            Q[i, c] = 1.0 if i == c else 0.0
     for k in range(T.n_holds[m]):
-        clear(T.S[m, k], P)
-        clear(T.H[m, k], P)
-    for c in range(x.size):
-        xp[c] = x[c]
+        clear(T.S[m, k], Q)
+        clear(T.H[m, k], Q)
     if T.n_holds[m] > 0:
         for i in range(ns):
-            xp[i] = 0.0
-            for c in range(x.size):
-                xp[i] += P[i, c] * x[c]
-    curved_hold(T, m, xp, P)
+            held[i] = 0.0
+            for c in range(nx):
+                held[i] += Q[i, c] * x[c]
+    if g < 0:
+        P[:] = Q
+        xp[:] = held
+        curved_hold(T, m, xp, P)
+        return
+    jump(T, m, g, closes == 1, held, xp, P)
+    row = np.empty(nx)
+    for i in range(ns):
+        for c in range(nx):
+            row[c] = P[i, c] if c >= ns else 0.0
+            for k in range(ns):
+                row[c] += P[i, k] * Q[k, c]
+        P[i] = row
 
 
 @njit

@@ -92,9 +92,8 @@ class Signature:
             if row[scene.ns:].any() or surface.any() or not all((T.H[m, :T.n_holds[m]] == row).all(axis=1).any() for m in modes):
                 continue  # carried along by a belt, at rest on a surface, or not held all the time
             place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
-            for state in (place, scene.n + place)[:1 if len(events) < len(self.nodes) else 2]:  # a section puts speeds to rest
-                if state not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[state], unit[state]) for m, g in events):
-                    found.append(state)
+            if place not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[place], unit[place]) for m, g in events):
+                found.append(place)
         return sorted(found)
 
     def creeping(self, scene: Scene) -> list[int]:
@@ -328,8 +327,9 @@ def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
     """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``.
 
     Another element, whose mode the first event leaves as it is, waited on the same row; or the rate with which that event arrived
-    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go.  The
-    ``opening`` is a node of a sequence, or its first three numbers; ``zero`` as in `start_orders`.
+    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go; or what lets
+    a contact begin to slip one way, the same rate, turns round one on its row that slipped the other way.  The ``opening`` is a
+    node of a sequence, or its first three numbers; ``zero`` as in `start_orders`.
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
@@ -338,12 +338,21 @@ def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
         return False
     if parallel(T.G[before, fired], T.G[after, guard]):
         return True
-    order = int(opening[STARTS + guard] if len(opening) > STARTS else start_orders(scene, T, before, fired, after, 0, zero)[guard])
-    if not 0 < order < T.GT.shape[3] or needs_samples(T, before, fired, after):
+    if needs_samples(T, before, fired, after):
+        return False
+    orders = opening[STARTS:] if len(opening) > STARTS else start_orders(scene, T, before, fired, after, 0, zero)
+    order = int(orders[guard])
+    if not 0 < abs(order) < T.GT.shape[3]:
         return False
     reset, size, basis, arrival = facts_of(scene, T, before, fired, zero)
-    along = left_of((T.GT[after, guard, :, order] @ reset) * size, basis)
-    return len(arrival) > len(basis) and bool(along @ arrival[-1] > PROPORTIONAL * np.sqrt(along @ along))
+
+    def leading(q):
+        return left_of((T.GT[after, q, :, abs(order)] @ reset) * size, basis)
+    along = leading(guard)
+    if order > 0:
+        return len(arrival) > len(basis) and bool(along @ arrival[-1] > PROPORTIONAL * np.sqrt(along @ along))
+    others = (q for q in range(int(T.n_guards[after])) if orders[q] == order and scene.guard(after, q).element != owner)
+    return any(parallel(leading(q), -along) for q in others)
 
 
 def _basis(rows, size, found=None) -> np.ndarray:
