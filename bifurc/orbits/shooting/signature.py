@@ -111,7 +111,7 @@ class Signature:
         return [] if scene.laws else [
             i for i, (m, g, *_) in enumerate(self.nodes.tolist())
             if g >= 0 and self.nodes[i, DIVIDE] != TOGETHER and T.n_holds[m] and not T.LG[m, g].any()
-            and vanishes(T.GT[m, g, :, 1], _basis(held_rows(T, m), np.ones(T.A.shape[2])))]
+            and combined_of(T.GT[m, g, :, 1], np.array(held_rows(T, m)), scene.ns)]
 
     def text(self, scene: Scene) -> str:
         """Return the events in words, e.g. ``rigid_stop.impact / 1 T``; without events ``free``, ``in contact``, ``rest`` or
@@ -279,6 +279,16 @@ def vanishes(row, basis) -> bool:
     """Whether orthonormal rows (k, nx) that are zero make a row zero which is not that by itself."""
     length = np.sqrt(row @ row)
     return bool(length > 0.0 and np.abs(left_of(row, basis)).max() <= PROPORTIONAL * length)
+
+
+def combined_of(row, held, ns: int) -> bool:
+    """Whether a row (nx,), not zero, is a combination of rows (k, nx) that are held at zero.  The first ``ns`` entries, of the
+    states, give the factors; every entry is compared with its own terms, since nothing tells the size of a state."""
+    size = np.sqrt((held[:, :ns]**2).sum(axis=1))
+    held = held[size > 0.0] / size[size > 0.0, None]
+    factors = np.linalg.lstsq(held[:, :ns].T, row[:ns], rcond=None)[0]
+    terms = np.abs(row) + np.abs(factors) @ np.abs(held)
+    return bool(row.any() and (np.abs(row - factors @ held) <= PROPORTIONAL * terms).all())
 
 
 def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: tuple = ()) -> np.ndarray:
