@@ -565,3 +565,20 @@ def test_completion_offers_the_shells_the_systems_and_the_options(shell, capsys)
     assert "impact-oscillator" in text.replace("_", "-") and "--workers" in text.replace("-l workers", "--workers")
     line = next(line for line in text.splitlines() if "bash" in line and "zsh" in line)
     assert "fish" in line and "completion" in line
+
+
+class Seen(Exception):
+    """What a command would start from."""
+
+
+@pytest.mark.parametrize("bounds, start", [(("2.1", "2.3"), 2.1), (("0.2", "0.4"), 0.4), (("0.2", "2.3"), None)])
+def test_branches_start_within_their_bounds(bounds, start, tmp_path, monkeypatch):
+    """At the parameter's own value, or where that lies outside at the nearer bound."""
+    def found(system, story, options):
+        raise Seen(system.parameter("omega"))
+    monkeypatch.setattr(branches, "forced_start", found)
+    monkeypatch.setattr(branches, "warm_up", lambda: None)
+    with pytest.raises(Seen) as seen:
+        cli.main(["trace", "impact_oscillator", "--parameter", "omega", "--bounds", *bounds, "--out", str(tmp_path)])
+    own = bf.systems.impact_oscillator().parameter("omega")
+    assert seen.value.args[0] == (own if start is None else start) and (start is None or start != own)

@@ -260,3 +260,23 @@ def test_a_balance_is_condensed_where_it_pays(n, top, stops, default):
         method = HarmonicBalance(top, condense=condense)
         found = method.condensed(method.balance(system, method.layout(n)))
         assert (found is not None) == made
+
+
+def test_where_loads_cannot_be_raised_parts_of_the_linear_response_are_tried(balance, monkeypatch):
+    """Starts one by one, the raised load, then every part; iterations add up, the first that is solved counts."""
+    response, asked = balance.linear_response(), []
+
+    def solve(equations, method, start):
+        asked.append(start.copy())
+        good = len(asked) == 2 + len(find.SCALED)
+        return start + 1.0, 3, None if good else BalanceStatus.SINGULAR
+    monkeypatch.setattr(find, "_solve", solve)
+    monkeypatch.setattr(find, "_raised", lambda equations, method: (None, 7, BalanceStatus.CONTACTS_FAILED))
+    starts = [np.full(response.size, 2.0), np.full(response.size, 3.0)]
+    x, count, failed = find._iterated(balance, HarmonicBalance(6), starts, True)
+    assert failed is None and count == 3 * (2 + len(find.SCALED)) + 7
+    np.testing.assert_array_equal(asked, [*starts, *(part * response for part in find.SCALED)])
+    np.testing.assert_array_equal(x, find.SCALED[-1] * response + 1.0)
+    asked.clear()
+    x, count, failed = find._iterated(balance, HarmonicBalance(6), starts, False)  # a guess is not left
+    assert failed is BalanceStatus.SINGULAR and count == 6 and len(asked) == 2

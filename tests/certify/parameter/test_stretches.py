@@ -9,6 +9,8 @@ import bifurc as bf
 from bifurc.certify import StretchCertificate, Verdict
 from bifurc.certify.arithmetic.balls import flint, middle, working
 from bifurc.certify.arithmetic.forms import hull
+from bifurc.certify.model import Refused
+from bifurc.certify.parameter import family
 from bifurc.certify.parameter.sequence import along, pieces_of
 from bifurc.certify.parameter.sheet import Sheet
 from bifurc.certify.parameter.stretch import Mark, Stretches, bisect
@@ -160,3 +162,21 @@ def test_stretches_are_stored(branch, points, tmp_path):
     found = Stretches(branch, points).between(20)
     read = StretchCertificate.from_record(*found.to_record())
     assert repr(read) == repr(found) and read.message == found.message and read.parameter == found.parameter
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("bend", [0.0, 1e-12])
+def test_numbers_are_polynomials_of_a_parameter_up_to_their_own_rounding(size, bend, monkeypatch):
+    """1 + p + p^2 in any unit, with and without a part of 1e-12 that is none; the parameter itself; a constant."""
+    system = SimpleNamespace(with_parameters=lambda p: p)
+    monkeypatch.setattr(family, "floats_of", lambda p, places: [size * (1.0 + p + p * p + bend * np.sin(40.0 * p)), p, 3.0 * size])
+    if bend:
+        with pytest.raises(Refused, match="no polynomials of p"):
+            family.Family(system, "p", 1.0, 2.0, [])
+        return
+    made = family.Family(system, "p", 1.0, 2.0, [])
+    assert made.identical.tolist() == [False, True, False] and made.constant.tolist() == [False, False, True]
+    (series, rounding), = made.series.values()
+    z = 0.3  # p = 1.65
+    assert np.polynomial.polynomial.polyval(z, series) == pytest.approx(size * (1.0 + 1.65 + 1.65**2), rel=1e-14)
+    assert rounding == pytest.approx(family.ULPS * size * 7.0, rel=0.1) and len(series) == 3

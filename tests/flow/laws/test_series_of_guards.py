@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from bifurc.compose.tables import ORDER
 from bifurc.flow.affine import engine as affine
-from bifurc.flow.laws import guards
+from bifurc.flow.laws import collocation, guards
 from bifurc.flow.laws.gauss import NODES, C
 from tests.reference.plain import plain
 
@@ -194,3 +194,36 @@ def test_a_guard_over_a_power_of_the_time_and_its_derivatives(order, far, rng):
         full = float(g @ expm(WHOLE * s) @ shifted)
         along.append((full - (0.0 if far else sum(float(term @ shifted) * s**j for j, term in enumerate(low)))) / s**order)
     assert later == pytest.approx((along[0] - along[1]) / 2e-6, rel=1e-5, abs=1e-6)
+
+
+# landing
+
+@pytest.mark.parametrize("off", [3e-7, -3e-7])
+def test_a_zero_on_a_polynomial_is_taken_to_that_of_the_law(off):
+    """x = .2 + 1.5 t, the guard is exp(x) - e: zero at t = 8/15; a step of the tables is 1 long, what is far off is left."""
+    T = SimpleNamespace(A=np.zeros((1, 2, 3)), LP=np.zeros((0, 0, 1)), step=np.array([1.0]))
+    asked = []
+
+    def carry(T, m, x, s, out):
+        out[:] = x
+        out[0] = x[0] + 1.5 * s
+
+    def gradient_sizes(T, m, g, x, f, pull, size):
+        asked.append(x[0])
+        size[0] = np.exp(x[0]) + np.e
+        return np.exp(x[0]) - np.e, np.exp(x[0]) * 1.5
+    land = plain(guards.land, carry=carry, field=lambda T, m, x, f: None, gradient_sizes=gradient_sizes,
+                 weighed=lambda T, m, g: g == 1)
+    x, out, zero = np.array([0.2, 1.5, 1.0]), np.empty(3), 8.0 / 15.0
+    assert land(T, 0, 1, x, zero + off, out) == pytest.approx(zero, abs=1e-15) and out[0] == pytest.approx(1.0, abs=1e-15)
+    assert len(asked) > 1 and x[0] == 0.2
+    assert land(T, 0, 0, x, zero + off, out) == zero + off and out[0] == pytest.approx(1.0 + 1.5 * off, abs=1e-15)  # affine
+    assert land(T, 0, -1, x, zero + off, out) == zero + off
+    assert land(T, 0, 1, x, zero + 1e-3, out) == zero + 1e-3  # too far for rounding of an interpolation
+
+
+def test_accelerations_by_memory_are_those_of_all_of_it(rng):
+    matrix, x = rng.normal(size=(1, 7, 9)), rng.normal(size=7)
+    for i in range(2):
+        want = matrix[0, 2 + i, 4:7] @ x[4:7]
+        assert plain(collocation.remembered)(matrix, 0, i, 2, x) == pytest.approx(want)
