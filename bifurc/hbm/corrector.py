@@ -1,7 +1,9 @@
 """One compiled call for one continuation step or many: Newton in the bordered system, tangent, determinant, margins of events.
 
-The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it; and steps in which
-nothing lies, one after the other, by the rules of `solve.steprun`.
+The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it, and that behind a
+small one chords follow: the residual with the same events, moved to where they are now, and the same factors (modified Newton;
+Kelley 1995, section 5.4).  They are not counted as iterations, and the last step is always a full one.  And steps in which nothing
+lies, one after the other, by the rules of `solve.steprun`.
 """
 from typing import NamedTuple
 

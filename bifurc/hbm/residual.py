@@ -3,6 +3,8 @@
     (K - k^2 nu^2 M) a_k + k nu C b_k = e_k + R^T f_k (cosines),   (K - k^2 nu^2 M) b_k - k nu C a_k = ... (sines)
 
 Derivatives are exact, also that by a parameter of the system, given the derivative of the packed numbers by it.
+
+One file, because following contacts, summing their forces and joining them to the linear part is one evaluation.
 """
 import numpy as np
 

@@ -342,3 +342,12 @@ def test_beside_a_crossing_of_curves_rounding_is_known_to_its_root(away, scale):
     off = [abs(-away / math.sqrt(2.0) + math.sqrt(away**2 / 2.0 + e)) / math.sqrt(2.0) for e in (noise, -noise)
            if away**2 / 2.0 + e >= 0.0]
     assert max(off) <= told <= 16.0 * ROUNDINGS * max(off)
+
+
+def test_a_condition_is_not_asked_where_equations_have_no_value():
+    """Where contacts cannot be followed derivatives are not numbers either: decompositions of them fail or do not, by chance."""
+    curve = object.__new__(CurveProblem)
+    curve.size, curve.condition = 3, None  # asked, it would fail
+    curve.family = SimpleNamespace(at=lambda b: SimpleNamespace(residual=lambda u, a: np.array([a * b, np.nan])))
+    found = curve.residual(np.array([1.0, 2.0, 3.0]), 2.0)
+    assert found[0] == 6.0 and np.isnan(found[1:]).all() and found.shape == (3,)

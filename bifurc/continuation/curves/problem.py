@@ -95,7 +95,8 @@ class CurveProblem(Problem):
         x = np.append(u, p)
         problem = self.family.at(float(p))
         f = np.reshape(np.asarray(problem.residual(u[:-1], float(u[-1])), float), self.size - 1)
-        return np.append(f, self.condition.value(self.family, x))
+        known = np.isfinite(f).all()  # contacts that cannot be followed have no derivatives that a condition could read
+        return np.append(f, self.condition.value(self.family, x) if known else math.nan)
 
     def jacobian(self, u, p):
         """Return the derivatives of `residual` in (u, a) and in b."""
