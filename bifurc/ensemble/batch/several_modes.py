@@ -78,7 +78,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
     ns, cap, first = 2 * n, size + 8, (4 * n + 5) * size
     numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap,  "ALLOW": 16.0 / 3.0,
                "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "WHOLE": 3 + CANDIDATES,
-               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "ON_REACH": 0}
+               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "ON_REACH": 0, "NOWHERE": 2**31}
     rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("NEAR", 1), ("TOPS", guards), ("LISTS", 0))
     for name, many in rows:
         numbers[name] = first
@@ -387,34 +387,23 @@ def fill(W, first, rows, count):
 
 
 @leaf
-def retake(W, index, c, l, place, m, k, old, given, limit, spare):
-    """Integrate a substep with more than one event, or one that is not clear, by the scalar integrator; return how many wait."""
-    if W[AT_FOUND + l] != 0.0 or W[AT_TAKEN + l] == k:
+def defer(W, index, c, l, place, k):
+    """Leave a substep with more than one event, or one that is not clear, to the scalar integrator; return how many wait."""
+    if W[AT_TAKEN + l] == k:  # two guards ask for it
         return c
-    y, tally = spare[0], spare[1]
-    y[{k}] = old[{k} * AT_CAP + place]
-    T, I, numbers, grid = given
-    status, target = substep(T, k, grid.size // (I.shape[0] * AT_PER_STEP), numbers[0], m, spare, limit)
     W[AT_TAKEN + l] = k
-    W[AT_EVENTS + l] += tally[0]
-    W[AT_HITS + l] += tally[1]
-    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[2])
-    if status != DONE:
-        W[AT_FOUND + l] = -2.0 - status
-        return c
-    index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, target
-    W[AT_MY + {k} * AT_CAP + c] = y[{k}]
+    index[AT_WAITING + c], index[AT_GONE + c], index[AT_INTO + c] = l, place, AT_NOWHERE
     return c + 1
 
 
 @leaf
-def follow(W, index, c, count, m, k, at, old, new, given, limit, spare):
+def follow(W, index, c, count, m, k, at, new, plan):
     """Put the starts of a list into the modes that follow their event; return how many wait for the end of the substep.
 
-    ``at`` is the place of the event in the integers of mode ``m``, ``old`` and ``new`` are the mode's list before and after the
-    substep, ``c`` is how many starts wait already.  A start that stays in its mode stays in its place.
+    ``at`` is the place of the event in the integers of mode ``m``, ``new`` the mode's list after the substep, ``c`` is how many
+    starts wait already.  A start that stays in its mode stays in its place.
     """
-    _, I, numbers, grid = given
+    I, numbers, grid = plan
     steps = grid.size // (I.shape[0] * AT_PER_STEP)
     for j in range(I[m, at + 2]):
         if count == 0:
@@ -440,7 +429,7 @@ def follow(W, index, c, count, m, k, at, old, new, given, limit, spare):
                     W[AT_MY + {k} * AT_CAP + c] = W[AT_LE + {k} * AT_CAP + e]
                     c += 1
             elif W[AT_FATE + e] == 0.0:
-                c = retake(W, index, c, l, place, m, k, old, given, limit, spare)
+                c = defer(W, index, c, l, place, k)
             else:
                 index[AT_TODO + left], index[AT_PLACE + left] = l, place
                 W[AT_LY + {k} * AT_CAP + left] = W[AT_LY + {k} * AT_CAP + e]
@@ -448,7 +437,7 @@ def follow(W, index, c, count, m, k, at, old, new, given, limit, spare):
                 left += 1
         count = left
     for e in range(count):
-        c = retake(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], m, k, old, given, limit, spare)
+        c = defer(W, index, c, index[AT_TODO + e], index[AT_PLACE + e], k)
     return c
 
 
@@ -469,12 +458,12 @@ def arrive(W, full, g, what, N, o, F, t):
 
 
 @leaf
-def meet(W, index, c, n, m, k, g, lists, given, limit, spare):
+def meet(W, index, c, n, m, k, g, lists, plan):
     """Take those of the ``n`` starts of mode ``m`` that may meet guard ``g`` through the event; return how many wait.
 
     ``lists`` are the mode's states before and after the substep, and which starts they are.
     """
-    _, I, numbers, grid = given
+    I, numbers, grid = plan
     old, new, ids = lists
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     count = 0
@@ -505,7 +494,7 @@ def meet(W, index, c, n, m, k, g, lists, given, limit, spare):
             W[AT_LEAST + l] = min(W[AT_LEAST + l], speed)
             new[{k} * AT_CAP + place] = W[AT_LE + {k} * AT_CAP + e]
         elif verdict < 0.0 or what == AT_UNKNOWN:
-            c = retake(W, index, c, l, place, m, k, old, given, limit, spare)
+            c = defer(W, index, c, l, place, k)
         else:
             W[AT_LY + {k} * AT_CAP + todo] = W[AT_EY + {k} * AT_CAP + e]
             W[AT_LS + todo], W[AT_LSPEED + todo] = W[AT_S + e], speed
@@ -516,13 +505,14 @@ def meet(W, index, c, n, m, k, g, lists, given, limit, spare):
     fill(W, AT_LY, AT_STATE // AT_CAP, todo)
     fill(W, AT_LS, 2, todo)
     arrive(W, (todo + 7) // 8 * 8, g, what, numbers, o, grid, t)
-    return follow(W, index, c, todo, m, k, at, old, new, given, limit, spare)
+    return follow(W, index, c, todo, m, k, at, new, plan)
 
 
 @leaf
 def period_step(W, index, count, given, modes, limit, spare):
     """Carry the first ``count`` starts of ``W`` over a forcing period, and ``modes`` with them; write what the driver reads."""
-    _, I, numbers, grid = given
+    T, I, numbers, grid = given
+    y, tally, plan = spare[0], spare[1], (I, numbers, grid)
     many = I.shape[0]
     steps, counts = grid.size // (many * AT_PER_STEP), AT_IDS + many * AT_CAP
     present = 0
@@ -553,7 +543,23 @@ def period_step(W, index, count, given, modes, limit, spare):
             begun, lists = c, (old, new, ids)
             for g in range(I[m, 0]):
                 if W[AT_NEAR + g] > 0.0:
-                    c = meet(W, index, c, n, m, k, g, lists, given, limit, spare)
+                    c = meet(W, index, c, n, m, k, g, lists, plan)
+            for i in range(begun, c):
+                if index[AT_INTO + i] != AT_NOWHERE:
+                    continue
+                l, place, target = index[AT_WAITING + i], index[AT_GONE + i], m
+                y[{k}] = old[{k} * AT_CAP + place]
+                if W[AT_FOUND + l] == 0.0:
+                    status, reached = substep(T, k, steps, numbers[0], m, spare, limit)
+                    W[AT_EVENTS + l] += tally[0]
+                    W[AT_HITS + l] += tally[1]
+                    W[AT_LEAST + l] = min(W[AT_LEAST + l], tally[2])
+                    if status == DONE:
+                        target = reached
+                    else:
+                        W[AT_FOUND + l] = -2.0 - status
+                index[AT_INTO + i] = target
+                W[AT_MY + {k} * AT_CAP + i] = y[{k}]
             for i in range(begun + 1, c):  # places in order; they come in few runs that are in order
                 place, j = index[AT_GONE + i], i
                 while j > begun and index[AT_GONE + j - 1] > place:
