@@ -562,17 +562,20 @@ def curved_jump(T, m, g, closes, x, xp, P):
     """Add what a jump that depends on the state ``x`` gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx).
 
     A guard that is a law is left on its surface, as affine guards are by their rows: what follows leaves out the terms that
-    vanish there, and a distance from the surface would be free in all intervals at once.
+    vanish there, and a distance from the surface would be free in all intervals at once.  Coordinates and velocities are moved;
+    memory, which the event leaves as it is, only where nothing else moves the guard.
     """
-    ns, on = P.shape[0], x
+    ns, on, count = P.shape[0], x, 2 * T.LP.shape[2]
     row, square, value = np.zeros(x.size), 0.0, 0.0
     if weighed(T, m, g):
         value = guard_and_gradient(T, m, g, x, row)
         for c in range(ns):
-            square += row[c] * row[c]
+            if c == count and square == 0.0:
+                count = ns
+            square += row[c] * row[c] if c < count else 0.0
     if square > 0.0:
         on = x.copy()
-        for c in range(ns):
+        for c in range(count):
             on[c] -= row[c] * (value / square)
             for i in range(ns):
                 xp[i] -= P[i, c] * (row[c] * (value / square))
@@ -581,7 +584,7 @@ def curved_jump(T, m, g, closes, x, xp, P):
     if square > 0.0:
         for i in range(ns):
             along = 0.0
-            for c in range(ns):
+            for c in range(count):
                 along += P[i, c] * row[c]
             for c in range(x.size):
                 P[i, c] -= row[c] * (along / square)
