@@ -1,5 +1,6 @@
 """Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit."""
 import numpy as np
+from scipy.optimize import nnls
 
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
@@ -24,6 +25,8 @@ CLEAR = 0.1  # of the interval before an event, within which it returns after a 
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
 CENTRED = 1e-12  # of the motion's size: a slider so near the middle stays
 CENTRINGS = 12
+ASIDE = (0.1, 0.01, 1e-3, 0.0)  # of the farthest reach of a stop: how far a start at rest keeps off all of them
+FEASIBLE = 1e-12  # of 1: what inequalities that contradict each other leave
 
 
 def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
@@ -307,11 +310,12 @@ def unfound(system: System, y, how: dict) -> PeriodicOrbit:
 
 
 def resting_start(system: System) -> np.ndarray:
-    """Return the state of rest, moved out of stops that it would penetrate."""
+    """Return the state of rest, moved out of stops that it would penetrate, a tenth further than they reach where there is room."""
     scene = scene_of(system)
-    T = scene.tables
+    T, stops = scene.tables, {}
     y = np.zeros(scene.ns)
     for _ in range(8):
+        clear = True
         for m in range(len(scene.keys)):
             for g in range(int(T.n_guards[m])):
                 direction = T.D[m, g]
@@ -319,6 +323,29 @@ def resting_start(system: System) -> np.ndarray:
                     row = T.G[m, g]
                     reach = row[scene.ns] + np.hypot(row[scene.ns + 1::2], row[scene.ns + 2::2]).sum()  # at any phase
                     depth = row[:scene.ns] @ y + reach
+                    stops[row[:scene.n].tobytes(), reach] = row[:scene.n]
                     if depth >= 0.0:
+                        clear = False
                         y = y - direction * (depth + 0.1 * (1.0 + abs(depth)))
+        if clear:
+            return y
+    least = between(system.mass, np.array(list(stops.values())), np.array([reach for _, reach in stops]))
+    if least is not None:
+        y[:scene.n] = least
     return y
+
+
+def between(mass: np.ndarray, rows: np.ndarray, reach: np.ndarray) -> np.ndarray | None:
+    """Return the coordinates q (n,) next to 0, by inertia, with ``rows`` (k, n) @ q + ``reach`` (k,) <= 0, by a part of the
+    farthest reach where there is room; None where there are none.
+
+    Least distance programming: Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.
+    """
+    L = np.linalg.cholesky(mass)
+    G, one = -np.linalg.solve(L, rows.T), np.append(np.zeros(len(mass)), 1.0)
+    for part in ASIDE:
+        E = np.vstack([G, reach + part * np.abs(reach).max()])
+        left = one - E @ nnls(E, one)[0]
+        if left[-1] > FEASIBLE:
+            return np.linalg.solve(L.T, -left[:-1] / left[-1])
+    return None

@@ -280,3 +280,18 @@ def test_where_loads_cannot_be_raised_parts_of_the_linear_response_are_tried(bal
     asked.clear()
     x, count, failed = find._iterated(balance, HarmonicBalance(6), starts, False)  # a guess is not left
     assert failed is BalanceStatus.SINGULAR and count == 6 and len(asked) == 2
+
+
+def test_a_start_at_rest_in_a_narrow_clearance_that_does_not_hold_the_origin():
+    """On a line, along the inverse mass, and where stops contradict each other; a tenth of the farthest reach is kept off."""
+    line = forced.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.09]))
+    assert line == pytest.approx([-0.059], abs=1e-12)
+    narrow = forced.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.0502]))
+    assert narrow == pytest.approx([-0.05 - 0.001 * 0.0502], abs=1e-12)
+    plane = forced.between(np.diag([1.0, 3.0]), np.array([[1.0, -1.0]]), np.array([0.4]))
+    assert plane == pytest.approx([-0.33, 0.11], abs=1e-12)
+    assert forced.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.04])) is None
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], [
+        HarmonicForce(0.4), RigidStop(-0.07, 0.6, row=(-1.0, 1.0)), RigidStop(0.1, 0.6, side=-1, row=(-1.0, 1.0))], omega=0.8)
+    q = forced.resting_start(system)[:2]
+    assert -0.1 < q[1] - q[0] < -0.07
