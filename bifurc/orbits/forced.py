@@ -330,9 +330,7 @@ def resting_start(system: System) -> np.ndarray:
         if clear:
             return y
     least = between(system.mass, np.array(list(stops.values())), np.array([reach for _, reach in stops]))
-    if least is not None:
-        y[:scene.n] = least
-    return y
+    return y if least is None else np.append(least, y[scene.n:])
 
 
 def between(mass: np.ndarray, rows: np.ndarray, reach: np.ndarray) -> np.ndarray | None:
