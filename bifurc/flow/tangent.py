@@ -11,10 +11,11 @@ LOST = 1e-13  # of its length before: a direction that an event shortens to less
 
 
 @njit
-def grow(T, rows, times, before, after, together, periods, last, period, begin, Q, alive, sums):
+def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, sums):
     """Carry the directions ``Q`` (ns, ns) along a motion, adding the logarithms of their growth to ``sums`` (bins, ns).
 
-    ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends ``periods`` periods + ``last``.
+    ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends at ``end``, whole periods
+    and a time.
     ``together`` (N,) says which events always happen at the instant of the one before.
     A bin is a period counted from ``begin``.  ``alive`` (1,) is the number of directions that are left.
     """
@@ -36,7 +37,7 @@ def grow(T, rows, times, before, after, together, periods, last, period, begin, 
         if i + 1 < count:
             span = (rows[i + 1, 4] - rows[i, 4]) * period + (times[i + 1] - times[i])
         else:
-            span = (periods - rows[i, 4]) * period + (last - times[i])
+            span = (end[0] - rows[i, 4]) * period + (end[1] - times[i])
         arc(T, rows[i, 2], x, max(span, 0.0), y1, S)
         carried(S, Q, alive, new, bin)
         if i + 1 == count or rows[i + 1, 3] != EVENT and rows[i + 1, 3] != CHATTER:

@@ -150,7 +150,7 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
         turning = now < begin  # the directions turn to where they belong before they are measured
         into = np.zeros((step, ns)) if turning else sums if forced else sums[now - begin:now - begin + 1]
         first = now if turning else begin
-        grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), *span[1], unit, first if forced else 0, Q,
+        grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), span[1], unit, first if forced else 0, Q,
              alive, into)
         if turning:
             y = motion.final

@@ -171,10 +171,10 @@ def test_crossings_of_the_circle():
     """-exp((a - 2 K)) at mu = -1: the flip lies at 2 K = a + i pi turned away: of Phi = -exp(a - kappa) at K = a/2."""
     a = 0.7
     turned = SimpleNamespace(transition=lambda kappa: -np.exp(a - np.asarray(kappa))[:, None, None], reduced=lambda M: M)
-    angle, gain, error = Characteristic(turned).crossing(np.pi - 1e-8, 0.4)
+    angle, gain, error = Characteristic(turned).crossing(np.pi - 1e-8, 0.4, 0.4)
     assert angle == np.pi and gain == pytest.approx(a / 2.0, abs=1e-12) and error < 1e-12
     pair = Characteristic(Scalar(0.3, 2.0))  # mu = e^(-i t): 1 = e^(-i t) exp(2 (a - K (1 - e^(-i t))))
-    angle, gain, _ = pair.crossing(2.0, -1.0) or (None, None, None)
+    angle, gain, _ = pair.crossing(2.0, -1.0, 1.0) or (None, None, None)
     if angle is not None:
         z = np.exp(-1j * angle)
         assert abs(1.0 - z * np.exp(2.0 * (0.3 - gain * (1.0 - z)))) < 1e-9
@@ -295,7 +295,7 @@ def test_kinds_of_the_ends_of_smooth_feedback():
     class Ends(_Smooth):
         def __init__(self, leading, crossing):
             self.operator = SimpleNamespace(leading=leading)
-            self.equation = SimpleNamespace(crossing=lambda angle, gain: crossing, count=lambda gain: 0)
+            self.equation = SimpleNamespace(crossing=lambda angle, gain, size: crossing, count=lambda gain: 0)
 
     def negative(k):
         return -(0.5 + k) + 0j

@@ -17,7 +17,7 @@ def left(system, motion, stop):
     scene, R, ns = scene_of(system), motion.recorded, scene_of(system).ns
     Q, alive, sums = np.eye(ns), np.array([ns], np.int64), np.zeros((1, ns))
     kernels(scene, "bifurc.flow.tangent").grow(scene.tables, R.rows[:stop], R.times[:stop], R.before[:stop], R.after[:stop],
-                                               np.zeros(stop, bool), int(R.rows[stop, 4]), float(R.times[stop]), system.period,
+                                               np.zeros(stop, bool), (int(R.rows[stop, 4]), float(R.times[stop])), system.period,
                                                0, Q, alive, sums)
     return Q[:, :alive[0]], int(R.rows[stop - 1, 2])
 

@@ -91,8 +91,8 @@ def test_the_crest_behind_a_zero_is_the_first_maximum(nodes, rng):
             start = rng.uniform(0.0, 2.0 * np.pi)
         known = next(t for t in zeros_of(rate, a, start, start + 2.0 * np.pi))
         assert plain(event_driven.crest)(WAVES, a, start) == pytest.approx(known, abs=3e-9)
-        assert plain(event_driven.crest_on)(WAVES, a, start, cosines, sines, slopes) == pytest.approx(known, abs=3e-9)
-        high = plain(event_driven.overshoot)(WAVES, a, start, cosines, sines, slopes)
+        assert plain(event_driven.crest_on)(WAVES, a, start, rate(a, grid)) == pytest.approx(known, abs=3e-9)
+        high = plain(event_driven.overshoot)(WAVES, a, start, rate(a, grid))
         bound = abs(a[0]) + np.hypot(a[1::2], a[2::2]).sum()
         assert high == pytest.approx(float(guard(a, known)) / bound, abs=1e-9)
 

@@ -16,7 +16,7 @@ from .rows import Curve
 HALVINGS = 40
 PLACES = 16  # in a step, at most, at which a pair that may have passed the circle and come back is looked at
 EDGE = 0.1  # of the part of a step, from its ends, next to which it is not looked
-ROUNDING, FINE = 1e-14, 1e-6  # of the largest multiplier: error of all; up to which it makes no difference
+ROUNDING, KNOWN = 1e-14, 0.1  # of the largest multiplier: error of all; up to which it makes no difference
 COMPLEX = 1e-7  # imaginary part of a multiplier that is not real
 REAL = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT, SpecialPointKind.PERIOD_DOUBLING)
 STABILITY = (*REAL, SpecialPointKind.NEIMARK_SACKER)  # kinds at which multipliers pass the unit circle
@@ -127,7 +127,7 @@ def outside(problem, x):
     if mu is None:
         return None
     error = ROUNDING * np.abs(mu).max(initial=0.0)
-    if error > FINE and np.abs(np.abs(mu) - 1.0).min() < error:
+    if error > KNOWN and np.abs(np.abs(mu) - 1.0).min() < error:
         return None
     return int(np.count_nonzero(np.abs(mu) > 1.0))
 

@@ -275,7 +275,8 @@ def test_an_interval_shorter_than_what_rounding_makes_of_its_end_is_not_determin
     J = np.diag([1.0, 1.0, slope, 1.0])
     J[2, 1] = 1.0  # a term of size 1 in the equation
     scene = SimpleNamespace(ns=1, tables=SimpleNamespace(kick=np.array([first])))
-    s = SimpleNamespace(nodes=nodes, span=1.0, creeping=lambda scene: [], written_out=lambda U: (SimpleNamespace(span=1.0), U))
+    s = SimpleNamespace(nodes=nodes, span=1.0, creeping=lambda scene: [], unmoved=lambda scene: [],
+                        written_out=lambda U: (SimpleNamespace(span=1.0), U))
     problem = SimpleNamespace(sequence=s, scene=scene, equations=SimpleNamespace(jacobian=lambda x: J))
     assert successor.determined(problem, np.array([0.3, 1.0, 0.3 + 1e-5, 1.0, 5.0])) is clear
     s.creeping = lambda scene: [0]

@@ -25,7 +25,7 @@ class Scene:
     events = [IMPACT, SLIP, STICKS, CONTACT, PARTS, RELEASE]
 
     def __init__(self, keys=()):
-        self.keys = keys
+        self.keys = keys or ((None,) * 9,) * 9
         self.tables = SimpleNamespace(kick=np.zeros((9, 40), int))
         self.tables.kick[:, 0::10] = 1
 

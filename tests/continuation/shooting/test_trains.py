@@ -42,7 +42,7 @@ class Problem:
     def __init__(self, nodes, span=1.0, closure=1, clock=0.0):
         nodes = np.array(nodes, np.int64)
         self.sequence, self.scene = Signature(nodes, np.zeros(len(nodes)), span, closure, clock), Scene()
-        self.equations = SimpleNamespace(numbers_at=self.numbers)
+        self.equations = SimpleNamespace(numbers_at=self.numbers, kernel=None)
 
     def numbers(self, p):
         kick = np.array([[1, 0]] * 4)
@@ -56,6 +56,7 @@ class Problem:
 @pytest.fixture(autouse=True)
 def nothing_is_held(monkeypatch):
     monkeypatch.setattr(completion, "moved_row", lambda T, m, g: -1)
+    monkeypatch.setattr(completion, "flight_mode", lambda T, m, g: (m, -1))
 
 
 HIT, LAST, GO = [0, 0, 0, 0, 2], [0, 0, 1, 0, 1], [1, 0, 0, 0, 0]
@@ -151,7 +152,7 @@ def test_motions_that_rest_are_made_of_a_train_that_never_does(monkeypatch):
     problem = Problem([*[[0, 0, 0, 0, 0]] * 8, [0, 1, 0, 0, 0]])
     x = packed([*times, 0.95], [*speeds, 0.0])
     _, _, nodes, at, states = completion.resting(problem, x)
-    deep = int(np.ceil(np.log(completion.LEFT * completion.ROOM / 0.5) / np.log(RHO))) + 1
+    deep = int(np.ceil(np.log(completion.DEEP[1] / 0.5) / np.log(RHO))) + 1
     more = np.array(boundary(deep)).T
     np.testing.assert_allclose(at[1:-1], more[:, 0], atol=1e-13)
     assert at[-1] == pytest.approx(0.9, abs=1e-13)
