@@ -48,6 +48,7 @@ SECANTS = 60
 HALVINGS = 30  # of the length in which a short validity ends
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
 ASTRAY = 0.5  # of a length along a direction, by which a solution may lie beside it
+ROUNDED = 1e-11  # scaled length along a branch: where a test is zero is known no better
 VALID = 1e-9  # value of a monitor that is zero there
 SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 HELD_ROWS = "held"  # name of the monitor of rows that modes hold
@@ -621,7 +622,9 @@ def _first_valid(problem, x, p, step=None):
     found = []
     for test in tests:
         at = _zero(test, step)
-        if at is not None and values(at).max() <= VALID:
+        sides = [] if at is None else [at, at - ROUNDED, at + ROUNDED]  # beyond a completion other tests leap
+        at = next((side for side in sides if values(side) is not None and values(side).max() <= VALID), None)
+        if at is not None:
             found.append(at)
             if abs(at) <= CLOSE:
                 break
