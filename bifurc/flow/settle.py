@@ -125,6 +125,7 @@ def start(scene, x):
                 if NOISE * size < value <= PENETRATION * size:
                     y[:scene.ns] -= T.D[m, g] * value
         why = rule.broken(m, y, rule.sizes(y))
+        why += [("memory", e) for e in displaced(scene, m, y)]
         if not why:
             return m, y
         events = [w for w in why if w[0] == "guard" and w[2] > 0]
@@ -140,6 +141,14 @@ def start(scene, x):
         raise Penetration(f"y0 lies {deepest[1]:.6g} beyond the stop {deepest[0]!r}; a start must be on the free side of "
                           "every rigid stop, or on it")
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
+
+
+def displaced(scene, m, x) -> list[int]:
+    """Return the elements that mode ``m`` gives another memory than the state ``x`` (nx,) has: a slider slips at its limit only."""
+    places = [place for place, row in scene.algebraic(m)
+              if abs(row @ x - x[place]) > NOISE * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
+    owned = [(e, scene.memory_of(e)) for e in range(len(scene.system.elements))] if places else []
+    return [e for e, own in owned if any(own.start <= place < own.stop for place in places)]
 
 
 def _depth(scene, m, g, x) -> float:
@@ -302,6 +311,8 @@ def _say(scene, m, why):
     for w in why:
         if w[0] == "hold":
             parts.append(f"{scene.system.labels[w[1]]} is not at rest")
+        elif w[0] == "memory":
+            parts.append(f"{scene.system.labels[w[1]]} is not at its limit")
         else:
             name = scene.element_name(m, w[1])
             parts.append(f"{name} is past its {scene.event_kind(m, w[1])}" if w[2] == 0 else

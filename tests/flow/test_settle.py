@@ -136,3 +136,19 @@ def test_what_a_guard_asks_for_is_tried_before_what_was():
     assert tried({2: ends[:1]}, {2: {slips[1]: None}}) == [("slip+", key) for key in (slips[0], "stick", slips[1])]
     assert tried({1: [turns], 2: ends[:1]}) == [(a, b) for a in (*asked, "slip+") for b in (slips[0], "stick")]
     assert tried({1: []}) == [("slip+", "stick")]
+
+
+def test_a_slider_starts_in_slip_at_its_limit_only():
+    """A mass is pressed on its stop, but would not be if a slider pulled with its limit: it pulls by its spring, and neither begins
+    to slip, with another memory, nor takes the mass off its stop."""
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[2.0, -0.5], [-0.5, 2.0]], [
+        HarmonicForce(0.3), ConstantForce(-1.1, dof=1), RigidStop(0.0, 0.5, side=-1, dof=1), Jenkins(1.0, 1.0, row=(1.0, -1.0))],
+        omega=1.1)
+
+    def motion(pull):
+        return bf.simulate(system, (0.3, 0.0, 0.2, 0.0, 0.3 - pull), periods=0.01)
+    stuck = motion(0.9)  # .9 and .15 from the spring between the masses against 1.1
+    assert not stuck.events and stuck.final[4] == 0.3 - 0.9 and stuck.final[1] == 0.0
+    for pull in (1.0, 1.3):  # at its limit, and moving on; an overloaded one has slipped
+        slips = motion(pull)
+        assert slips.final[0] - slips.final[1] - slips.final[4] == pytest.approx(1.0, abs=1e-12) and slips.final[1] > 0.0
