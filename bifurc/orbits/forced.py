@@ -282,7 +282,7 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
         gaps = {k: float(np.abs((sections_[-1] - sections_[-1 - k]) / size).max()) for k in candidates}
         least = min(gaps.values())
         for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
-            found = from_motion(system, simulate(system, y, periods=2 * k), 0, k)
+            found = from_motion(system, simulate(system, y, periods=3 * k), k, k)  # a start may add an event of rounding
             if found.success and found.sequence.creeping(found.scene):
                 continue
             if found.success and touching(found):

@@ -337,16 +337,18 @@ def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
     """Return whether the event that ``guard`` of the mode after ``opening`` makes always happens at the instant of ``opening``.
 
     Another element, whose mode the first event leaves as it is, waited on the same row; or the rate with which that event arrived
-    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go; or what lets
-    a contact begin to slip one way, the same rate, turns round one on its row that slipped the other way.  The ``opening`` is a
-    node of a sequence, or its first three numbers; ``zero`` as in `start_orders`.
+    drives the guard through zero at once: a slider that slipped as its stop was struck sticks as soon as that lets go, and a mass
+    at rest on a stop strikes it where the impact of another one, coupled by inertia, drives it there; or what lets a contact begin
+    to slip one way, the same rate, turns round one on its row that slipped the other way.  The ``opening`` is a node of a sequence,
+    or its first three numbers; ``zero`` as in `start_orders`.
     """
     before, fired, after = (int(value) for value in opening[:DIVIDE])
     owner = scene.guard(after, guard).element
-    waited = owner != scene.guard(before, fired).element and scene.keys[before][owner] == scene.keys[after][owner]
-    if not waited or T.kick[before, fired] or law_guards(T, before, fired, after):
+    impact = bool(T.kick[before, fired])
+    waited = owner != scene.guard(before, fired).element and (impact or scene.keys[before][owner] == scene.keys[after][owner])
+    if not waited or law_guards(T, before, fired, after):
         return False
-    if parallel(T.G[before, fired], T.G[after, guard]):
+    if not impact and parallel(T.G[before, fired], T.G[after, guard]):
         return True
     if needs_samples(T, before, fired, after):
         return False
