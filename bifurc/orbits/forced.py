@@ -282,12 +282,13 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
         gaps = {k: float(np.abs((sections_[-1] - sections_[-1 - k]) / size).max()) for k in candidates}
         least = min(gaps.values())
         for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
-            found = from_motion(system, simulate(system, y, periods=3 * k), k, k)  # a start may add an event of rounding
-            if found.success and found.sequence.creeping(found.scene):
+            motion = simulate(system, y, periods=3 * k)  # its start may add an event of rounding, a period later there is none
+            found = next((o for begin in (0, k) if (o := from_motion(system, motion, begin, k)).success), None)
+            if found is None or found.sequence.creeping(found.scene):
                 continue
-            if found.success and touching(found):
+            if touching(found):
                 edge = found
-            elif found.success:
+            else:
                 away = float(np.abs((found.state - y) / found.weights).max())
                 if found.stable is not False and away <= NEAR:
                     found.how["transient periods"] = done

@@ -92,11 +92,12 @@ SCENES = {
     "moving table": bf.systems.bouncing_ball(),
     "chain of eight": bf.systems.impact_chain(),
 }
+GUESSES = {"moving table": (2.49, 2.37)}  # a bouncing ball; from rest it is carried along
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=str)
 def test_scenes_are_proved_and_agree_with_the_multipliers(scene):
-    orbit = bf.find_orbit(SCENES[scene])
+    orbit = bf.find_orbit(SCENES[scene], guess=GUESSES.get(scene))
     found = orbit.certify()
     assert found.proved, found.message
     assert found.stable.value == {True: "proved", False: "disproved", None: "undecided"}[orbit.stable]
