@@ -11,7 +11,7 @@ Two kicks at one instant have a derivative only when both orders of the kicks ag
 import numpy as np
 
 from .._jit import njit
-from .affine.engine import field, forcing_rate, guard_gradient
+from .affine.engine import field, forcing_rate, guard_gradient, guard_rate
 from .rule import jump
 
 
@@ -24,15 +24,11 @@ def saltation(T, before, g, after, x, xp, P, when, S):
     """
     ns, nx = P.shape
     f, dw, row, leap = np.empty(ns), np.empty(nx - ns), np.empty(nx), np.empty(ns)
-    field(T, before, x, f)
-    forcing_rate(T, x, dw)
+    delayed(T, before, after, x, xp, P, f, dw, leap)
     guard_gradient(T, before, g, x, row)
-    rate = 0.0
-    for c in range(nx):
-        rate += row[c] * (f[c] if c < ns else dw[c - ns])
+    rate = guard_rate(row, f, dw)
     for c in range(ns):
         when[c] = -row[c] / rate
-    delayed(T, before, after, x, xp, P, leap)
     for i in range(ns):
         for c in range(ns):
             S[i, c] = P[i, c] + leap[i] * when[c]
@@ -40,10 +36,27 @@ def saltation(T, before, g, after, x, xp, P, when, S):
 
 
 @njit
-def delayed(T, before, after, x, xp, P, leap):
-    """Write the derivative of the state after an event in its time into ``leap`` (ns,); arguments as of `saltation`."""
+def joined(T, before, after, x, xp, P, when, M, scratch):
+    """M <- the derivative (ns, ns) of the state after an event that always happens with the one before it, in the variables of M.
+
+    ``M`` is that of the state before it, ``when`` (ns,) that of the time of the event before; ``scratch`` (ns, ns) is room, other
+    arguments as of `saltation`.
+    """
     ns, nx = P.shape
-    f, fp, dw = np.empty(ns), np.empty(ns), np.empty(nx - ns)
+    f, dw, leap = np.empty(ns), np.empty(nx - ns), np.empty(ns)
+    delayed(T, before, after, x, xp, P, f, dw, leap)
+    premultiply(P, M, scratch)
+    for i in range(ns):
+        for c in range(ns):
+            M[i, c] += leap[i] * when[c]
+
+
+@njit
+def delayed(T, before, after, x, xp, P, f, dw, leap):
+    """Write the derivative of the state after an event in its time into ``leap`` (ns,), the field before it into ``f`` (ns,) and
+    the rates of the forcing into ``dw``; other arguments as of `saltation`."""
+    ns, nx = P.shape
+    fp = np.empty(ns)
     field(T, before, x, f)
     field(T, after, xp, fp)
     forcing_rate(T, x, dw)

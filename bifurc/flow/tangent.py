@@ -4,7 +4,7 @@ import numpy as np
 from .._jit import njit
 from .affine.engine import arc, curved_hold, forcing
 from .rule import jump
-from .saltation import delayed, premultiply, saltation
+from .saltation import joined, saltation
 
 EVENT, CHATTER = 1, 2  # what a recorded row is, as in `scan`
 LOST = 1e-13  # of its length before: a direction that an event shortens to less is gone for good
@@ -15,14 +15,13 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
     """Carry the directions ``Q`` (ns, ns) along a motion, adding the logarithms of their growth to ``sums`` (bins, ns).
 
     ``rows`` (N, 5), ``times``, ``before``, ``after`` (N, ns) are the record; the motion ends at ``end``, whole periods
-    and a time.
-    ``together`` (N,) says which events always happen at the instant of the one before.
+    and a time.  ``together`` (N,) says which events always happen at the instant of the one before.
     A bin is a period counted from ``begin``.  ``alive`` (1,) is the number of directions that are left.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
     x, xp, y1 = np.empty(nx), np.empty(nx), np.empty(ns)
     P, S, new = np.empty((ns, nx)), np.empty((ns, ns)), np.empty((ns, ns))
-    leap, when = np.empty(ns), np.empty(ns)
+    when = np.empty(ns)
     count = rows.shape[0]
     if count > 0:
         rested(T, rows[0, 2], Q, alive, new)
@@ -56,11 +55,7 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
             if e == i + 1:
                 saltation(T, m, g, k, x, xp, P, when, S)
             else:
-                delayed(T, m, k, x, xp, P, leap)
-                premultiply(P, S, new)
-                for c in range(ns):
-                    for j in range(ns):
-                        S[c, j] += leap[c] * when[j]
+                joined(T, m, k, x, xp, P, when, S, new)
             least = min(least, ns - forgotten(T, k))
         carried(S, Q, alive, new, bin)
         alive[0] = min(alive[0], least)  # what is left behind those is rounding

@@ -9,7 +9,7 @@ from ..._jit import both
 from ...compose.tables import ORDER
 from ...flow.affine.engine import advance, arc, carry, forcing, reach, state_series
 from ...flow.affine.polynomial import highest
-from ...flow.saltation import delayed, premultiply, saltation
+from ...flow.saltation import joined, premultiply, saltation
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER, reset
 
 _ROOTS, _FACTORS = np.polynomial.legendre.leggauss(16)
@@ -110,7 +110,7 @@ def monodromy(T, nodes, span, U, M):
     P = np.empty((ns, nx))
     S = np.empty((ns, ns))
     Phi = np.empty((ns, ns))
-    scratch, when, leap = np.empty((ns, ns)), np.empty(ns), np.empty(ns)
+    scratch, when = np.empty((ns, ns)), np.empty(ns)
     moved = np.empty(ns)  # derivative of the time of the last event in the first state
     least = np.inf
     for i in range(ns):
@@ -126,11 +126,7 @@ def monodromy(T, nodes, span, U, M):
             for c in range(ns, nx):
                 x[c] = xp[c]
             if i > 0 and nodes[i, DIVIDE] == TOGETHER:
-                delayed(T, before, after, x, xp, P, leap)
-                premultiply(P, M, scratch)
-                for r in range(ns):
-                    for c in range(ns):
-                        M[r, c] += leap[r] * moved[c]
+                joined(T, before, after, x, xp, P, moved, M, scratch)
             else:
                 least = min(least, saltation(T, before, g, after, x, xp, P, when, S))
                 for c in range(ns):
