@@ -189,14 +189,20 @@ def inner(a, b):
     return (s0 + s1) + (s2 + s3)
 
 
+@leaf
+def exchanged(pivot, b):
+    """Put the rows of ``b`` (n,) in the order in which `lu` took those of the matrix."""
+    for k in range(b.size):
+        row = pivot[k]
+        if row != k:
+            b[k], b[row] = b[row], b[k]
+
+
 @njit
 def lu_solve(a, pivot, b):
     """Solve with the factors of `lu`; ``b`` (n,) is overwritten by the solution."""
     n = a.shape[0]
-    for k in range(n):
-        row = pivot[k]
-        if row != k:
-            b[k], b[row] = b[row], b[k]
+    exchanged(pivot, b)
     for i in range(1, n):
         total = b[i]
         for j in range(i):
@@ -213,10 +219,7 @@ def lu_solve(a, pivot, b):
 def lu_solve_wide(a, pivot, b):
     """Do what `lu_solve` does, with four sums at once: faster from some twenty unknowns on."""
     n = a.shape[0]
-    for k in range(n):
-        row = pivot[k]
-        if row != k:
-            b[k], b[row] = b[row], b[k]
+    exchanged(pivot, b)
     for i in range(1, n):
         b[i] -= inner(a[i, :i], b[:i])
     for i in range(n - 1, -1, -1):
