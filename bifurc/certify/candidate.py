@@ -6,7 +6,7 @@ import numpy as np
 
 from ..elements.friction.together import mode_of
 from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
-from ..orbits.shooting.signature import repeated, slope_of_jump
+from ..orbits.shooting.signature import repeated
 from ..system import System
 from .model import Refused
 
@@ -131,18 +131,4 @@ def read(system, scene, signature, unknowns, weights) -> Candidate:
     if events[-1].after != events[0].before and signature.closure > 0:
         raise Refused(f"the motion changes silently from {events[-1].after} to {events[0].before}; no proof is made of it")
     return Candidate(system, tuple(events), np.array(times), np.array(states), float(signature.span), int(signature.closure),
-                     kept_of(scene, signature), np.array(weights, float))
-
-
-def kept_of(scene, signature) -> tuple[int, ...]:
-    """Return the states that nothing changes all period, `Signature.kept`; with coordinates that are held their velocities, where
-    events alone follow each other, since the equations of a proof take nothing for granted that a mode holds."""
-    if signature.closure < 0:
-        return ()
-    found = signature.kept(scene)
-    if signature.events < len(signature.nodes):
-        return tuple(found)
-    jumps = [slope_of_jump(scene, scene.tables, int(m), int(g)) for m, g in signature.nodes[:, :AFTER]]
-    unit = np.eye(scene.ns, scene.tables.A.shape[2])
-    still = [c for c in range(scene.n, 2 * scene.n) if c - scene.n in found and all(np.array_equal(P[c], unit[c]) for P in jumps)]
-    return tuple(sorted(found + still))
+                     tuple(signature.kept(scene, velocities=True)) if signature.closure > 0 else (), np.array(weights, float))

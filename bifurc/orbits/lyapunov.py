@@ -216,11 +216,14 @@ def _checked(motion):
 
 def _together(scene, R) -> np.ndarray:
     """Return which events of a record (N,) always happen at the instant of the one before."""
-    found = np.zeros(len(R.rows), bool)
+    found, known = np.zeros(len(R.rows), bool), {}
     for i in np.flatnonzero((np.diff(R.times) == 0.0) & (np.diff(R.rows[:, 4]) == 0)).tolist():
         first, then = R.rows[i, :4].tolist(), R.rows[i + 1, :4].tolist()
         if first[3] == then[3] == EVENT and first[2] == then[0]:
-            found[i + 1] = coincide(scene, scene.tables, first[:3], then[1])
+            pair = (*first[:3], then[1])
+            if pair not in known:
+                known[pair] = coincide(scene, scene.tables, first[:3], then[1])
+            found[i + 1] = known[pair]
     return found
 
 

@@ -76,8 +76,10 @@ class Signature:
             signs[self.kept(scene) if kept is None else kept] = 0.0
         return signs
 
-    def kept(self, scene: Scene) -> list[int]:
-        """Return the states that no event and no mode of the orbit changes: memory never written, coordinates always held."""
+    def kept(self, scene: Scene, velocities=False) -> list[int]:
+        """Return the states that no event and no mode of the orbit changes: memory never written, coordinates always held; with
+        ``velocities`` those of such coordinates too, where no section puts them to rest.
+        """
         T = scene.tables
         modes = {int(m) for m in self.nodes[:, AFTER]}
         found = []
@@ -92,8 +94,9 @@ class Signature:
             if row[scene.ns:].any() or surface.any() or not all((T.H[m, :T.n_holds[m]] == row).all(axis=1).any() for m in modes):
                 continue  # carried along by a belt, at rest on a surface, or not held all the time
             place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
-            if place not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[place], unit[place]) for m, g in events):
-                found.append(place)
+            for state in (place, scene.n + place)[:2 if velocities and len(events) == len(self.nodes) else 1]:
+                if state not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[state], unit[state]) for m, g in events):
+                    found.append(state)
         return sorted(found)
 
     def creeping(self, scene: Scene) -> list[int]:
@@ -153,6 +156,7 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     whole[:, ENDING] = -1
     known: dict[tuple, np.ndarray] = {}
     zeros: list[tuple] = [()] * len(whole)
+    at_once: dict[tuple, bool] = {}
     for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is zero all the last interval counts for the first
         node, zero = whole[i], tuple(np.flatnonzero(whole[i - 1, STARTS:] == FOREVER).tolist())
         if i == 0 and closure < 0:
@@ -176,7 +180,11 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
             continue
         order = abs(int(opening[STARTS + guard]))
         order = 0 if order == FOREVER else order
-        node[DIVIDE] = TOGETHER if order and coincide(scene, T, opening, guard, zeros[i - 1]) else order
+        if order:
+            pair = (*opening[:DIVIDE].tolist(), int(opening[CLOSES] == 1), zeros[i - 1], guard)
+            if pair not in at_once:
+                at_once[pair] = coincide(scene, T, opening, guard, zeros[i - 1])
+            node[DIVIDE] = TOGETHER if at_once[pair] else order
     if scene.ns > 2 * scene.n:
         mark_implied(scene, T, whole, closure)
     return whole
