@@ -282,8 +282,8 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
         gaps = {k: float(np.abs((sections_[-1] - sections_[-1 - k]) / size).max()) for k in candidates}
         least = min(gaps.values())
         for k in [k for k in candidates if gaps[k] <= max(2.0 * least, 1e-6)][:2]:
-            motion = simulate(system, y, periods=3 * k)  # its start may add an event of rounding, a period later there is none
-            found = next((o for begin in (0, k) if (o := from_motion(system, motion, begin, k)).success), None)
+            motions = ((begin, simulate(system, y, periods=begin + 2 * k)) for begin in (0, k))  # a start adds events of rounding
+            found = next((o for begin, motion in motions if (o := from_motion(system, motion, begin, k)).success), None)
             if found is None or found.sequence.creeping(found.scene):
                 continue
             if touching(found):

@@ -283,7 +283,7 @@ def exchanged(problem, x, other, trains=False):
     masks = as_long(problem, other) if trains else [listed(problem), listed(other)]
     halves = [end.sequence.closure < 0 for end in (problem, other)]
     kinds = [changes_places(*by_instant(problem, x, masks[0], own), by_instant(other, other.x0, masks[1], own)[0], halves)
-             for own in (True, False)]  # events of one element look alike unless they are told apart by where they come from
+             for own in (True, False)]  # events of one element look alike unless where they come from distinguishes them
     return next((kind for kind in kinds if kind is not None), None)
 
 
