@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..elements.friction.together import mode_of
+from ..orbits.shooting.labels import Labels
 from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
 from ..orbits.shooting.signature import repeated
 from ..system import System
@@ -47,8 +48,8 @@ class Candidate:
         Forcing periods after which it closes.
     closure : int
         1, or -1 when y(t + span) = -y(t).
-    kept : tuple of int
-        States that nothing changes in a period; they label a family and keep the value of the candidate.
+    labels : Labels
+        What nothing changes in a period; it labels a family and keeps the value of the candidate, which symmetry may make zero.
     weights : ndarray (ns,)
         Natural sizes of the states.
     """
@@ -59,7 +60,7 @@ class Candidate:
     states: np.ndarray
     span: float
     closure: int
-    kept: tuple[int, ...]
+    labels: Labels
     weights: np.ndarray
 
     @property
@@ -131,4 +132,4 @@ def read(system, scene, signature, unknowns, weights) -> Candidate:
     if events[-1].after != events[0].before and signature.closure > 0:
         raise Refused(f"the motion changes silently from {events[-1].after} to {events[0].before}; no proof is made of it")
     return Candidate(system, tuple(events), np.array(times), np.array(states), float(signature.span), int(signature.closure),
-                     tuple(signature.kept(scene, velocities=True)) if signature.closure > 0 else (), np.array(weights, float))
+                     signature.labels(scene, velocities=True), np.array(weights, float))

@@ -22,9 +22,18 @@ class Pieces(NamedTuple):
     harmonics: tuple[int, ...]
     span: Any
     closure: int
-    kept: tuple[int, ...]
-    labels: Any  # values (arb) of the kept states
+    kept: tuple[int, ...]  # places of labels
+    rows: Any  # (k, ns) of arb: the labels, which are 1 at their places
+    labels: list  # their values (arb)
     fixed: list  # phases (arb) of the sections, one entry an event
+
+
+def labels_of(candidate) -> tuple:
+    """Return places, rows and values of what labels the family of a candidate, as balls."""
+    arb = flint().arb
+    rows = [[arb(v) for v in row] for row in candidate.labels.rows.tolist()]
+    state = [arb(v) for v in (candidate.states[0] if candidate.closure > 0 else 0.0 * candidate.states[0]).tolist()]
+    return candidate.labels.places, rows, [sum((a * b for a, b in zip(row, state, strict=True)), arb(0)) for row in rows]
 
 
 class Solved(NamedTuple):
@@ -105,8 +114,9 @@ def evaluate(pieces: Pieces, theta: list[Jet], y: list[list[Jet]], closing: tupl
                 F[k][base + 1 + c] = end.entry(k, c, 0, zero) - (zero if part is None else part)
         if last:
             for label, c in enumerate(pieces.kept):  # what nothing changes keeps the value it has
-                for k, part in enumerate(y[0][c].parts):
-                    F[k][base + 1 + c] = (zero if part is None else part) - (pieces.labels[label] if k == 0 else zero)
+                for k in range(parts):
+                    F[k][base + 1 + c] = sum((pieces.rows[label][q] * y[0][q].parts[k] for q in range(ns)
+                                              if y[0][q].parts[k] is not None), -pieces.labels[label] if k == 0 else zero)
         if not want:
             continue
         rate = B * end
@@ -129,7 +139,7 @@ def evaluate(pieces: Pieces, theta: list[Jet], y: list[list[Jet]], closing: tupl
                 row = rows[base + 1 + c]
                 if last and c in pieces.kept:
                     if k == 0:
-                        row[1 + c] = one
+                        row[1:size] = pieces.rows[pieces.kept.index(c)]
                     continue
                 row[base] = row[base] + by_phase.entry(k, c, 0, zero)
                 part = through.parts[k]

@@ -223,10 +223,10 @@ def _earlier(model: Model, before: tuple, after: tuple, owner: int, which: int, 
 
 def kept_exactly(model: Model, candidate: Candidate, transitions: list[Transition]) -> bool:
     """Return whether the states that label a family are indeed changed by no event and no mode."""
-    n = model.n
-    memory = [c for c in candidate.kept if c >= 2 * n]
-    coordinates = [c for c in candidate.kept if c < n]
-    if len(memory) + len(coordinates) != len(candidate.kept):
+    n, labels = model.n, candidate.labels
+    memory = [c for c in labels.places if c >= 2 * n]
+    coordinates = [row[:n] for c, row in zip(labels.places, labels.rows.tolist(), strict=True) if c < n]
+    if len(memory) + len(coordinates) != len(labels.places):
         return False
     for item in transitions:
         B, R = model.mode(item.event.after).B, item.reset
@@ -238,8 +238,10 @@ def kept_exactly(model: Model, candidate: Candidate, transitions: list[Transitio
     holds = [held for held in model.mode(candidate.events[0].after).holds if held.surface is None]
     if len(candidate.events) > 1 or candidate.events[0].guards or any(held.driven for held in holds):
         return False
-    J = np.array([[as_float(held.J[c]) for c in coordinates] for held in holds])
-    return bool(J.size) and int(np.linalg.matrix_rank(J)) == len(coordinates)
+    exact, J = Rationals(), [list(held.J) for held in holds]
+    spanned = [*J, *[[exact.number(v) for v in row] for row in coordinates]]
+    ranks = [exact.matrix(len(rows), n, [v for row in rows for v in row]).rank() for rows in (J, spanned)]
+    return ranks == [len(coordinates)] * 2
 
 
 def structure(candidate: Candidate) -> tuple[Model, list[Transition]]:

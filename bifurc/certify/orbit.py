@@ -10,7 +10,7 @@ from .arithmetic.jets import Jet
 from .arithmetic.krawczyk import krawczyk, preconditioner, tightened
 from .candidate import Candidate, candidate_of
 from .certificate import Certificate, EventEnclosure, Verdict, refusal
-from .equations import Pieces, Solved, evaluate
+from .equations import Pieces, Solved, evaluate, labels_of
 from .events import FOREVER, Transition, balls_of, structure
 from .model import Model, Refused
 from .segments import Steps, rate
@@ -60,8 +60,7 @@ def prepare(candidate: Candidate) -> Prepared:
         return balls[id(exact)]
     pieces = Pieces([Jet(ball(model.mode(t.event.after).B)) for t in transitions], [Jet(matrix(t.reset)) for t in transitions],
                     [None if t.guard is None else Jet(row_of(t.guard)) for t in transitions], model.W, model.ns, model.harmonics,
-                    candidate.span, candidate.closure, candidate.kept,
-                    [flint().arb(float(candidate.states[0, c])) for c in candidate.kept],
+                    candidate.span, candidate.closure, *labels_of(candidate),
                     [flint().arb.pi() * 2 * exact(float(t)) for t in candidate.times])
     return Prepared(candidate, model, transitions, pieces)
 
@@ -213,7 +212,7 @@ def multipliers(proof: Proof):
     jumps = saltations(pieces, solved)
     if jumps is None:
         return None
-    return monodromy([Phi.value for Phi in solved.flow], jumps, pieces.ns, proof.candidate.kept)
+    return monodromy([Phi.value for Phi in solved.flow], jumps, pieces.ns, pieces.kept, pieces.rows)
 
 
 def certify_orbit(orbit, precision: int | None = None) -> Certificate:

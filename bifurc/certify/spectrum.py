@@ -27,21 +27,29 @@ def saltations(pieces, solved) -> list | None:
     return jumps
 
 
-def monodromy(flows, jumps, ns: int, kept=()):
+def monodromy(flows, jumps, ns: int, kept=(), rows=()):
     """Return the derivative of the period map just before the first event, without the states that label a family.
 
     Parameters
     ----------
     flows, jumps : list of arb_mat (nx, nx)
         exp(B s) behind each event, and the derivative of each event.
+    ns, kept, rows : int, tuple of int, list of lists of arb
+        Number of states; places and rows of what labels the family.
     """
     M = None
     for Phi, S in zip(flows, jumps, strict=True):
         step = Phi * S
         M = step if M is None else step * M
     assert M is not None
-    places = [c for c in range(ns) if c not in kept]
-    return flint().arb_mat(len(places), len(places), [M[i, j] for i in places for j in places])
+    return reduced(M, ns, kept, rows)
+
+
+def reduced(M, ns: int, kept, rows):
+    """Return a matrix (arb_mat) on the perturbations that do not change the labels of a family, see `Labels.reduced`."""
+    free = [c for c in range(ns) if c not in kept]
+    return flint().arb_mat(len(free), len(free), [
+        sum((-M[i, c] * row[j] for c, row in zip(kept, rows, strict=True)), M[i, j]) for i in free for j in free])
 
 
 def characteristic(M) -> list:

@@ -98,8 +98,7 @@ class Collocated:
 
     def _reduced(self, gain: float) -> np.ndarray:
         """Return the operator without the states that only label a continuum."""
-        M, kept = self.matrix(gain), self.linear.kept
-        return np.delete(np.delete(M, kept, 0), kept, 1) if kept else M
+        return self.linear.labels.reduced(self.matrix(gain))
 
 
 def _ordered(values: np.ndarray) -> np.ndarray:

@@ -204,7 +204,7 @@ class _Jumping:
 
 def repeated(linear: Linearization, times: int) -> Linearization:
     """Return the equations over several periods."""
-    return Linearization(linear.orbit, linear.pieces * times, linear.rows, linear.kept)
+    return Linearization(linear.orbit, linear.pieces * times, linear.rows, linear.labels)
 
 
 def _scan(orbit, of, bounds, memory, analysis, samples) -> FeedbackRange:

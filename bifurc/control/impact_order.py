@@ -165,8 +165,7 @@ class ImpactOrder:
                 delayed = -gain * s[k]
                 s[k] = from_y @ y + from_d @ delayed
                 y = end_y @ y + end_d @ delayed
-            if linear.kept:
-                y[linear.kept] = 0.0
+            y = linear.labels.moved(y.T, 0.0).T
             size = np.sqrt((y**2).sum(axis=0) + (s**2).mean(axis=(0, 1)))
             size = np.where(size > 0.0, size, 1.0)
             logs += np.log(size)

@@ -21,6 +21,7 @@ from ..elements.checks import choice
 from ..elements.element import ALWAYS
 from ..elements.springs import LinearSpring
 from ..orbits.orbit import PeriodicOrbit
+from ..orbits.shooting.labels import Labels
 from ..orbits.shooting.sequence import AFTER, BEFORE, CLOSES, GUARD
 from ..system import System
 
@@ -97,14 +98,14 @@ class Linearization:
     pieces : tuple of Piece
     rows : ndarray (m, ns)
         The coordinates that are fed back, s = rows @ y.
-    kept : list of int
-        States that nothing changes in a period: they label a continuum of orbits and are left out of the multipliers.
+    labels : Labels
+        What nothing changes in a period: it labels a continuum of orbits and is left out of the multipliers.
     """
 
     orbit: PeriodicOrbit
     pieces: tuple[Piece, ...]
     rows: np.ndarray
-    kept: list[int]
+    labels: Labels
 
     @property
     def kicks(self) -> list[Kick]:
@@ -135,7 +136,7 @@ class Linearization:
 
     def reduced(self, M: np.ndarray) -> np.ndarray:
         """Return matrices (k, ns, ns) without the states that only label a continuum."""
-        return np.delete(np.delete(M, self.kept, -1), self.kept, -2) if self.kept else M
+        return self.labels.reduced(M)
 
 
 def flow(piece: Piece, A: np.ndarray) -> np.ndarray:
@@ -193,7 +194,7 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     if np.linalg.matrix_rank(C) < len(C):
         raise ValueError(f"row = {row!r} is not allowed; its rows must be independent")
     plus = [scene_of(with_element(orbit.system, unit)) for unit in units]
-    return Linearization(orbit, tuple(_pieces(orbit, scene, T, plus, C, strength)), C, orbit.family)
+    return Linearization(orbit, tuple(_pieces(orbit, scene, T, plus, C, strength)), C, orbit.labels)
 
 
 def places(row) -> list[dict]:

@@ -70,12 +70,13 @@ def resting(system: System, tried: PeriodicOrbit, periods: int) -> PeriodicOrbit
         orbit = solve(system, sections(mode, periods), np.append(0.0, y), tried.weights, how)
         if orbit.success or not orbit.residual < 1e-9:
             return orbit if orbit.success else None
-        moved = {c: min(max(orbit.state[c], low), high) for c, (low, high) in resting_intervals(orbit).items() if low <= high}
-        y = orbit.state.copy()
-        if not moved or all(y[c] == value for c, value in moved.items()):
+        ends = [ends if ends[0] <= ends[1] else (-np.inf, np.inf) for ends in resting_intervals(orbit).values()]
+        low, high = np.reshape(ends, (-1, 2)).T
+        at = orbit.labels.values(orbit.state)
+        inside = np.clip(at, low, high)
+        if (inside == at).all():
             return None
-        for c, value in moved.items():
-            y[c] = value
+        y = orbit.labels.moved(orbit.state, inside)
     return None
 
 

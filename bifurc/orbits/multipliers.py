@@ -17,7 +17,7 @@ def attracting(multipliers) -> bool | None:
     return None if abs(top - 1.0) < NEUTRAL else top < 1.0
 
 
-def nontrivial(equations, whole, U, M, kept, gradient=None) -> np.ndarray:
+def nontrivial(equations, whole, U, M, labels, gradient=None) -> np.ndarray:
     """Return the multipliers, complex, largest modulus first; infinite where the matrix is.
 
     Parameters
@@ -29,17 +29,16 @@ def nontrivial(equations, whole, U, M, kept, gradient=None) -> np.ndarray:
         The orbit over its full period, as `repeated` gives it.
     M : ndarray (ns, ns)
         Derivative of the map over a period just before the first node.
-    kept : list of int
-        States that nothing changes.
+    labels : Labels
+        What nothing changes.
     gradient : ndarray (ns,), optional
         Of an energy that the motion keeps, just before the first node: its multiplier 1 is left out as well.
     """
-    rest = [c for c in range(len(M)) if c not in kept]
-    M = M[np.ix_(rest, rest)] if kept else M
+    M = labels.reduced(M)
     if not np.isfinite(M).all():
         return np.full(len(M) - (whole.clock > 0.0) - (gradient is not None), complex(np.inf))
     if whole.clock:
-        row = None if gradient is None else gradient[rest]
+        rest, row = labels.rest, None if gradient is None else labels.seen(gradient)
         M = without(M, field_before(equations, whole, U)[rest], equations.weights[rest], row)
     found = np.linalg.eigvals(M).astype(complex) if len(M) else np.empty(0, complex)
     return found[np.lexsort((-found.imag, -found.real, -np.abs(found).round(14)))]

@@ -19,6 +19,7 @@ from .kinds import OrbitStatus
 from .multipliers import attracting, nontrivial
 from .shooting import sequence
 from .shooting.equations import TOLERANCE, Equations
+from .shooting.labels import Labels
 from .shooting.path import constant_path
 from .shooting.refused import Earlier, Refusal, meet_modes
 from .shooting.resting import resting_intervals
@@ -283,9 +284,8 @@ class PeriodicOrbit(Orbit):
                     "derivatives: multipliers are not unique (NaN) and stability is not known. Orbits nearby, with one "
                     "gap slightly changed, have them.")
         if self.status is OrbitStatus.CONVERGED and self.intervals:
-            n = self.scene.n
-            named = [f"{'coordinate ' + str(c) if c < n else 'memory ' + str(c - 2 * n)} in [{low:.6g}, {high:.6g}]"
-                     for c, (low, high) in self.intervals.items()]
+            named = [f"{name} in [{low:.6g}, {high:.6g}]"
+                     for name, (low, high) in zip(self.labels.names(self.scene.n), self.intervals.values(), strict=True)]
             return f"{self.status.sentence} It is one of a family without events: {', '.join(named)}."
         if self.status is OrbitStatus.INADMISSIBLE and self._audit[3] > HELD:
             return f"{self.status.sentence} A row is held from where it is not at rest on its surface."
@@ -337,15 +337,25 @@ class PeriodicOrbit(Orbit):
 
     @functools.cached_property
     def family(self) -> list[int]:
-        """States (indices) that nothing changes in a period: the orbit is one of a family that they label."""
-        return self._whole[0].kept(self.scene)
+        """States (indices) that nothing changes in a period: the orbit is one of a family that they label.
+
+        Where masses stick to each other the distance between them labels it; then the first of their coordinates that counts most
+        in it stands for it.
+        """
+        return list(self.labels.places)
+
+    @functools.cached_property
+    def labels(self) -> Labels:
+        """What the states of `family` stand for, as rows of all states."""
+        return self._whole[0].labels(self.scene)
 
     @functools.cached_property
     def intervals(self) -> dict[int, tuple[float, float]]:
         """For every state of `family` the values (least, largest) with which the motion still has no event.
 
-        A mass that sticks all the time may rest anywhere in an interval, a slider that never slips stand anywhere.  Empty
-        for orbits with events.
+        A mass that sticks all the time may rest anywhere in an interval, a slider that never slips stand anywhere.  Of masses that
+        stick to each other the value is that of the first, less what the others make of it: their distance.  Empty for orbits with
+        events.
         """
         return {} if self.sequence.events or not self.family or not self.success else resting_intervals(self)
 
@@ -360,7 +370,7 @@ class PeriodicOrbit(Orbit):
         change of energy, too.
         """
         whole, U = self._whole
-        found = nontrivial(self.equations, whole, U, self.monodromy, self.family, self._energy_gradient)
+        found = nontrivial(self.equations, whole, U, self.monodromy, self.labels, self._energy_gradient)
         return np.full(len(found), complex(np.nan)) if self._disputed is not None else found
 
     @property

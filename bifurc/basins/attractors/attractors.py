@@ -22,6 +22,7 @@ from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.find import find_orbit
 from ...orbits.forced import finished, from_motion
 from ...orbits.lyapunov import lyapunov_exponents
+from ...orbits.shooting.resting import line_of_members
 from ...system import System
 from .clockless import crossings_from, exponent_of, members, section_of, settles_on
 from .continuum import continuum, relabelled
@@ -384,10 +385,14 @@ def one_family(a, b, scale: np.ndarray) -> bool:
     if not a.intervals or (b.family and a.family != b.family):
         return False
     points = section_points(b)
-    if not b.family and np.abs(np.delete((points - a.state) / scale, list(a.intervals), axis=1)).max(initial=0.0) > SAME:
+    low, high = np.array(list(a.intervals.values())).T
+    values, near = a.labels.values(points), SAME * (np.abs(a.labels.rows) @ scale)
+    if np.any((values < low - near) | (values > high + near)):
         return False
-    return all(np.all((points[:, c] >= low - SAME * scale[c]) & (points[:, c] <= high + SAME * scale[c]))
-               for c, (low, high) in a.intervals.items())
+    if not a.scene.closed_form:
+        member = relabelled(a, np.clip(values[0], low, high))
+        return member is not None and distance(points / scale, member.state / scale) <= SAME
+    return bool(np.abs((points - line_of_members(a, values)) / scale).max() <= SAME)
 
 
 def partners(system: System, attractors, scale: np.ndarray) -> dict[int, int]:
@@ -445,15 +450,14 @@ def targets_of(attractors, radii, scale: np.ndarray, section: Section | None = N
 def resting(orbit, points: np.ndarray, radius: float, scale: np.ndarray) -> np.ndarray:
     """Return the section points (k, ns) of an orbit, or of all members of its family when a mass may rest in an interval."""
     n = orbit.system.n
-    if len(orbit.family) != 1 or orbit.family[0] >= n or not orbit.intervals or len(points) != 1 or scale.size != 2 * n \
-            or np.any(points[:, n:]):
+    if len(orbit.family) != 1 or orbit.family[0] >= n or not orbit.intervals or len(points) != 1 or not orbit.scene.closed_form:
         return points
-    (place, (low, high)), = orbit.intervals.items()
-    if not 0.0 < high - low < MOST_MEMBERS * radius * scale[place]:
+    (low, high), = orbit.intervals.values()
+    ends = line_of_members(orbit, np.array([[low], [high]]))
+    count = float(np.linalg.norm((ends[1] - ends[0]) / scale)) / radius
+    if not 0.0 < count < MOST_MEMBERS:
         return points
-    members = np.repeat(points, int(np.ceil((high - low) / (radius * scale[place]))) + 1, axis=0)
-    members[:, place] = np.linspace(low, high, len(members))
-    return members
+    return np.linspace(*ends, int(np.ceil(count)) + 1)
 
 
 def _proven(attractors, width: float, scale: np.ndarray) -> bool:

@@ -93,7 +93,7 @@ class Continuum:
 def relabelled(orbit: PeriodicOrbit, values) -> PeriodicOrbit | None:
     """Return the stable orbit with the event sequence of one and other ``values`` of the states of its `family`, or None."""
     rows = np.reshape(orbit.unknowns, (len(orbit.sequence.nodes), -1)).copy()
-    rows[:, 1 + np.array(orbit.family)] = values
+    rows[:, 1:] = orbit.labels.moved(rows[:, 1:], values)
     found = solve(orbit.system, orbit.sequence, rows.ravel(), orbit.weights, orbit.how)
     return found if found.success and found.stable else None
 

@@ -7,7 +7,7 @@ from ...orbits.shooting.signature import repeated
 from ..arithmetic.balls import flint
 from ..arithmetic.jets import Jet
 from ..candidate import Candidate, read
-from ..equations import Pieces
+from ..equations import Pieces, labels_of
 from ..events import Transition, structure
 from ..model import Model
 from .family import Family
@@ -104,6 +104,5 @@ def pieces_of(path: Along, model: Model, jet) -> Pieces:
             reset = one if reset is None else one * reset
         R.append(jet(reset))
     candidate, arb = path.candidate, flint().arb
-    return Pieces(B, R, G, model.W, model.ns, model.harmonics, candidate.span, candidate.closure, candidate.kept,
-                  [arb(float(candidate.states[0, c])) for c in candidate.kept],
-                  [arb.pi() * 2 * arb(float(t)) for t in candidate.times])
+    return Pieces(B, R, G, model.W, model.ns, model.harmonics, candidate.span, candidate.closure,
+                  *labels_of(candidate), [arb.pi() * 2 * arb(float(t)) for t in candidate.times])

@@ -20,7 +20,7 @@ import numpy as np
 from ..arithmetic.balls import below, flint, middle, size
 from ..arithmetic.forms import Form, Reach, hull
 from ..orbit import Proof, admit
-from ..spectrum import characteristic, inside_count, saltations
+from ..spectrum import characteristic, inside_count, reduced, saltations
 from .sheet import Node, Sheet
 
 WIDER = 2.5  # box tried over the residual
@@ -181,7 +181,7 @@ class Tube:
         for Phi, S in zip(solved.flow, jumps, strict=True):
             one = Phi.parts[0] * S
             M = one if M is None else one * M
-        small = M.each(lambda a: flint().arb_mat(len(places), len(places), [a[i, j] for i in places for j in places]))
+        small = M.each(lambda a: reduced(a, pieces.ns, pieces.kept, pieces.rows))
         if apart(small) or inside_count(characteristic(small.value)) is not None:
             return ""
         return "a multiplier may lie on the unit circle"

@@ -136,9 +136,8 @@ def grazing_of(point) -> Grazing | None:
 
 def classified(touch: Touch, point=None) -> Grazing:
     """Return the classification of one touch."""
-    kept = touch.problem.sequence.kept(touch.problem.scene)
-    E, h, B = (np.delete(np.delete(touch.E, kept, 0), kept, 1), np.delete(touch.h, kept), np.delete(touch.B, kept))
-    scale = np.delete(touch.problem.weights, kept)
+    labels = touch.problem.sequence.labels(touch.problem.scene)
+    E, h, B, scale = labels.reduced(touch.E), labels.seen(touch.h), touch.B[labels.rest], touch.problem.weights[labels.rest]
     E, h, B = E * scale / scale[:, None], h * scale, B / scale  # the same numbers in natural sizes
     rigid = touch.restitution is not None
     if not (np.isfinite(E).all() and np.isfinite(B).all()):

@@ -160,7 +160,7 @@ class OrbitProblem(Problem):
         self.size, self.scale = self.equations.size, self.equations.scale
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
-        self._kept = self.equations.kept
+        self._labels = self.equations.labels
         self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale, lambda: self.wide_jacobian(self.x0) * self.scale)
@@ -180,7 +180,7 @@ class OrbitProblem(Problem):
         if self._born:
             self._shrinks = len(monitors)
             monitors.append(Monitor(SpecialPointKind.HOPF, autonomous.SHRINKS, boundary=True))
-        self._tori = self.scene.ns - len(self._kept) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
+        self._tori = self.scene.ns - len(self._labels.places) - (sequence.clock > 0.0) > 1 and self.scene.n > 1
         if self._tori:
             monitors.append(Monitor(SpecialPointKind.NEIMARK_SACKER))
         self.monitors = tuple(monitors)
@@ -624,7 +624,7 @@ class OrbitProblem(Problem):
         """Columns on demand."""
         n = self.scene.n
         each = [f"{name}_{i}" for i in range(n) for name in ("max", "min", "rms", "h1")]
-        count = self.scene.ns - len(self._kept) - (self.sequence.clock > 0.0)
+        count = self.scene.ns - len(self._labels.places) - (self.sequence.clock > 0.0)
         return (*each, "period", "n_events", "stable", *(f"multiplier_{k}" for k in range(count)))
 
     def measure(self, name, xs):
@@ -681,7 +681,7 @@ class OrbitProblem(Problem):
             M = self._flow(x, whole, U)
             if len(self._known) >= KNOWN:
                 self._known.clear()
-            self._known[key] = nontrivial(self.equations, whole, U, M, self._kept)
+            self._known[key] = nontrivial(self.equations, whole, U, M, self._labels)
         return self._known[key].copy()
 
     def is_motion(self, x) -> bool:
@@ -701,7 +701,7 @@ class OrbitProblem(Problem):
         """
         s, U = self.sequence.written_out(x[:-1])
         if s.closure < 0:
-            return nontrivial(self.equations, s, U, -self._flow(x, s, U), self._kept)
+            return nontrivial(self.equations, s, U, -self._flow(x, s, U), self._labels)
         rows, count = U.reshape(len(s.nodes), -1), len(s.nodes) // 2
         if s.clock or count == 0 or len(s.nodes) % 2 or round(s.span) % 2 == 0:
             return None
@@ -713,7 +713,7 @@ class OrbitProblem(Problem):
         here, there = (self._flow(x, half, part.ravel()) for half, part in zip(halves, (first, second), strict=True))
         if np.isfinite(here).all() and not np.abs(here - there).max() <= SAME_FLOW * np.abs(here).max():
             return None
-        return nontrivial(self.equations, halves[0], first.ravel(), -here, self._kept)
+        return nontrivial(self.equations, halves[0], first.ravel(), -here, self._labels)
 
     def _flow(self, x, signature, U) -> np.ndarray:
         """Derivative (ns, ns) of the flow over the span of a signature with the unknowns ``U``."""

@@ -54,8 +54,8 @@ class Equations:
         Number n of unknowns.
     scale : ndarray (n + 1,)
         Natural sizes of unknowns and parameter; times count in quarter periods.
-    kept : list of int
-        States that nothing changes in a period, see `Signature.kept`.
+    labels : Labels
+        What nothing changes in a period, see `Signature.labels`.
     """
 
     def __init__(self, scene: Scene, path: ParameterPath, signature: Signature, weights: np.ndarray, parameter_scale=1.0):
@@ -68,8 +68,8 @@ class Equations:
         sizes = np.concatenate([[0.25], GROWTH * self.weights])
         self.scale = np.append(np.tile(sizes, len(signature.nodes)), parameter_scale)
         self.scale[:-1] *= np.sqrt(len(signature.nodes))
-        self.kept = signature.kept(scene)
-        self.closure = signature.signs(scene, self.kept)
+        self.labels = signature.labels(scene)
+        self.closure = signature.closing(self.labels)
         self.kernel = kernels(scene, sequence.__name__)
         set_clock(path.tables, signature.clock)
         self.motion = kernels(scene, motion.__name__)

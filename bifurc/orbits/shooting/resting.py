@@ -31,7 +31,7 @@ def resting_intervals(orbit) -> dict[int, tuple[float, float]]:
     family = Family(orbit)
     found = {}
     for c in orbit.family:
-        value = float(orbit.state[c])
+        value = family.value(c, family.unknowns)
         slopes = family.slopes(c)
         with np.errstate(divide="ignore", invalid="ignore"):
             away = -family.tops / slopes
@@ -41,6 +41,14 @@ def resting_intervals(orbit) -> dict[int, tuple[float, float]]:
             low, high = family.end(c, low), family.end(c, high)
         found[c] = (value + low, value + high)
     return found
+
+
+def line_of_members(orbit, values) -> np.ndarray:
+    """Return the states (k, ns) of the members of a family without events with ``values`` (k, labels), where all forces are linear
+    and they lie on a line, in a plane, and so on."""
+    family = Family(orbit)
+    along = np.array([family.tangent(c, family.unknowns)[1:] for c in orbit.family])
+    return orbit.state + (values - orbit.labels.values(orbit.state)) @ along
 
 
 def middle(orbit) -> dict[int, float]:
@@ -97,10 +105,19 @@ class Family:
         return np.array([max(self.kernel.segment_peak(T, self.mode, g, x, self.length, 0, 0)[0],
                              self.kernel.guard_value(T, self.mode, g, x)) for g in range(int(T.n_guards[self.mode]))])
 
+    def row(self, c: int) -> np.ndarray:
+        """Return the label (ns,) at the place ``c``."""
+        labels = self.equations.labels
+        return labels.rows[labels.places.index(c)]
+
+    def value(self, c: int, unknowns) -> float:
+        """Return the value of the label at the place ``c``."""
+        return float(self.row(c) @ unknowns[1:])
+
     def tangent(self, c: int, unknowns) -> np.ndarray:
         """Return the rates (1 + ns,) of the unknowns by state ``c`` along the family."""
         unit = np.zeros(1 + self.ns)
-        unit[1 + c] = 1.0 / self.weights[c]  # the row that keeps this state
+        unit[1 + c] = 1.0 / (np.abs(self.row(c)) @ self.weights)  # the equation that keeps this label
         return np.linalg.solve(self.equations.jacobian(np.append(unknowns, 0.0)), unit)
 
     def slopes(self, c: int) -> np.ndarray:
@@ -118,7 +135,8 @@ class Family:
     def at(self, c: int, value: float, guess) -> np.ndarray | None:
         """Return the unknowns of the motion with this value of state ``c``, by Newton from a guess; None: it finds none."""
         moved, tangent = guess.copy(), np.zeros(self.ns + 2)
-        moved[1 + c], tangent[-1] = value, 1.0
+        moved[1 + c] += value - self.value(c, guess)
+        tangent[-1] = 1.0
         status, x, _, _ = self.equations.correct(np.append(moved, 0.0), tangent, False)
         return x[:-1] if status == 1 else None
 
@@ -130,7 +148,7 @@ class Family:
         """
         if not math.isfinite(away):
             return away
-        value, done, step, near = self.unknowns[1 + c], 0.0, FIRST * away, self.unknowns
+        value, done, step, near = self.value(c, self.unknowns), 0.0, FIRST * away, self.unknowns
         along = self.tangent(c, near)
         for _ in range(MOST):
             x = self.at(c, value + done + step, near + step * along)

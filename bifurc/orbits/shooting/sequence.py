@@ -68,6 +68,7 @@ from ...solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 # speed implies (a reversal: the mass must be moving away), or FOREVER
 BEFORE, GUARD, AFTER, DIVIDE, CLOSES, ENDING, STARTS = range(7)
 TOGETHER = -1
+KEPT, ODD = 0.0, 2.0  # in place of the sign of a state: what nothing changes keeps the value it has; is zero, by symmetry
 FOREVER = ORDER + 1  # order at the start of a guard that what is held keeps at zero: no event of its own
 SHORT = 0.01  # periods
 CLOCK = 64.0 * 2.2e-16  # periods: a shorter flight is rounding
@@ -80,6 +81,7 @@ NEAR = 1e-4  # a step so small is followed by next to none
 SECANT = 1e-2  # a step so small (scaled) is followed by secant steps, which ask for the residual alone,
 PART = 0.1  # as long as each is a part of the one before
 SETTLED = 2e-14  # scaled: what may be left of the way behind the last one; less is left, since they become better
+FOLLOWS = 1e-24  # of the square of a row: what other rows leave of it is rounding
 LEAP = 1e-12  # relative difference of two rows that are two
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
@@ -142,9 +144,10 @@ def reset(T, m, g, closes, x, xp, P):
     for i in range(ns):
         for c in range(nx):
             Q[i, c] = 1.0 if i == c else 0.0
+    done = np.empty((2 * T.n_holds[m], nx))
     for k in range(T.n_holds[m]):
-        clear(T.S[m, k], Q)
-        clear(T.H[m, k], Q)
+        clear(T.S[m, k], done, 2 * k, Q)
+        clear(T.H[m, k], done, 2 * k + 1, Q)
     if T.n_holds[m] > 0:
         for i in range(ns):
             held[i] = 0.0
@@ -166,13 +169,27 @@ def reset(T, m, g, closes, x, xp, P):
 
 
 @njit
-def clear(row, P):
-    """Change the affine map ``P`` (ns, nx) so that ``row`` (nx,) of its image is zero."""
+def clear(given, done, count, P):
+    """Change the affine map ``P`` (ns, nx) so that the row ``given`` (nx,) of its image is zero, as the first ``count`` rows of
+    ``done`` (2 k, nx) are; the new one, made orthogonal to them in the states, is written behind them."""
     ns, nx = P.shape
+    row, whole = done[count], 0.0
+    row[:] = given
+    for i in range(ns):
+        whole += row[i] * row[i]
+    for k in range(count):
+        along, size = 0.0, 0.0
+        for i in range(ns):
+            along += row[i] * done[k, i]
+            size += done[k, i] * done[k, i]
+        if along != 0.0:
+            for c in range(nx):
+                row[c] -= done[k, c] * (along / size)
     square = 0.0
     for i in range(ns):
         square += row[i] * row[i]
-    if square == 0.0:
+    if square <= FOLLOWS * whole:  # none, or one that the others make zero
+        row[:] = 0.0
         return
     for c in range(nx):
         value = row[c] if c >= ns else 0.0
@@ -199,10 +216,10 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
     ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections (``span`` = 0: normal and value of the section, (ns + 1,)),
-    ``closure`` (ns,) signs of the closing map, ``weights`` (ns,) natural sizes of the states (rows are scaled).  The first
-    columns of ``C`` (n, 2 + ns) are the part of those of ``J`` that node 0 has as the closing node: the Jacobian with the
-    factor mu on it is ``J + (mu - 1) C``.  With ``span`` = 0 its last column is the derivative in the time at which node 0
-    begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
+    ``closure`` (1 + k, ns) the closing map, see `Signature.closing`, ``weights`` (ns,) natural sizes of the states (rows are
+    scaled).  The first columns of ``C`` (n, 2 + ns) are the part of those of ``J`` that node 0 has as the closing node: the
+    Jacobian with the factor mu on it is ``J + (mu - 1) C``.  With ``span`` = 0 its last column is the derivative in the time at
+    which node 0 begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
     """
     step = T.step
     count = nodes.shape[0]
@@ -287,13 +304,19 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
                     for q in range(ns):
                         total += Phi[c, q] * P[q, k]
                     PhiP[c, k] = total
+        label = 0
         for c in range(ns):
             r = base + 1 + c
-            sign = closure[c] if last else 1.0
-            if sign == 0.0:  # nothing writes this state in a period: it labels the orbits of a family and is kept
+            sign = closure[0, c] if last else 1.0
+            if sign == KEPT or sign == ODD:  # nothing changes this combination in a period: it labels the orbits of a family
+                label += 1
+                scale = scale_of(closure[label], weights)
                 F[r] = 0.0
-                if want > 0.0:
-                    J[r, 1 + c] = 1.0 / weights[c]
+                for k in range(ns):
+                    if sign == ODD:
+                        F[r] += closure[label, k] * U[1 + k] / scale
+                    if want > 0.0:
+                        J[r, 1 + k] = closure[label, k] / scale
                 continue
             F[r] = (y1[c] - sign * U[nxt * size + 1 + c]) / weights[c]
             if want > 0.0:
@@ -415,7 +438,7 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             scale = scale_of(row, weights)
             if listed == 2:
                 for c in range(ns):
-                    x[c] = (closure[c] if last else 1.0) * U[nxt * size + 1 + c]
+                    x[c] = (-1.0 if last and closure[0, c] < 0.0 else 1.0) * U[nxt * size + 1 + c]
                 forcing(T, (U[nxt * size] + (span if last else 0.0)) * period, x)
                 listed = 1 if abs(guard_value(T, after, q, x)) < 1e-6 * scale else 0
             if start < 0:

@@ -14,7 +14,8 @@ from ...compose.writer import kernels
 from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from ...elements.stops import FREE
 from .births import law_guards, needs_samples, sampled_orders
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
+from .labels import Labels
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, KEPT, ODD, STARTS, TOGETHER
 
 PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
 MOST = 5  # orders looked at
@@ -66,38 +67,35 @@ class Signature:
         """Number of listed events."""
         return int(np.count_nonzero(self.nodes[:, GUARD] >= 0))
 
-    def signs(self, scene: Scene, kept: list[int] | None = None) -> np.ndarray:
-        """Closing map as signs of the states (ns,); 0 for states that nothing writes in a period: they label a family.
+    def closing(self, labels: Labels) -> np.ndarray:
+        """Return the closing map as the kernels read it (1 + k, ns): the signs of the states, `KEPT` or `ODD` at the places of
+        labels, and the rows of these.  Where half a period turns the state round, what nothing changes is zero."""
+        signs = np.full(labels.rows.shape[1], float(self.closure))
+        signs[list(labels.places)] = KEPT if self.closure > 0 else ODD
+        return np.vstack([signs, labels.rows])
 
-        ``kept`` are those, where they are known.
+    def labels(self, scene: Scene, velocities=False) -> Labels:
+        """Return what no event and no mode of the orbit changes: memory never written, rows of coordinates always held; with
+        ``velocities`` those of such rows too, where no section puts them to rest.
         """
-        signs = np.full(scene.ns, float(self.closure))
-        if self.closure > 0:
-            signs[self.kept(scene) if kept is None else kept] = 0.0
-        return signs
-
-    def kept(self, scene: Scene, velocities=False) -> list[int]:
-        """Return the states that no event and no mode of the orbit changes: memory never written, coordinates always held; with
-        ``velocities`` those of such coordinates too, where no section puts them to rest.
-        """
-        T = scene.tables
-        modes = {int(m) for m in self.nodes[:, AFTER]}
-        found = []
+        T, n = scene.tables, scene.n
+        modes = sorted({int(m) for m in self.nodes[:, AFTER]})
+        jumps = [slope_of_jump(scene, T, int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
         unit = np.eye(scene.ns, T.A.shape[2])
-        events = [(int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
-        for c in range(2 * scene.n, scene.ns):
-            if all(not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes) \
-                    and all(np.array_equal(slope_of_jump(scene, T, m, g)[c], unit[c]) for m, g in events):
-                found.append(c)
-        first = min(modes)
-        for row, surface in zip(T.H[first, :T.n_holds[first]], T.S[first, :T.n_holds[first]], strict=True):
-            if row[scene.ns:].any() or surface.any() or not all((T.H[m, :T.n_holds[m]] == row).all(axis=1).any() for m in modes):
-                continue  # carried along by a belt, at rest on a surface, or not held all the time
-            place = int(np.argmax(np.abs(row[scene.n:2 * scene.n])))  # one coordinate of every held row
-            for state in (place, scene.n + place)[:2 if velocities and len(events) == len(self.nodes) else 1]:
-                if state not in found and all(np.array_equal(slope_of_jump(scene, T, m, g)[state], unit[state]) for m, g in events):
-                    found.append(state)
-        return sorted(found)
+        found = [unit[c] for c in range(2 * n, scene.ns) if all(
+            not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes)]
+        held = [T.H[m, :T.n_holds[m]] for m in modes]
+        fixed = [rows[T.S[m, :len(rows)].any(axis=1), n:2 * n] for m, rows in zip(modes, held, strict=True)]
+        still = [] if not all(map(len, held)) else np.unique(np.concatenate(held), axis=0)
+        for row in still:  # not carried along by a belt, not on a surface, and held all the time
+            if row[scene.ns:].any() or not all(combined_of(row, rows, scene.ns) for rows in held) \
+                    or any(len(rows) and combined_of(row[n:2 * n], rows, n) for rows in fixed):
+                continue
+            found.append(np.concatenate([row[n:2 * n], np.zeros(len(row) - n)]))
+            if velocities and len(jumps) == len(self.nodes):
+                found.append(row)
+        kept = [row[:scene.ns] for row in found if all(np.array_equal(row[:scene.ns] @ P, row) for P in jumps)]
+        return Labels.of(np.reshape(kept, (-1, scene.ns)))
 
     def creeping(self, scene: Scene) -> list[int]:
         """Return the elements that, at rest otherwise, slip in one direction only: not back where they began after a period, or by
@@ -291,11 +289,12 @@ def vanishes(row, basis) -> bool:
 
 def combined_of(row, held, ns: int) -> bool:
     """Whether a row (nx,), not zero, is a combination of rows (k, nx) that are held at zero.  The first ``ns`` entries, of the
-    states, give the factors; every entry is compared with its own terms, since nothing tells the size of a state."""
+    states, give the factors; every entry is compared with its own terms, as large as the largest factor makes them, since nothing
+    tells the size of a state."""
     size = np.sqrt((held[:, :ns]**2).sum(axis=1))
     held = held[size > 0.0] / size[size > 0.0, None]
     factors = np.linalg.lstsq(held[:, :ns].T, row[:ns], rcond=None)[0]
-    terms = np.abs(row) + np.abs(factors) @ np.abs(held)
+    terms = np.abs(row) + np.abs(factors).max(initial=0.0) * np.abs(held).sum(axis=0)
     return bool(row.any() and (np.abs(row - factors @ held) <= PROPORTIONAL * terms).all())
 
 
