@@ -25,6 +25,7 @@ from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, next_to, pair_on_circle, passes
 
 crosses = steplaw.crosses.py_func
+NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a boundary that it is linear there
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
 ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
@@ -185,8 +186,8 @@ def crossed(half, row, new, cut):
         if cause is not None:
             return None, cause
         begins = bool(part.born) and (len(half.rows) < 2 or half.rows[-2].part is not part)
-        if crossing is not None and (at_boundary and abs(crossing.s - new.s) < AT_BOUNDARY
-                                     or begins and abs(crossing.s - row.s) < AT_BOUNDARY):
+        if crossing is not None and (at_boundary and beside_edge(new, row, cut.test, crossing.s)
+                                     or begins and beside_edge(row, new, part.born, crossing.s)):
             crossing = None  # an interval of no duration makes the equations singular on the boundary itself
         if crossing is not None:
             found.append(crossing)
@@ -234,6 +235,14 @@ def crossed(half, row, new, cut):
         found += torus(half, row, new, cut, found)
     found.sort(key=lambda special: special.s)
     return found, None
+
+
+def beside_edge(edge, inner, j, s) -> bool:
+    """Whether a place ``s`` is that of the boundary on which the row ``edge`` lies: between it and the zero of the test ``j``, of
+    which the row may have a little more or less."""
+    a, b = inner.tests[j], edge.tests[j]
+    zero = inner.s + (edge.s - inner.s) * a / (a - b) if abs(b) < NEAR_EDGE * abs(a) else edge.s
+    return min(zero, edge.s) - AT_BOUNDARY < s < max(zero, edge.s) + AT_BOUNDARY
 
 
 def torus(half, row, new, cut, found):
