@@ -217,7 +217,8 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
             for i in range(first, then.shape[2]):  # a complete chattering that closes comes first
                 if i < 0:
                     c = ends_in[m, g]
-                    for k in range(nx):
+                    jumped(T, m, g, x, arrive, xp)  # writes the memory of what slipped until then
+                    for k in range(2 * T.LP.shape[2]):
                         xp[k] = rested[k]
                 elif i == 0:
                     span = 0.0
