@@ -1,0 +1,33 @@
+"""Branches of the random systems of `test_settled_motions`: every row is a motion, every end is one, from either end the same."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from studies import branch_audit as audits
+
+from .test_settled_motions import drawn
+
+
+def audited(seed):
+    """Return what the study `branch_audit` says of one branch."""
+    system = drawn(seed)
+    name, bounds = audits.parameter_of(np.random.default_rng([seed, 31]), system)
+    row = audits.Audited("wide", seed, name)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds, max_steps=audits.MAX_STEPS)
+    audits.judge_rows(branch, row)
+    row.ends = [repr(end) for end in branch.ends if end.reason not in audits.PHYSICAL]
+    row.ok = branch.audit.ok
+    row.one_way = audits.one_way(branch, name, bounds)
+    row.starts = audits.other_starts(branch, name, bounds, np.random.default_rng(seed))
+    return row
+
+
+@pytest.mark.parametrize("seed", [
+    pytest.param(5018, id="a stick and the slip behind an impact, which lasts as its square, vanish together"),
+    pytest.param(5025, id="a slider begins to slip both ways, where the equations lose two ranks"),
+    pytest.param(5044, id="a slider that slipped until a mass comes to rest, with no restitution and hardly any"),
+    pytest.param(5045, id="masses that stick to each other all the time"),
+])
+def test_branches_are_the_same_from_everywhere(seed):
+    row = audited(seed)
+    assert row.rows > 2 and (row.not_repeated, row.failed, row.ends, row.one_way, row.starts, row.ok) == (0, 0, [], [], [], True)
