@@ -20,7 +20,7 @@ FLAT, STRAIGHT = 1e-2, 0.1  # longest Newton step to a corner, part of the inter
 SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
 LEVEL = 1e-9  # of the values at the ends of a bracket, at which it is shrunk enough
-KNOWN = 1e-7  # of the bracket: so well the last two values must tell the place, which one that is flat before a corner does not
+KNOWN = 1e-7  # of the bracket: so well the last two values on one side must tell the place, which those of a flat one do not
 FLOOR = 1e-14  # of a scaled test: smaller values are rounding
 # places in a `box`: what the caller answers, value and parameter; then the best place so far with both, and whether it was asked;
 # whether the search came to its end; of the zero the interval with the sign change, error of its place, slope, noise and second
@@ -50,7 +50,7 @@ def enclosing(box, a, fa, b, fb, guess):
         box[AT], box[LEAST] = b, fb
     if box[LEAST] == 0.0:
         return
-    span, last, old = b - a, box[AT], box[LEAST]
+    span = b - a
     t = guess if a < guess < b else a + (b - a) * fa / (fa - fb)
     t = min(max(t, a + 1e-3 * (b - a)), b - 1e-3 * (b - a))
     for _ in range(SUPERLINEAR):
@@ -58,10 +58,7 @@ def enclosing(box, a, fa, b, fb, guess):
         value = box[VALUE]
         if abs(value) <= abs(box[LEAST]):
             box[AT], box[LEAST], box[THERE], box[ASKED] = t, value, box[PARAMETER], 1.0
-        if abs(value) <= level and (abs(value) <= FLOOR or abs(value) * abs(t - last) <= KNOWN * span * abs(value - old)):
-            return
-        last, old = t, value
-        # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out
+        # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out, on its own
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
             a, fa = t, value
@@ -69,6 +66,8 @@ def enclosing(box, a, fa, b, fb, guess):
             c, fc = b, fb
             b, fb = a, fa
             a, fa = t, value
+        if abs(value) <= level and (abs(value) <= FLOOR or abs(value * (t - c)) <= KNOWN * span * abs(value - fc)):
+            return
         width = b - a
         if abs(width) <= 1e-12:
             return
