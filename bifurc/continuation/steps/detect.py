@@ -180,14 +180,19 @@ def crossed(half, row, new, cut):
         return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
     found = []
     crossing = None
+    begins = len(half.rows) < 2 or half.rows[-2].part is not part
+
+    def at_end(s):
+        return at_boundary and beside_edge(new, row, cut.test, s)
+
+    def at_start(s):
+        return begins and (beside_edge(row, new, part.born, s) if part.born > 0 else abs(s - row.s) < AT_BOUNDARY)
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
             nearly_singular(half.rows, row, new.det_log, new.s - row.s) and not row.singular):
         crossing, cause = branch_point(row, new)
         if cause is not None:
             return None, cause
-        begins = bool(part.born) and (len(half.rows) < 2 or half.rows[-2].part is not part)
-        if crossing is not None and (at_boundary and beside_edge(new, row, cut.test, crossing.s)
-                                     or begins and beside_edge(row, new, part.born, crossing.s)):
+        if crossing is not None and (at_end(crossing.s) or at_start(crossing.s)):
             crossing = None  # an interval of no duration makes the equations singular on the boundary itself
         if crossing is not None:
             found.append(crossing)
@@ -223,6 +228,12 @@ def crossed(half, row, new, cut):
                 return None, (StopReason.DS_MIN, 0.5, f"a {part.kinds[j]!s} could not be located")
             special = guessed(part, a, b, j)
         if j and not part.problem.confirm(part.kinds[j], special.x):
+            continue
+        if j == 0 and (at_end(special.s) or part.born > 0 and at_start(special.s)):
+            if at_end(special.s):  # the parameter stands still where an event is born: whether it turns, both sides tell
+                half.slope = float(sign)
+            else:
+                half.signs[0] = 0
             continue
         if j == 0:
             special.reverses = True
