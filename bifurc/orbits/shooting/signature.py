@@ -102,7 +102,7 @@ class Signature:
         nothing, in an interval that rounding tells from none."""
         words = [scene.keys[mode] for mode in self.nodes[:, AFTER]] if self.closure > 0 else []
         return [e for e, element in enumerate(scene.system.elements)
-                if len(slips := {key[e] for key in words} - {STICK}) == 1 and slips <= {SLIP_UP, SLIP_DOWN}
+                if len(slips := {str(key[e])[:len(SLIP_UP)] for key in words} - {STICK}) == 1 and slips <= {SLIP_UP, SLIP_DOWN}
                 and any(key[e] == STICK for key in words) and not np.any(element.site(scene.n).drift)]
 
     def unmoved(self, scene: Scene) -> list[int]:
