@@ -236,3 +236,17 @@ def test_a_row_leaves_through_the_bound_on_which_it_lies():
     for p, slope, leaves in ((2.0, 0.1, True), (2.0, -0.1, False), (-1.0, -0.1, True), (-1.0, 0.1, False), (0.0, 0.1, False),
                              (2.0, 1e-12, False), (-1.0, -1e-12, False)):
         assert arclength.outward(SimpleNamespace(p=p, tests=[slope]), options) is leaves
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_point_on_a_bound_is_looked_for_where_the_step_crosses_it(way):
+    """p = u: from 0 to 1 (or back to -1) the bound at .75 is crossed there, and the search begins there."""
+    problem = Scalar(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 0.0, 0.0, scale_u=1.0, scale_p=1.0)
+    part, t, asked = Part(problem, 0), way * np.array([1.0, 1.0]) / math.sqrt(2.0), []
+    row, beyond = (Row(Corrected(way * np.array([at, at]), t, True, CorrectorStatus.CONVERGED, 3, 0.0, 0.0, 0.0, 1.0, 0.0,
+                                 np.zeros(0)), part, math.sqrt(2.0) * at, 0.0, [t[1]], 0.1) for at in (0.0, 1.0))
+    half, correct = Half(row, SimpleNamespace(**{**vars(OPTIONS), "low": -0.75, "high": 0.75})), problem.correct
+    problem.correct = lambda x, tangent, fixed=False: asked.append(x.copy()) or correct(x, tangent, fixed)
+    new, cause = half.onto_bound(row, beyond)
+    assert cause is None and new.p == way * 0.75 and new.s == pytest.approx(0.75 * math.sqrt(2.0))
+    np.testing.assert_allclose(asked[0], [way * 0.75] * 2, atol=1e-8)
