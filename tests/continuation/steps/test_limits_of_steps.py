@@ -269,3 +269,11 @@ def test_between_two_pairs_that_have_changed_sides_is_the_middle_of_their_passag
     for (low, high), (first, last), place in (((0.9, 1.1), (1.2, 0.95), 0.65), ((0.99, 1.09), (1.01, 0.91), 0.1),
                                               ((0.9, 1.3), (1.1, 0.7), 0.25), ((0.9, 0.95), (1.2, 1.1), 0.5)):
         assert tori.doubt(pairs(low, first), pairs(high, last))[1] == pytest.approx(place, abs=1e-9)
+
+
+@pytest.mark.parametrize("away, noted", [(1e-9, False), (1e-6, False), (1e-4, False), (0.2, True)])
+def test_what_touches_zero_beside_the_birth_of_an_event_is_that_birth(away, noted):
+    """Where an event is born other tests may begin at zero with the square of the way: no touch that is left unresolved."""
+    half, row, new = walk(Line(edge(lambda p: 0.1 - p), user(lambda p: (p - 0.1 - away)**2)), 0.1, 0.5, 0.9, born=1)
+    half.edge, half.sizes = 1e-9, [1.0, 1.0, 1.0]
+    assert hidden.dip(half, row, new) is None and bool(half.unresolved) is noted
