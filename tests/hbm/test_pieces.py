@@ -1,5 +1,6 @@
 """Pieces of harmonic balance against sums and integrals written out: laws, measures, errors, series, friction, propagators."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -397,6 +398,13 @@ def test_a_condensed_balance_is_the_whole_one_without_what_friction_does_not_tou
     )  # its resonance
 
 
+class OnShakenFloor(Coulomb):
+    """Friction on a floor that moves by -3 cos 2 omega t."""
+
+    def site(self, n):
+        return dataclasses.replace(super().site(n), base=(3.0 * cos(2),))
+
+
 def test_contacts_of_a_system_carry_belts_moving_floors_and_loads():
     omega = 1.4
     belt = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), Coulomb(0.5, belt_speed=0.3)], omega=omega)
@@ -404,6 +412,12 @@ def test_contacts_of_a_system_carry_belts_moving_floors_and_loads():
     np.testing.assert_allclose(contact.speed, [-0.3])
     np.testing.assert_allclose(contact.upper, [0.5])
     np.testing.assert_allclose(contact.lower, [-0.5])
+    for periods in (1, 2):
+        shaken = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), OnShakenFloor(0.5)], omega=omega)
+        (contact,) = contacts_of(Balance(shaken, Layout((0, 1, 2, 4), 1, periods)))
+        want = np.zeros(1 + 2 * periods, complex)  # of d/dt (3 cos 2 omega t) = -6 omega sin 2 omega t
+        want[2 * periods] = 6.0j * omega
+        np.testing.assert_allclose(contact.speed, want)
     expression = affine(2.0) + 3.0 * cos(1) - 4.0 * sin(2)
     np.testing.assert_allclose(_phasors(expression, 1), [2.0, 3.0, 4.0j])
     np.testing.assert_allclose(_phasors(expression, 2), [2.0, 0.0, 3.0, 0.0, 4.0j])

@@ -310,3 +310,18 @@ def test_moving_belt_slips_all_period():
     free = np.linalg.solve(linear.blocks, linear.load)
     free[0] = 1.0
     assert found.success and np.abs(found.x - free).max() <= 1e-9
+
+
+@pytest.mark.parametrize("mean, wave", [(1.0, 0.4), (0.5, 1.2)])
+def test_a_reversal_counts_with_the_load_it_meets_and_not_where_the_contact_is_apart(mean, wave):
+    """s = cos t turns at pi / 2 and 3 pi / 2, where mu N is mean - wave and mean + wave: pulses of twice that over |s'| = 1."""
+    bound = np.array([mean, 1j * wave])  # mean - wave sin t
+    found = pattern(np.array([0.0, 1.0 + 0j]), bound, -bound, 0.0, 4, 8)
+    k = np.arange(9)
+    want = sum(2.0 * max(load, 0.0) * np.exp(-1j * k * at) for load, at in ((mean - wave, 0.5 * np.pi), (mean + wave, 1.5 * np.pi)))
+    np.testing.assert_allclose(found.slope, want / (2.0 * np.pi), atol=1e-12)
+    t = 2.0 * np.pi * (np.arange(200000) + 0.5) / 200000
+    force = np.maximum(mean - wave * np.sin(t), 0.0) * np.sign(np.cos(t))
+    for h in range(5):
+        phasor = (2.0 if h else 1.0) * (force * np.exp(-1j * h * t)).mean()
+        assert found.force[h] == pytest.approx(phasor if h else phasor.real, abs=1e-4)

@@ -88,3 +88,17 @@ def test_rest_is_where_the_reactions_fit(rng):
         for mean, reaction, limit in zip(means, reactions, limits, strict=True):
             top, bottom = 0.2 + limit - (mean + reaction).max(), (mean + reaction).min() - (0.2 - limit)
             assert top == pytest.approx(bottom, abs=2e-2 * limit) and top > 0.0
+
+
+def test_rest_without_a_mean_asks_for_the_load_itself_to_fit():
+    """One mass at rest carries the whole load, 2 cos t - .6 sin 3t: in odd harmonics no mean shifts what does not fit."""
+    layout, load = Layout((1, 3), 1), np.zeros(4)
+    load[0], load[3] = 2.0, -0.6
+    rest = Linear.of(layout, OMEGA, 1.0, 0.1, 1.0, load)
+    t = np.linspace(0.0, 2.0 * np.pi, 100001)
+    top = np.abs(2.0 * np.cos(t) - 0.6 * np.sin(3.0 * t)).max()
+    for share, rests in ((1.001, True), (0.999, False)):
+        for upper, lower in ((share, -share), (share, -1.5), (1.5, -share)):
+            contact = Contact(np.ones(1), constant(upper * top), constant(lower * top))
+            result = at_rest(Balance(layout, OMEGA, rest, [contact]), 1e-11, 30)
+            assert (result is not None) is rests

@@ -27,10 +27,11 @@ def coupled(u0, u1, s0, s1, a, b):
     return -a * u1 - b * s1, 0.5 * a * u0 - 0.2 * b * s0
 
 
-def test_a_law_of_two_rows_is_linearised_row_by_row():
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.4])  # without it the transposed slopes have the same multipliers
+def test_a_law_of_two_rows_is_linearised_row_by_row(gyroscopic):
     """A linear law whose slopes are not symmetric: the multipliers are those of the linear system."""
     law = bf.elements.Force(coupled, site=np.eye(2), a=0.3, b=0.15)
-    K, C = np.diag([1.0, 2.0]), np.diag([0.1, 0.2])
+    K, C = np.diag([1.0, 2.0]), np.array([[0.1, gyroscopic], [-gyroscopic, 0.2]])
     system = bf.System(np.eye(2), C, K, [bf.elements.HarmonicForce(1.0), law], omega=1.3)
     orbit = bf.find_orbit(system, method=bf.HarmonicBalance(3))
     whole = K + 0.3 * np.array([[0.0, 1.0], [-0.5, 0.0]]), C + 0.15 * np.array([[0.0, 1.0], [0.2, 0.0]])

@@ -6,7 +6,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
-from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStator
+from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStator, Stribeck
 from bifurc.elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from bifurc.orbits import least
 from bifurc.orbits.shooting import refused
@@ -80,6 +80,16 @@ def test_where_another_contact_changes_with_it_the_mode_of_the_listed_key_is_non
         return earlier_modes(scene, Signature(np.array([[before, guard, after, 0, 0]]), np.zeros(1), 1.0))
     assert listed(both) == []
     assert [scene.keys[one.mode][1:] for one in listed(turned)] == [(STICK, SLIP_UP)]
+
+
+@pytest.mark.parametrize("belt", [0.0, 0.3, -0.2])
+def test_friction_that_grows_toward_rest_leaves_no_other_condition_wherever_the_belt_goes(belt):
+    """Its limit of stick is that of slip at rest relative to the belt: the rate behind the reversal is what pulls beyond it there,
+    and at no other speed."""
+    falling = Stribeck(kinetic=0.2, static=0.3, speed=0.4, belt_speed=belt)
+    orbit = bf.find_orbit(bf.System(1.0, 0.1, 1.0, (HarmonicForce(F), falling), omega=W), closure=1)
+    found = earlier_modes(orbit.scene, orbit._whole[0])
+    assert orbit.success and len(found) == 2 and not Refusal(orbit.equations, found, 0.0)
 
 
 def test_a_condition_is_another_one_times_a_constant():

@@ -133,3 +133,14 @@ def test_what_lets_go_keeps_its_volumes():
     assert any(event.kind == "chatter" for event in rests.events)
     kicks, log = lyapunov._contraction(scene_of(soft), rests.recorded, rests.stop)
     assert log == -np.inf and kicks == sum(event.kind in ("impact", "chatter") for event in rests.events)
+
+
+def test_exponents_are_sorted_with_their_own_errors():
+    """A mass that creeps home (-.5 and -2 exactly) is listed before one that hits its stop in chaos, and knows nothing of it."""
+    system = bf.System(np.eye(2), np.diag([2.5, 0.0]), np.eye(2), [
+        bf.elements.HarmonicForce(0.3, dof=0), bf.elements.HarmonicForce(1.0, dof=1),
+        bf.elements.RigidStop(gap=0.0, restitution=0.8, dof=1)], omega=2.8)
+    found = bf.lyapunov_exponents(system, (0.0, -0.5, 0.0, 0.0), periods=200, transient=100)
+    assert found.chaotic and (np.diff(found.values) < 0.0).all()
+    assert found.values[2:] == pytest.approx([-0.5, -2.0], abs=1e-9)
+    assert found.errors[:2].min() > 10.0 * found.errors[2] and found.errors[:2].min() > 4.0 * found.errors[3]

@@ -114,7 +114,7 @@ def maxima(problem, x, known, nearby=NEARBY):
     tau = x[0] + s.span * np.arange(count + 2) / count  # the last two begin the next period
     y = np.empty((count + 2, scene.ns))
     e.motion.states(T, s.nodes, s.span, x[:-1], tau[:count], y[:count])
-    y[count:] = y[:2] * (1.0 if s.closure > 0 else -1.0)
+    y[count:] = y[:2]
     joined = np.hstack([y, scene.forcing(tau * 2.0 * np.pi / (scene.omega or 1.0))])
     at = np.searchsorted(x[:-1:1 + scene.ns], np.append(tau[:count], tau[:2]), side="right") - 1
     modes = s.nodes[at, AFTER]

@@ -11,7 +11,7 @@ from .rows import Curve, Row, tests_of
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
 BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
 STATES = 1e-3  # of the test of a boundary, which is scaled: the least size of the states that it is made of
-LOOKS = 6  # places in a step at which it is looked whether an interval lasts no time, at most
+APART, LOOKS = 1e-4, 6  # part of a span within which two places are one; most at which an interval is seen to last no time
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
 
@@ -249,9 +249,9 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
         band = max(band, rounding(half, j))
     edges = first_edge(half, row), ends
     zero = [on_boundary(half, end) and abs(v) <= band for end, v in zip((row, new), outer, strict=True)]
-    low, high = 0.0, 1.0
+    low, high, least, aside = 0.0, 1.0, math.inf, []
+    t = min(max(t, APART), 1.0 - APART)  # a least value at an end is looked for beside it: what the end has is known
     points = [(low, outer[0]), (high, outer[1])]
-    least, aside = math.inf, []
 
     def is_end(k, t, f, c):
         """Whether a place of the step is its end ``k`` on a boundary: equations say so, or the test is zero from there to it."""
@@ -297,7 +297,7 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
             t = cornered(points, k)
             if t is None:
                 return None
-        if min(abs(t - t0), abs(t - t1), abs(t - t2)) < 1e-4 * (t2 - t0):  # a golden step keeps the three points apart
+        if min(abs(t - t0), abs(t - t1), abs(t - t2)) < APART * (t2 - t0):  # a golden step keeps the three points apart
             t = t1 + 0.1 * ((t2 - t1) if t2 - t1 > t1 - t0 else (t0 - t1))
         if not low < t < high:  # least at an end, as of a test that is zero where its equations begin
             return None

@@ -78,8 +78,9 @@ def followed(row, lines, signs) -> list:
         length, angle, misfit, after, iterations, residual, sign, log = numbers[-TOLD:]
         c = Corrected(line[:width], line[width:2 * width], True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0,
                       sign, log, NO_MONITORS)
+        turn = row.turn + angle
         row = Row(c, row.part, row.s + length, angle, numbers[:-TOLD], after)
-        row.bend, row.misfit, row.signs, row.turn = angle / length, misfit, signs, row.turn + angle
+        row.bend, row.misfit, row.signs, row.turn = angle / length, misfit, signs, turn
         made.append(row)
     return made
 

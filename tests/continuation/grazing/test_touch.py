@@ -1,5 +1,6 @@
 """Touches of a linear motion that only just reaches its stop: instant, state, rates, kick and linear map in closed form."""
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -143,3 +144,41 @@ def test_two_tops_of_one_motion_are_two_touches_in_order_of_time():
         np.testing.assert_allclose(touch.E, expm(LINEAR * 2.0 * np.pi / W), atol=1e-12)
     known = [item[:3] for item in found]
     assert not list(maxima(problem, problem.x0, known)) and len(list(maxima(problem, problem.x0, known[:1]))) == 1
+
+
+@pytest.mark.parametrize("phase", [-0.8, 0.0, 0.8])
+def test_beside_the_top_that_touches_the_highest_of_the_others_is_told(phase):
+    """q = Re(P1 exp(i W t) + P3 exp(3 i W t)) has three tops of different heights."""
+    f3 = 6.0
+    P3 = f3 * np.exp(1j * phase) / (1.0 - 9.0 * W * W + 6j * ZETA * W)
+
+    def motion(t, order=0):
+        return np.real((1j * W)**order * PHASOR * np.exp(1j * W * t) + (3j * W)**order * P3 * np.exp(3j * W * t))
+    t = 2.0 * np.pi / W * np.arange(20000) / 20000
+    q = motion(t)
+    tops = t[(q > np.roll(q, 1)) & (q > np.roll(q, -1))]
+    for _ in range(5):
+        tops = tops - motion(tops, 1) / motion(tops, 2)
+    heights = np.sort(motion(tops))[::-1]
+    assert len(tops) == 3 and np.diff(heights).max() < -1e-2
+    system = System(1.0, 2.0 * ZETA, 1.0, (HarmonicForce(F), HarmonicForce(f3, harmonic=3, phase=phase, label="third"), RigidStop(
+        heights[0] * (1.0 + 1e-10), 0.6)), omega=W)
+    orbit = bf.find_orbit(system, guess=(float(motion(0.0)), float(motion(0.0, 1))))
+    problem = orbit_problem(orbit, "third.amplitude", (0.5 * f3, 2.0 * f3))
+    other, at, item = touching(problem, problem.x0)
+    condition = Touching(other, at, item)
+    assert condition.values(other, at)[1] == pytest.approx((heights[1] - heights[0]) / problem.weights[0], rel=1e-6)
+
+
+def test_which_top_is_followed_is_told_by_the_latest_points_of_the_curve():
+    """Two tops of one motion: the nearest point of the curve, in scaled unknowns, says which is meant."""
+    condition = object.__new__(Touching)
+    tables = SimpleNamespace(flat=np.array([2.0 * np.pi]), step=np.array([0.1]))
+    problem = SimpleNamespace(scale=np.array([1.0, 100.0]), equations=SimpleNamespace(numbers_at=lambda p: tables))
+    condition.mode, asked = 0, []
+    condition.series = lambda problem, x, tau: asked.append(tau) or np.array([0.5, 0.0, -1.0])
+    condition.size = lambda problem, x, tau: 2.0
+    condition.first, condition.latest = (np.array([0.0, 0.0]), 0.1), [(np.array([0.5, 10.0]), 0.4), (np.array([1.0, 20.0]), 0.7)]
+    for x, tau in (((0.1, 15.0), 0.1), ((0.45, 0.0), 0.4), ((0.9, 0.0), 0.7), ((3.0, 15.0), 0.7)):
+        asked.clear()
+        assert condition.top(problem, np.array(x)) == (0.25, tau) and asked[0] == tau

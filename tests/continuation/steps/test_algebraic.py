@@ -11,8 +11,7 @@ from bifurc.continuation.steps import detect, hidden
 from bifurc.continuation.steps import rows as branch_rows
 from bifurc.continuation.steps.arclength import Half, StepOptions
 from bifurc.continuation.steps.rows import Part, Row
-
-from .problems import (
+from tests.continuation.problems import (
     STEPS,
     Bratu,
     Product,

@@ -16,8 +16,7 @@ from bifurc.continuation import (
     switch_branch,
     trace,
 )
-
-from .problems import Free, Scalar, circle, hysteresis, parabola, pitchfork
+from tests.continuation.problems import Free, Scalar, circle, hysteresis, parabola, pitchfork
 
 
 def line(function=lambda u, p: u - p, u0=0.0, p0=0.0, cls=Scalar):

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from bifurc.continuation import Monitor, Problem, StopReason, trace
-
-from .problems import GRAZE, P_GRAZE, Free, Hit, Scalar
+from tests.continuation.problems import GRAZE, P_GRAZE, Free, Hit, Scalar
 
 SERIES = {  # p - P_GRAZE = c1 w + c2 w^2 + c3 w^3 behind the boundary
     "contact is born with dp/ds = 0 and turns back": (0.0, -1.0, 4.0),

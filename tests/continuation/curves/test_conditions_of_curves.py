@@ -270,6 +270,15 @@ def test_unfolded_equations_of_a_branch_point():
     assert made.to_record() == {"kind": "unfolded", "of": {"kind": "inner"}, "w0": made.w0.tolist(), "x0": [0.0, 0.0, 0.0]}
 
 
+def test_unfolded_equations_have_no_leap_where_the_equations_of_the_branch_lose_rank(rng):
+    """Null vectors have a sign of their own, which the determinant turns: the equations must not turn with it."""
+    made = unfolded(Pitchfork(0.0), np.zeros(3))
+    for _ in range(4):
+        u = np.append(1e-3 * rng.normal(size=2), 0.0)
+        below, above = (made.residual(u, a) for a in (-1e-4, 1e-4))
+        np.testing.assert_allclose(below, above, atol=1e-5)
+
+
 def test_a_curve_of_branch_points_stays_where_the_symmetry_keeps_it():
     """The branch point of u (a + b - u^2) lies at a = -b: the condition is zero there, and its gradient leads along it."""
     inner = SimpleNamespace(at=Pitchfork, alone=Pitchfork, scale=SCALE, problem=Pitchfork(0.0), name="b", value=0.0,

@@ -1,0 +1,78 @@
+"""Cycles of maps on plain numbers: equations with their derivative, multipliers, symbols, slopes by differences."""
+import numpy as np
+import pytest
+
+from bifurc.continuation.maps import MapOrbit, MapOrbitStatus, NordmarkMap, SmoothMap, SquareRootMap
+from bifurc.continuation.maps.orbit import cycle_equations
+
+
+@pytest.mark.parametrize("made", [SquareRootMap(lam=0.3, mu=0.2), NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.1)])
+def test_equations_of_a_cycle_and_their_derivative(made, rng):
+    n, d, symbols = 3, made.dimension, "IOI"
+    U = rng.uniform(0.1, 0.6, n * d)
+    F, J = cycle_equations(made, symbols, U)
+    rows = U.reshape(n, d)
+    for i in range(n):
+        k = (i + 1) % n
+        want = made.pieces[symbols[i]].image(rows[i], made)[0] - made.pieces[symbols[k]].place(rows[k])[0]
+        np.testing.assert_allclose(F[i * d:(i + 1) * d], want)
+    h = 1e-6
+    sides = [[cycle_equations(made, symbols, U + sign * h * e)[0] for sign in (1.0, -1.0)] for e in np.eye(n * d)]
+    slopes = np.column_stack([(above - below) / (2.0 * h) for above, below in sides])
+    np.testing.assert_allclose(J, slopes, atol=1e-8)
+    turned = cycle_equations(made, symbols, U, mu=-1.0)[1]
+    wanted = J.copy()
+    wanted[(n - 1) * d:, :d] *= -1.0  # only the closing point
+    np.testing.assert_allclose(turned, wanted, atol=1e-15)
+
+
+def test_multipliers_of_a_cycle_are_those_of_the_product_of_slopes():
+    made = NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.15)
+    cycle = made.find(2, itinerary="IO")
+    product = made.slope(cycle.points[1]) @ made.slope(cycle.points[0])
+    mu = np.linalg.eigvals(product)
+    np.testing.assert_allclose(np.sort_complex(cycle.multipliers), np.sort_complex(mu), atol=1e-12)
+    assert abs(cycle.multipliers[0]) >= abs(cycle.multipliers[1])
+    assert cycle.stable == (abs(mu).max() < 1.0) and cycle.period == 2
+    np.testing.assert_allclose(made.iterate(cycle.points[0], 2)[2], cycle.points[0], atol=1e-12)
+    for status, stable in ((MapOrbitStatus.CONVERGED, cycle.stable), (MapOrbitStatus.INADMISSIBLE, None),
+                           (MapOrbitStatus.NOT_CONVERGED, None)):
+        item = MapOrbit(made, cycle.itinerary, cycle.u, status, 0.0)
+        assert item.stable is stable and item.success is (status is MapOrbitStatus.CONVERGED) and item.message == status.sentence
+    border = MapOrbit(SquareRootMap(lam=0.2, mu=0.0), "I", np.array([[0.0]]), MapOrbitStatus.CONVERGED, 0.0)
+    assert np.isinf(border.multipliers).all() and border.stable is False
+    neutral = SmoothMap(lambda x, a: -x + a, 1, a=0.4).find(1, guess=0.2)
+    assert neutral.stable is None
+
+
+def test_cycles_begin_at_the_rarest_symbol_and_bad_requests_are_named():
+    cycle = SquareRootMap(lam=0.2, mu=0.005).find(3)
+    assert cycle.itinerary == "IOO"
+    given = SquareRootMap(lam=0.2, mu=0.005).find(3, guess=cycle.points[1])
+    assert given.itinerary == "OOI"
+    for n in (0, 1.5, -1):
+        with pytest.raises(ValueError, match="whole number of at least 1"):
+            SquareRootMap(lam=0.2, mu=0.1).find(n)
+    with pytest.raises(ValueError, match="3 of the symbols"):
+        SquareRootMap(lam=0.2, mu=0.1).find(3, itinerary="IO")
+    lost = SmoothMap(lambda x, a: x * x + a, 1, a=4.0).find(1, guess=30.0)  # no real fixed point
+    assert lost.status is MapOrbitStatus.NOT_CONVERGED and lost.stable is None
+
+
+def test_a_map_with_another_parameter_and_its_slopes_by_differences(rng):
+    made = NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.1)
+    other = made.with_parameters(rho=0.3)
+    assert (made.rho, other.rho, other.alpha) == (0.1, 0.3, 0.6) and other.parameters["rho"] == 0.3
+    assert repr(other) == "NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.3)"
+    henon = SmoothMap(lambda x, a, b: np.stack([1.0 - a * x[..., 0]**2 + x[..., 1], b * x[..., 0]], axis=-1), 2, a=1.2, b=0.3)
+    x = rng.normal(size=(5, 2))
+    want = np.array([[[-2.4 * u, 1.0], [0.3, 0.0]] for u in x[:, 0]])
+    np.testing.assert_allclose(henon.slope(x), want, atol=1e-12)
+
+    def real(x, a, b):
+        if np.iscomplexobj(x):
+            raise TypeError
+        return np.stack([1.0 - a * x[..., 0]**2 + x[..., 1], b * x[..., 0]], axis=-1)
+    np.testing.assert_allclose(SmoothMap(real, 2, a=1.2, b=0.3).slope(x), want, atol=1e-9)
+    given = SmoothMap(real, 2, slope=lambda x, a, b: np.broadcast_to(np.eye(2) * a, (*x.shape, 2)), a=1.2, b=0.3)
+    np.testing.assert_allclose(given.slope(x), np.broadcast_to(1.2 * np.eye(2), (5, 2, 2)))
