@@ -218,7 +218,7 @@ class EquilibriumProblem(Problem):
         scene, n = self.scene, self.scene.n
         self.numbers_at(x[-1])
         y = self.state(x[:-1])
-        small, Z = self._equilibrium(y)._small
+        small, Z, _ = self._equilibrium(y)._small
         omega, q, _ = critical_pair(small)
         q = Z @ q
         i = int(np.argmax(np.abs(q[:n])))

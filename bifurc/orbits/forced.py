@@ -2,6 +2,7 @@
 import numpy as np
 from scipy.optimize import nnls
 
+from ..compose.natural import natural_length
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..flow.scan import CHATTER, GRAZE, KIND, PASSED, PERIODS
@@ -314,6 +315,7 @@ def resting_start(system: System) -> np.ndarray:
     """Return the state of rest, moved out of stops that it would penetrate, a tenth further than they reach where there is room."""
     scene = scene_of(system)
     T, stops = scene.tables, {}
+    length = natural_length(T)
     y = np.zeros(scene.ns)
     for _ in range(8):
         clear = True
@@ -327,7 +329,7 @@ def resting_start(system: System) -> np.ndarray:
                     stops[row[:scene.n].tobytes(), reach] = row[:scene.n]
                     if depth >= 0.0:
                         clear = False
-                        y = y - direction * (depth + 0.1 * (1.0 + abs(depth)))
+                        y = y - direction * (depth + 0.1 * (length + abs(depth)))
         if clear:
             return y
     least = between(system.mass, np.array(list(stops.values())), np.array([reach for _, reach in stops]))
