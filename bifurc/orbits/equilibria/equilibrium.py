@@ -27,6 +27,7 @@ from .hopf import lyapunov_coefficient
 STEPS = 40
 HALVINGS = 40  # of a Newton step
 CONVERGED = 1e-13  # of the size of the state: last step
+ROUNDING = 1e-15  # the same: a step that is none
 BALANCED = 1e-11  # of the size of their terms: forces that are left
 RANK = 1e-10  # singular values below this part of the largest vanish
 INSIDE = 1e-12  # of its terms: a guard above it is violated
@@ -78,6 +79,9 @@ class Equilibrium(Notebook, Motion):
         self.system, self.mode = system, int(mode)
         self._state = np.array(state, float)
         self._failed = status
+
+    def __getstate__(self):
+        return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed")}
 
     @property
     def state(self) -> np.ndarray:
@@ -364,7 +368,8 @@ def solved(scene: Scene, mode: int, y) -> np.ndarray | None:
             if np.isfinite(field.rate(y + step)).all():
                 break
             step *= 0.5
-        y = y + step
+        if np.abs(step / units).max() > ROUNDING * largest:  # a state that was solved for stays as it is
+            y = y + step
         largest = max(largest, float(np.abs(y / units).max()))
         if np.abs(step / units).max() <= CONVERGED * largest:
             F = _conditions(scene, field, y)[0]
