@@ -27,7 +27,6 @@ from .hopf import lyapunov_coefficient
 STEPS = 40
 HALVINGS = 40  # of a Newton step
 CONVERGED = 1e-13  # of the size of the state: last step
-ROUNDING = 1e-15  # the same: a step that is none
 BALANCED = 1e-11  # of the size of their terms: forces that are left
 RANK = 1e-10  # singular values below this part of the largest vanish
 INSIDE = 1e-12  # of its terms: a guard above it is violated
@@ -368,11 +367,11 @@ def solved(scene: Scene, mode: int, y) -> np.ndarray | None:
             if np.isfinite(field.rate(y + step)).all():
                 break
             step *= 0.5
-        if np.abs(step / units).max() > ROUNDING * largest:  # a state that was solved for stays as it is
+        largest = max(largest, float(np.abs((y + step) / units).max()))
+        better = np.abs(step / units).max() > CONVERGED * largest
+        if better or np.abs(_conditions(scene, field, y + step)[0]).max() < np.abs(F).max():  # what was solved for stays as it is
             y = y + step
-        largest = max(largest, float(np.abs(y / units).max()))
-        if np.abs(step / units).max() <= CONVERGED * largest:
-            F = _conditions(scene, field, y)[0]
+        else:
             if not bool((np.abs(F) <= BALANCED * size).all()):
                 return None
             y[np.abs(y / units) <= CONVERGED * largest] = 0.0  # velocities, and what only rounding keeps from a surface at zero
