@@ -20,7 +20,7 @@ from numba.core import cgutils, sigutils, types, typing
 SYMBOL = "bifurc_bind"  # name of `_bind` in compiled code
 _known: dict = {}  # dispatcher of every function, by module and name
 _addresses: dict[bytes, int] = {}  # of compiled functions, by key
-LATER = 0.05  # seconds after which an interruption is sent again: the compiled caller has returned by then, or will see it at its end
+LATER = 0.05  # seconds after which an interruption is sent again: a compiled caller sees it at its end
 
 
 class NotCompiled(Exception):

@@ -11,7 +11,8 @@ from .orbit import certify_orbit
 from .parameter.stretch import Stretches
 from .special import certify_point
 
-AT_POINT = 1e-6  # of the largest value of the parameter on the branch: a row that near to a special point is decided by the proof of the point
+# of the largest value of the parameter on the branch: a row that near to a special point is decided by the proof of the point
+AT_POINT = 1e-6
 
 
 @dataclass(frozen=True)

@@ -188,7 +188,8 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
         raise NotSupported(orbit.message)
     scene, T = orbit.scene, orbit.equations.path.tables
     gain = float(np.abs(orbit.system.mass).max()) * natural_rate(T) ** (2 if of == "displacement" else 1)
-    units = [LinearSpring(stiffness=gain * (of == "displacement"), damping=gain * (of == "velocity"), **place) for place in places(row)]
+    spring = {"stiffness": gain, "damping": 0.0} if of == "displacement" else {"stiffness": 0.0, "damping": gain}
+    units = [LinearSpring(**spring, **place) for place in places(row)]
     C = np.zeros((len(units), scene.ns))
     for c, unit in zip(C, units, strict=True):
         c[slice(0, scene.n) if of == "displacement" else slice(scene.n, 2 * scene.n)] = unit.site(scene.n).R[0]

@@ -13,7 +13,8 @@ from .sheet import Node, Sheet
 from .tube import piece
 
 BITS = 64  # of tubes: their width is far above rounding
-NEAR = 1e-6  # of the largest value of the parameter on the branch: what lies that near to a special point is a matter of the point's own proof
+# of the largest value of the parameter on the branch: what lies that near to a special point is a matter of the point's own proof
+NEAR = 1e-6
 LEAST = 1e-8  # scaled: a piece that is not halved any more
 CLAIM = 1e-7  # scaled: a row as stored and the point proved are the same
 MOST = 500  # pieces tried on a stretch
