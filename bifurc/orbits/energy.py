@@ -3,7 +3,8 @@
 Orbits of a conservative system form families along their energy E.  The equations of an orbit are then redundant by one:
 what they ask of the energy is kept anyway.  An artificial damping ``unfolding`` (an acceleration -unfolding w v, w a
 natural rate) is added as an unknown, and E(y_0) = E as an equation; at a solution the damping is zero, for it would
-change the energy (Munoz-Almaraz, Freire, Galan, Doedel and Vanderbauwhede 2003).  The system of equations is square and regular again.
+change the energy (Munoz-Almaraz, Freire, Galan, Doedel and Vanderbauwhede 2003).  The system of equations is square and
+regular again.
 """
 import numpy as np
 
