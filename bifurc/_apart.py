@@ -5,9 +5,11 @@ together with everything that it could ever call.  Behind `apart` a caller holds
 and then asks `_bind`, which compiles the function or loads it from the cache: large functions are compiled once, those of rare
 events not before one happens.  A caller kept on disk stays valid: it names the function and its argument types, no address.
 """
+import _thread
 import base64
 import ctypes
 import pickle
+import threading
 import traceback
 import zlib
 
@@ -18,24 +20,44 @@ from numba.core import cgutils, sigutils, types, typing
 SYMBOL = "bifurc_bind"  # name of `_bind` in compiled code
 _known: dict = {}  # dispatcher of every function, by module and name
 _addresses: dict[bytes, int] = {}  # of compiled functions, by key
+LATER = 0.05  # seconds after which an interruption is sent again: a compiled caller sees it at its end
+
+
+class NotCompiled(Exception):
+    """A function could not be compiled; what happened is printed.  No RuntimeError: nobody may take it for a failed computation."""
 
 
 @ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p)
 def _bind(key):
-    """Return the address of a function for given argument types, 0 if it cannot be compiled.  The GIL is taken by ctypes."""
+    """Return the address of a function for given argument types, 0 if it cannot be compiled.  The GIL is taken by ctypes.
+
+    An interruption from the keyboard cannot pass through the compiled caller: it waits until the function is compiled.
+    """
     try:
-        address = _addresses.get(key)
-        if address is None:
-            name, packed = key.split(b" ")
-            dispatcher = _known[name.decode()]
-            arguments = pickle.loads(base64.b64decode(packed))
-            dispatcher.compile(arguments)
-            made = dispatcher.overloads[arguments]
-            address = _addresses[key] = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
-        return address
-    except BaseException:  # it cannot pass through the compiled caller, which raises an error of its own
+        try:
+            return _address(key)
+        except KeyboardInterrupt:
+            address = _address(key)
+            again = threading.Timer(LATER, _thread.interrupt_main)
+            again.daemon = True
+            again.start()
+            return address
+    except BaseException:  # nor can it pass: the caller raises an error of its own
         traceback.print_exc()
         return 0
+
+
+def _address(key: bytes) -> int:
+    """Return the address of a function for given argument types; it is compiled where that has not been done."""
+    address = _addresses.get(key)
+    if address is None:
+        name, packed = key.split(b" ")
+        dispatcher = _known[name.decode()]
+        arguments = pickle.loads(base64.b64decode(packed))
+        dispatcher.compile(arguments)
+        made = dispatcher.overloads[arguments]
+        address = _addresses[key] = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+    return address
 
 
 llvmlite.binding.add_symbol(SYMBOL, ctypes.cast(_bind, ctypes.c_void_p).value)
@@ -112,7 +134,7 @@ def _caller(key: str):
             bind = cgutils.get_or_insert_function(module, ir.FunctionType(word, [word]), SYMBOL)
             found = builder.bitcast(builder.call(bind, [context.insert_const_bytes(module, text, own + "_key")]), kind)
             with cgutils.if_unlikely(builder, cgutils.is_null(builder, found)):
-                context.call_conv.return_user_exc(builder, RuntimeError, (f"{key.split(' ')[0]} could not be compiled",))
+                context.call_conv.return_user_exc(builder, NotCompiled, (f"{key.split(' ')[0]} could not be compiled",))
             builder.store_atomic(found, cell, "monotonic", 8)
             asked = builder.block
         address = builder.phi(kind)

@@ -72,6 +72,8 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
         if name == _HEADER or "/" in name:
             raise ValueError(f"array name {name!r} is not allowed: no '/', and not {_HEADER!r}")
         content[name] = array
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(path.parent))
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         with open(temporary, "xb") as file:

@@ -55,8 +55,8 @@ kernels.shift(a, 0.5)
 out += [a.tolist(), sum(sum(f.stats.cache_misses.values()) for f in (kernels.width, kernels.extremes, kernels.shift))]
 try:
     kernels.width(a, 2)
-except RuntimeError as error:
-    out.append(str(error))
+except Exception as error:
+    out.append(f"{type(error).__name__}: {error}")
 try:
     kernels.extremes(a)
 except TypeError as error:
@@ -86,7 +86,7 @@ def test_a_function_apart_is_compiled_at_its_first_call_and_kept_on_disk(run):
     assert compiled == [1, 1, 0, 0]  # the rare branch has not been taken
     assert then[2] >= 1 and then[3] == 0
     assert shifted == [4.5, 3.5, 4.5]
-    assert "wrong could not be compiled" in message and "nothing_of_that_name" in said
+    assert message.startswith("NotCompiled: kernels:wrong could not be compiled") and "nothing_of_that_name" in said
     assert "extremes has no door for Python" in refused  # though it is compiled: no null pointer is called
     assert missed > 0 and again[-3] == 0
     assert again[:-3] == first[:-3]
@@ -117,3 +117,37 @@ def test_fused_functions_keep_order_and_what_is_no_number():
     assert out[:, 1].tolist() == [0.0, 1.0, 0.0, 0.0] and out[2, 2] == -np.inf and np.isnan(out[1, 2])
     assert out[3, 2] == pytest.approx(2.0**-29, rel=1e-8)
     np.testing.assert_array_equal(out[:, 3], a[:, 0] / 3.0)
+
+
+def test_an_interruption_waits_until_a_function_is_compiled(tmp_path):
+    """Ctrl-C that falls into the compilation of a function behind a compiled caller is not taken for a failed computation: the
+    caller gets its result, the interruption comes after it."""
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    script = """
+import time
+import numpy as np
+import kernels
+from bifurc import _apart
+dispatcher = _apart._known["kernels:extremes"]
+compile_it, calls = dispatcher.compile, []
+
+
+def interrupted(arguments):
+    calls.append(arguments)
+    if len(calls) == 1:
+        raise KeyboardInterrupt
+    return compile_it(arguments)
+
+
+dispatcher.compile = interrupted
+try:
+    print(kernels.width(np.array([3.0, 1.0, 2.0]), 0), len(calls), flush=True)
+    time.sleep(10.0)
+    print("never")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path,
+                          env={**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(tmp_path / "cache")})
+    assert done.stdout.split() == ["2.0", "2", "interrupted"]

@@ -58,6 +58,8 @@ def said(capsys, *arguments):
         (["frf", "jenkins_oscillator", "--measure", "max_3"], ["'max_3'"]),
         (["frf", "jenkins_oscillator", "--harmonics", "0"], ["--harmonics"]),
         (["explore", "pendulum"], ["'pendulum'"]),
+        (["explore", "none/branch.npz"], ["there is no file none/branch.npz"]),
+        (["basins", "belt_oscillator"], ["no excitation", "section=bf.Section('v0')"]),
         (["completion", "tcsh"], ["bash", "zsh", "fish"]),
     ],
 )

@@ -96,7 +96,7 @@ def test_a_write_that_fails_half_way_leaves_the_old_file_and_no_other(tmp_path, 
 def test_missing_file_and_missing_folder(tmp_path):
     with pytest.raises(FileNotFoundError):
         io.read(tmp_path / "none.npz")
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match="there is no such folder: '.*none'"):
         io.write(tmp_path / "none" / "x.npz", {"kind": "x"}, {})
 
 

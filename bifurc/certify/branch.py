@@ -11,7 +11,8 @@ from .orbit import certify_orbit
 from .parameter.stretch import Stretches
 from .special import certify_point
 
-AT_POINT = 1e-6  # scaled by the parameter: a row that near to a special point is decided by the proof of the point
+# of the largest value of the parameter on the branch: a row that near to a special point is decided by the proof of the point
+AT_POINT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class BranchCertificate:
         """Rows that are not proved and lie on no proved special point."""
         on = [0.5 * sum(point.parameter) for point in self.points if point.proved]
         return tuple(i for i, row in enumerate(self.rows) if not row.proved and not any(
-            abs(float(self.values[i]) - p) <= AT_POINT * max(1.0, abs(p)) for p in on))
+            abs(float(self.values[i]) - p) <= AT_POINT * float(np.abs(self.values).max()) for p in on))
 
     @property
     def proved(self) -> bool:

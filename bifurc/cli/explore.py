@@ -31,6 +31,8 @@ def run_explore(options: argparse.Namespace) -> int:
             raise UsageError("--set, --parameter and --bounds belong to a system; a saved result has its own")
         what, window = bf.load(options.what), None
         parameter = bounds = None
+    elif Path(options.what).suffix or len(Path(options.what).parts) > 1:
+        raise UsageError(f"there is no file {options.what}")
     else:
         name = system_name(options.what)
         story = STORIES.get(name)

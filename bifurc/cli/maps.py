@@ -28,6 +28,9 @@ def run_basins(options: argparse.Namespace) -> int:
     name, system, story = system_of(options)
     if not options.set:
         system = system.with_parameters(**story.basin)
+    if system.period is None:
+        raise UsageError(f"{name} has no excitation whose phase tells when motions are compared; from Python, "
+                         "bf.basins_of_attraction(system, grid, section=bf.Section('v0')) compares them where v0 rises through 0")
     window = window_of(options, story)
     if len(window) != 2:
         raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")

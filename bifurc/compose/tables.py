@@ -234,6 +234,9 @@ def rebuild_mode(T, m, whole):
     omega = flat[0]
     T.blocks[m, 3] = 0
     top = rate(T, m)
+    if top == 0.0:  # constant speeds: a polynomial that any step takes exactly; other modes tell the unit of time
+        for k in range(n_guards.size):
+            top = max(top, rate(T, k))
     if top == 0.0:
         h = 1.0
     elif omega > 0.0:  # a whole number of steps a period, so that undisturbed flights end on a step

@@ -15,6 +15,7 @@ import numpy as np
 from ..compose.scene import beside, scene_of
 from ..elements.element import tupled
 from ..flow.linear import ModeField
+from ..jobs.executors import user_parts
 from ..orbits.autonomous import section
 from ..orbits.equilibria.equilibrium import Equilibrium
 from ..orbits.equilibria.hopf import critical_pair
@@ -218,7 +219,7 @@ class EquilibriumProblem(Problem):
         scene, n = self.scene, self.scene.n
         self.numbers_at(x[-1])
         y = self.state(x[:-1])
-        small, Z = self._equilibrium(y)._small
+        small, Z, _ = self._equilibrium(y)._small
         omega, q, _ = critical_pair(small)
         q = Z @ q
         i = int(np.argmax(np.abs(q[:n])))
@@ -286,6 +287,9 @@ class EquilibriumProblem(Problem):
         system = beside(self.system, self.parameter, float(x[-1]), 0.5 * (self.path.low + self.path.high))
         mode = scene_of(system).index(self.scene.keys[self.mode])
         return Equilibrium(system, mode, self.state(x[:-1]))
+
+    def __reduce_ex__(self, protocol):
+        return EquilibriumProblem.from_record, (self.to_record(), user_parts(self.system))  # what is compiled does not travel
 
     def to_record(self) -> dict:
         """Return a JSON-able description."""

@@ -228,7 +228,7 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     if not 0 <= mode < len(order):
         raise ValueError(f"mode = {mode!r} is not allowed; there are {len(order)} that oscillate")
     omega, q = float(values[order[mode]].imag), rest._small[1] @ vectors[:, order[mode]]
-    start = linear_mode(system, rest, q, omega, SMALL * (energy - ground), ground)
+    start = linear_mode(system, rest, q, omega, SMALL * (energy - ground))
     branch = trace(start, "energy", bounds=(start.energy, energy), direction=1)
     last = branch.orbits[-1]
     if abs(last.energy - energy) > 1e-12 * abs(energy):
@@ -236,13 +236,14 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     return last
 
 
-def linear_mode(system: System, rest, q, omega: float, E: float, ground: float) -> PeriodicOrbit:
+def linear_mode(system: System, rest, q, omega: float, E: float) -> PeriodicOrbit:
     """Return the orbit on a linear mode (eigenvector ``q`` (ns,), frequency) with a small energy E above that of rest."""
     scene, n = scene_of(system), system.n
     i = int(np.argmax(np.abs(q[:n])))
     q = np.real(q / q[i])  # the coordinate that moves most is at its maximum; under gyroscopic terms others move
     q[n + i] = 0.0
-    y = rest.state + q * math.sqrt(E / max(stored(system, rest.state + 1e-3 * q) - ground, 1e-300)) * 1e-3
+    v, stiffness = q[n:2 * n], -system.mass @ rest.field.jacobian(rest.state)[n:2 * n, :n]
+    y = rest.state + q * math.sqrt(2.0 * E / (v @ system.mass @ v + q[:n] @ stiffness @ q[:n]))
     weights = np.full(scene.ns, float(np.abs(y).max() or 1.0) / math.sqrt(SMALL))  # sizes where the family is asked for
     weights[n:2 * n] *= omega
     signature = dataclasses.replace(sections(rest.mode, 0.0), fixed=section(scene, i, weights), clock=2.0 * np.pi / omega)

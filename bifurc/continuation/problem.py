@@ -336,6 +336,11 @@ class Problem:
         """Return what ``branch.orbits[i]`` shows for ``x`` (n + 1,)."""
         return Solution(x[:-1].copy(), float(x[-1]))
 
+    def __copy__(self):
+        made = object.__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        return made
+
     def to_record(self) -> dict:
         """Return a JSON-able description; an algebraic problem is recognised by its class name."""
         return {"kind": "problem", "class": type(self).__name__, "x0": self.x0.tolist(), "scale": self.scale.tolist()}

@@ -6,7 +6,7 @@ coordinate s_k that is fed back there, so that a perturbation dy of the orbit ob
     dy' = A(t) dy + b p,        dy+ = S dy- + (rho + J gamma) p   at an event,
 
 with p first order in dy: the feedback vanishes on the orbit.  b, rho and gamma are read off the same scene with a spring (or a
-dashpot) of unit size at each row, so that held rows, reactions and every contact law take part as they do anywhere else.
+dashpot) of natural size at each row, so that held rows, reactions and every contact law take part as they do anywhere else.
 """
 from dataclasses import dataclass
 
@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ..compose.evaluate import Laws
+from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
@@ -187,14 +188,17 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     if orbit._disputed is not None:
         raise NotSupported(orbit.message)
     scene, T = orbit.scene, orbit.equations.path.tables
-    units = [LinearSpring(stiffness=float(of == "displacement"), damping=float(of == "velocity"), **place) for place in places(row)]
+    # of a size that the motion feels: one would be lost in the rounding of stiff systems
+    gain = float(np.abs(orbit.system.mass).max()) * natural_rate(T) ** (2 if of == "displacement" else 1)
+    stiffness, damping = (gain, 0.0) if of == "displacement" else (0.0, gain)
+    units = [LinearSpring(stiffness=stiffness, damping=damping, **place) for place in places(row)]
     C = np.zeros((len(units), scene.ns))
     for c, unit in zip(C, units, strict=True):
         c[slice(0, scene.n) if of == "displacement" else slice(scene.n, 2 * scene.n)] = unit.site(scene.n).R[0]
     if np.linalg.matrix_rank(C) < len(C):
         raise ValueError(f"row = {row!r} is not allowed; its rows must be independent")
     plus = [scene_of(with_element(orbit.system, unit)) for unit in units]
-    return Linearization(orbit, tuple(_pieces(orbit, scene, T, plus, C, strength)), C, orbit.labels)
+    return Linearization(orbit, tuple(_pieces(orbit, scene, T, plus, gain, C, strength)), C, orbit.labels)
 
 
 def places(row) -> list[dict]:
@@ -213,14 +217,14 @@ def with_element(system: System, element) -> System:
     return System(system.mass, system.damping, system.stiffness, (*system.elements, element), omega=system.omega)
 
 
-def _pieces(orbit: PeriodicOrbit, scene: Scene, T, plus: list[Scene], C: np.ndarray, strength: float):
-    """Yield the pieces of a period."""
+def _pieces(orbit: PeriodicOrbit, scene: Scene, T, plus: list[Scene], gain: float, C: np.ndarray, strength: float):
+    """Yield the pieces of a period; the scenes ``plus`` have ``gain`` more at one row each."""
     whole, U = orbit._whole
     nodes, rows = whole.nodes, U.reshape(len(whole.nodes), -1)
-    units = []  # tables, and their modes, with a unit of the feedback of each row
-    for unit in plus:
+    units = []  # tables with the feedback of each row, their modes, and what reads off them what a unit of it does
+    for unit, c in zip(plus, C, strict=True):
         images = [unit.index((*keys, ALWAYS)) for keys in scene.keys]
-        units.append((unit.tables, images))
+        units.append((unit.tables, images, c / (c @ c * gain)))
     period = orbit.forcing_period
     engine, motion = orbit.equations.kernel, orbit.equations.motion
     ns, nx = scene.ns, T.A.shape[2]
@@ -233,13 +237,13 @@ def _pieces(orbit: PeriodicOrbit, scene: Scene, T, plus: list[Scene], C: np.ndar
         motion.start_of(T, nodes, U, i, reset, xp)
         x[:ns], x[ns:] = rows[i][1:], xp[ns:]
         kick = _section(engine, T, node, x, ns) if g < 0 else _kick(orbit, scene, T, units, node, x, xp, C)
-        b = _effect(units, C, lambda P, images, after=after: P.A[images[after], :, :ns] - T.A[after, :, :ns])
+        b = _effect(units, lambda P, images, after=after: P.A[images[after], :, :ns] - T.A[after, :, :ns])
         yield from _parts(scene, T, after, kick, start, end - start, xp, b, C, strength)
 
 
-def _effect(units, C: np.ndarray, change) -> np.ndarray:
+def _effect(units, change) -> np.ndarray:
     """Return (..., m): what a unit of p at each row adds to what ``change(tables, modes)`` (..., ns) reads off."""
-    return np.stack([change(P, images) @ c / (c @ c) for (P, images), c in zip(units, C, strict=True)], axis=-1)
+    return np.stack([change(P, images) @ c for P, images, c in units], axis=-1)
 
 
 def _section(engine, T, node, x, ns):
@@ -267,13 +271,13 @@ def _kick(orbit, scene, T, units, node, x, xp, C) -> Kick:
     if rate == 0.0:
         raise NotSupported(f"{label!r} is touched with zero speed on this orbit: its multipliers are not finite")
     J = (fp - R @ np.concatenate((f, dw))) / rate
-    gamma = _effect(units, C, lambda P, images: P.G[images[before], g, :ns] - T.G[before, g, :ns])
+    gamma = _effect(units, lambda P, images: P.G[images[before], g, :ns] - T.G[before, g, :ns])
     leap, terms = C @ (fp - f), np.abs(C) @ (np.abs(fp) + np.abs(f))
     if np.any((gamma != 0.0) & (np.abs(leap) > LEAP * terms)):
         raise NotSupported(f"{label!r} lets go with a leap of the acceleration of what is fed back: the instant at which it does "
                            "feels the feedback, and perturbations that let go earlier grow otherwise than later ones")
-    rho = _effect(units, C, lambda P, images: P.R[images[before], g, :, :ns] - T.R[before, g, :, :ns])
-    b = [_effect(units, C, lambda P, images, m=m: P.A[images[m], :, :ns] - T.A[m, :, :ns]) for m in (before, after)]
+    rho = _effect(units, lambda P, images: P.R[images[before], g, :, :ns] - T.R[before, g, :, :ns])
+    b = [_effect(units, lambda P, images, m=m: P.A[images[m], :, :ns] - T.A[m, :, :ns]) for m in (before, after)]
     return Kick(R[:, :ns] + np.outer(J, h[:ns]), rho + np.outer(J, gamma), -h[:ns] / rate, C @ (xp[:ns] - x[:ns]),
                 R[:, :ns] @ b[0], b[1], label)
 

@@ -28,6 +28,9 @@ class WatchedCore(Core):
     def __new__(cls, core: Core):
         return super().__new__(cls, *core)
 
+    def __getnewargs__(self):
+        return (Core(*self),)
+
     def __getattribute__(self, name: str):
         if name == "omega":
             self.read = True

@@ -229,8 +229,11 @@ def hysteresis(system: System, element: str | None = None, max_periods: int = 10
     require_system(system)
     max_periods = whole("hysteresis", "max_periods", max_periods, least=1)
     labels = [name for name, item in zip(system.labels, system.elements, strict=True) if isinstance(item, Driven)]
-    if not labels or (element is not None and element not in labels):
-        raise ValueError(f"element = {element!r} is not allowed; driven elements of {system!r}: {', '.join(labels) or 'none'}")
+    if not labels:
+        raise ValueError(f"{system!r} has no element that is driven by a displacement; put one into bf.elements.Driven, or see "
+                         "bf.systems.macro_slip_contact")
+    if element is not None and element not in labels:
+        raise ValueError(f"element = {element!r} is not allowed; driven elements of {system!r}: {', '.join(labels)}")
     if system.omega is None:
         raise ValueError(f"{system!r} has no frequency; a driven element needs one")
     chosen = labels if element is None else [element]

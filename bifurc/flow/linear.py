@@ -6,6 +6,7 @@ For what is computed at a few states (equilibria, normal forms); motions use the
 import numpy as np
 
 from ..compose.evaluate import Laws
+from ..compose.tables import TURN
 
 
 class ModeField:
@@ -22,6 +23,18 @@ class ModeField:
     def __init__(self, scene, tables, mode: int):
         self.scene, self.tables, self.mode = scene, tables, mode
         self._laws = Laws(scene.laws, tables, mode)
+
+    @property
+    def pace(self) -> float:
+        """Rate of change of the mode, 1/time."""
+        return TURN / float(self.tables.step[self.mode])
+
+    @property
+    def units(self) -> np.ndarray:
+        """Units (ns,) of the states in which time is counted by `pace`: 1, and for velocities the pace."""
+        units = np.ones(self.scene.ns)
+        units[self.scene.n:2 * self.scene.n] = self.pace
+        return units
 
     def joined(self, y) -> np.ndarray:
         """Return the state with the forcing states behind it (nx,); there is no forcing but the constant."""

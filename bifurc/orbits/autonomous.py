@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from ..compose.natural import natural_length
 from ..compose.scene import Scene, scene_of
 from ..compose.tables import TURN
 from ..elements.checks import state
@@ -180,12 +181,13 @@ def settled(system: System, transient: int, first) -> PeriodicOrbit:
 def aside(system: System, y) -> np.ndarray:
     """Return a start; where ``y`` is an unstable state of rest one a little beside it, in the direction that grows fastest."""
     rest = find_equilibrium(system, y)
-    if not rest.success or rest.stable is not False or np.abs(rest.state - y).max() > STILL * max(1.0, float(np.abs(y).max())):
+    size = max(natural_length(scene_of(system).tables), float(np.abs(y).max()))  # of lengths: nothing moves in it
+    if not rest.success or rest.stable is not False or np.abs(rest.state - y).max() > STILL * size:
         return y
-    A, Z = rest._small
+    A, Z, _ = rest._small
     values, vectors = np.linalg.eig(A)
     direction = Z @ np.real(vectors[:, int(np.argmax(values.real))])
-    return rest.state + ASIDE * max(1.0, float(np.abs(y).max())) * direction / np.abs(direction).max()
+    return rest.state + ASIDE * size * direction / np.abs(direction / rest.field.units).max()
 
 
 def failed(motion: Trajectory, start) -> PeriodicOrbit:

@@ -1,12 +1,14 @@
 """Free vibration without damping: the energy of a motion, and orbits of a given energy.
 
 Orbits of a conservative system form families along their energy E.  The equations of an orbit are then redundant by one:
-what they ask of the energy is kept anyway.  An artificial damping ``unfolding`` (an acceleration -unfolding v) is added as
-an unknown, and E(y_0) = E as an equation; at a solution the damping is zero, for it would change the energy
-(Munoz-Almaraz, Freire, Galan, Doedel and Vanderbauwhede 2003).  The system of equations is square and regular again.
+what they ask of the energy is kept anyway.  An artificial damping ``unfolding`` (an acceleration -unfolding w v, w a
+natural rate) is added as an unknown, and E(y_0) = E as an equation; at a solution the damping is zero, for it would
+change the energy (Munoz-Almaraz, Freire, Galan, Doedel and Vanderbauwhede 2003).  The system of equations is square and
+regular again.
 """
 import numpy as np
 
+from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..flow.linear import ModeField
 from ..solve.newton import newton
@@ -65,12 +67,13 @@ def energy(system: System, y) -> float:
 
 
 def unfolding_path(scene: Scene, system: System) -> ParameterPath:
-    """Return the path along an artificial damping, an acceleration -unfolding v of every coordinate, zero at the system."""
+    """Return the path along an artificial damping, an acceleration -unfolding w v of every coordinate with the natural rate w of
+    the scene, zero at the system."""
     tables = scene.refill(system)
     modes, ns, nx = tables.A.shape
     places = [1 + (m * ns + scene.n + i) * nx + scene.n + i for m in range(modes) for i in range(scene.n)]
     index = np.array(places, np.int64)
-    series = np.column_stack([tables.flat[index], np.full(index.size, -1.0)])
+    series = np.column_stack([tables.flat[index], np.full(index.size, -natural_rate(tables))])
     return ParameterPath(tables, "unfolding", index, series, -1.0, 1.0)
 
 

@@ -2,6 +2,7 @@
 import numpy as np
 from scipy.optimize import nnls
 
+from ..compose.natural import natural_length
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..flow.scan import CHATTER, GRAZE, KIND, PASSED, PERIODS
@@ -269,8 +270,7 @@ def settled(system: System, periods: int | None, transient: int) -> PeriodicOrbi
     A slider that slips less and less shakes down: what lists slips that lead nowhere has multipliers of its own, and is not what
     the motion settles on; where slips have no duration it is the edge of such motions, and taken where nothing else comes.
     """
-    y, best, edge = resting_start(system), None, None
-    done = 0
+    y, best, edge, done = resting_start(system), None, None, 0
     candidates = range(1, MOST_PERIODS + 1) if periods is None else [k for k in range(1, periods + 1) if periods % k == 0]
     while done < transient:
         motion = simulate(system, y, periods=CHUNK)
@@ -314,7 +314,7 @@ def unfound(system: System, y, how: dict) -> PeriodicOrbit:
 def resting_start(system: System) -> np.ndarray:
     """Return the state of rest, moved out of stops that it would penetrate, a tenth further than they reach where there is room."""
     scene = scene_of(system)
-    T, stops = scene.tables, {}
+    T, length, stops = scene.tables, natural_length(scene.tables), {}
     y = np.zeros(scene.ns)
     for _ in range(8):
         clear = True
@@ -328,7 +328,7 @@ def resting_start(system: System) -> np.ndarray:
                     stops[row[:scene.n].tobytes(), reach] = row[:scene.n]
                     if depth >= 0.0:
                         clear = False
-                        y = y - direction * (depth + 0.1 * (1.0 + abs(depth)))
+                        y = y - direction * (depth + 0.1 * (length + abs(depth)))
         if clear:
             return y
     least = between(system.mass, np.array(list(stops.values())), np.array([reach for _, reach in stops]))

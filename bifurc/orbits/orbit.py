@@ -80,6 +80,9 @@ class PeriodicOrbit(Orbit):
         self.how = dict(how or {})
         self._failed = status
 
+    def __getstate__(self):
+        return {name: self.__dict__[name] for name in ("system", "sequence", "_unknowns", "weights", "how", "_failed")}
+
     # what it is
 
     @property

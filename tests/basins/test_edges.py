@@ -101,6 +101,10 @@ def test_three_basins_report_hits_in_the_third():
 def test_bad_requests(basins, edge):
     with pytest.raises(ValueError, match=r"pair = \(0, 2\) is not allowed; it must be two different labels of the map, 0 to 1"):
         bf.edge_state(basins, (0, 2))
+    with pytest.raises(ValueError, match="basins = 3 is not allowed; it must be a BasinMap"):
+        bf.edge_state(3)
+    with pytest.raises(ValueError, match="the map has 1 attractor: there is no boundary between two basins"):
+        bf.edge_state(bf.basins_of_attraction(bf.systems.impact_oscillator(omega=0.5), bf.Grid(q0=(-1, 1, 3), v0=(-1, 1, 3))))
     with pytest.raises(ValueError, match="lead to"):
         bf.edge_state(basins, starts=np.zeros((2, 2)) - 0.5)
     with pytest.raises(ValueError, match="must be two states"):

@@ -133,8 +133,10 @@ def test_parallel_set_against_return_mapping(amplitude):
 
 
 def test_what_cannot_be_driven_is_named():
-    with pytest.raises(ValueError, match="driven elements .*: none"):
+    with pytest.raises(ValueError, match=r"jenkins_oscillator\(.*\) has no element that is driven by a displacement"):
         bf.hysteresis(bf.systems.jenkins_oscillator())
+    with pytest.raises(ValueError, match="element = 'z' is not allowed; driven elements of .*: x, y"):
+        bf.hysteresis(bf.systems.macro_slip_contact(), "z")
     with pytest.raises(ValueError, match="max_periods = 0"):
         bf.hysteresis(bf.systems.micro_slip_ring(n=2), max_periods=0)
     with pytest.raises(KeyError, match="there are x, y"):

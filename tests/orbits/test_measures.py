@@ -483,7 +483,7 @@ def test_equations_of_a_given_energy():
     along = energy.unfolding_path(scene_of(system), system)
     flat = along.tables.flat.copy()
     flat[along.index] = along.series @ [1.0, 0.3]
-    damped = scene_of(bf.System(1.0, 0.3, 1.0, system.elements))
+    damped = scene_of(bf.System(1.0, 0.3 * np.sqrt(3.0), 1.0, system.elements))  # in units of the rate on the stop
     assert flat == pytest.approx(damped.tables.flat, abs=1e-14)
 
 

@@ -123,8 +123,12 @@ def edge_state(basins: BasinMap, pair: tuple[int, int] = (0, 1), *, starts=None,
     >>> bf.edge_state(basins).saddle.stable
     False
     """
+    if not isinstance(basins, BasinMap):
+        raise ValueError(f"basins = {basins!r} is not allowed; it must be a BasinMap, see basins_of_attraction")
     a, b = pair
     count = len(basins.attractors)
+    if count < 2:
+        raise ValueError(f"the map has {count} attractor{'' if count == 1 else 's'}: there is no boundary between two basins")
     if a == b or not (0 <= a < count and 0 <= b < count):
         raise ValueError(f"pair = {pair!r} is not allowed; it must be two different labels of the map, 0 to {count - 1}")
     search = Search(basins, (int(a), int(b)))

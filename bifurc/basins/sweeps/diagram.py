@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from ... import io, plotting
+from ...compose.natural import natural_length
 from ...compose.scene import scene_of
 from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
@@ -177,7 +178,7 @@ def bifurcation_diagram(system: System, parameter: str, values, starts=None, *, 
         raise ValueError(f"directions = {directions!r} is not allowed; it must be 'up', 'down', or both")
     first = _starts(system, starts)
     scene = scene_of(system)
-    length = max(1.0, float(np.abs(first[:, :scene.n]).max()))
+    length = max(natural_length(scene.tables), float(np.abs(first[:, :scene.n]).max()))
     scale = np.full(scene.ns, length)
     scale[scene.n:2 * scene.n] *= float(scene.omega or 1.0)
     check = partial(whole, "bifurcation_diagram")

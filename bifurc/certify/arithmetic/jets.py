@@ -10,6 +10,7 @@ from .balls import Field, flint, size
 from .forms import Form, hull
 
 SMALL = 0.25  # norm of a matrix whose exponential is summed; larger ones are halved
+SWEEPS, FAR = 8, 400  # of the balancing of a matrix; largest power of two
 REST = 2.0**-52  # of the sum: what is left is small beside the width of any form
 PAIRS = {1: ((0, 0, 0),), 2: ((0, 0, 0), (1, 0, 1), (1, 1, 0)),
          4: ((0, 0, 0), (1, 0, 1), (1, 1, 0), (2, 0, 2), (2, 2, 0), (3, 0, 3), (3, 1, 2), (3, 2, 1), (3, 3, 0))}
@@ -89,10 +90,33 @@ class Jet:
         return whole * (self * rest).exp()
 
     def exp(self) -> "Jet":
-        """Return the exponential of a square matrix."""
+        """Return the exponential of a square matrix.
+
+        What is left out is bounded by a norm, the same for all entries: it is taken in units in which these are of one size.
+        """
+        whole = self.value
+        n = whole.nrows()
+        if not math.isfinite(norm_of(whole)):
+            return self.times(flint().arb("nan"))
+        drives = driven([hull(part) for part in self.parts if part is not None])
+        exponents = balancing(whole, drives)
+        if not any(exponents):
+            return self._exponential(drives)
+        arb, matrix = flint().arb, flint().arb_mat
+        units, back = (matrix(n, n, [arb(2) ** (sign * exponents[i]) if i == j else arb(0) for i in range(n) for j in range(n)])
+                       for sign in (1, -1))
+        return self._between(back, units)._exponential(drives)._between(units, back)
+
+    def _between(self, left, right) -> "Jet":
+        """Return every part of a matrix between two matrices."""
+        return Jet(*[None if a is None else a.each(lambda b: left * b * right) if isinstance(a, Form) else left * a * right
+                     for a in self.parts])
+
+    def _exponential(self, drives: list[set[int]]) -> "Jet":
+        """Return the exponential of a matrix with entries of one size; ``drives`` as `driven` tells it."""
         parts = self.parts
         if isinstance(parts[0], Form):
-            return self._summed()
+            return self._summed(drives)
         if len(parts) == 1:
             return Jet(parts[0].exp())
         n, count = parts[0].nrows(), len(parts)
@@ -109,13 +133,14 @@ class Jet:
         return Jet(*[flint().arb_mat(n, n, [whole[i, other * n + j] for i in range(n) for j in range(n)])
                      for other in range(count)])
 
-    def _summed(self) -> "Jet":
-        """Return the exponential of a matrix with one or two parts that are forms: Taylor's sum and its remainder, then squares."""
+    def _summed(self, drives: list[set[int]]) -> "Jet":
+        """Return the exponential of a matrix with one or two parts that are forms: Taylor's sum and its remainder, then squares.
+
+        Nothing is left out where one state does not drive the other.
+        """
         arb, matrix = flint().arb, flint().arb_mat
         n = self.parts[0].parts[0].nrows()
         norm = norm_of(self.value)
-        if not math.isfinite(norm):
-            return self.times(arb("nan"))
         halvings = max(0, math.ceil(math.log2(norm / SMALL))) if norm > 0.0 else 0
         part = self.times(arb(1) / 2**halvings)
         small = norm / 2.0**halvings * (1.0 + 1e-12)
@@ -130,10 +155,57 @@ class Jet:
         rests = [2.0 * left]  # a geometric series: small / (order + 1) < 1/2
         if len(self.parts) > 1 and self.parts[1] is not None:
             rests.append(2.0 * left * order / small * norm_of(hull(part.parts[1])))
-        found = found + self.like(*[matrix(n, n, [arb(0, rest)] * (n * n)) for rest in rests])
+        found = found + self.like(*[matrix(n, n, [arb(0, rest) if i in drives[j] else arb(0) for i in range(n) for j in range(n)])
+                                    for rest in rests])
         for _ in range(halvings):
             found = found * found
         return found
+
+
+def driven(parts: list) -> list[set[int]]:
+    """Return for each state which states it drives, itself and others, in a generator or in one of its derivatives: what may not be
+    zero in its exponential."""
+    n = parts[0].nrows()
+    drives = [{j} | {i for i in range(n) if not all(found[i, j] == 0 for found in parts)} for j in range(n)]
+    for k in range(n):  # what a state drives, and what that drives
+        for own in drives:
+            if k in own:
+                own |= drives[k]
+    return drives
+
+
+def balancing(found, drives: list[set[int]]) -> list[int]:
+    """Return exponents k of powers of two with which the entries a_ij 2**(k_j - k_i) of a matrix of balls are of one size.
+
+    States that drive each other are balanced (B. N. Parlett, C. Reinsch, Numer. Math. 13 (1969), 293-304); those that drive others
+    and are driven by none of them, such as an excitation, get the unit in which they do so with factors of the size of these.
+    """
+    n = found.nrows()
+    whole = [[float(found[i, j].abs_upper()) for j in range(n)] for i in range(n)]
+    sizes = [[v if i != j else 0.0 for j, v in enumerate(row)] for i, row in enumerate(whole)]
+    unit = [0.0] * n  # logarithms
+    placed: list[int] = []
+    for j in sorted(range(n), key=lambda k: len(drives[k])):
+        if j in placed:
+            continue
+        group = [i for i in sorted(drives[j]) if j in drives[i]]
+        for _ in range(SWEEPS):
+            largest = 0.0
+            for i in group:
+                out = sum(sizes[i][k] * 2.0 ** (unit[k] - unit[i]) for k in group)
+                into = sum(sizes[k][i] * 2.0 ** (unit[i] - unit[k]) for k in group)
+                change = max(-FAR, min(FAR, 0.5 * math.log2(out / into))) if out and into else 0.0
+                unit[i] += change
+                largest = max(largest, abs(change))
+            if largest < 0.5:
+                break
+        into = max((sizes[k][i] * 2.0 ** (unit[i] - unit[k]) for i in group for k in placed), default=0.0)
+        own = max((whole[k][i] * 2.0 ** (unit[i] - unit[k]) for i in placed for k in placed), default=0.0)
+        if into and own:
+            for i in group:
+                unit[i] -= math.log2(into / own)
+        placed += group
+    return [round(max(-FAR, min(FAR, k))) for k in unit]
 
 
 def norm_of(found) -> float:

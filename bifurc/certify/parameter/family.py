@@ -37,8 +37,8 @@ class Family:
 
     def __init__(self, system, name: str, low: float, high: float, places):
         self.system, self.name, self.places = system, name, list(places)
-        if high - low < 1e-3 * max(abs(low), abs(high), 1e-3):
-            pad = 1e-3 * max(abs(low), abs(high), 1e-3)
+        pad = 1e-3 * (max(abs(low), abs(high)) or 1.0)
+        if high - low < pad:
             low, high = low - pad, high + pad
         self.low, self.high = low, high
         for degree in DEGREES:

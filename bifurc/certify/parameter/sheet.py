@@ -42,11 +42,12 @@ class Sheet:
         known: dict[int, list] = {}
 
         half = 0.5 * (high - low) * (1.0 + 1e-12)
+        weights = path.candidate.weights
 
         def series(a, b):
             if id(a) not in known:
-                order = next((k for k in range(1, ORDER) if widest(b.parts[k] - a.parts[k]) * half**k
-                              <= THIN * widest(a.parts[0])), ORDER)
+                order = next((k for k in range(1, ORDER) if widest(b.parts[k] - a.parts[k], weights) * half**k
+                              <= THIN * widest(a.parts[0], weights)), ORDER)
                 parts = [*a.parts[:order], b.parts[order]]
                 while len(parts) > 1 and all(v == 0 for v in parts[-1].entries()):
                     parts.pop()
@@ -149,9 +150,13 @@ class Sheet:
         return X
 
 
-def widest(matrix) -> float:
-    """Return a bound of the entries of a matrix of balls."""
-    return max(size(v) for v in matrix.entries())
+def widest(matrix, weights) -> float:
+    """Return a bound of the entries of a matrix of balls whose rows (one: a guard) and columns are states, with the natural sizes
+    ``weights`` (ns,), and forcing states: entries are of different units."""
+    def sized(k):
+        return float(weights[k]) if k < len(weights) else 1.0
+    return max(size(matrix[i, j]) * sized(j) / (sized(i) if matrix.nrows() > 1 else 1.0)
+               for i in range(matrix.nrows()) for j in range(matrix.ncols()))
 
 
 def scaled(matrix, d):

@@ -13,18 +13,25 @@ from .sheet import Node, Sheet
 from .tube import piece
 
 BITS = 64  # of tubes: their width is far above rounding
-NEAR = 1e-6  # of the parameter: what lies that near to a special point is a matter of the point's own proof
+# of the largest value of the parameter on the branch: what lies that near to a special point is a matter of the point's own proof
+NEAR = 1e-6
 LEAST = 1e-8  # scaled: a piece that is not halved any more
 CLAIM = 1e-7  # scaled: a row as stored and the point proved are the same
 MOST = 500  # pieces tried on a stretch
 
 
 class Mark(NamedTuple):
-    """A special point on a stretch: its place among the points, its parameter, whether it is proved."""
+    """A special point on a stretch: its place among the points, its parameter, whether it is proved, and how near to it its own
+    proof takes over."""
 
     place: int
     parameter: float
     proved: bool
+    near: float
+
+    def holds(self, values) -> bool:
+        """Return whether values of the parameter lie so near that the proof of the point is theirs."""
+        return self.proved and max(abs(value - self.parameter) for value in values) <= self.near
 
 
 class Stretches:
@@ -43,6 +50,7 @@ class Stretches:
         self.branch, self.points, self.precision = branch, points, precision or BITS
         self._part = branch._arrays["part"]
         self._s = branch.column("s")
+        self._near = NEAR * float(np.abs(branch.column("parameter")).max())
         self._families: dict[int, Family | str] = {}
         self._nodes: dict[int, tuple] = {}
 
@@ -68,14 +76,13 @@ class Stretches:
     def _marks(self, i: int) -> list[Mark]:
         low, high = self._s[i], self._s[i + 1]
         slack = 1e-6 * max(1.0, abs(low), abs(high))
-        return [Mark(k, float(point.parameter), certificate.proved)
+        return [Mark(k, float(point.parameter), certificate.proved, self._near)
                 for k, (point, certificate) in enumerate(zip(self.branch.special_points, self.points, strict=True))
                 if low - slack <= point.s <= high + slack]
 
     def _joint(self, i: int, low: float, high: float, marks: list[Mark]) -> StretchCertificate:
         """The event sequence changes between these rows: they must lie on one proved special point."""
-        on = [mark for mark in marks if max(abs(low - mark.parameter), abs(high - mark.parameter)) <= tolerance(mark.parameter)]
-        done = [mark.place for mark in on if mark.proved]
+        done = [mark.place for mark in marks if mark.holds((low, high))]
         message = ("both rows lie on a proved special point, where the event sequence changes" if done else
                    "the event sequence changes between these rows, at no proved special point")
         return StretchCertificate((i, i + 1), (low, high), Verdict.PROVED if done else Verdict.UNDECIDED, 0, tuple(done),
@@ -124,11 +131,6 @@ def kinds(transitions) -> list:
              [(rule.key, rule.keys, rule.after, rule.held, rule.guards) for rule in item.rules]) for item in transitions]
 
 
-def tolerance(p: float) -> float:
-    """Return how near to a special point its own proof takes over."""
-    return NEAR * max(1.0, abs(p))
-
-
 def bisect(sheet: Sheet, a: Node, b: Node, marks: list[Mark], rows: tuple[int, int]) -> StretchCertificate:
     """Return what is proved between two nodes."""
     scale = sheet.path.scale
@@ -144,8 +146,7 @@ def bisect(sheet: Sheet, a: Node, b: Node, marks: list[Mark], rows: tuple[int, i
             proved += 1
             continue
         p = [first.z[-1], last.z[-1]] + ([] if found.centre is None else [found.centre.z[-1]])
-        close = [mark for mark in marks if mark.proved
-                 and max(abs(v - mark.parameter) for v in p) <= tolerance(mark.parameter)]
+        close = [mark for mark in marks if mark.holds(p)]
         if close and found.joined:
             near |= {mark.place for mark in close}
             continue
@@ -159,7 +160,7 @@ def bisect(sheet: Sheet, a: Node, b: Node, marks: list[Mark], rows: tuple[int, i
         stack += [(centre, last), (first, centre)]
     if not left:
         message = "one curve leads from row to row, without special points" if not near else (
-            f"one curve leads from row to row; farther than {NEAR:g} from its special points it has no other")
+            f"one curve leads from row to row; farther than {marks[0].near:.3g} from its special points it has no other")
         return StretchCertificate(rows, values, Verdict.PROVED, proved, tuple(sorted(near)), message=message)
     merged = joined(left)
     message = "; ".join(f"{low:.10g} to {high:.10g}: {why}" for low, high, why in merged[:4])
@@ -184,7 +185,7 @@ def joined(left: list[tuple[float, float, str]]) -> list[tuple[float, float, str
     """Return places with those joined that meet and have the same reason."""
     found: list[tuple[float, float, str]] = []
     for low, high, why in sorted(left):
-        if found and low <= found[-1][1] + 1e-12 * max(1.0, abs(low)) and kind_of(why) == kind_of(found[-1][2]):
+        if found and low <= found[-1][1] + 1e-12 * abs(low) and kind_of(why) == kind_of(found[-1][2]):
             found[-1] = (found[-1][0], max(high, found[-1][1]), found[-1][2])
         else:
             found.append((low, high, why))

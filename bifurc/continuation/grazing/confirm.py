@@ -96,7 +96,7 @@ def settled(system, state, touch, eps, value, first, periods) -> Seen:
               if event.kind in kinds and (elements is None or event.element in elements)]
     sections = motion.sections / touch.problem.weights
     period = next((n for n in range(1, RECORDED // 2 + 1)
-                   if np.abs(sections[-1] - sections[-1 - n]).max() < RETURNED * max(1.0, np.abs(sections).max())), 0)
+                   if np.abs(sections[-1] - sections[-1 - n]).max() < RETURNED * np.abs(sections).max()), 0)
     top = max(speeds, default=0.0)
     return Seen(eps, value, period, len(speeds) / RECORDED, float(top), first, bool(top <= FAR * first), True)
 

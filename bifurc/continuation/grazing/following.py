@@ -150,7 +150,7 @@ class Touching(Condition):
         T = problem.equations.numbers_at(x[-1])
         eye, size = np.eye(len(h)), float(np.linalg.norm(h))
         others = [item[3] for item in maxima(problem, x, [(inside, self.mode, self.guard)], FAR)]
-        values = [self.apex(problem, x, tau) / (size * max(1.0, T.flat[0]**2)), max(others, default=-1.0),
+        values = [self.apex(problem, x, tau) / (size * T.flat[0]**2), max(others, default=-1.0),
                   float(np.linalg.det(E - eye)), float(np.linalg.det(E + eye))]
         if touch.restitution is None:
             return values + [math.nan] * POWERS

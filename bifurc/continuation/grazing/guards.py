@@ -33,7 +33,7 @@ def field_slope(e, T, mode, x):
         return T.A[mode]
     found = np.empty((ns, x.size))
     for c in range(x.size):
-        step = 1e-6 * max(1.0, abs(x[c]))
+        step = 1e-6 * max(float(e.weights[c]) if c < ns else 1.0, abs(x[c]))
         sides = []
         for sign in (1.0, -1.0):
             moved, f = x.copy(), np.empty(ns)

@@ -219,7 +219,7 @@ def rates(e, T, mode, guard, joined):
     apex, f, dw = second(joined)
     if T.LU.shape[0] == 0:
         return 2.0 * float(T.GT[mode, guard, :, 2] @ joined), 6.0 * float(T.GT[mode, guard, :, 3] @ joined)
-    step = 1e-4 / max(1.0, T.flat[0])
+    step = 1e-4 / T.flat[0]
     rate = np.concatenate([f, dw])
     return apex, (second(joined + step * rate)[0] - second(joined - step * rate)[0]) / (2.0 * step)
 

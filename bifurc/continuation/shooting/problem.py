@@ -13,6 +13,7 @@ import numpy as np
 from ...compose.modal import give_modal
 from ...compose.scene import beside, given, numbered, scene_of
 from ...elements import EventKind
+from ...jobs.executors import user_parts
 from ...orbits.energy import conservative
 from ...orbits.multipliers import attracting, nontrivial
 from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
@@ -757,6 +758,9 @@ class OrbitProblem(Problem):
             given(orbit.system, tables)
             orbit.equations, orbit._earlier = self.equations.on(fixed_path(tables)), self._earlier
         return orbit
+
+    def __reduce_ex__(self, protocol):
+        return OrbitProblem.from_record, (self.to_record(), user_parts(self.system))  # what is compiled does not travel
 
     def to_record(self) -> dict:
         """Return a JSON-able description."""

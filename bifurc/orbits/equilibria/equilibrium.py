@@ -4,7 +4,8 @@ In a mode the state is at rest where y' = 0 and what the mode holds stays on its
 solves that from the guess, so that where equilibria form a continuum (a mass that sticks, a slider that never slips) the
 nearest one is found.  A guard that the solution violates names the modes that are tried next.
 
-Eigenvalues are those of the motion that the mode allows, on the states modulo a continuum.
+Eigenvalues are those of the motion that the mode allows, on the states modulo a continuum.  Time is counted in units of the mode's
+own rate of change throughout: what is small, and what depends on what else, is then the same in all units.
 
 One file, because the equilibrium tells its guards, modes and eigenvalues by the conditions that the search solves.
 """
@@ -78,6 +79,9 @@ class Equilibrium(Notebook, Motion):
         self._state = np.array(state, float)
         self._failed = status
 
+    def __getstate__(self):
+        return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed")}
+
     @property
     def state(self) -> np.ndarray:
         """State (ns,)."""
@@ -111,14 +115,13 @@ class Equilibrium(Notebook, Motion):
     @functools.cached_property
     def residual(self) -> float:
         """Largest rate that is left, relative to the size of the terms it is the sum of, dimensionless."""
-        T, m = self.scene.tables, self.mode
-        terms = np.abs(T.A[m]) @ np.abs(self.field.joined(self._state))
-        terms[self.scene.n:2 * self.scene.n] += np.abs(self.field.forces(self._state)) @ np.abs(T.LP[m])
-        return float((np.abs(self.field.rate(self._state)) / np.maximum(terms.max(), 1e-300)).max())
+        F, _, terms = _conditions(self.scene, self.field, self._state)
+        return float((np.abs(F) / terms)[:self.scene.ns].max())
 
     @functools.cached_property
     def continuum(self) -> np.ndarray:
         """Directions (k, ns), orthonormal, in which equilibria of the same mode lie nearby; k = 0: it stands alone."""
+        # nothing of it moves: its velocities are zero in any units
         return _kernel(_conditions(self.scene, self.field, self._state)[1])
 
     @functools.cached_property
@@ -173,24 +176,26 @@ class Equilibrium(Notebook, Motion):
 
     @functools.cached_property
     def linearisation(self) -> np.ndarray:
-        """Matrix (k, k) of small motions that the mode allows, on orthonormal coordinates modulo the continuum."""
+        """Matrix (k, k) of small motions that the mode allows, in coordinates modulo the continuum, 1/time."""
         return self._small[0]
 
     @functools.cached_property
-    def _small(self) -> tuple[np.ndarray, np.ndarray]:
-        """The matrix of small motions (k, k) and the orthonormal directions (ns, k) it belongs to."""
-        scene, ns = self.scene, self.scene.ns
+    def _small(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The matrix of small motions (k, k), the directions (ns, k) it belongs to, orthonormal in the units of the mode, and what
+        gives the coordinates (k, ns) of a state."""
+        scene, ns, units = self.scene, self.scene.ns, self.field.units
         algebraic = [place for place, _ in scene.algebraic(self.mode)]
         free = np.setdiff1d(np.arange(ns), algebraic)
-        J = self.field.jacobian(self._state)[np.ix_(free, free)]
+        J = (self.field.jacobian(self._state) * units / units[:, None])[np.ix_(free, free)]
         curved = [slope for _, slope in curved_rests(scene, self.mode, self.field.joined(self._state))]
-        Z = np.eye(ns)[:, free] @ _kernel(np.vstack([self.field.constraints(), *curved])[:, free]).T
+        kept = _levelled(np.vstack([self.field.constraints(), *curved])[:, :ns] * units)
+        Z = np.eye(ns)[:, free] @ _kernel(kept[:, free]).T
         A = Z[free].T @ J @ Z[free]
         N = _kernel(A) if len(self.continuum) else np.empty((0, len(A)))
         if len(N):
             Q = np.linalg.qr(N.T, mode="complete")[0][:, len(N):]
             A, Z = Q.T @ A @ Q, Z @ Q
-        return A, Z
+        return A, Z * units[:, None], Z.T / units
 
     @functools.cached_property
     def eigenvalues(self) -> np.ndarray:
@@ -312,7 +317,7 @@ def resting(found: Equilibrium) -> Equilibrium:
             if mode is None or state is None:
                 continue
             other = Equilibrium(found.system, mode, state)
-            near = np.abs(state - found.state).max() <= BOUNDARY * max(np.abs(state).max(), 1e-300)
+            near = np.abs(state - found.state).max() <= BOUNDARY * max(np.abs(state).max(), 1e-300)  # no velocities in it
             if near and other.success and len(other.continuum) > len(found.continuum):
                 return resting(other)
     return found
@@ -350,44 +355,58 @@ def _first(scene: Scene, y) -> list[int]:
 def solved(scene: Scene, mode: int, y) -> np.ndarray | None:
     """Return the state (ns,) at rest in a mode nearest to ``y``, by Newton with the least change; None where there is none."""
     field = ModeField(scene, scene.tables, mode)
-    y, largest, size = y.copy(), float(np.abs(y).max()), np.zeros(0)
+    units = field.units
+    y, largest, size = y.copy(), float(np.abs(y / units).max()), np.zeros(0)
     for count in range(STEPS):
         F, J, terms = _conditions(scene, field, y)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             return None
         size = terms if count == 0 else np.maximum(size, terms)
-        step = np.linalg.lstsq(J, -F, rcond=1e-12)[0]
+        step = np.linalg.lstsq(J, -F, rcond=1e-12)[0] * units
         for _ in range(HALVINGS):  # out of where a law is defined
             if np.isfinite(field.rate(y + step)).all():
                 break
             step *= 0.5
-        y = y + step
-        largest = max(largest, float(np.abs(y).max()))
-        if np.abs(step).max() <= CONVERGED * largest:
-            F = _conditions(scene, field, y)[0]
+        largest = max(largest, float(np.abs((y + step) / units).max()))
+        better = np.abs(step / units).max() > CONVERGED * largest
+        if better or np.abs(_conditions(scene, field, y + step)[0]).max() < np.abs(F).max():  # what was solved for stays as it is
+            y = y + step
+        else:
             if not bool((np.abs(F) <= BALANCED * size).all()):
                 return None
-            y[np.abs(y) <= CONVERGED * largest] = 0.0  # velocities, and what only rounding keeps from a surface at zero
+            y[np.abs(y / units) <= CONVERGED * largest] = 0.0  # velocities, and what only rounding keeps from a surface at zero
             return y
     return None
 
 
 def _conditions(scene: Scene, field: ModeField, y):
-    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow; its derivative, and
-    the size of the terms."""
-    ns, n = scene.ns, scene.n
+    """Return what vanishes at rest: rates, velocities, what the mode holds, internal variables that follow; its derivative by the
+    states, and the size of the terms; all in the units of the mode."""
+    ns, n, units = scene.ns, scene.n, field.units
     x = field.joined(y)
     rows = np.vstack([field.constraints(), np.eye(ns, x.size)[n:2 * n]])
     for place, row in scene.algebraic(field.mode):
         rows = np.vstack([rows, np.eye(1, x.size, place) - row])
     curved = curved_rests(scene, field.mode, x)
     F = np.concatenate([field.rate(y), rows @ x, [value for value, _ in curved]])
-    J = np.vstack([field.jacobian(y), rows[:, :ns], *(slope[:ns] for _, slope in curved)])
+    J = np.vstack([field.jacobian(y), rows[:, :ns], *(slope[:ns] for _, slope in curved)]) * units
     T = field.tables
     rates = np.abs(T.A[field.mode]) @ np.abs(x)
     rates[n:2 * n] += np.abs(field.forces(y)) @ np.abs(T.LP[field.mode])
     size = np.concatenate([rates, np.abs(rows) @ np.abs(x), np.zeros(len(curved))])
-    return F, J, np.maximum(size, max(float(size.max()), 1e-300))
+    weight = np.append(units * field.pace, _heights(J[ns:]))
+    return F / weight, J / weight[:, None], np.full(size.size, max(float((size / weight).max()), 1e-300))
+
+
+def _heights(rows) -> np.ndarray:
+    """Return the largest entry of each of the rows (k, ns), 1 for rows of zeros."""
+    height = np.abs(rows).max(axis=1, initial=0.0)
+    return np.where(height > 0.0, height, 1.0)
+
+
+def _levelled(rows) -> np.ndarray:
+    """Return rows (k, ns) over their largest entries: some are speeds, some positions."""
+    return rows / _heights(rows)[:, None]
 
 
 def _kernel(matrix) -> np.ndarray:

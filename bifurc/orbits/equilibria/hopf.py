@@ -10,6 +10,8 @@ through the field at Chebyshev points on a line; of the radii that are tried the
 """
 import numpy as np
 
+from ...compose.natural import natural_length
+
 DEGREE = 10
 RADII = 0.5 ** np.arange(1, 9)  # of the natural size, tried in turn
 IMAGINARY = 1e-5  # real over imaginary part of the pair at a Hopf point, at most
@@ -20,13 +22,13 @@ def lyapunov_coefficient(equilibrium, dof: int) -> float:
     scene = equilibrium.scene
     if not (isinstance(dof, (int, np.integer)) and 0 <= dof < scene.n):
         raise ValueError(f"dof = {dof!r} is not allowed; it must be 0 .. {scene.n - 1}")
-    A, Z = equilibrium._small
+    A, Z, read = equilibrium._small
     omega, q, p = critical_pair(A)
     y = equilibrium.state
-    size = max(1.0, float(np.abs(y).max()))
+    size = max(natural_length(equilibrium.field.tables), float(np.abs(y).max()))
     values = []
     for radius in RADII * size:
-        forms = Forms(lambda c: Z.T @ equilibrium.field.rate(y + Z @ c), len(A), radius)
+        forms = Forms(lambda c: read @ equilibrium.field.rate(y + Z @ c), len(A), radius)
         try:
             values.append(_coefficient(forms, A, omega, q, p))
         except (ArithmeticError, ValueError):  # the law does not reach so far

@@ -6,6 +6,7 @@ zero at all of them vanishes by what the event says.
 """
 import numpy as np
 
+from ...compose.natural import natural_length, natural_rate
 from ...compose.scene import Scene
 from ...compose.tables import ORDER
 from ...compose.writer import kernels
@@ -72,14 +73,14 @@ def fastest(field: ModeField, y) -> float:
 def _samples(scene: Scene, T, before: int, guard: int):
     """Yield joined states (nx,) at which the guard fires, and the speed with which it arrives."""
     kernel = kernels(scene)
-    rng = np.random.default_rng(1)
+    rng, length, rate = np.random.default_rng(1), natural_length(T), natural_rate(T)
     ns, nx, found = scene.ns, scene.ns + scene.nw, 0
     held = [row for k in range(int(T.n_holds[before])) for row in (T.H[before, k], T.S[before, k]) if row[:ns].any()]
     row, f, dw = np.empty(nx), np.empty(ns), np.empty(nx - ns)
     for _ in range(TRIALS):
         x = np.empty(nx)
-        x[:ns] = rng.normal(size=ns)
-        x[scene.n:2 * scene.n] *= scene.omega or 1.0
+        x[:ns] = length * rng.normal(size=ns)
+        x[scene.n:2 * scene.n] *= rate
         angle = rng.uniform(0.0, 2.0 * np.pi) * np.array(scene.harmonics, float)
         x[ns], x[ns + 1::2], x[ns + 2::2] = 1.0, np.cos(angle), np.sin(angle)
         for _ in range(NEWTON):

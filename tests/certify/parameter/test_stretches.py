@@ -13,7 +13,7 @@ from bifurc.certify.model import Refused
 from bifurc.certify.parameter import family
 from bifurc.certify.parameter.sequence import along, pieces_of
 from bifurc.certify.parameter.sheet import Sheet
-from bifurc.certify.parameter.stretch import Mark, Stretches, bisect
+from bifurc.certify.parameter.stretch import NEAR, Mark, Stretches, bisect
 from bifurc.certify.parameter.tube import Tube
 from tests.reference import one_stop
 
@@ -89,7 +89,7 @@ def test_a_stretch_that_passes_through_the_stop_is_not_proved(branch, points):
         row = np.zeros(node.z.size)
         row[-1] = 1.0 / beyond.scale[-1]
         a, b = (wide.node(node.z + (p - node.z[-1]) * np.eye(node.z.size)[-1], row) for p in (0.700, 0.705))
-        found = bisect(wide, a, b, [Mark(0, 0.7025, True)], (0, 1))
+        found = bisect(wide, a, b, [Mark(0, 0.7025, True, NEAR)], (0, 1))
     assert not found.proved and found.pieces == 0
     assert "not admissible" in found.message
 

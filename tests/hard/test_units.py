@@ -1,0 +1,124 @@
+"""Results in other units of time, mass and length are the same: nothing may compare a state, a time or a parameter with 1."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import Coulomb, CubicSpring, ElasticStop, HarmonicForce, RigidStop, Stribeck
+
+UNITS = [(1e6, 1.0, 1.0), (1.0, 1.0, 1e-9), (1e-3, 1e4, 1e-6), (3e-5, 2e3, 7e2)]  # of time, mass, length
+
+
+def made(units, elements, mass=1.0, damping=0.1, stiffness=1.0, omega=None):
+    """A system in other units; ``elements`` are given those of force, stiffness, length and speed."""
+    T, M, L = units
+    return bf.System(mass * M, damping * M / T, stiffness * M / T**2, elements(M * L / T**2, M / T**2, L, L / T),
+                     omega=None if omega is None else omega / T)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_stick_slip_on_a_belt(units):
+    """Closed form (Coulomb, no damping): slip 2 pi - 2 atan(d/V), stick 2 d/V, d = fs - fk."""
+    T = units[0]
+    system = made(units, lambda F, K, L, V: [Coulomb(0.6 * F, static_ratio=1.0 / 0.6, belt_speed=0.3 * V)], damping=0.0)
+    orbit = bf.find_orbit(system)
+    assert orbit.success and abs(orbit.period / T - (2.0 * np.pi - 2.0 * np.arctan(0.4 / 0.3) + 0.8 / 0.3)) < 1e-13
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_steady_sliding_its_hopf_point_and_criticality(units):
+    """x = F(V), eigenvalues of l^2 + (2 zeta + F'(V)) l + 1 = 0, V_H = v_s ln((fs - fk)/(2 zeta v_s)), l1 = zeta/(8 v_s^2)."""
+    T, _, L = units
+    system = made(units, lambda F, K, L, V: [Stribeck(0.5 * F, F, 0.5 * V, belt_speed=1.6 * V)])
+    rest = bf.find_equilibrium(system)
+    fall = 0.5 * np.exp(-3.2)
+    assert rest.success and rest.stable and rest.residual < 1e-14
+    assert rest.state / L == pytest.approx([0.5 + fall, 0.0], abs=1e-14)
+    roots = np.sort_complex(np.roots([1.0, 0.1 - fall / 0.5, 1.0]))
+    assert np.sort_complex(rest.eigenvalues * T) == pytest.approx(roots, abs=1e-13)
+    branch = bf.trace(rest, "stribeck.belt_speed", bounds=(0.5 * L / T, 2.0 * L / T))
+    point, = branch.special_points
+    assert point.kind == "hopf" and point.parameter / (L / T) == pytest.approx(0.5 * np.log(10.0), rel=1e-11)
+    assert point.solution.lyapunov_coefficient() * L**2 * T == pytest.approx(0.025, rel=1e-6)
+
+
+@pytest.mark.parametrize("units", [(1e6, 1.0, 1.0), (1.0, 1.0, 1e-5), (1.0, 1.0, 1e-6)])
+def test_orders_of_births_under_a_law(units):
+    """Which derivatives vanish behind an event under a law is asked at states of the size that the motion has."""
+    def elements(F, K, L, V):
+        return [HarmonicForce(1.1 * F), Stribeck(0.3 * F, 0.5 * F, 0.4 * V)]
+    one, other = (bf.find_orbit(made(u, elements, 1.3, 0.11, 0.9, omega=0.63)) for u in ((1.0, 1.0, 1.0), units))
+    T, _, L = units
+    assert one.success and other.success and other.signature == one.signature
+    assert other.state / [L, L / T] == pytest.approx(one.state, abs=1e-12)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_nonlinear_mode(units):
+    """Bilinear, gap 1, stiffness 4 in contact, energy 2: 2 pi / T = 1.170544 (closed form)."""
+    T, M, L = units
+    system = made(units, lambda F, K, L, V: [ElasticStop(L, 4.0 * K)], damping=0.0)
+    w = np.sqrt(5.0)
+    period = 2.0 * (np.pi - np.arccos(0.5)) + 2.0 / w * np.arctan2(w * np.sqrt(3.0), 1.0)
+    assert bf.nonlinear_mode(system, energy=2.0 * M * L**2 / T**2).period / T == pytest.approx(period, rel=1e-12)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_a_start_at_rest_beside_a_preloaded_stop(units):
+    """The motion that is found is the same one of several."""
+    def elements(F, K, L, V):
+        return [HarmonicForce(0.7 * F), RigidStop(-0.3 * L, 0.65)]
+    one, other = (bf.find_orbit(made(u, elements, 1.3, 0.11, 0.9, omega=1.3)) for u in ((1.0, 1.0, 1.0), units))
+    T, _, L = units
+    assert one.success and other.state / [L, L / T] == pytest.approx(one.state, abs=1e-11)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_a_diagram_by_simulation(units):
+    T, _, L = units
+    shown = []
+    for u in ((1.0, 1.0, 1.0), units):
+        system = made(u, lambda F, K, L, V: [HarmonicForce(0.52 * F), RigidStop(L, 0.7)], omega=1.1)
+        shown.append(bf.bifurcation_diagram(system, "omega", np.array([0.7, 0.9, 1.0, 1.1]) / u[0], transient=100, keep=8))
+    assert np.array_equal(*(item.periods for item in shown)) and set(shown[0].periods.ravel()) > {1}
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_a_chain_of_proofs(units):
+    """Every stretch is proved in as many pieces; a special point stands for as little of its stretch."""
+    found = []
+    for u in ((1.0, 1.0, 1.0), units):
+        system = made(u, lambda F, K, L, V: [HarmonicForce(0.52 * F, label="load"), RigidStop(L, 0.7)], omega=0.8)
+        F = u[1] * u[2] / u[0]**2
+        branch = bf.trace(bf.find_orbit(system), "load.amplitude", bounds=(0.45 * F, 0.55 * F))
+        point, = branch.special_points
+        assert point.kind == "period_doubling" and point.parameter / F == pytest.approx(0.512672682, abs=1e-9)
+        found.append(branch.certify())
+        assert found[-1].proved, found[-1].message
+    pieces = [[stretch.pieces for stretch in proof.stretches] for proof in found]
+    assert max(abs(np.array(pieces[0]) - pieces[1])) <= 1 and min(pieces[1]) >= 1 and max(pieces[0]) > 5
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_gains_of_a_feedback(units):
+    """The ends of the stabilising interval of an impact oscillator, in other units."""
+    ends = []
+    for u in ((1.0, 1.0, 1.0), units):
+        system = made(u, lambda F, K, L, V: [HarmonicForce(12.0 * F), RigidStop(L, 0.7)], omega=2.5)
+        T, M, L = u
+        orbit = bf.find_orbit(system, guess=(-4.0 * L, 8.4 * L / T))
+        found = bf.control.feedback_range(orbit, "displacement", (0.0, 0.2 * M / T**2))
+        ends.append([end.gain * T**2 / M for end in found.ends])
+    assert ends[0] == pytest.approx([0.008897, 0.112742], abs=1e-6)  # docs of feedback_range
+    assert ends[1] == pytest.approx(ends[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_a_duffing_branch_with_a_stop(units):
+    points = []
+    for u in ((1.0, 1.0, 1.0), units):
+        system = made(u, lambda F, K, L, V: [HarmonicForce(0.3 * F), CubicSpring(0.8 * K / L**2), RigidStop(1.2 * L, 0.8)],
+                      omega=0.6)
+        branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5 / u[0], 1.6 / u[0]))
+        points.append([(point.kind.value, point.parameter * u[0]) for point in branch.special_points])
+    assert points[0] and [kind for kind, _ in points[0]] == [kind for kind, _ in points[1]]
+    assert np.array([p for _, p in points[1]]) == pytest.approx(np.array([p for _, p in points[0]]), rel=1e-9)
