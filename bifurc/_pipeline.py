@@ -12,15 +12,19 @@ numba compares the flags of a compilation at every call in it, by all that they 
 
 All reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
 """
+import contextlib
 import math
 import operator
 
 import llvmlite.binding
 import numba
 from numba.core import codegen, compiler, types
+from numba.extending import overload
+from numba.np import arrayobj
 
 TRIED = ((0, 68),)  # versions of numba
 PLAIN = (types.Number, types.Boolean, types.Literal, types.Array, types.SliceType)
+DOORS = {"no_cpython_wrapper", "no_cfunc_wrapper"}  # flags that no callee sees
 ENVIRONMENT = "_ZN08NumbaEnv"  # how names of environments begin
 OPERATORS = frozenset([value for module in (operator, math) for name, value in vars(module).items()
                        if callable(value) and not name.startswith("_")] + [abs, bool, float, int, len, max, min, range])
@@ -38,9 +42,35 @@ class Pipeline(compiler.Compiler):
     def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
         super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
 
+    def compile_extra(self, func):
+        """Compile a function."""
+        with _short_errors():
+            return super().compile_extra(func)
+
+
+def _unequal(given, asked):
+    """Raise the error of ``a[...] = b`` with arrays of other shapes."""
+
+
+@overload(_unequal)
+def _write_unequal(given, asked):
+    def raise_it(given, asked):
+        raise ValueError("cannot assign an array of another shape")
+    return raise_it
+
+
+@contextlib.contextmanager
+def _short_errors():
+    """Leave the shapes out of the error of ``a[...] = b``: to print them numba compiles 3 s of text functions."""
+    before, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _unequal
+    try:
+        yield
+    finally:
+        arrayobj.raise_with_shape_context = before
+
 
 class _Flags(compiler.Flags):
-    """Flags of a compilation, equal to numba's with the same values."""
+    """Flags of a compilation, equal to others that make the same code of a callee."""
 
     __slots__ = ()
 
@@ -50,8 +80,8 @@ class _Flags(compiler.Flags):
     def __eq__(self, other) -> bool:
         if not isinstance(other, compiler.Flags):
             return NotImplemented
-        return self._values == other._values or all(getattr(self, name) == getattr(other, name)
-                                                    for name in self._values.keys() | other._values.keys())
+        mine, others = self._values, other._values
+        return mine == others or all(getattr(self, name) == getattr(other, name) for name in (mine.keys() | others.keys()) - DOORS)
 
 
 _HASH = hash(compiler.Flags())  # of the names of what they may hold: the same for all
