@@ -18,7 +18,7 @@ import operator
 
 import llvmlite.binding
 import numba
-from numba.core import codegen, compiler, types
+from numba.core import codegen, compiler, postproc, transforms, types
 from numba.extending import overload
 from numba.np import arrayobj
 
@@ -36,20 +36,19 @@ def _plain(args) -> bool:
                for k, arg in enumerate(args))
 
 
-class Pipeline(compiler.Compiler):
-    """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
-
-    def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
-        super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
-
-    def compile_extra(self, func):
-        """Compile a function."""
-        with _short_errors():
-            return super().compile_extra(func)
+@contextlib.contextmanager
+def _less_work():
+    """Put what is cheaper in the place of two functions of numba."""
+    before = arrayobj.raise_with_shape_context, postproc.PostProcessor.run
+    arrayobj.raise_with_shape_context, postproc.PostProcessor.run = _unequal, _postprocess
+    try:
+        yield
+    finally:
+        arrayobj.raise_with_shape_context, postproc.PostProcessor.run = before
 
 
 def _unequal(given, asked):
-    """Raise the error of ``a[...] = b`` with arrays of other shapes."""
+    """Raise the error of ``a[...] = b`` with arrays of other shapes, without these: to print them numba compiles 3 s of text."""
 
 
 @overload(_unequal)
@@ -59,14 +58,22 @@ def _write_unequal(given, asked):
     return raise_it
 
 
-@contextlib.contextmanager
-def _short_errors():
-    """Leave the shapes out of the error of ``a[...] = b``: to print them numba compiles 3 s of text functions."""
-    before, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _unequal
-    try:
-        yield
-    finally:
-        arrayobj.raise_with_shape_context = before
+_WHOLE = postproc.PostProcessor.run
+
+
+def _postprocess(self, emit_dels=False, extend_lifetimes=False):
+    """Prepare a function for the next pass; where variables live is computed by numba when a pass asks for it.
+
+    It is computed ahead, by every pass anew, for generators and for functions that numba cannot compile.
+    """
+    function = self.func_ir
+    if function.is_generator:
+        _WHOLE(self, emit_dels, extend_lifetimes)
+        return
+    function.blocks = transforms.canonicalize_cfg(function.blocks)
+    function.variable_lifetime, function.generator_info = postproc.VariableLifetime(function.blocks), None
+    if emit_dels:
+        self._insert_var_dels(extend_lifetimes=extend_lifetimes)
 
 
 class _Flags(compiler.Flags):
@@ -93,6 +100,17 @@ def for_this_numba(pipeline):
 
 
 class _Library(codegen.JITCodeLibrary):
+    """The code of a function, optimised with all that it calls: before that, a function by itself, little is enough."""
+
+    def _optimize_functions(self, ll_module):
+        ll_module.data_layout = self._codegen._data_layout
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes, builder = self._codegen._function_pass_manager(opt=1)
+                passes.run(function, builder)
+
+
+class _Part(_Library):
     """The code of a function for its callers; of machine code only the places where numba keeps the globals of functions."""
 
     def _optimize_final_module(self):
@@ -114,14 +132,26 @@ class _Library(codegen.JITCodeLibrary):
         super()._finalize_final_module()
 
 
+class Pipeline(compiler.Compiler):
+    """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
+
+    library_class = _Library
+
+    def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
+        super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
+
+    def compile_extra(self, func):
+        """Compile a function into a library of its own."""
+        self.state.library = self.library_class(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        with _less_work():
+            return super().compile_extra(func)
+
+
 class Linked(Pipeline):
     """The pipeline of functions that only compiled callers call."""
 
-    def compile_extra(self, func):
-        """Compile a function into a library of intermediate code."""
-        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
-        self.state.library.enable_object_caching()
-        return super().compile_extra(func)
+    library_class = _Part
 
 
 def _remembering(context):
