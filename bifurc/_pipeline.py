@@ -8,7 +8,9 @@ itself, too, which nothing ever calls, and optimises it in full before that, alt
 that is linked into it: a cheap pass by itself is enough.  Large loops over rows of a batch lost 7 to 12 % of their speed by that
 (problem A and Duffing's oscillator of `studies.kernel_throughput`): they are no part of their callers, see `_jit.fused`.
 
-numba compares the flags of a compilation at every call in it, by all that they may hold: those here compare what was set.
+numba compares the flags of a compilation at every call in it, by all that they may hold, and compiles ``np.empty`` once for each:
+those here compare what was set and what a callee can see.  It computes where variables live after most of its passes, and reads it
+after two of them.  For the error of ``a[:] = b`` with other shapes it compiles functions that write numbers as text, 3 s of them.
 
 All reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
 """
