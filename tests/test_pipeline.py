@@ -119,9 +119,8 @@ def test_a_numba_that_was_not_tried_compiles_as_it_always_does(monkeypatch):
 
 
 @contextlib.contextmanager
-def compiled(tmp_path, monkeypatch):
-    """List the module, name and argument types of every function that is compiled, with an empty cache."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+def compiled():
+    """List the module, name and argument types of every function that is compiled."""
     found = []
     with event.install_recorder("numba:compile") as recorder:
         yield found
@@ -130,6 +129,7 @@ def compiled(tmp_path, monkeypatch):
 
 
 def test_arrays_of_other_shapes_are_refused_without_functions_of_text(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # where kernels go is decided when they are decorated
     before = arrayobj.raise_with_shape_context
 
     @both
@@ -137,7 +137,7 @@ def test_arrays_of_other_shapes_are_refused_without_functions_of_text(tmp_path, 
         a[:] = b
         return a.sum()
 
-    with compiled(tmp_path, monkeypatch) as made:
+    with compiled() as made:
         assert copied(np.zeros(3), np.arange(3.0)) == 3.0
         assert copied(np.zeros(3), np.ones(1)) == 3.0  # one number for all
         assert copied(np.zeros((2, 3)), np.arange(3.0)) == 6.0
@@ -152,6 +152,8 @@ def test_arrays_of_other_shapes_are_refused_without_functions_of_text(tmp_path, 
 
 @pytest.mark.skipif(numba.version_info.short not in _pipeline.TRIED, reason="this numba compiles as it always does")
 def test_functions_with_and_without_doors_share_what_they_call(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
     @njit
     def inner(n):
         return np.empty((n, n, 2 * n), np.int16).size
@@ -160,7 +162,7 @@ def test_functions_with_and_without_doors_share_what_they_call(tmp_path, monkeyp
     def outer(n):
         return inner(n) + np.empty((n, n, 2 * n), np.int16).size
 
-    with compiled(tmp_path, monkeypatch) as made:
+    with compiled() as made:
         assert outer(3) == 108
     assert [args for module, name, args in made if module == "numba.np.arrayobj" and "np_empty" in name].count(
         next(args for module, name, args in made if "np_empty" in name)) == 1
