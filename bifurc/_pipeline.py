@@ -8,19 +8,25 @@ itself, too, which nothing ever calls, and optimises it in full before that, alt
 that is linked into it: a cheap pass by itself is enough.  Large loops over rows of a batch lost 7 to 12 % of their speed by that
 (problem A and Duffing's oscillator of `studies.kernel_throughput`): they are no part of their callers, see `_jit.fused`.
 
-numba compares the flags of a compilation at every call in it, by all that they may hold: those here compare what was set.
+numba compares the flags of a compilation at every call in it, by all that they may hold, and compiles ``np.empty`` once for each:
+those here compare what was set and what a callee can see.  It computes where variables live after most of its passes, and reads it
+after two of them.  For the error of ``a[:] = b`` with other shapes it compiles functions that write numbers as text, 3 s of them.
 
 All reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
 """
+import contextlib
 import math
 import operator
 
 import llvmlite.binding
 import numba
-from numba.core import codegen, compiler, types
+from numba.core import codegen, compiler, postproc, transforms, types
+from numba.extending import overload
+from numba.np import arrayobj
 
 TRIED = ((0, 68),)  # versions of numba
 PLAIN = (types.Number, types.Boolean, types.Literal, types.Array, types.SliceType)
+DOORS = {"no_cpython_wrapper", "no_cfunc_wrapper"}  # flags that no callee sees
 ENVIRONMENT = "_ZN08NumbaEnv"  # how names of environments begin
 OPERATORS = frozenset([value for module in (operator, math) for name, value in vars(module).items()
                        if callable(value) and not name.startswith("_")] + [abs, bool, float, int, len, max, min, range])
@@ -32,15 +38,48 @@ def _plain(args) -> bool:
                for k, arg in enumerate(args))
 
 
-class Pipeline(compiler.Compiler):
-    """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
+@contextlib.contextmanager
+def _less_work():
+    """Put what is cheaper in the place of two functions of numba."""
+    before = arrayobj.raise_with_shape_context, postproc.PostProcessor.run
+    arrayobj.raise_with_shape_context, postproc.PostProcessor.run = _unequal, _postprocess
+    try:
+        yield
+    finally:
+        arrayobj.raise_with_shape_context, postproc.PostProcessor.run = before
 
-    def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
-        super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
+
+def _unequal(given, asked):
+    """Raise the error of ``a[...] = b`` with arrays of other shapes, without these: to print them numba compiles 3 s of text."""
+
+
+@overload(_unequal)
+def _write_unequal(given, asked):
+    def raise_it(given, asked):
+        raise ValueError("cannot assign an array of another shape")
+    return raise_it
+
+
+_WHOLE = postproc.PostProcessor.run
+
+
+def _postprocess(self, emit_dels=False, extend_lifetimes=False):
+    """Prepare a function for the next pass; where variables live is computed by numba when a pass asks for it.
+
+    It is computed ahead, by every pass anew, for generators and for functions that numba cannot compile.
+    """
+    function = self.func_ir
+    if function.is_generator:
+        _WHOLE(self, emit_dels, extend_lifetimes)
+        return
+    function.blocks = transforms.canonicalize_cfg(function.blocks)
+    function.variable_lifetime, function.generator_info = postproc.VariableLifetime(function.blocks), None
+    if emit_dels:
+        self._insert_var_dels(extend_lifetimes=extend_lifetimes)
 
 
 class _Flags(compiler.Flags):
-    """Flags of a compilation, equal to numba's with the same values."""
+    """Flags of a compilation, equal to others that make the same code of a callee."""
 
     __slots__ = ()
 
@@ -50,8 +89,8 @@ class _Flags(compiler.Flags):
     def __eq__(self, other) -> bool:
         if not isinstance(other, compiler.Flags):
             return NotImplemented
-        return self._values == other._values or all(getattr(self, name) == getattr(other, name)
-                                                    for name in self._values.keys() | other._values.keys())
+        mine, others = self._values, other._values
+        return mine == others or all(getattr(self, name) == getattr(other, name) for name in (mine.keys() | others.keys()) - DOORS)
 
 
 _HASH = hash(compiler.Flags())  # of the names of what they may hold: the same for all
@@ -63,6 +102,17 @@ def for_this_numba(pipeline):
 
 
 class _Library(codegen.JITCodeLibrary):
+    """The code of a function, optimised with all that it calls: before that, a function by itself, little is enough."""
+
+    def _optimize_functions(self, ll_module):
+        ll_module.data_layout = self._codegen._data_layout
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes, builder = self._codegen._function_pass_manager(opt=1)
+                passes.run(function, builder)
+
+
+class _Part(_Library):
     """The code of a function for its callers; of machine code only the places where numba keeps the globals of functions."""
 
     def _optimize_final_module(self):
@@ -84,14 +134,26 @@ class _Library(codegen.JITCodeLibrary):
         super()._finalize_final_module()
 
 
+class Pipeline(compiler.Compiler):
+    """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
+
+    library_class = _Library
+
+    def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
+        super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
+
+    def compile_extra(self, func):
+        """Compile a function into a library of its own."""
+        self.state.library = self.library_class(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        with _less_work():
+            return super().compile_extra(func)
+
+
 class Linked(Pipeline):
     """The pipeline of functions that only compiled callers call."""
 
-    def compile_extra(self, func):
-        """Compile a function into a library of intermediate code."""
-        self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
-        self.state.library.enable_object_caching()
-        return super().compile_extra(func)
+    library_class = _Part
 
 
 def _remembering(context):

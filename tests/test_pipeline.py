@@ -1,4 +1,5 @@
 """What is remembered and left out while kernels are compiled changes none of them."""
+import contextlib
 import json
 import os
 import subprocess
@@ -7,7 +8,9 @@ import sys
 import numba
 import numpy as np
 import pytest
-from numba.core import compiler, types
+from numba.core import compiler, event, types
+from numba.core.runtime import _nrt_python, rtsys
+from numba.np import arrayobj
 
 from bifurc import _pipeline
 from bifurc._jit import both, njit
@@ -113,3 +116,96 @@ def test_a_numba_that_was_not_tried_compiles_as_it_always_does(monkeypatch):
         return callee(x) * 3.0
 
     assert caller(1.0) == 9.0
+
+
+@contextlib.contextmanager
+def compiled():
+    """List the module, name and argument types of every function that is compiled."""
+    found = []
+    with event.install_recorder("numba:compile") as recorder:
+        yield found
+    found += [(data["dispatcher"].py_func.__module__, data["dispatcher"].py_func.__qualname__, data["args"])
+              for _, e in recorder.buffer if e.is_start for data in [e.data]]
+
+
+def test_arrays_of_other_shapes_are_refused_without_functions_of_text(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # where kernels go is decided when they are decorated
+    before = arrayobj.raise_with_shape_context
+
+    @both
+    def copied(a, b):
+        a[:] = b
+        return a.sum()
+
+    with compiled() as made:
+        assert copied(np.zeros(3), np.arange(3.0)) == 3.0
+        assert copied(np.zeros(3), np.ones(1)) == 3.0  # one number for all
+        assert copied(np.zeros((2, 3)), np.arange(3.0)) == 6.0
+        for a, b in ((np.zeros(3), np.zeros(2)), (np.zeros((2, 3)), np.zeros(2)), (np.zeros((2, 3)), np.zeros((3, 2)))):
+            with pytest.raises(ValueError, match="another shape"):
+                copied(a, b)
+    assert any(name.startswith("test_arrays") for _, name, _ in made)
+    if numba.version_info.short in _pipeline.TRIED:
+        assert not [module for module, _, _ in made if "unicode" in module]
+    assert arrayobj.raise_with_shape_context is before  # kernels of others say what they always said
+
+
+@pytest.mark.skipif(numba.version_info.short not in _pipeline.TRIED, reason="this numba compiles as it always does")
+def test_functions_with_and_without_doors_share_what_they_call(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    @njit
+    def inner(n):
+        return np.empty((n, n, 2 * n), np.int16).size
+
+    @both
+    def outer(n):
+        return inner(n) + np.empty((n, n, 2 * n), np.int16).size
+
+    with compiled() as made:
+        assert outer(3) == 108
+    assert [args for module, name, args in made if module == "numba.np.arrayobj" and "np_empty" in name].count(
+        next(args for module, name, args in made if "np_empty" in name)) == 1
+
+
+def test_flags_differ_where_a_callee_differs():
+    def flags(**values):
+        made = _pipeline._Flags()
+        for name, value in values.items():
+            setattr(made, name, value)
+        return made
+
+    assert flags(no_cpython_wrapper=True) == flags() == flags(no_cfunc_wrapper=True)
+    assert flags(nrt=True) != flags()
+    assert flags(error_model="numpy") != flags(error_model="python")
+    assert flags(nrt=False, error_model="python") == flags()  # what numba takes if nothing is set
+
+
+def test_variables_live_as_long_as_they_did(tmp_path, monkeypatch):
+    """Arrays are freed where numba frees them: as many are made as are freed, in loops and on all ways out."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    @both
+    def ways(n):
+        total = 0.0
+        for k in range(n):
+            room = np.full(k + 1, 2.0)
+            if k == 3:
+                continue
+            part = room[1:]
+            if k == 7:
+                return total + part.sum()
+            total += part.sum()
+            room = part
+        return total
+
+    assert ways(1) == 0.0
+    _nrt_python.memsys_enable_stats()
+    try:
+        before = rtsys.get_allocation_stats()
+        assert ways(5) == 14.0  # 2 (0 + 1 + 2 + 4)
+        assert ways(9) == 50.0  # 2 (0 + 1 + 2 + 4 + 5 + 6 + 7)
+        after = rtsys.get_allocation_stats()
+    finally:
+        _nrt_python.memsys_disable_stats()
+    assert after.mi_alloc - before.mi_alloc == after.mi_free - before.mi_free == 13

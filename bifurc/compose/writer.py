@@ -18,6 +18,7 @@ import importlib.util
 import itertools
 import logging
 import pathlib
+import re
 import sys
 import textwrap
 import time
@@ -348,7 +349,10 @@ def twin(name: str, engine: Engine):
         return twin(source, engine).__name__ if imported in _changed(source, engine) else source
 
     kept = {function.name for function in _functions(name) if function.name in names or function.name not in changed}
-    return written.load(own, _folder() / f"{own}.py", _redirected(name, place, kept))
+    text = _redirected(name, place, kept)
+    # references are counted: functions of these engines make arrays, and what a leaf calls is compiled as it is
+    text = re.sub(r"^(from bifurc\._jit import .*)\bleaf\b", r"\1njit as leaf", text, flags=re.MULTILINE)
+    return written.load(own, _folder() / f"{own}.py", text)
 
 
 @functools.cache

@@ -11,7 +11,7 @@ sliding speed has come to zero, and speeds fall by another ratio: `flight`, of w
 """
 import numpy as np
 
-from .._jit import NOTHING, PAIR, WHOLES, apart, njit
+from .._jit import NOTHING, PAIR, WHOLES, apart, leaf, njit
 from .affine.engine import bend, curved_closure, field, forcing_rate, guard_rate, terms_size
 from .affine.polynomial import EPS
 
@@ -25,7 +25,7 @@ EXCESS, DURATION, WAY = range(3)  # places of what `sequence` finds
 LATER, FASTER = range(2)  # places of what `flight` finds
 
 
-@njit
+@leaf
 def closing(T, m, g, x, v, out):
     """Duration of the rest of a complete chattering whose impact at ``x`` (nx,), on the surface, arrives with speed ``v``.
 
@@ -86,7 +86,7 @@ def slipped(T, m, g, out, change):
         change[c], change[n + c] = change[n + c], (f[n + c] - still[n + c]) / SMALL
 
 
-@njit
+@leaf
 def pushed(T, m, g, x, v, out):
     """Write the state with the arriving speed ``v`` at ``x`` taken away into ``out`` (nx,); return the push to the stop."""
     row = moved_row(T, m, g)
@@ -97,7 +97,7 @@ def pushed(T, m, g, x, v, out):
     return bend(T, m, g, out)
 
 
-@njit
+@leaf
 def resting(T, m, g, row, c):
     """Entry ``c`` of the direction in which all impacts together move the state, with the rate of the guard 1.
 
@@ -108,7 +108,7 @@ def resting(T, m, g, row, c):
     return T.D[m, g, c - n] if row >= 0 and n <= c < 2 * n else T.B[m, g, c]
 
 
-@njit
+@leaf
 def moved_row(T, m, g):
     """Row that mode ``m`` holds and an impact at guard ``g`` moves; -1: none; -2: several."""
     row = -1
@@ -183,7 +183,7 @@ def sequence(T, m, g, x, v, out, found):
         found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
 
 
-@njit
+@leaf
 def flight(r, first, second, t, found):
     """Duration and arriving speed of a flight behind an impact that arrives with speed 1, to first order; 0, 0 where the first
     part ends behind it.
@@ -227,7 +227,7 @@ def flight(r, first, second, t, found):
     return s + q, arrives
 
 
-@njit
+@leaf
 def height(r, first, push):
     """Largest distance from the stop in a `flight` behind an impact that arrives with speed 1, to first order; ``push`` is the
     acceleration toward the stop in the second part: towards the release of the stop it falls to nothing, and flights rise the
@@ -260,7 +260,7 @@ def later(T, m, x, small, out):
         out[c] = x[c] + small * (f[c] if c < ns else dw[c - ns])
 
 
-@njit
+@leaf
 def shifted(x, direction, size, out):
     """Write ``x`` (nx,) moved by ``size`` times a ``direction`` (ns,) into ``out`` (nx,)."""
     for c in range(x.size):
@@ -269,7 +269,7 @@ def shifted(x, direction, size, out):
         out[c] += size * direction[c]
 
 
-@njit
+@leaf
 def undivided(T, m, g):
     """Whether a flight behind an impact at guard ``g`` of ``m`` has one part."""
     if T.n_holds[m] == 0 and T.n_guards[m] == 1:
@@ -305,7 +305,7 @@ def flight_mode(T, m, g):
     return -1, -1
 
 
-@njit
+@leaf
 def turned(T, m, g):
     """As `flight_mode`, where no held row moves: every friction of the same speed is turned round."""
     mode, own = m, -1
@@ -329,7 +329,7 @@ def turned(T, m, g):
     return mode, own
 
 
-@njit
+@leaf
 def stop_of(T, m, g, c):
     """Guard of mode ``c`` that is guard ``g`` of mode ``m``, a stop with an impact; -1 without one."""
     for q in range(T.n_guards[c]):
@@ -338,7 +338,7 @@ def stop_of(T, m, g, c):
     return -1
 
 
-@njit
+@leaf
 def multiple(a, b):
     """Factor f with a = f b of two rows (nx,), neither of them zero; 0 where there is none."""
     own, both, square = 0.0, 0.0, 0.0

@@ -8,7 +8,7 @@ the mode's own flow negative.  What is zero is measured by the rounding of the t
 
 import numpy as np
 
-from .._jit import FLAG, NOTHING, WHOLE, apart, both, njit
+from .._jit import FLAG, NOTHING, WHOLE, apart, both, leaf
 from ..compose.tables import ORDER
 from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
 from .affine.polynomial import EPS
@@ -45,7 +45,7 @@ def jump(T, m, g, closes, x, xp, P):
     curved_jump(T, m, g, closes, x, xp, P)
 
 
-@njit
+@leaf
 def jumped(T, m, g, x, arrive, xp):
     """Write the state after guard ``g`` of mode ``m`` into ``xp`` (nx,): `jump` without derivative; return the guard's new rate.
 
@@ -135,7 +135,7 @@ def loose(T, m, k, x, scale):
     return abs(speed) > NOISE * speeds or abs(place) > NOISE * places
 
 
-@njit
+@leaf
 def broken_hold(T, m, x, scale):
     """Number of the first row that mode ``m`` holds and that is `loose` at ``x``; -1: all are held.
 
@@ -164,7 +164,7 @@ def admit(T, m, x, scale, signs, orders, a):
     return good
 
 
-@njit
+@leaf
 def foreign(T, m, c, k):
     """Number in mode ``m`` of guard ``k`` of mode ``c``, which differs in the keys of other elements only; -1: there is none."""
     element, owner, number = T.element, T.element[c, k], 0

@@ -7,7 +7,7 @@ event the candidates of the fired guard are tried in order by `bifurc.flow.rule`
 """
 import numpy as np
 
-from .._jit import NOTHING, apart, njit
+from .._jit import NOTHING, apart, leaf, njit
 from .._jit import WHOLE as STATUS
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
@@ -36,7 +36,7 @@ def workspace(T):
     return np.zeros(ORDERS + guards, np.int64), np.full(SLOPES + guards, np.nan)
 
 
-@njit
+@leaf
 def project(H, S, holds, ns, m, x):
     """Put the held rows of mode ``m`` to rest and on their surfaces (corrections of rounding size)."""
     put(S, holds, ns, m, x)
@@ -77,7 +77,7 @@ def put(rows, holds, ns, m, x):
                 x[c] -= Q[k, c] * (value / square)
 
 
-@njit
+@leaf
 def struck(T, m, g, x, series, hit):
     """The guard with a kick that is reached with guard ``g`` of mode ``m`` after the time ``hit`` from ``x`` (nx,), and the ratio
     of their rates; -1 without one.
@@ -106,16 +106,23 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
     where it stopped.  ``limit`` is the largest number of events a period (autonomous: in all).  ``rows`` (N, 5) and
     ``record`` (N, 3 + 2 ns) receive events and passed sections; N = 0 records nothing.
     """
+    guards, nx = ints.size - ORDERS, x.size
+    room = (np.empty(guards, np.int64), np.empty(guards), np.empty(guards, np.int64), np.empty((guards, ORDER + 1)),
+            np.empty(ORDER + 1), np.empty(3), np.empty(64), np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx),
+            np.empty(2 * guards + nx))
+    return integrate(T, ints, floats, x, (whole_end, tau_end), limit, rows, record, room)
+
+
+@leaf
+def integrate(T, ints, floats, x, end, limit, rows, record, room):
+    """Integrate as `run`, to the ``end``, in arrays of its own: references to arrays need not be counted."""
     B, D, G, GT, H, S, step, n_guards, n_holds, then, kick, ends_in, ratio, element, omega = (
         T.B, T.D, T.G, T.GT, T.H, T.S, T.step, T.n_guards, T.n_holds, T.then, T.kick, T.ends_in, T.ratio, T.element, T.flat[0])
     ns, nx = T.A.shape[1], T.A.shape[2]
     period = 2.0 * np.pi / omega if omega > 0.0 else np.inf
     orders, slopes = ints[ORDERS:], floats[SLOPES:]
-    new_orders, new_slopes, signs = np.empty(orders.size, np.int64), np.empty(slopes.size), np.empty(orders.size, np.int64)
-    a, out, stack = np.empty(ORDER + 1), np.empty(3), np.empty(64)
-    series = np.empty((orders.size, ORDER + 1))
-    xm, xp, rested, scale = np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx)
-    room = np.empty(2 * orders.size + nx)
+    new_orders, new_slopes, signs, series, a, out, stack, xm, xp, rested, scale, bounds = room
+    whole_end, tau_end = end
     recording = rows.shape[0] > 0
     m, whole, tau = ints[MODE], ints[WHOLE], floats[TAU]
     status = DONE
@@ -132,7 +139,7 @@ def run(T, ints, floats, x, whole_end, tau_end, limit, rows, record):
         count = int(min(left / h, 1e9))
         if period < np.inf:
             count = min(count, int((period - tau) / h) + 1)
-        hit = coast(T, m, x, count, orders, slopes, room) if count > 0 else 0.0
+        hit = coast(T, m, x, count, orders, slopes, bounds) if count > 0 else 0.0
         passed = hit > 0.0
         g, chosen, what = -1, m, PASSED
         arrive = span = 0.0

@@ -6,11 +6,11 @@ written module with functions of the same names and signatures.
 """
 import numpy as np
 
-from ..._jit import NOTHING, PAIR, apart, njit
+from ..._jit import NOTHING, PAIR, apart, leaf, njit
 from ...compose.tables import ORDER
 
 
-@njit
+@leaf
 def forcing(T, t, x):
     """Write the forcing states w(t) behind the state in ``x`` (nx,)."""
     A, flat, harmonics = T.A, T.flat, T.harmonics
@@ -22,7 +22,7 @@ def forcing(T, t, x):
         x[ns + 2 + 2 * k] = np.sin(angle)
 
 
-@njit
+@leaf
 def field(T, m, x, f):
     """Write y' = A x of mode ``m`` into ``f`` (ns,)."""
     A = T.A
@@ -34,7 +34,7 @@ def field(T, m, x, f):
         f[i] = total
 
 
-@njit
+@leaf
 def remainder(T, m, x, s, y1):
     """State after ``0 <= s <= step`` by the Taylor rows."""
     A, YT = T.A, T.YT
@@ -138,7 +138,7 @@ def arc(T, m, x, s, y1, Phi):
             multiply(square, square, scratch)
 
 
-@njit
+@leaf
 def multiply(a, b, scratch):
     """a <- a b for small square matrices, without a library call; ``a`` may be ``b``."""
     n = a.shape[0]
@@ -154,13 +154,13 @@ def multiply(a, b, scratch):
             a[i, j] = scratch[i, j]
 
 
-@njit
+@leaf
 def reach(T, m, x):
     """Duration from ``x`` on which the series of guards and states are good: a step of the tables."""
     return T.step[m]
 
 
-@njit
+@leaf
 def guard_series(T, m, g, x, a):
     """Write the Taylor coefficients (ORDER+1,) of guard ``g`` along the flow from ``x``; good up to one step."""
     A, GT = T.A, T.GT
@@ -172,7 +172,7 @@ def guard_series(T, m, g, x, a):
             a[j] += GT[m, g, c, j] * r
 
 
-@njit
+@leaf
 def guard_value(T, m, g, x):
     """Value of guard ``g`` of mode ``m`` at ``x``."""
     G = T.G
@@ -182,7 +182,7 @@ def guard_value(T, m, g, x):
     return total
 
 
-@njit
+@leaf
 def guard_gradient(T, m, g, x, row):
     """Write the derivative of guard ``g`` in ``x`` into ``row`` (nx,)."""
     G = T.G
@@ -209,7 +209,7 @@ def guard_divided(T, m, g, x, s, order, row):
     return value, slope
 
 
-@njit
+@leaf
 def forcing_rate(T, x, dw):
     """Write the time derivative of the forcing states in ``x`` into ``dw`` (nw,)."""
     flat, harmonics = T.flat, T.harmonics
@@ -221,7 +221,7 @@ def forcing_rate(T, x, dw):
         dw[2 + 2 * k] = rate * x[ns + 1 + 2 * k]
 
 
-@njit
+@leaf
 def state_series(T, m, i, x, a):
     """Write the Taylor coefficients (ORDER+1,) of state ``i`` along the flow from ``x``; good up to one step."""
     YT = T.YT
@@ -233,7 +233,7 @@ def state_series(T, m, i, x, a):
             a[j] += YT[m, i, c, j] * r
 
 
-@njit
+@leaf
 def all_series(T, m, x, orders, a):
     """Write the series (guards, ORDER+1) of the guards with a zero of known order below ORDER; return their reach."""
     for g in range(T.n_guards[m]):
@@ -242,14 +242,14 @@ def all_series(T, m, x, orders, a):
     return reach(T, m, x)
 
 
-@njit
+@leaf
 def land(T, m, g, x, hit, out):
     """Write the joined state after ``0 <= hit <= step`` into ``out`` (nx,); return ``hit``: affine guards are zero there."""
     carry(T, m, x, hit, out)
     return hit
 
 
-@njit
+@leaf
 def terms_size(T, m, g, x):
     """Sum of the sizes of the terms of guard ``g`` at ``x`` (nx,)."""
     G = T.G
@@ -259,34 +259,34 @@ def terms_size(T, m, g, x):
     return total
 
 
-@njit
+@leaf
 def arrival(T, m, g, x, known):
     """Return the rate with which guard ``g`` is reached at ``x``: of an affine guard it is known from its series."""
     return known
 
 
-@njit
+@leaf
 def curved_jump(T, m, g, closes, x, xp, P):
     """Add what a jump that depends on the state gives to ``xp`` (nx,) and its derivative to ``P`` (ns, nx): here nothing."""
 
 
-@njit
+@leaf
 def curved_kick(T, m, g, x, xp):
     """As `curved_jump`, without the derivative."""
 
 
-@njit
+@leaf
 def curved_rest(T, m, x):
     """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none."""
     return -1
 
 
-@njit
+@leaf
 def curved_project(T, m, x):
     """Put what constraints on curves hold in mode ``m`` to rest and on its curve: here there is nothing."""
 
 
-@njit
+@leaf
 def guard_rate(row, f, dw):
     """Rate of a guard with gradient ``row`` along the field ``f`` and the rates ``dw`` of the forcing."""
     total = 0.0
@@ -297,7 +297,7 @@ def guard_rate(row, f, dw):
     return total
 
 
-@njit
+@leaf
 def bend(T, m, g, x):
     """Second time derivative at ``x`` (nx,) of a guard of positions."""
     total = 0.0
@@ -306,12 +306,12 @@ def bend(T, m, g, x):
     return total
 
 
-@njit
+@leaf
 def curved_closure(T, m, g, x, v, out, found):
     """Write what `chatter.sequence` does for a guard on a curve, and return whether it is one: here there is none."""
     return False
 
 
-@njit
+@leaf
 def curved_hold(T, m, x, P):
     """As `curved_project`, with the derivative: ``P`` (ns, nx) is that of ``x`` in an earlier state.  Here there is nothing."""

@@ -8,7 +8,7 @@ step is known to have are divided out of the coefficients, never out of values.
 """
 import numpy as np
 
-from ..._jit import NOTHING, NUMBER, apart, njit
+from ..._jit import NOTHING, NUMBER, apart, leaf
 from ...compose.tables import ORDER
 
 EPS = 2.220446049250313e-16
@@ -17,7 +17,7 @@ SLOPE_ERROR = np.sqrt(3.0) / 216.0
 FALLING = tuple(float(k * (k - 1) * (k - 2) * (k - 3)) for k in range(ORDER + 1))
 
 
-@njit
+@leaf
 def horner(a, low, s):
     """Value and slope at ``s`` of the polynomial with coefficients ``a[low:]``.
 
@@ -41,7 +41,7 @@ def horner(a, low, s):
     return p + s * q, q + 2.0 * s * (dp + s * dq)
 
 
-@njit
+@leaf
 def fourth(a, low, s):
     """Bound on the fourth derivative of ``a[low:]`` on [0, s]."""
     u = s * s
@@ -56,7 +56,7 @@ def fourth(a, low, s):
     return s * total + other
 
 
-@njit
+@leaf
 def curved(a, low, s):
     """Value, slope and half the second derivative at ``s`` of the polynomial with coefficients ``a[low:]``."""
     u = s * s
@@ -80,7 +80,7 @@ def curved(a, low, s):
     return p + s * q, q + 2.0 * s * (dp + s * dq), dp + 4.0 * u * (cp + s * cq) + 3.0 * s * dq
 
 
-@njit
+@leaf
 def bracketed(a, low, left, right, pl, pr, dl, dr):
     """Only zero of ``a[low:]`` in (left, right], where pl < 0 <= pr, to rounding, and the slope there.
 
@@ -122,7 +122,7 @@ def bracketed(a, low, left, right, pl, pr, dl, dr):
     return s, d
 
 
-@njit
+@leaf
 def rounding(a, low, s):
     """Rounding level of the values of ``a[low:]`` on [0, s]: a piece that varies less is not worth halving."""
     total = 0.0
@@ -131,7 +131,7 @@ def rounding(a, low, s):
     return 4.0 * EPS * total
 
 
-@njit
+@leaf
 def maximum(a, low, left, right):
     """Time of the zero of the slope of ``a[low:]`` in [left, right], where it falls from positive to negative."""
     lo, hi = left, right
