@@ -87,16 +87,17 @@ def test_a_torus_attracts_where_the_first_exponent_across_it_is_clearly_negative
     assert attractors.attracts(system, None) is False  # no direction is left
 
 
-def test_members_of_a_family_that_rests_lie_so_near_that_none_is_missed():
+def test_members_of_a_family_that_rests_lie_so_near_that_none_is_missed(monkeypatch):
     def orbit(**more):
-        return SimpleNamespace(**{"system": SimpleNamespace(n=1), "family": (0,), "intervals": {0: (-0.2, 0.3)}} | more)
+        return SimpleNamespace(**{"system": SimpleNamespace(n=1), "family": (0,), "intervals": {0: (-0.2, 0.3)},
+                                  "scene": SimpleNamespace(closed_form=True)} | more)
+    monkeypatch.setattr(attractors, "line_of_members", lambda orbit, values: np.column_stack([values, 0.0 * values]))
     scale, points = np.array([2.0, 5.0]), np.array([[0.1, 0.0]])
     found = attractors.resting(orbit(), points, 0.01, scale)
     assert found[0].tolist() == [-0.2, 0.0] and found[-1].tolist() == [0.3, 0.0] and not found[:, 1].any()
     steps = np.diff(found[:, 0])
     assert len(found) == 26 and steps == pytest.approx(0.02) and steps.max() <= 0.01 * 2.0 * (1.0 + 1e-12)
     for other, given in ((orbit(family=()), points), (orbit(family=(1,)), points), (orbit(intervals={}), points),
-                         (orbit(), np.array([[0.1, 0.5]])), (orbit(), np.repeat(points, 2, axis=0)),
+                         (orbit(scene=SimpleNamespace(closed_form=False)), points), (orbit(), np.repeat(points, 2, axis=0)),
                          (orbit(intervals={0: (0.3, 0.3)}), points), (orbit(intervals={0: (0.0, math.inf)}), points)):
         assert attractors.resting(other, given, 0.01, scale) is given
-    assert attractors.resting(orbit(), np.zeros((1, 3)), 0.01, np.ones(3)).shape == (1, 3)  # memory beside it

@@ -20,6 +20,7 @@ from bifurc.basins.maps.compute import scale_of
 from bifurc.compose.scene import scene_of
 from bifurc.elements import BaseMotion, Coulomb, CubicSpring, ElasticStop, HarmonicForce, LinearSpring, RigidStop
 from bifurc.ensemble.outcomes import INFINITY, CellState
+from bifurc.orbits.shooting.labels import Labels
 
 SCALE = np.array([2.0, 0.5])
 LOST = CellState.DIVERGED.code
@@ -162,8 +163,9 @@ def test_sections_are_asked_for_without_a_clock_and_refused_with_one():
 
 def orbit(*points, periods=None, family=(), intervals=None):
     points = np.array(points, float)
+    labels = Labels.of(np.eye(points.shape[1])[list(family)])
     return SimpleNamespace(state=points[0], sections=points, periods=periods or len(points), periodic=True, family=list(family),
-                           intervals=intervals or {})
+                           intervals=intervals or {}, labels=labels, scene=SimpleNamespace(closed_form=True))
 
 
 def sample(points, width=0.05):
@@ -193,8 +195,9 @@ def test_samples_are_one_where_half_of_their_boxes_agree(rng):
     assert not matching.alike(sample(base), sample(base + np.array([0.75, 0.0]) * SCALE), SCALE)
 
 
-def test_members_of_one_family():
+def test_members_of_one_family(monkeypatch):
     """A slider that stands anywhere between 1 and 3: another member, the edge without a family of its own, and what is none."""
+    monkeypatch.setattr(parts, "line_of_members", lambda a, values: a.labels.moved(np.tile(a.state, (len(values), 1)), values))
     whole = orbit([0.5, 2.0], family=[1], intervals={1: (1.0, 3.0)})
     assert parts.one_family(whole, orbit([0.5, 2.9], family=[1], intervals={1: (1.0, 3.0)}), SCALE)
     assert not parts.one_family(whole, orbit([0.5, 3.1], family=[1], intervals={1: (1.0, 3.0)}), SCALE)

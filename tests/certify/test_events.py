@@ -19,6 +19,7 @@ from bifurc.certify.events import (
     order_of,
     times,
 )
+from bifurc.orbits.shooting.labels import Labels
 
 flint = pytest.importorskip("flint")
 arb, q, mat = flint.arb, flint.fmpq, flint.fmpq_mat
@@ -114,7 +115,7 @@ def claim(kept, modes, *resets, guards=((1, 0),), holds=()):
     events = [SimpleNamespace(after=i, guards=guards) for i in range(len(resets))]
     transitions = [SimpleNamespace(event=event, reset=reset) for event, reset in zip(events, resets, strict=True)]
     there = SimpleNamespace(n=1, nx=4, mode=lambda i: SimpleNamespace(B=modes[i], holds=holds))
-    return kept_exactly(there, SimpleNamespace(kept=kept, events=events), transitions)
+    return kept_exactly(there, SimpleNamespace(labels=Labels(kept, np.eye(3)[list(kept)]), events=events), transitions)
 
 
 def test_memory_is_kept_where_neither_a_mode_nor_an_event_writes_it():

@@ -26,6 +26,7 @@ from bifurc.control.feedback import (
 from bifurc.control.linearization import NODES, Kick, Linearization, Piece, flow, gauss, places
 from bifurc.control.ogy import ControlStatus, OGYController, _unstable, placed
 from bifurc.ensemble.outcomes import CellState
+from bifurc.orbits.shooting.labels import Labels
 
 A = np.array([[0.2, 1.0], [-1.5, -0.1]])
 ROW = np.array([[1.0, 0.5]])
@@ -48,7 +49,8 @@ def kick_of(S, push=0.0, jump=0.0):
 
 
 def linear(*pieces, kept=()):
-    return Linearization(SimpleNamespace(weights=np.array([1.0, 4.0])), pieces, ROW, list(kept))
+    labels = Labels.of(np.eye(3 if kept else 2)[list(kept)])
+    return Linearization(SimpleNamespace(weights=np.array([1.0, 4.0])), pieces, ROW, labels)
 
 
 # linear equations of an orbit

@@ -3,6 +3,7 @@
 One file, because finding, confirming, comparing and making targets of an attractor share its scaled distances and their
 thresholds.
 """
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -453,9 +454,11 @@ def resting(orbit, points: np.ndarray, radius: float, scale: np.ndarray) -> np.n
     if len(orbit.family) != 1 or orbit.family[0] >= n or not orbit.intervals or len(points) != 1 or not orbit.scene.closed_form:
         return points
     (low, high), = orbit.intervals.values()
+    if not 0.0 < high - low < math.inf:
+        return points
     ends = line_of_members(orbit, np.array([[low], [high]]))
     count = float(np.linalg.norm((ends[1] - ends[0]) / scale)) / radius
-    if not 0.0 < count < MOST_MEMBERS:
+    if count >= MOST_MEMBERS:
         return points
     return np.linspace(*ends, int(np.ceil(count)) + 1)
 

@@ -6,6 +6,7 @@ import pytest
 
 from bifurc.continuation.grazing.classify import MOST, born, classified, leading_multiplier, powers
 from bifurc.continuation.grazing.verdicts import GrazingVerdict
+from bifurc.orbits.shooting.labels import Labels
 
 
 def contraction(rng, n=3):
@@ -58,7 +59,8 @@ def touch(E, h, B, apex=-2.0, restitution=0.5, size=1.0):
     n = len(h)
     scene = SimpleNamespace()
     T = SimpleNamespace(GT=np.full((1, 1, n, 3), size / (2.0 * n)))
-    problem = SimpleNamespace(sequence=SimpleNamespace(kept=lambda s: []), scene=scene, weights=np.ones(n))
+    sequence = SimpleNamespace(labels=lambda s: Labels.of(np.empty((0, n))))
+    problem = SimpleNamespace(sequence=sequence, scene=scene, weights=np.ones(n))
     return SimpleNamespace(problem=problem, E=np.array(E, float), h=np.array(h, float), B=np.array(B, float), apex=apex,
                            restitution=restitution, tables=T, mode=0, guard=0, state=np.ones(n), time=0.0,
                            joined=lambda state, time: np.ones(n))

@@ -128,7 +128,7 @@ def test_impacts_beside_a_mass_that_sticks_all_the_time():
                        [HarmonicForce(0.653), RigidStop(0.244, 0.298), Coulomb(0.361, dof=1)], omega=2.42)
     branch = bf.trace(bf.find_orbit(system), "omega", bounds=(1.694, 3.146))
     hits = [orbit for orbit in branch.orbits if orbit.sequence.events == 1]
-    assert hits and all(orbit.sequence.kept(orbit.scene) == [1] and orbit.multipliers[-1] == 0.0 for orbit in hits)
+    assert hits and all(orbit.family == [1] and orbit.multipliers[-1] == 0.0 for orbit in hits)
     assert branch.audit.ok and branch.stop_reason[0] is StopReason.STICKING
 
 
