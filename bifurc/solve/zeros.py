@@ -20,8 +20,6 @@ FLAT, STRAIGHT = 1e-2, 0.1  # longest Newton step to a corner, part of the inter
 SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
 LEVEL = 1e-9  # of the values at the ends of a bracket, at which it is shrunk enough
-KNOWN = 1e-7  # of the bracket: so well the last two values on one side must tell the place, which those of a flat one do not
-FLOOR = 1e-14  # of a scaled test: smaller values are rounding
 # places in a `box`: what the caller answers, value and parameter; then the best place so far with both, and whether it was asked;
 # whether the search came to its end; of the zero the interval with the sign change, error of its place, slope, noise and second
 # difference of the parameter, and whether the value is at the level of the noise; whether the place asked may have no point: the
@@ -32,7 +30,7 @@ generator = numba.njit(error_model="numpy", nogil=True)  # kept on disk in its c
 
 @generator
 def enclosing(box, a, fa, b, fb, guess):
-    """Yield places that shrink a bracket until the test is `LEVEL` of its values at the ends, and its slope there tells the place.
+    """Yield places that shrink a bracket until the test is `LEVEL` of its values at the ends.
 
     Parameters
     ----------
@@ -50,7 +48,6 @@ def enclosing(box, a, fa, b, fb, guess):
         box[AT], box[LEAST] = b, fb
     if box[LEAST] == 0.0:
         return
-    span = b - a
     t = guess if a < guess < b else a + (b - a) * fa / (fa - fb)
     t = min(max(t, a + 1e-3 * (b - a)), b - 1e-3 * (b - a))
     for _ in range(SUPERLINEAR):
@@ -58,7 +55,9 @@ def enclosing(box, a, fa, b, fb, guess):
         value = box[VALUE]
         if abs(value) <= abs(box[LEAST]):
             box[AT], box[LEAST], box[THERE], box[ASKED] = t, value, box[PARAMETER], 1.0
-        # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out, on its own
+        if abs(value) <= level:
+            return
+        # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
             a, fa = t, value
@@ -66,8 +65,6 @@ def enclosing(box, a, fa, b, fb, guess):
             c, fc = b, fb
             b, fb = a, fa
             a, fa = t, value
-        if abs(value) <= level and (abs(value) <= FLOOR or abs(value * (t - c)) <= KNOWN * span * abs(value - fc)):
-            return
         width = b - a
         if abs(width) <= 1e-12:
             return

@@ -58,14 +58,3 @@ def test_a_zero_near_by_is_stepped_to_and_one_far_away_is_looked_for_with_a_wide
             break
     assert asked[:3] == [start, start - zeros.PROBE, start + zeros.UNEVEN * zeros.PROBE]
     assert asked[3] == pytest.approx(0.3 if steps else start - 10.0 * zeros.PROBE, abs=0.1 * zeros.PROBE)
-
-
-@pytest.mark.parametrize("corner", [0.1, 0.37, 0.62, 0.9])
-def test_a_zero_that_a_test_comes_up_to_as_a_square_and_leaves_steeply(corner):
-    """Two events that vanish together, the second of which lasts as the square of the first: the value is small long before it."""
-    def value(t):
-        return -0.03 * (corner - t)**2 if t < corner else 4.0 * (t - corner)
-    box = [0.0] * zeros.BOX
-    for t in roots.enclosing(box, 0.0, value(0.0), 1.0, value(1.0), math.nan):
-        box[VALUE], box[PARAMETER] = value(t), t
-    assert box[DONE] == 1.0 and abs(box[AT] - corner) < 2e-6

@@ -133,7 +133,7 @@ def preference(problem, point, new, x, tangent, through) -> tuple[bool, float]:
     if through:
         return BEST
     away = float(abs(x[-1] - point.x[-1])) / new.parameter_scale
-    return not balanced(problem, point, new, x, tangent), away if away > NEXT else 0.0
+    return not balanced(problem, point, new, x, tangent), away // NEXT  # alike to rounding: what simulation showed first
 
 
 def _beyond(problem, point, step):
