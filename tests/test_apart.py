@@ -124,10 +124,12 @@ def test_an_interruption_waits_until_a_function_is_compiled(tmp_path):
     caller gets its result, the interruption comes after it."""
     (tmp_path / "kernels.py").write_text(KERNELS)
     script = """
+import signal
 import time
 import numpy as np
 import kernels
 from bifurc import _apart
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts jobs in the background lets them ignore it
 dispatcher = _apart._known["kernels:extremes"]
 compile_it, calls = dispatcher.compile, []
 

@@ -28,7 +28,7 @@ class Pieces(NamedTuple):
     fixed: list  # phases (arb) of the sections, one entry an event
 
 
-def labels_of(candidate) -> tuple:
+def labels_of(candidate) -> tuple[tuple[int, ...], list, list]:
     """Return places, rows and values of what labels the family of a candidate, as balls."""
     arb = flint().arb
     rows = [[arb(v) for v in row] for row in candidate.labels.rows.tolist()]

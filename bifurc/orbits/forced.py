@@ -72,9 +72,8 @@ def resting(system: System, tried: PeriodicOrbit, periods: int) -> PeriodicOrbit
         if orbit.success or not orbit.residual < 1e-9:
             return orbit if orbit.success else None
         ends = [ends if ends[0] <= ends[1] else (-np.inf, np.inf) for ends in resting_intervals(orbit).values()]
-        low, high = np.reshape(ends, (-1, 2)).T
         at = orbit.labels.values(orbit.state)
-        inside = np.clip(at, low, high)
+        inside = np.clip(at, *np.reshape(ends, (-1, 2)).T)
         if (inside == at).all():
             return None
         y = orbit.labels.moved(orbit.state, inside)

@@ -60,7 +60,8 @@ def test_the_stick_slip_cycle_ends_with_positive_stick(zeta, static, kinetic, kn
     times = {str(event.kind): event.time for event in orbit.events}
     assert (times["stick"] - times["slip"]) % orbit.period == pytest.approx(s, abs=1e-6)  # a fold of the landing time
     assert orbit.period - s == pytest.approx(d / end, abs=1e-6)
-    assert np.abs(orbit.multipliers).max() < 1e-10
+    before = branch.orbits[-3]  # at the end itself the time of landing has no derivative
+    assert np.abs(before.multipliers).max() < 1e-10
 
 
 EXPONENTIAL = {"law": "exponential", "static": 1.0, "kinetic": 0.5, "decay_speed": 0.5, "zeta": 0.05}

@@ -460,7 +460,7 @@ def resting(orbit, points: np.ndarray, radius: float, scale: np.ndarray) -> np.n
     count = float(np.linalg.norm((ends[1] - ends[0]) / scale)) / radius
     if count >= MOST_MEMBERS:
         return points
-    return np.linspace(*ends, int(np.ceil(count)) + 1)
+    return np.linspace(ends[0], ends[1], int(np.ceil(count)) + 1)
 
 
 def _proven(attractors, width: float, scale: np.ndarray) -> bool:

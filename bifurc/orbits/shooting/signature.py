@@ -86,7 +86,7 @@ class Signature:
             not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes)]
         held = [T.H[m, :T.n_holds[m]] for m in modes]
         fixed = [rows[T.S[m, :len(rows)].any(axis=1), n:2 * n] for m, rows in zip(modes, held, strict=True)]
-        still = [] if not all(map(len, held)) else np.unique(np.concatenate(held), axis=0)
+        still = np.unique(np.concatenate(held), axis=0) if all(map(len, held)) else np.empty((0, unit.shape[1]))
         for row in still:  # not carried along by a belt, not on a surface, and held all the time
             if row[scene.ns:].any() or not all(combined_of(row, rows, scene.ns) for rows in held) \
                     or any(len(rows) and combined_of(row[n:2 * n], rows, n) for rows in fixed):
