@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+FOLLOWS = 1e-12  # of a row: what other rows leave of it is rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Labels:
@@ -83,6 +85,3 @@ class Labels:
     def seen(self, gradient) -> np.ndarray:
         """Return a gradient (ns,) on the perturbations that do not change the labels."""
         return gradient[self.rest] - gradient[list(self.places)] @ self.rows[:, self.rest]
-
-
-FOLLOWS = 1e-12  # of a row: what other rows leave of it is rounding

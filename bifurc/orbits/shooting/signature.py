@@ -80,7 +80,6 @@ class Signature:
         """
         T, n = scene.tables, scene.n
         modes = sorted({int(m) for m in self.nodes[:, AFTER]})
-        jumps = [slope_of_jump(scene, T, int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0]
         unit = np.eye(scene.ns, T.A.shape[2])
         found = [unit[c] for c in range(2 * n, scene.ns) if all(
             not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes)]
@@ -92,8 +91,9 @@ class Signature:
                     or any(len(rows) and combined_of(row[n:2 * n], rows, n) for rows in fixed):
                 continue
             found.append(np.concatenate([row[n:2 * n], np.zeros(len(row) - n)]))
-            if velocities and len(jumps) == len(self.nodes):
+            if velocities and self.events == len(self.nodes):
                 found.append(row)
+        jumps = [slope_of_jump(scene, T, int(m), int(g)) for m, g in self.nodes[:, :AFTER] if g >= 0] if found else []
         kept = [row[:scene.ns] for row in found if all(np.array_equal(row[:scene.ns] @ P, row) for P in jumps)]
         return Labels.of(np.reshape(kept, (-1, scene.ns)))
 
