@@ -133,7 +133,7 @@ def preference(problem, point, new, x, tangent, through) -> tuple[bool, float]:
     if through:
         return BEST
     away = float(abs(x[-1] - point.x[-1])) / new.parameter_scale
-    return not balanced(problem, point, new, x, tangent), away // NEXT  # alike to rounding: what simulation showed first
+    return not balanced(problem, point, new, x, tangent), away // NEXT * NEXT  # alike but for rounding: the first that was found
 
 
 def _beyond(problem, point, step):
