@@ -211,9 +211,7 @@ def test_orbits_of_a_chain(n, omega, force, r):
     references = [o for o in scene.orbits(samples=200) if o.admissible]
     assert references
     for reference in references:
-        after = scene.reset * reference.before
-        after[scene.site] = scene.gap
-        y = [float(z) for z in scene.flow(reference.time, after, scene.period)]
+        y = scene.at_phase_zero(reference)
         orbit = bf.find_orbit(system, y, periods=1)
         assert orbit.success, orbit.message
         assert worst_impact(orbit, [reference.time], [reference.speed]) < TOLERANCE

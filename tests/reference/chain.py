@@ -121,6 +121,12 @@ class Chain:
             found.append(ChainOrbit(t, speed, before, tuple(values), self._free(t, self.reset * before, n, samples)))
         return sorted(found, key=lambda o: o.speed)
 
+    def at_phase_zero(self, orbit):
+        """Return the state (2 n,) of floats a forcing period after phase 0 of an orbit with one impact a period."""
+        after = self.reset * orbit.before
+        after[self.site] = self.gap
+        return [float(z) for z in self.flow(orbit.time, after, self.period)]
+
     def _free(self, t, after, n, samples):
         """Dense check that the arc stays inside; interior maxima refined."""
         span = n * self.period

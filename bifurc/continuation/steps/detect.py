@@ -229,11 +229,11 @@ def crossed(half, row, new, cut):
             special = guessed(part, a, b, j)
         if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
-        if j == 0 and (at_end(special.s) or part.born > 0 and at_start(special.s)):
-            if at_end(special.s):  # the parameter stands still where an event is born: whether it turns, both sides tell
-                half.slope = float(sign)
-            else:
-                half.signs[0] = 0
+        if j == 0 and at_end(special.s):  # the parameter stands still where an event is born: whether it turns, both sides tell
+            half.slope = float(sign)
+            continue
+        if j == 0 and part.born > 0 and at_start(special.s):
+            half.signs[0] = 0
             continue
         if j == 0:
             special.reverses = True

@@ -118,9 +118,7 @@ def test_tori_of_the_chain_of_eight_masses_in_long_arithmetic():
     system = bf.systems.impact_chain(amplitude=0.45)
     scene = chain.spring_chain(8, 0.3, 0.45, 0.7)
     reference = scene.orbits(samples=200)[-1]
-    after = scene.reset * reference.before
-    after[scene.site] = scene.gap
-    y = [float(z) for z in scene.flow(reference.time, after, scene.period)]
+    y = scene.at_phase_zero(reference)
     branch = bf.trace(bf.find_orbit(system, y, periods=1), "amplitude", bounds=(0.3672, 0.46))
     point = min((p for p in branch.special_points.of("neimark_sacker") if p.before.count("impact") == 1), key=lambda p: p.parameter)
     curve = bf.trace_curve(point, ("amplitude", "restitution"), bounds={"restitution": (0.68, 0.72), "amplitude": (0.3, 0.6)})

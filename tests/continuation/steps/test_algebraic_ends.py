@@ -114,25 +114,24 @@ def test_the_edge_of_definition_is_approached_and_named(value):
     assert "NaN" in branch.ends[1].sentence
 
 
-def test_an_exception_of_the_problem_is_approached_and_named():
+def until_half(text):
+    """The residual u - p, which raises an error of its own beyond p = .5."""
     def residual(u, p):
         if p > 0.5:
-            raise RuntimeError("the pump is off")
+            raise RuntimeError(text)
         return u - p
+    return residual
 
-    branch = trace(line(residual), bounds=(-1, 1))
+
+def test_an_exception_of_the_problem_is_approached_and_named():
+    branch = trace(line(until_half("the pump is off")), bounds=(-1, 1))
     assert branch.stop_reason == (StopReason.BOUND, StopReason.EXCEPTION)
     assert "the pump is off" in branch.ends[1].sentence
     assert 0.5 - 1e-6 < branch.column("p")[-1] <= 0.5
 
 
 def test_a_bound_at_the_edge_of_definition_is_reached():
-    def residual(u, p):
-        if p > 0.5:
-            raise RuntimeError("never asked for")
-        return u - p
-
-    branch = trace(line(residual), bounds=(-1, 0.5))
+    branch = trace(line(until_half("never asked for")), bounds=(-1, 0.5))
     assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
     assert branch.column("p")[-1] == 0.5
 
