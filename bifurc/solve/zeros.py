@@ -19,6 +19,7 @@ UNEVEN = 1.4  # of the probe above to that below, so that noise that is periodic
 FLAT, STRAIGHT = 1e-2, 0.1  # longest Newton step to a corner, part of the interval; part of a difference that is off a line
 SAFETY = 32.0  # of a noise that is known from four samples
 SUPERLINEAR = 30  # evaluations before giving up
+ROUNDING = 1e-6  # of the values at the ends, below which one is rounding
 LEVEL = 1e-9  # of the values at the ends of a bracket, at which it is shrunk enough
 # places in a `box`: what the caller answers, value and parameter; then the best place so far with both, and whether it was asked;
 # whether the search came to its end; of the zero the interval with the sign change, error of its place, slope, noise and second
@@ -48,23 +49,29 @@ def enclosing(box, a, fa, b, fb, guess):
         box[AT], box[LEAST] = b, fb
     if box[LEAST] == 0.0:
         return
+    if (fa > 0.0) == (fb > 0.0):  # nothing is enclosed: the end that is zero but for rounding is all there is
+        box[DONE] = 1.0 if abs(box[LEAST]) <= ROUNDING * (abs(fa) + abs(fb)) else 0.0
+        return
     t = guess if a < guess < b else a + (b - a) * fa / (fa - fb)
     t = min(max(t, a + 1e-3 * (b - a)), b - 1e-3 * (b - a))
+    pa = pb = np.nan
     for _ in range(SUPERLINEAR):
         yield t
         value = box[VALUE]
-        if abs(value) <= abs(box[LEAST]):
-            box[AT], box[LEAST], box[THERE], box[ASKED] = t, value, box[PARAMETER], 1.0
-        if abs(value) <= level:
-            return
         # keep (b, fb) on the other side of the new point, (c, fc) the point that drops out
         if (value > 0.0) == (fa > 0.0):
             c, fc = a, fa
-            a, fa = t, value
         else:
             c, fc = b, fb
-            b, fb = a, fa
-            a, fa = t, value
+            b, fb, pb = a, fa, pa
+        a, fa, pa = t, value, box[PARAMETER]
+        # of the two that enclose it: what has dropped out may be small where the test is near zero for another reason
+        if abs(fa) <= abs(fb):
+            box[AT], box[LEAST], box[THERE], box[ASKED] = a, fa, pa, 1.0
+        else:
+            box[AT], box[LEAST], box[THERE], box[ASKED] = b, fb, pb, 1.0 if pb == pb else 0.0
+        if abs(value) <= level:
+            return
         width = b - a
         if abs(width) <= 1e-12:
             return
@@ -76,7 +83,7 @@ def enclosing(box, a, fa, b, fb, guess):
         least = min(0.5, 1e-10 / abs(width))
         t = a + min(max(part, least), 1.0 - least) * width
     continuous = max(abs(fa), abs(fb)) <= 1e3 * level  # as a corner, on which few brackets shrink fast
-    box[DONE] = 1.0 if continuous or abs(box[LEAST]) <= 1e-6 * (abs(fa) + abs(fb)) else 0.0
+    box[DONE] = 1.0 if continuous or abs(box[LEAST]) <= ROUNDING * (abs(fa) + abs(fb)) else 0.0
 
 
 @generator
