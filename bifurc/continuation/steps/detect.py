@@ -176,7 +176,7 @@ def crossed(half, row, new, cut):
     """Return ``(special points in the step, None)`` or ``(None, cause)`` to reject it; ``cut`` is that of a step that ends on a
     boundary, or None."""
     part, at_boundary = row.part, cut is not None
-    if jumped(half, row, new):
+    if jumped(half, row, new, at_boundary):
         return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
     found = []
     crossing = None

@@ -3,7 +3,7 @@ import math
 from dataclasses import dataclass
 
 from ...solve import steplaw
-from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
+from ...solve.steplaw import ASIDE, AT_END, CLEAR, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
 from ..kinds import SpecialPointKind
 from .inside import beginning, ending, known_to
 from .rows import Curve, Row, tests_of
@@ -192,12 +192,13 @@ def beyond(half, row, new):
     return None
 
 
-def jumped(half, row, new):
+def jumped(half, row, new, at_boundary):
     """Whether the two ends of the step lie on different branches that cross or nearly touch at a small angle.
 
     Such a jump shows little turn, little misfit and sometimes no change of sign of the determinant.  Where some misfit
     is seen or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on the
-    Hermite curve to the fourth order, between two branches it does not.
+    Hermite curve to the fourth order, between two branches it does not.  So it is ``at_boundary`` too, where the determinant
+    has come to zero by itself if an interval of no duration makes the equations singular, and its sign is rounding.
     """
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not row.part or row.singular:
@@ -207,7 +208,7 @@ def jumped(half, row, new):
     a = math.exp(min(row.det_log - before.det_log, 50.0))
     b = math.exp(min(new.det_log - before.det_log, 50.0))
     told = doubtful(new.misfit, row.part.corner, a, b, back, length, row.det_sign * new.det_sign > 0.0)
-    if told != UNCLEAR:
+    if told == CLEAR or told == JUMPS and not at_boundary:
         return told == JUMPS
     curve = Curve(row, new)
     c = curve.at(0.5)
