@@ -12,6 +12,7 @@ TESTS = {
     "falling": (lambda t: 0.2 - t + 0.1 * math.sin(9.0 * (t - 0.2)), 0.2),
     "triple": (lambda t: (t - 0.7)**3 * 1e4, 0.7),
     "steep at one end": (lambda t: math.exp(20.0 * t) - math.exp(16.0), 0.8),
+    "small at one end for another reason": (lambda t: (t * t + 1e-13) * (t - 0.6), 0.6),
     "tiny": (lambda t: 1e-30 * (t**3 - 0.027), 0.3),
 }
 
@@ -47,6 +48,15 @@ def test_an_end_that_is_the_root_costs_nothing():
     made = watched(lambda t: t - 1.0)
     assert enclose(made, 0.0, -1.0, 1.0, 0.0) == (1.0, 0.0, None)
     assert enclose(made, 1.0, 0.0, 2.0, 1.0) == (1.0, 0.0, None)
+    assert made.asked == []
+
+
+def test_of_two_ends_alike_that_at_rounding_is_the_root():
+    """A row may lie on a boundary but for rounding, of either sign; without one at that level there is nothing to look for."""
+    made = watched(lambda t: t)
+    assert enclose(made, 0.0, 1e-17, 1.0, 1.0) == (0.0, 1e-17, None)
+    assert enclose(made, 0.0, -1.0, 1.0, -1e-17) == (1.0, -1e-17, None)
+    assert enclose(made, 0.0, 0.5, 1.0, 1.0) is None
     assert made.asked == []
 
 
