@@ -40,7 +40,8 @@ VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may 
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
-STILL, LOOSER = 1e-14, 10.0  # speed of a held row that is none; by how much a second step is longer that tells of a larger one
+STILL = 1e-14  # speed of a held row that is none
+LOOSER, FASTER = 10.0, 2.0  # by how much a second step is longer, and how much faster the row moves there that is not held
 ROUNDING = 1e-12  # value of a monitor that tells nothing
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
@@ -205,7 +206,7 @@ def loosens(problem, x, tangent, step, c) -> bool:
     if moves <= STILL:
         return False
     further = problem.correct(x + LOOSER * step * problem.scale * tangent, tangent)
-    return further.converged and further.monitors[held] + 0.5 * HELD > 0.5 * LOOSER * moves
+    return further.converged and further.monitors[held] + 0.5 * HELD > FASTER * moves
 
 
 def determined(problem, x) -> bool:
@@ -226,13 +227,17 @@ def determined(problem, x) -> bool:
     J = e.jacobian(x)
     noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
     try:
-        doubt = np.abs(np.linalg.inv(J)) @ noise
+        moves = np.linalg.inv(J)[::size]  # of the times of events, by residual; without a clock that of the period comes first
     except np.linalg.LinAlgError:
         return False
     s, U = problem.sequence.written_out(x[:-1])
-    times, doubt = U[::size], doubt[::size]
+    times = U[::size]
     spans = times - np.append(times[-1] - s.span, times[:-1])
-    clear = (spans > np.maximum(doubt, np.roll(doubt, 1))) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
+    period = 0.0 if s.clock else moves[0].copy()
+    moves[0] -= period
+    apart = moves - np.roll(moves, 1, axis=0)  # what moves both ends of an interval alike does not change it
+    apart[0] += period
+    clear = (spans > np.abs(apart) @ noise) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return bool(clear.all())
 
 

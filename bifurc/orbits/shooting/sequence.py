@@ -644,6 +644,21 @@ def at_rounding(F, J, U, tolerance):
     return True
 
 
+@njit
+def astray(closure, U, predicted, weights, F):
+    """Add to the residual ``F`` (n,) by how much labels differ at ``U`` from those at ``predicted`` (n + 1,): a guess that is
+    extrapolated from rows changes them by their rounding, from row to row by a larger multiple of it."""
+    label, ns = 0, weights.size
+    for c in range(ns if closure.shape[0] > 1 else 0):
+        if closure[0, c] == KEPT:
+            label += 1
+            scale = scale_of(closure[label], weights)
+            for k in range(ns):
+                F[F.size - ns + c] += closure[label, k] * (U[1 + k] - predicted[1 + k]) / scale
+        elif closure[0, c] == ODD:
+            label += 1
+
+
 @apart(WHOLE, python=True)
 def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iterations):
     """Newton on the event sequence, bordered by the arclength row; return 1 converged, 0 not, -1 singular.
@@ -681,8 +696,10 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         if renew:
             set_modes(T, index, series, low, high, U[n] + delta, nodes)
             assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0)
+            astray(closure, U, predicted, weights, F2)
         set_modes(T, index, series, low, high, U[n], nodes)
         assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 1.0)
+        astray(closure, U, predicted, weights, F)
         info[ITERATIONS] = k
         info[RESIDUAL] = 0.0
         for i in range(n):
