@@ -472,19 +472,21 @@ def listed_speeds(T, nodes, span, U, weights, found):
 def measure(T, nodes, span, U, weights, i, x, f, dw, row):
     """Arriving speed or duration of the event of node ``i``, scaled: it is one for as long as that is positive (LISTED).
 
-    ``x`` (nx,) is the state before it, ``f`` (ns,), ``dw`` (nx - ns,) and ``row`` (nx,) are room.  Infinite for impacts that belong
-    to a complete chattering.
+    ``x`` (nx,) is the state before it, ``f`` (ns,), ``dw`` (nx - ns,) and ``row`` (nx,) are room.  For events that belong to a
+    complete chattering, whose flights are short by themselves, part of the flight; infinite where that is rounding.
     """
     kick, count, size = T.kick, nodes.shape[0], 1 + f.size
     before, g, order = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, DIVIDE]
-    if nodes[i, CLOSES] > 0 and kick[before, g] == 1:
-        return np.inf
     previous, tau, speed = i - 1 if i > 0 else count - 1, U[i * size], np.inf
     following = U[(i + 1) * size] if i < count - 1 else U[0] + span
     lasted = duration(U, size, span, i)
     if nodes[i, CLOSES] == 2:  # friction in every flight of a chattering, which its event neither begins nor ends
         flight = abs(lasted) + abs(following - tau)
-        return min(lasted, following - tau) / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf
+        least = lasted if kick[before, g] == 1 else min(lasted, following - tau)
+        return least / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf
+    if nodes[i, CLOSES] == 1 and kick[before, g] == 1:  # Newton may find its last flight with a negative duration
+        flight = abs(lasted) + T.ratio[before, g] * abs(duration(U, size, span, previous))
+        return lasted / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf
     # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their minimum would
     # have a kink
     if kick[before, g] == 1 or (order == 0 or order > 0 and lasted > SHORT) and following - tau > SHORT:
