@@ -40,8 +40,8 @@ VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may 
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
-STILL = 1e-14  # speed of a held row that is none
-LOOSER, FASTER = 10.0, 2.0  # by how much a second step is longer, and how much faster the row moves there that is not held
+STILL = 1e-13  # speed of a held row that is none
+LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
@@ -197,16 +197,18 @@ def verified(problem, point, new, x, tangent) -> bool:
 
 
 def loosens(problem, x, tangent, step, c) -> bool:
-    """Whether a row that is held by tolerance alone at ``c``, a ``step`` along ``tangent`` from ``x`` (n + 1,), moves the more the
-    farther the step: a slip of no duration yet that an impact cuts short is not stick behind it."""
+    """Whether a row is held by tolerance alone at ``c``, a ``step`` along ``tangent`` from ``x`` (n + 1,): it moves the more the
+    farther the step, with some power of it.
+
+    What a jump or the equations hold is held wherever they are solved.  A slip of no duration yet that an impact cuts short is not
+    stick behind it.
+    """
     held = next((k for k, monitor in enumerate(problem.monitors) if monitor.name == HELD_ROWS), None)
     if held is None:
         return False
-    moves = c.monitors[held] + 0.5 * HELD
-    if moves <= STILL:
-        return False
-    further = problem.correct(x + LOOSER * step * problem.scale * tangent, tangent)
-    return further.converged and further.monitors[held] + 0.5 * HELD > FASTER * moves
+    most = FASTER * max(c.monitors[held] + 0.5 * HELD, STILL)
+    made = (problem.correct(x + longer * step * problem.scale * tangent, tangent) for longer in LOOSER)
+    return any(further.converged and further.monitors[held] + 0.5 * HELD > most for further in made)
 
 
 def determined(problem, x) -> bool:
