@@ -406,8 +406,23 @@ def sequence_of(orbit, motion, first):
     times -= np.floor(times[0] / whole.span) * whole.span
     nodes = divided(scene, nodes[order])
     mark_trains(nodes, R.speeds[listed][order])
-    unknowns = np.column_stack([times, R.before[listed][order]]).ravel()
+    unknowns = np.column_stack([times, remembered(R, listed, scene.n)[order]]).ravel()
     return Signature(nodes, np.zeros(len(nodes)), float(whole.span), clock=whole.clock), unknowns
+
+
+def remembered(R, listed, n):
+    """Return the states (k, ns) before the ``listed`` events (indices, k) of a recorded period, with the memory of a motion that
+    came from the period before: what is written in a period begins with the value that it ends with.
+
+    A simulation begins with what memory shows at its start, as of a slider in the middle of a slip, and keeps that to its next stick.
+    """
+    before = R.before[listed].copy()
+    for place in range(2 * n, before.shape[1]):
+        last = R.after[listed[-1], place]
+        written = np.flatnonzero(np.append(before[:, place], last) != before[0, place])
+        if written.size:
+            before[:written[0], place] = last
+    return before
 
 
 def _begun(problem, point, signature, x, search, through):

@@ -180,16 +180,16 @@ def test_an_orbit_of_two_periods_that_loses_its_last_event_has_one(later):
 
 # what simulation makes of a motion
 
-def recorded(rows, times, before, speeds=None):
+def recorded(rows, times, before, speeds=None, after=None):
     return SimpleNamespace(rows=np.array(rows), times=np.array(times), before=np.array(before, float),
-                           speeds=np.array(speeds or [0.0] * len(rows)))
+                           after=np.array(before if after is None else after, float), speeds=np.array(speeds or [0.0] * len(rows)))
 
 
 def test_the_sequence_of_a_simulated_period_begins_behind_its_longest_interval():
     """From phase .25 of the second period of an orbit of two: events at 1.3, 2.1 and 2.9 forcing periods of length 2."""
     R = recorded([[0, -1, 0, PASSED, 0], [0, 1, 1, EVENT, 0], [1, -1, 1, PASSED, 1], [1, 0, 1, EVENT, 1], [1, 2, 1, GRAZE, 1],
                   [1, 3, 0, CHATTER, 1]], [0.5, 0.6, 0.0, 0.2, 1.0, 1.8], [[k, -k] for k in range(6)])
-    orbit = SimpleNamespace(scene=SimpleNamespace(ns=2), forcing_period=2.0, autonomous=False,
+    orbit = SimpleNamespace(scene=SimpleNamespace(n=1, ns=2), forcing_period=2.0, autonomous=False,
                             _whole=(SimpleNamespace(span=2.0, clock=0.0),))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(successor, "mark_trains", lambda nodes, speeds: None)
@@ -201,9 +201,18 @@ def test_the_sequence_of_a_simulated_period_begins_behind_its_longest_interval()
     assert successor.sequence_of(orbit, SimpleNamespace(recorded=R), 1.0) is None
 
 
+def test_memory_that_is_written_in_a_simulated_period_begins_with_the_value_that_it_ends_with():
+    """Of three memories one is never written, one twice, one by the last event alone: what it was at the start is stale."""
+    R = recorded([[0, 0, 0, EVENT, 0]] * 4, [0.0] * 4, [[0, 0, 7, 9, 9], [1, 0, 7, 9, 9], [2, 0, 7, 4, 9], [3, 0, 7, 4, 9]],
+                 after=[[0, 0, 7, 9, 9], [1, 0, 7, 4, 9], [2, 0, 7, 4, 9], [3, 0, 7, 5, 6]])
+    found = successor.remembered(R, [1, 2, 3], 1)
+    assert found.tolist() == [[1, 0, 7, 5, 6], [2, 0, 7, 4, 6], [3, 0, 7, 4, 6]]
+    assert R.before[1].tolist() == [1, 0, 7, 9, 9]  # what was recorded is left as it is
+
+
 def test_of_a_motion_without_events_the_state_at_the_next_section_is_taken():
     R = recorded([[4, -1, 4, PASSED, 0], [4, 0, 4, GRAZE, 0]], [0.0, 0.0], [[0, 0], [0, 0]])
-    orbit = SimpleNamespace(scene=SimpleNamespace(ns=2), forcing_period=2.0, autonomous=False,
+    orbit = SimpleNamespace(scene=SimpleNamespace(n=1, ns=2), forcing_period=2.0, autonomous=False,
                             _whole=(SimpleNamespace(span=3.0, clock=0.0),))
 
     class Motion:
@@ -276,8 +285,20 @@ def test_an_interval_shorter_than_what_rounding_makes_of_its_end_is_not_determin
     J[2, 1] = 1.0  # a term of size 1 in the equation
     scene = SimpleNamespace(ns=1, tables=SimpleNamespace(kick=np.array([first])))
     s = SimpleNamespace(nodes=nodes, span=1.0, creeping=lambda scene: [], unmoved=lambda scene: [],
-                        written_out=lambda U: (SimpleNamespace(span=1.0), U))
+                        written_out=lambda U: (SimpleNamespace(span=1.0, clock=1.0), U))
     problem = SimpleNamespace(sequence=s, scene=scene, equations=SimpleNamespace(jacobian=lambda x: J))
     assert successor.determined(problem, np.array([0.3, 1.0, 0.3 + 1e-5, 1.0, 5.0])) is clear
     s.creeping = lambda scene: [0]
     assert not successor.determined(problem, np.array([0.3, 1.0, 0.8, 1.0, 5.0]))
+
+
+@pytest.mark.parametrize("apart, clear", [(1e-7, True), (1e-9, True), (1e-16, False)])
+def test_what_rounding_does_to_both_ends_of_an_interval_is_nothing_to_its_duration(apart, clear):
+    """Both times follow from one badly determined number, to 1e-6: their difference is an equation of its own."""
+    J = np.array([[1e-10, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    J[0, 1] = 1.0  # a term of size 1 in the equation of the first time
+    s = SimpleNamespace(nodes=np.array([[0, 0, 0, 0, 0], [0, 1, 0, 0, 0]]), span=1.0, creeping=lambda scene: [],
+                        unmoved=lambda scene: [], written_out=lambda U: (SimpleNamespace(span=1.0, clock=1.0), U))
+    problem = SimpleNamespace(sequence=s, scene=SimpleNamespace(ns=1, tables=SimpleNamespace(kick=np.array([[0, 0]]))),
+                              equations=SimpleNamespace(jacobian=lambda x: J))
+    assert successor.determined(problem, np.array([0.3, 1.0, 0.3 + apart, 1.0, 5.0])) is clear
