@@ -43,6 +43,7 @@ EPS = 2.2e-16
 STILL = 1e-13  # speed of a held row that is none
 LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
+ZERO = 4.0 * EPS  # of one that is zero by itself, as of a guard that is so where a mode begins
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -291,7 +292,7 @@ def rebounds(problem) -> bool:
 
 def inside(problem, c) -> bool:
     """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it."""
-    return allowed(problem, c.p) and all(c.monitors[k] < 0.0 for k in boundaries(problem))
+    return allowed(problem, c.p) and all(c.monitors[k] <= ZERO for k in boundaries(problem))
 
 
 def allowed(problem, p: float) -> bool:
