@@ -37,8 +37,8 @@ from ..watching import bare
 from . import autonomous, branching, signature_change
 from .completion import completion_near
 from .extremes import extreme_gradient
-from .signature_change import CLOSURE, COMPLETES, LEAVING, LISTED, MERGES, ONE, REFUSED, UNLISTED
-from .successor import HELD_ROWS
+from .signature_change import CLOSURE, COMPLETES, LEAVING, MERGES, ONE, REFUSED, UNLISTED
+from .successor import HELD_ROWS, LISTED
 from .train_length import SLACK, SPARE, relengthened
 from .vanishing import listed_speeds
 

@@ -23,7 +23,7 @@ from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import UNITS, ratio
 from .directions import directions
-from .successor import SAME, allowed, complete_chatters, cycle, inside, jumps, kicks, onto, successor, verified
+from .successor import LISTED, SAME, allowed, complete_chatters, cycle, inside, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -33,7 +33,7 @@ TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a seq
 Counts = collections.namedtuple("Counts", "completed kicks")
 AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
-LISTED, UNLISTED, LEAVING, MERGES = "listed", "unlisted", "leaving", "merges"  # names of monitors
+UNLISTED, LEAVING, MERGES = "unlisted", "leaving", "merges"  # names of monitors
 COMPLETES, CLOSURE, REFUSED = "completes", "closure", "refused"
 KINDS = {EventKind.STICK: SpecialPointKind.STICK_ONSET, EventKind.SLIP: SpecialPointKind.SLIP_ONSET,
          EventKind.SEPARATION: SpecialPointKind.SEPARATION, EventKind.CONTACT: SpecialPointKind.SEPARATION}

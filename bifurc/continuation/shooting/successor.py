@@ -43,7 +43,7 @@ EPS = 2.2e-16
 STILL = 1e-13  # speed of a held row that is none
 LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
-ZERO = 4.0 * EPS  # of one that is zero by itself, as of a guard that is so where a mode begins
+ZERO = 4.0 * EPS  # of one that is zero but for rounding, as of a guard where a mode begins
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -53,7 +53,7 @@ ASTRAY = 0.5  # of a length along a direction, by which a solution may lie besid
 ROUNDED = 1e-11  # scaled length along a branch: where a test is zero is known no better
 VALID = 1e-9  # value of a monitor that is zero there
 SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
-HELD_ROWS = "held"  # name of the monitor of rows that modes hold
+LISTED, HELD_ROWS = "listed", "held"  # names of the monitors of events and of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
 PHASES, EXACT = 1000, 1e-12  # phases at which an orbit without a clock is looked for on another; scaled error of the one found
@@ -291,8 +291,12 @@ def rebounds(problem) -> bool:
 
 
 def inside(problem, c) -> bool:
-    """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it."""
-    return allowed(problem, c.p) and all(c.monitors[k] <= ZERO for k in boundaries(problem))
+    """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it.
+
+    A guard may be zero by itself, of either sign of its rounding; an event that has no speed by itself is none.
+    """
+    return allowed(problem, c.p) and all(c.monitors[k] <= (-ZERO if problem.monitors[k].name == LISTED else ZERO)
+                                         for k in boundaries(problem))
 
 
 def allowed(problem, p: float) -> bool:
@@ -415,7 +419,7 @@ def remembered(R, listed, n):
     """Return the states (k, ns) before the ``listed`` events (indices, k) of a recorded period, with the memory of a motion that
     came from the period before: what is written in a period begins with the value that it ends with.
 
-    A simulation begins with what memory shows at its start, as of a slider in the middle of a slip, and keeps that to its next stick.
+    A simulation begins with what memory shows at its start, as of a slider in the middle of a slip, and keeps that until it sticks.
     """
     before = R.before[listed].copy()
     for place in range(2 * n, before.shape[1]):
