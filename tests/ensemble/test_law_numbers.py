@@ -41,9 +41,9 @@ def read():
         T = scene.tables if G is None else changed(scene.tables, G)
         numbers, grid = law_modes.step_numbers(T, kind, STEPS)
         modes = len(T.n_guards)
-        size = kind.record.itemsize // 8
-        own = [row[:size].copy().view(kind.record)[0] for row in numbers.reshape(modes, -1)]
-        return T, own, grid.view(law_modes.substep_of(kind)).reshape(modes, STEPS)
+        size = kind.records[0].itemsize // 8
+        own = [row[:size].copy().view(kind.records[0])[0] for row in numbers.reshape(modes, -1)]
+        return T, own, grid.view(law_modes.kind.records[1]).reshape(modes, STEPS)
 
     return kind, made
 
