@@ -25,7 +25,6 @@ import numpy as np
 from ...flow.affine.polynomial import SLOPE_ERROR
 
 TURN = 0.6  # largest scaled angle of a substep
-GUESSES = 1  # steps of Newton on the cubic, from the parabola through both ends with the slope of the first
 CONVERGED = 1e-6  # of a substep is the longest last step: what it leaves is its cube
 TURNING = 1e-4  # of the slope at a zero is the largest change of slope over the last step
 ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15 on one that turns by TURN
@@ -43,9 +42,9 @@ def records(n: int, guards: int) -> tuple[np.dtype, np.dtype]:
     """Return what the step reads of a mode, and of a mode on a substep, for ``n`` masses and so many guards.
 
     ``flow`` gives the state after the substep, ``place`` A(s) and C, ``back`` A(-s).  Of a guard, by every state, value, slope h/3,
-    bound and noise, of which all else adds the last; what it adds; the constant of its value; D; A(s) times what it adds, and by how
-    much that raises the guards, its own bound instead of itself.  Of a guard on a substep what the forcing adds to value and slope
-    h/3 at both ends; F; then what its states at s add to value and slope h/3 at s.
+    bound and noise, and what forcing adds to the last two; what the guard adds; the constant of its value; D; A(s) times what it
+    adds, and by how much that raises the guards, its own bound instead of itself.  Of a guard on a substep what the forcing adds to
+    value and slope h/3 at both ends; F; then what its states at s add to value and slope h/3 at s.
     """
     ns = 2 * n
     guard = [("value", float, ns), ("slope", float, ns), ("bound", float, ns), ("bound_all", float), ("noise", float, ns),
@@ -90,7 +89,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
 
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
-    return filled(_AFFINE + LISTS, records(n, guards), n, layout(n, guards, size), {})
+    return filled(_AFFINE + LISTS, records(n, guards), n, layout(n, guards, size))
 
 
 def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
@@ -98,47 +97,33 @@ def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
     return int(numbers["LISTS"] - numbers["FIRST"]), int(2 * numbers["STATE"]), int(numbers["IDS"]), int(numbers["CAP"]) + 1
 
 
-def filled(text: str, read: tuple[np.dtype, np.dtype], n: int, numbers: dict[str, float], words: dict[str, list[str]],
-           head: str = "") -> str:
+def filled(text: str, read: tuple[np.dtype, np.dtype], n: int, numbers: dict[str, float], words: str = "", head: str = "") -> str:
     """Return the source: names of ``numbers``, ``head``, then ``text`` for ``n`` masses, which reads the records ``read``.
 
-    A line with {k} is written for every state, SUM[ term ; last ] is the sum over states {c} added from its end, LOAD names the
-    numbers of parts of a record, see `loaded`, and a word in capitals stands for the lines below, or those of a text's own ``words``.
+    A line with {k} is written for every state, with {i} and {n+i} for every coordinate and its velocity, with {j} for every power
+    of a polynomial.  SUM[ term ; last ] is a sum over states {c}, or coordinates {p} and velocities {n+p}, added from its end.
+    LOAD names the numbers of parts of a record, see `loaded`; HORNER stands for the lines of `horner`; a word in capitals for those
+    below it in ``words``, or else in `WORDS`.
     """
-    states, positions = range(2 * n), range(n)
-    lines = {
-        **{name: text.strip().split("\n") for name, text in _WORD.findall(_WORDS)},
-        "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
-                              "u = min(max(u, 0.0), 1.0)"],
-        "SUM_GUARD": [f"g_{j} = SUM[ guard_series_{{c}}_{j} * y{{c}} ; forced_series_{j} ]" for j in range(MANY)],
-        "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
-        "STATE_AT": [line for i in positions for line in (
-            *(f"p_{j} = SUM[ mode_place_{i}_{{c}}_{j} * y{{c}} ; substep_place_{i}_{j} ]" for j in range(MANY)),
-            *horner("p", "s", f"x{i}", f"x{n + i}"))],
-        "KICKED": [line for i in positions for line in horner(f"guard_kicked_{i}", "rest", f"v{i}", f"v{n + i}")],
-        "BACK": [*(line for i in positions for line in horner(f"substep_place_{i}", "s", f"v{i}", f"v{n + i}")),
-                 "m{k} = m{k} - v{k}",
-                 *(line for i in positions for c in states for line in horner(f"mode_back_{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")),
-                 *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], [f'm{c}' for c in states])})"
-                   for i in states)],
-        "FORCED_VALUE": horner("forced_value", "s", "value"), "FORCED_RISE": horner("forced_slope", "s", "rise"),
-        **words,
-    }
+    lines = {name: inside.splitlines() for name, inside in _WORD.findall(WORDS + words)}
+
+    def at(line: str, index: str, v: int) -> str:
+        return line.replace(f"{{{index}}}", str(v)).replace(f"{{n+{index}}}", str(n + v))
 
     def summed(found: re.Match) -> str:
-        made = found[2]
-        for c in reversed(states):
-            made = f"{found[1].replace('{c}', str(c))} + ({made})"
-        return made
+        index, many = ("c", 2 * n) if "{c}" in found[1] else ("p", n)
+        return dot([at(found[1], index, v) for v in range(many)], found[2])
 
     def spelled(line: str) -> list[str]:
-        word = line.strip()
-        if word in lines or word.startswith("LOAD "):
-            indent = line[:len(line) - len(line.lstrip())]
-            inside = lines[word] if word in lines else loaded(read, *word.split()[1:])
-            return [made for inner in inside for made in spelled(indent + inner)]
-        line = _SUM.sub(summed, line)
-        return [line.replace("{k}", str(k)) for k in states] if "{k}" in line else [line]
+        for index, many in (("k", 2 * n), ("i", n), ("j", MANY)):
+            if f"{{{index}}}" in line or f"{{n+{index}}}" in line:
+                return [made for v in range(many) for made in spelled(at(line, index, v))]
+        word, *rest = line.split() or [""]
+        inside = loaded(read, *rest) if word == "LOAD" else horner(*rest) if word == "HORNER" else lines.get(line.strip())
+        if inside is None:
+            return [_SUM.sub(summed, line)]
+        indent = line[:len(line) - len(line.lstrip())]
+        return [made for inner in inside for made in spelled(indent + inner)]
 
     named = (f"AT_{name} = {value!r}" for name, value in (numbers | strides(*read)).items())
     return "\n".join([FUSED, *named, "\n", head, *(made for line in text.split("\n") for made in spelled(line))])
@@ -147,7 +132,7 @@ def filled(text: str, read: tuple[np.dtype, np.dtype], n: int, numbers: dict[str
 def loaded(read: tuple[np.dtype, np.dtype], owner: str, *parts: str) -> list[str]:
     """Return lines that name the numbers of parts of a record by owner, part and index.
 
-    ``owner`` is mode, substep, guard, or forced (a guard on a substep); its numbers begin in the array of the records at o, t, i, j.
+    ``owner`` is mode, substep, guard, or forced, which is a guard on a substep; their numbers begin at o, t, i, j.
     """
     mode, substep = read
     record, start = {"mode": (mode, "N[o"), "substep": (substep, "F[t"), "guard": (mode["guards"].base, "N[i"),
@@ -156,12 +141,11 @@ def loaded(read: tuple[np.dtype, np.dtype], owner: str, *parts: str) -> list[str
             for part in parts for at, index in enumerate(np.ndindex(record[part].shape))]
 
 
-def dot(factors: list[str], values: list[str], last: str | None = None) -> str:
-    """Return the text of a sum of products, added from its end."""
-    pairs = list(zip(factors, values, strict=True))
-    text = last if last is not None else "{} * {}".format(*pairs.pop())
-    for factor, value in reversed(pairs):
-        text = f"{factor} * {value} + ({text})"
+def dot(terms: list[str], last: str | None = None) -> str:
+    """Return the text of a sum, added from its end."""
+    *terms, text = terms if last is None else [*terms, last]
+    for term in reversed(terms):
+        text = f"{term} + ({text})"
     return text
 
 
@@ -178,15 +162,17 @@ def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> l
 
 
 _WORD = re.compile(r"^([A-Z0-9_]+):\n(.*?)(?=^[A-Z0-9_]+:$|\Z)", re.MULTILINE | re.DOTALL)
-_SUM = re.compile(r"SUM\[ (.*?) ; (.*?) \]")
+_SUM = re.compile(r"SUM\[ (.*?)(?: ; (.*?))? \]")
 FUSED = "from bifurc._jit import fused, leaf\n\n"
 # words that stand for lines
-_WORDS = '''GUARD_OVER:
+WORDS = '''GUARD_OVER:
 left = SUM[ guard_value_{c} * y{c} ; forced_ends_0_0 ]
 RIGHT
 RISE0
 RISE1
 BOUND
+SERIES:
+g_{j} = SUM[ guard_series_{c}_{j} * y{c} ; forced_series_{j} ]
 LARGEST:
 GUARD_OVER
 largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
@@ -212,6 +198,9 @@ LOAD substep flow
 LOAD_PLACE:
 LOAD mode place
 LOAD substep place
+STATE_AT:
+p{i}_{j} = SUM[ mode_place_{i}_{c}_{j} * y{c} ; substep_place_{i}_{j} ]
+HORNER p{i} s x{i} x{n+i}
 LOAD_ZERO:
 h = N[o]
 FIND_GUARD
@@ -230,9 +219,9 @@ verdict = 1.0 if found else (0.0 if none else -1.0)
 W[AT_S + l], W[AT_SPEED + l] = s, speed
 rest = h - s
 VALUES_AT_S:
-FORCED_VALUE
+HORNER forced_value s value
 value = SUM[ guard_value_{c} * m{c} ; value ]
-FORCED_RISE
+HORNER forced_slope s rise
 rise = SUM[ guard_slope_{c} * m{c} ; rise ]
 y{k} = W[AT_BY + {k} * AT_CAP + l]
 BOUND
@@ -240,12 +229,12 @@ noise = SUM[ guard_noise_{c} * abs(y{c}) ; guard_noise_all ]
 later = (rest_of * rest_of) * (rest_of * rest_of) * bound
 ROOT:
 inner0, inner1 = left + rise0, right - rise1
-SUM_GUARD
+SERIES
 bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
 d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
 u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
-GUESSES
-s = h * u
+u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))  # the parabola's zero, a step of Newton's
+s = h * min(max(u, 0.0), 1.0)
 CHEBYSHEV
 s = min(max(s - step, 0.0), h)
 CHEBYSHEV
@@ -260,7 +249,7 @@ found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(
          & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
 none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
 CHEBYSHEV:
-GUARD_BEND
+HORNER g s value slope bend
 unit = 1.0 / slope
 step = value * unit
 step = step * (1.0 + bend * unit * step)  # of third order
@@ -270,7 +259,7 @@ if what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m:  # the mode itse
 else:
     roots(W, m, full, g, numbers, o, grid, t)
 REBOUND:
-KICKED
+HORNER guard_kicked_{i} rest v{i} v{n+i}
 x{k} = x{k} + v{k} * speed
 RIGHT
 RISE1
@@ -334,7 +323,11 @@ def back(W, full, N, o, F, t):
     for l in range(full):
         s = W[AT_LS + l]
         m{k} = W[AT_LY + {k} * AT_CAP + l]
-        BACK
+        HORNER substep_place_{i} s v{i} v{n+i}
+        m{k} = m{k} - v{k}
+        HORNER mode_back_{i}_{k} s u{i}_{k} u{n+i}_{k}
+        y{i} = SUM[ u{i}_{c} * m{c} ]
+        y{n+i} = -(SUM[ u{n+i}_{c} * m{c} ])
         FLOW
         W[AT_BY + {k} * AT_CAP + l] = y{k}
         W[AT_LE + {k} * AT_CAP + l] = x{k}

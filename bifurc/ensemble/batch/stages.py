@@ -185,15 +185,15 @@ class Step:
         for i, (rows, values) in enumerate(zip(kind.rows, kind.values, strict=True)):
             own = range(row, row + rows)
             if i in self.acts.laws:
-                arguments = [_linear(pattern[r], f"{letter}{r}_", state[n * which:n * which + n]) + moved.get((which, r), "")
-                             for which, letter, pattern in ((0, "mode_u_", kind.coordinates), (1, "mode_s_", kind.speeds)) for r in own]
+                arguments = [_linear(pattern[r], f"mode_{part}_{r}_", state[n * which:n * which + n]) + moved.get((which, r), "")
+                             for which, part, pattern in ((0, "u", kind.coordinates), (1, "s", kind.speeds)) for r in own]
                 results = [f"{name}_of_{r}" for r in own]
                 arguments += [f"mode_values_{value + k}" for k in range(values)]
                 lines.append(f"{', '.join(results)} = law_{i}({', '.join(arguments)})")
                 force |= dict(zip(own, results, strict=True))
             row, value = row + rows, value + values
         for c in range(n):
-            text = dot([f"mode_field_{c}_{j}" for j in range(2 * n)], state, f"substep_stages_{stage}_{c}")
+            text = dot([f"mode_field_{c}_{j} * {state[j]}" for j in range(2 * n)], f"substep_stages_{stage}_{c}")
             for r, made in force.items():
                 factor = self.acts.pushes[r][c]
                 if factor != NONE:
