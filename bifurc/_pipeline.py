@@ -1,7 +1,7 @@
 """How numba is made to compile less: types of operators are remembered, what is only linked is neither translated nor optimised.
 
-numba tries some ten templates, most of them for arrays, strings and dates, at every ``x + y`` of two numbers, twice a function.
-The answer depends on the operator and the types only: remembering it saves a third of the time that finding types takes.
+numba tries some ten templates, most of them for arrays, strings and dates, at every ``x + y`` of two numbers: twice when it finds
+types, and once more when it writes code.  The answer depends on the operator and the types only, and is remembered.
 
 Functions that only compiled callers call are linked into them as LLVM's intermediate code.  numba makes machine code of each by
 itself, too, which nothing ever calls, and optimises it in full before that, although the caller is optimised as a whole with all
@@ -10,22 +10,25 @@ that is linked into it: a cheap pass by itself is enough.  Large loops over rows
 
 numba compares the flags of a compilation at every call in it, by all that they may hold, and compiles ``np.empty`` once for each:
 those here compare what was set and what a callee can see.  It computes where variables live after most of its passes, and reads it
-after two of them.  For the error of ``a[:] = b`` with other shapes it compiles functions that write numbers as text, 3 s of them.
+after two of them.  To find the variables of an instruction it asks of every part of it what that may be, several times a pass.  For
+the error of ``a[:] = b`` with other shapes it compiles functions that write numbers as text, 3 s of them.
 
 All reach into numba, so that versions they were not tried with compile as they always do: the kernels are the same.
 """
 import contextlib
 import math
 import operator
+import types as types_of
 
 import llvmlite.binding
 import numba
-from numba.core import codegen, compiler, postproc, transforms, types
+from numba.core import codegen, compiler, ir, postproc, transforms, types
 from numba.extending import overload
 from numba.np import arrayobj
 
 TRIED = ((0, 68),)  # versions of numba
 PLAIN = (types.Number, types.Boolean, types.Literal, types.Array, types.SliceType)
+WITHOUT = {str, int, float, bool, type(None), ir.Loc, types_of.BuiltinFunctionType, types_of.FunctionType}  # any variable
 DOORS = {"no_cpython_wrapper", "no_cfunc_wrapper"}  # flags that no callee sees
 ENVIRONMENT = "_ZN08NumbaEnv"  # how names of environments begin
 OPERATORS = frozenset([value for module in (operator, math) for name, value in vars(module).items()
@@ -40,13 +43,15 @@ def _plain(args) -> bool:
 
 @contextlib.contextmanager
 def _less_work():
-    """Put what is cheaper in the place of two functions of numba."""
-    before = arrayobj.raise_with_shape_context, postproc.PostProcessor.run
-    arrayobj.raise_with_shape_context, postproc.PostProcessor.run = _unequal, _postprocess
+    """Put what is cheaper in the place of some functions of numba."""
+    before = [(owner, name, vars(owner)[name]) for owner, name, _ in _CHEAPER]
+    for owner, name, cheaper in _CHEAPER:
+        setattr(owner, name, cheaper)
     try:
         yield
     finally:
-        arrayobj.raise_with_shape_context, postproc.PostProcessor.run = before
+        for owner, name, whole in before:
+            setattr(owner, name, whole)
 
 
 def _unequal(given, asked):
@@ -78,6 +83,44 @@ def _postprocess(self, emit_dels=False, extend_lifetimes=False):
         self._insert_var_dels(extend_lifetimes=extend_lifetimes)
 
 
+_EACH = ir.Inst._rec_list_vars
+
+
+def _variables(self, value):
+    """Return the variables in an instruction, by what the types of its parts are: numba asks each what it may be, and goes on."""
+    kind = type(value)
+    if kind is ir.Var:
+        return [value]
+    if kind not in (dict, list, tuple):
+        return [] if kind in WITHOUT else _EACH(self, value)
+    found = []
+    for part in value.values() if kind is dict else value:
+        kind = type(part)
+        if kind is ir.Var:
+            found.append(part)
+        elif kind not in WITHOUT:
+            found += _variables(self, part)
+    return found
+
+
+_FIND = types.BaseFunction.get_call_type
+_signatures: dict[tuple[int, ...], tuple] = {}  # of operators on types, by what these are, which stay alive with them
+
+
+def _signature(self, context, args, kws):
+    """Return the signature of a call; operators on numbers and arrays are remembered, those that fail are not."""
+    if kws or self.typing_key not in OPERATORS or not _plain(args):
+        return _FIND(self, context, args, kws)
+    names = id(context), id(self), *map(id, args)
+    if names not in _signatures:
+        _signatures[names] = _FIND(self, context, args, kws), (context, self, *args)
+    return _signatures[names][0]
+
+
+_CHEAPER = ((arrayobj, "raise_with_shape_context", _unequal), (postproc.PostProcessor, "run", _postprocess),
+            (ir.Inst, "_rec_list_vars", _variables), (types.BaseFunction, "get_call_type", _signature))
+
+
 class _Flags(compiler.Flags):
     """Flags of a compilation, equal to others that make the same code of a callee."""
 
@@ -89,8 +132,9 @@ class _Flags(compiler.Flags):
     def __eq__(self, other) -> bool:
         if not isinstance(other, compiler.Flags):
             return NotImplemented
-        mine, others = self._values, other._values
-        return mine == others or all(getattr(self, name) == getattr(other, name) for name in (mine.keys() | others.keys()) - DOORS)
+        mine, others, options = self._values, other._values, self.options
+        return mine == others or all(mine.get(name, options[name].default) == others.get(name, options[name].default)
+                                     for name in mine.keys() | others.keys() if name not in DOORS)
 
 
 _HASH = hash(compiler.Flags())  # of the names of what they may hold: the same for all
@@ -135,12 +179,12 @@ class _Part(_Library):
 
 
 class Pipeline(compiler.Compiler):
-    """numba's own pipeline, with a typing context that remembers operators and functions of numbers and arrays."""
+    """numba's own pipeline, with less work."""
 
     library_class = _Library
 
     def __init__(self, typing_context, target_context, library, args, return_type, flags, local_types):
-        super().__init__(_remembering(typing_context), target_context, library, args, return_type, _Flags(flags), local_types)
+        super().__init__(typing_context, target_context, library, args, return_type, _Flags(flags), local_types)
 
     def compile_extra(self, func):
         """Compile a function into a library of its own."""
@@ -154,44 +198,3 @@ class Linked(Pipeline):
     """The pipeline of functions that only compiled callers call."""
 
     library_class = _Part
-
-
-def _remembering(context):
-    """Return a typing context that shares everything with a given one, and remembers; the same one for each."""
-    found = vars(context).get("_bifurc_remembers")
-    if found is None:
-        kind = type(context)
-        made = type(f"Remembering{kind.__name__}", (_Memory, kind), {})
-        found = object.__new__(made)
-        context._bifurc_remembers = found
-        found.__dict__ = vars(context)
-    return found
-
-
-class _Memory:
-    """Signatures of operators, by the function type and the argument types; numba makes each of these once."""
-
-    def _recall(self, key, find):
-        """Return what is remembered under a key of objects, which stay alive with it, or find it."""
-        memory = self.__dict__.setdefault("_bifurc_signatures", {})
-        names = tuple(map(id, key))
-        found = memory.get(names)
-        if found is None:
-            signature = find()
-            if signature is None:
-                return None
-            found = memory[names] = signature, key
-        return found[0]
-
-    def resolve_function_type(self, func, args, kws):
-        """Return the signature of a call."""
-        if not kws and isinstance(func, types.Function) and func.typing_key in OPERATORS and _plain(args):
-            return self._recall((func, *args), lambda: super(_Memory, self).resolve_function_type(func, args, kws))
-        return super().resolve_function_type(func, args, kws)
-
-    def resolve_setitem(self, target, index, value):
-        """Return the signature of ``target[index] = value``."""
-        args = target, index, value
-        if _plain(args):
-            return self._recall((operator.setitem, *args), lambda: super(_Memory, self).resolve_setitem(*args))
-        return super().resolve_setitem(*args)

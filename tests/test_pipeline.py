@@ -1,6 +1,8 @@
 """What is remembered and left out while kernels are compiled changes none of them."""
+import colorsys
 import contextlib
 import json
+import operator
 import os
 import subprocess
 import sys
@@ -8,7 +10,8 @@ import sys
 import numba
 import numpy as np
 import pytest
-from numba.core import compiler, event, types
+from numba.core import compiler, errors, event, ir, types
+from numba.core.registry import cpu_target
 from numba.core.runtime import _nrt_python, rtsys
 from numba.np import arrayobj
 
@@ -103,6 +106,40 @@ def test_only_operators_on_numbers_and_arrays_are_remembered(args, plain):
     assert _pipeline._plain(args) is plain
 
 
+@pytest.mark.parametrize("op", [operator.add, operator.mul, operator.pow, operator.truediv, operator.lt, operator.getitem])
+def test_what_is_remembered_of_an_operator_is_what_numba_finds(op):
+    """Twice, for literals too; what numba refuses stays refused."""
+    context = cpu_target.typing_context
+    context.refresh()
+    function = context.resolve_value_type(op)
+    array, number, two = types.float64[:, ::1], types.float64, types.literal(2)
+    for args in ((number, number), (number, types.int64), (number, two), (array, types.UniTuple(types.int64, 2)),
+                 (array, types.slice2_type)):
+        try:
+            wanted = _pipeline._FIND(function, context, args, {})
+        except errors.TypingError:
+            with pytest.raises(errors.TypingError):
+                _pipeline._signature(function, context, args, {})
+        else:
+            assert _pipeline._signature(function, context, args, {}) == _pipeline._signature(function, context, args, {}) == wanted
+
+
+def test_variables_of_instructions_are_those_that_numba_finds():
+    """In their order, of every instruction of a function with loops, and of a mathematical one."""
+    many = 0
+    for function in (ways, colorsys.rgb_to_hls):
+        for block in compiler.run_frontend(function).blocks.values():
+            for stmt in block.body:
+                for inst in (stmt, getattr(stmt, "value", stmt)):
+                    if isinstance(inst, ir.Inst):
+                        wanted = inst.list_vars()
+                        with _pipeline._less_work():
+                            found = inst.list_vars()
+                        assert list(map(id, found)) == list(map(id, wanted))
+                        many += len(found)
+    assert many > 50
+
+
 def test_a_numba_that_was_not_tried_compiles_as_it_always_does(monkeypatch):
     monkeypatch.setattr(_pipeline, "TRIED", ())
     assert _pipeline.for_this_numba(_pipeline.Linked) is compiler.Compiler
@@ -116,6 +153,20 @@ def test_a_numba_that_was_not_tried_compiles_as_it_always_does(monkeypatch):
         return callee(x) * 3.0
 
     assert caller(1.0) == 9.0
+
+
+def ways(n):
+    total = 0.0
+    for k in range(n):
+        room = np.full(k + 1, 2.0)
+        if k == 3:
+            continue
+        part = room[1:]
+        if k == 7:
+            return total + part.sum()
+        total += part.sum()
+        room = part
+    return total
 
 
 @contextlib.contextmanager
@@ -185,26 +236,13 @@ def test_variables_live_as_long_as_they_did(tmp_path, monkeypatch):
     """Arrays are freed where numba frees them: as many are made as are freed, in loops and on all ways out."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
 
-    @both
-    def ways(n):
-        total = 0.0
-        for k in range(n):
-            room = np.full(k + 1, 2.0)
-            if k == 3:
-                continue
-            part = room[1:]
-            if k == 7:
-                return total + part.sum()
-            total += part.sum()
-            room = part
-        return total
-
-    assert ways(1) == 0.0
+    compiled_ways = both(ways)
+    assert compiled_ways(1) == 0.0
     _nrt_python.memsys_enable_stats()
     try:
         before = rtsys.get_allocation_stats()
-        assert ways(5) == 14.0  # 2 (0 + 1 + 2 + 4)
-        assert ways(9) == 50.0  # 2 (0 + 1 + 2 + 4 + 5 + 6 + 7)
+        assert compiled_ways(5) == 14.0  # 2 (0 + 1 + 2 + 4)
+        assert compiled_ways(9) == 50.0  # 2 (0 + 1 + 2 + 4 + 5 + 6 + 7)
         after = rtsys.get_allocation_stats()
     finally:
         _nrt_python.memsys_disable_stats()

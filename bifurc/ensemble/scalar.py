@@ -26,8 +26,8 @@ from ..flow.scan import (
     run,
     workspace,
 )
-from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNCLEAR, UNSETTLED
-from .proximity import boxed, nearest
+from .outcomes import ASK, CROWDED, DIVERGED, REACHED, UNCLEAR, UNSETTLED, Cells
+from .proximity import Targets, boxed, nearest
 
 CONTACT = EventKind.CONTACT.code
 ROWS = 64  # of the record from which impacts are counted
@@ -134,8 +134,8 @@ def label(T, F, candidates, modes, X, limit, most, targets, cells):
     """Follow the starts ``X`` (N, ns), in place, until they are near an attractor or ``most`` periods have passed.
 
     ``F`` see `recall`, ``candidates`` are the modes tried where that of a start is unclear, ``targets`` and ``cells`` the records
-    `Targets` and `Cells` of `bifurc.ensemble.integrator`.  Writes what became of each start; those whose mode cannot be told are
-    left to the caller.
+    `Targets` and `Cells`.  Writes what became of each start; where a motion ends early, ``X`` is its last section point; starts
+    whose mode cannot be told are left to the caller.
     """
     inverse, points, squares, owner, width, keys, keepers, stay = targets
     labels, periods, impacts, states, speeds = cells
@@ -161,6 +161,8 @@ def label(T, F, candidates, modes, X, limit, most, targets, cells):
                 states[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
                 break
             recall(F, ints[MODE], x, ns - F.shape[1])
+            for c in range(ns):
+                X[i, c] = x[c]
             found = nearest(y, inverse, points, squares, owner)
             if found < 0 and keys.shape[0] > 0:
                 keeper = boxed(y, inverse, width, keys, keepers)
@@ -173,34 +175,13 @@ def label(T, F, candidates, modes, X, limit, most, targets, cells):
                 states[i] = REACHED
                 break
         impacts[i], speeds[i] = tally[0], tally[1]
-        for c in range(ns):
-            X[i, c] = x[c]
 
 
-@njit
 def map_starts(T, F, candidates, modes, X, limit, periods, outcomes, impacts, speeds):
-    """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each.
+    """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each: `label` without attractors.
 
-    ``F`` and ``candidates`` as for `label`.  Starts whose mode cannot be told are left to the caller; where a motion ends
-    early, ``X`` is its last section point.
+    Starts whose mode cannot be told are left to the caller.
     """
-    ns, nx = T.A.shape[1], T.A.shape[2]
-    ints, floats = workspace(T)
-    rows = np.zeros((ROWS, 5), np.int64)
-    record = np.zeros((ROWS, STATE + 2 * ns))
-    x, scale, signs, a = np.empty(nx), np.empty(nx), np.empty(ints.size, np.int64), np.empty(ORDER + 1)
-    tally = np.empty(2)
-    for i in range(X.shape[0]):
-        if not started(T, candidates, modes[i], X[i], ints, floats, x, scale, signs, a):
-            continue
-        tally[0], tally[1] = 0.0, np.inf
-        outcomes[i] = REACHED
-        for k in range(1, periods + 1):
-            code = integrate(T, ints, floats, x, k, 0.0, limit, rows, record, tally)
-            if code != DONE:
-                outcomes[i] = CROWDED if code == LIMIT else (DIVERGED if code == LOST else ASK)
-                break
-            recall(F, ints[MODE], x, ns - F.shape[1])
-            for c in range(ns):
-                X[i, c] = x[c]
-        impacts[i], speeds[i] = tally[0], tally[1]
+    cells = Cells(np.empty_like(outcomes), np.empty_like(outcomes), impacts, outcomes, speeds)
+    label(T, F, candidates, modes, X, limit, periods, Targets.none(X.shape[1]), cells)
+    outcomes[outcomes == UNSETTLED] = REACHED

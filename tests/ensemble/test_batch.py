@@ -353,7 +353,8 @@ def test_what_is_packed_bounds_the_guards(elements, rng):
     h, tightest, t = numbers["h"][0], 0.0, np.linspace(0.0, 1.0, 41)
     for m, guards in enumerate(T.n_guards):
         for g in range(guards):
-            bound = numbers["guards"][m, g]["bound"]
+            packed = numbers["guards"][m, g]
+            bound = *packed["bound"], packed["bound_all"]
             states = rng.uniform(-1.0, 1.0, (60, 2)) * rng.choice([1e-3, 1.0, 3.0], (60, 1))
             for y, tau in zip(states, rng.uniform(0.0, 5.0, 60), strict=True):
                 a = T.GT[m, g].T @ np.append(y, scene.forcing(np.array([tau]))[0])  # Taylor coefficients of the guard

@@ -41,9 +41,7 @@ def read():
         T = scene.tables if G is None else changed(scene.tables, G)
         numbers, grid = law_modes.step_numbers(T, kind, STEPS)
         modes = len(T.n_guards)
-        size = kind.record.itemsize // 8
-        own = [row[:size].copy().view(kind.record)[0] for row in numbers.reshape(modes, -1)]
-        return T, own, grid.view(law_modes.substep_of(kind)).reshape(modes, STEPS)
+        return T, numbers.view(kind.records[0]), grid.view(kind.records[1]).reshape(modes, STEPS)
 
     return kind, made
 
@@ -125,23 +123,23 @@ def test_a_kick_turns_the_speed_of_arrival_round(read):
 def test_accelerations_of_a_step_are_a_cubic_with_bounds(rng):
     """Through four samples; one that is a cubic is found, with its largest second derivative at the nodes and the third on top."""
     c = stages.nystrom(8).c
-    own = SimpleNamespace(field=lambda state, name, load: [], method=stages.nystrom(8))
+    own = SimpleNamespace(field=lambda state, name, stage: [], method=stages.nystrom(8))
     own.nearest = lambda time: stages.Step.nearest(own, time)
     for _ in range(5):
         cubics = [Polynomial(rng.normal(size=4)) for _ in range(2)]
         names = {f"f{i}_{k}": cubic(time) for k, cubic in enumerate(cubics) for i, time in enumerate(c)}
-        names |= {f"b_{k}": cubic(1.0) for k, cubic in enumerate(cubics)}
-        for line in law_modes._ends(SimpleNamespace(n=2), own, "g0"):
+        names |= {f"ended_{k}": cubic(1.0) for k, cubic in enumerate(cubics)}
+        for line in law_modes._ends(SimpleNamespace(n=2), own):
             exec(line, names)
         for k, cubic in enumerate(cubics):
-            assert [names[f"slope{k}"], names[f"bend{k}"], names[f"d30_{k}"]] == pytest.approx(cubic.coef[1:], abs=1e-12)
+            assert [names[f"{name}_{k}"] for name in ("linear", "square", "cube")] == pytest.approx(cubic.coef[1:], abs=1e-12)
             third, second = abs(cubic.deriv(3)(0.0)), np.abs(cubic.deriv(2)(np.linspace(0.0, 1.0, 50))).max()
-            assert names[f"third{k}"] == pytest.approx(third, abs=1e-10)
-            assert second <= names[f"second{k}"] * (1.0 + 1e-12) <= 2.0 * second + 2.0 * third
-    constant = {f"f{i}_{k}": 1.5 for k in range(2) for i in range(len(c))} | {"b_0": 1.5, "b_1": 1.5}
-    for line in law_modes._ends(SimpleNamespace(n=2), own, "g0"):
+            assert names[f"third_{k}"] == pytest.approx(third, abs=1e-10)
+            assert second <= names[f"second_{k}"] * (1.0 + 1e-12) <= 2.0 * second + 2.0 * third
+    constant = {f"f{i}_{k}": 1.5 for k in range(2) for i in range(len(c))} | {"ended_0": 1.5, "ended_1": 1.5}
+    for line in law_modes._ends(SimpleNamespace(n=2), own):
         exec(line, constant)
-    assert [constant[f"{name}0"] for name in ("slope", "bend", "second", "third")] == [0.0] * 4
+    assert [constant[f"{name}_0"] for name in ("linear", "square", "second", "third")] == [0.0] * 4
 
 
 def test_a_deferred_substep_begins_and_ends_on_the_grid(rng):

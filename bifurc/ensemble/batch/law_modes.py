@@ -10,51 +10,35 @@ import numpy as np
 
 from ...compose.tables import Tables
 from . import tables as plan
-from .several_modes import FUSED, LISTS, MANY, NOISE, dot, filled, horner, layout, place, strides
-from .stages import Kind, Step, mode_numbers, nystrom, stage_loads, stage_times
+from .several_modes import FUSED, LISTS, MANY, NOISE, filled, horner, layout, loaded
+from .stages import Kind, Step, mode_numbers, stage_loads, stage_times
 
 BLOCK = 64  # smooth starts are taken in whole blocks: the same vector code for each of them
 SAFETY = 3.0  # of the estimated fourth derivative
 WITHIN, FINAL = 1e-2, 1e-6  # of a substep are the two steps to a zero; the last leaves its cube, by the series of second order
 SAMPLED = (0.0, 0.25, 0.6, 1.0)  # of a step: accelerations there are those of stages that are nearly as accurate as its end
-# rows of scratch: from when and how long a step goes; its accelerations at both ends, bounds on their second and third
-# derivatives, the further coefficients of their cubic
-STEPS = {"f0_": "A0", "b_": "A1", "second": "SECOND", "third": "THIRD", "slope": "LINEAR", "bend": "SQUARE", "d30_": "CUBE"}
+# of a step: accelerations at both ends, bounds on their second and third derivatives, the further coefficients of their cubic
+STEP = ("begun", "ended", "second", "third", "linear", "square", "cube")
 
 
 def rows_of(kind: Kind, size: int) -> dict[str, float]:
     """Return `several_modes.layout` of the step."""
-    numbers = layout(kind.n, kind.guards, size, (("TAU", 1), ("SPAN", 1), *((name, kind.n) for name in STEPS.values())))
-    own = strides(kind.record, substep_of(kind))
-    own["PER_MODE"] += len(Step(kind, kind.acts[0]).coefficients(1.0))
-    return numbers | own | {"WITHIN": WITHIN, "FINAL": FINAL, "SAFETY": SAFETY / 384.0, "NOISE": NOISE}
-
-
-def substep_of(kind: Kind) -> np.dtype:
-    """Return what the step reads of a mode on a substep.
-
-    That are the loads at all stages; of a guard what forcing gives to value and slope h/3 at both ends, and its polynomial; the
-    polynomials of the loads.
-    """
-    guard = [("ends", float, (2, 2)), ("series", float, MANY)]
-    return np.dtype([("stages", float, (len(nystrom(kind.order).c), kind.loads)), ("guards", guard, (kind.guards,)),
-                     ("loads", float, (kind.loads, MANY))])
+    numbers = layout(kind.n, kind.guards, size, (("TAU", 1), ("SPAN", 1), *((name.upper(), kind.n) for name in STEP)))
+    return numbers | {"WITHIN": WITHIN, "FINAL": FINAL, "SAFETY": SAFETY / 384.0, "NOISE": NOISE}
 
 
 def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return `Kind.record` and coefficients of all modes, and `substep_of` of all modes on the substeps of a period, flat."""
+    """Return the `Kind.records` of all modes, and of all modes on the substeps of a period, flat."""
     ns, modes, omega = 2 * kind.n, len(T.n_guards), float(T.flat[0])
     h = 2.0 * np.pi / omega / steps
-    numbers: list[np.ndarray] = []
-    grid = np.zeros((modes, steps), substep_of(kind))
+    numbers, grid = (np.zeros(shape, record) for shape, record in zip((modes, (modes, steps)), kind.records, strict=True))
     times, ends = stage_times(kind, steps), 2.0 * np.pi * np.arange(steps + 1) / steps
-    coefficients = Step(kind, kind.acts[0], given=True).coefficients(h)
     for m in range(modes):
-        own, loads = mode_numbers(T, kind, m, h)
+        own, loads = numbers[m], mode_numbers(T, kind, m, h, numbers)
         grid[m]["stages"], grid[m]["loads"] = stage_loads(T, loads, times), _polynomials(T, loads, steps, h)
         own["guards"]["constant"] = grid["guards"]["ends"][m, :, :, :, 0] = -1.0  # a place without a guard
         for g in range(T.n_guards[m]):
-            guard, row, rise, fourth = own["guards"][0, g], T.G[m, g], np.zeros(kind.forcings), 0.0
+            guard, row, rise, fourth = own["guards"][g], T.G[m, g], np.zeros(kind.forcings), 0.0
             for i, k in enumerate(T.harmonics):
                 c = 1 + 2 * i
                 rise[c], rise[c + 1] = k * omega * row[ns + c + 1], -k * omega * row[ns + c]
@@ -64,8 +48,7 @@ def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndar
             both = stage_loads(T, np.array([row[ns:], rise]), ends) * [1.0, h / 3.0]
             grid[m]["guards"]["ends"][:, g] = np.stack((both[:-1], both[1:]), axis=1)
             grid[m]["guards"]["series"][:, g] = _polynomials(T, row[None, ns:], steps, h)[:, 0]
-        numbers += [own.view(float).ravel(), np.array(coefficients)]
-    return np.concatenate(numbers), grid.view(float).ravel()
+    return numbers.view(float).ravel(), grid.view(float).ravel()
 
 
 def _polynomials(T: Tables, loads: np.ndarray, steps: int, h: float) -> np.ndarray:
@@ -78,99 +61,62 @@ def _polynomials(T: Tables, loads: np.ndarray, steps: int, h: float) -> np.ndarr
 
 def modes_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for ``size`` starts in a batch."""
-    n, ns, numbers = kind.n, 2 * kind.n, rows_of(kind, size)
-    watched = tuple(kind.acts[v].watched for v in kind.modes)
-    head = "\n\n\n".join([kind.laws, f"WATCHED = {watched}", *_steps(kind, "fixed", "fixed(W, m, full, old, new, N, o, F, t)"),
+    head = "\n\n\n".join([kind.laws, f"WATCHED = {tuple(kind.acts[v].watched for v in kind.modes)}",
+                         *_steps(kind, "fixed", "fixed(W, m, full, old, new, N, o, F, t)"),
                          *_steps(kind, "along", "along(W, m, full, old, new, N, o, F, t)"), "\n"])
-
-    def rate(state: str, acc: str) -> str:
-        """What state and accelerations give to the slope of a guard."""
-        return dot([f"g{c}" for c in range(ns)], [*(f"{state}{n + c}" for c in range(n)), *(f"{acc}{c}" for c in range(n))])
-
-    def row(parts: str) -> str:
-        """Sum over the part of a guard's row that sees coordinates ("q") or velocities."""
-        return dot([f"g{c if parts[0] == 'q' else n + c}" for c in range(n)], [f"{parts[1:]}{c}" for c in range(n)])
-
-    terms = {0: "(left - p)", 1: rate("y", "a"), 2: f"0.5 * ({row('qa')}) + 0.5 * per * ({row('vl')})",
-             3: f"per / 6.0 * ({row('ql')}) + per**2 / 3.0 * ({row('vw')})",
-             4: f"per**2 / 12.0 * ({row('qw')}) + per**3 / 4.0 * ({row('vk')})", 5: f"per**3 / 20.0 * ({row('qk')})"}
-    return filled(_TEXT + LISTS, n, numbers, {
-        "LOAD_GUARD": ["h = span = N[o]", "third, per = h / 3.0, 1.0 / h", *(f"g{c} = N[i + {c}]" for c in range(ns)),
-                       f"fourth, least = N[i + {ns + 1}], N[i + {ns + 2}]",
-                       "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]",
-                       *(f"f_{k} = F[j + {4 + k}]" for k in range(MANY))],
-        "TAKE_STEP": [f"{short}{c} = W[AT_{name} + {c} * AT_CAP + l]"
-                      for short, name in zip("aebtlwk", STEPS.values(), strict=True) for c in range(n)],
-        "MOVE": [f"x{c}, x{n + c} = x{c} + step * (x{n + c} + 0.5 * step * e{c}), x{n + c} + step * e{c}" for c in range(n)],
-        "RISE0": [f"rise0 = slope0 + third * ({rate('y', 'a')})"], "RISE1": [f"rise1 = slope1 + third * ({rate('x', 'e')})"],
-        "BOUND": ["bound = AT_SAFETY * (fourth * span**4 + " + " + ".join(
-            f"span**2 * abs(g{c}) * b{c} + span * abs(g{n + c}) * t{c}" for c in range(n)) + ")"],
-        "GUARD_OVER": ["TAKE_STEP", "left = SUM[ g{c} * y{c} ; p ]", "right = SUM[ g{c} * x{c} ; n ]", "RISE0", "RISE1", "BOUND"],
-        "LOAD_AT_S": [], "VALUES_AT_S": [
-            "y{k} = m{k}", "span = W[AT_SPAN + l]", "TAKE_STEP", "FORCED_AT", "value = SUM[ g{c} * y{c} ; value ]",
-            f"slope = slope + ({rate('y', 'a')})", "BOUND",
-            "rise, later = third * slope, bound", "noise = SUM[ AT_NOISE * abs(g{c} * y{c}) ; least ]"],
-        "SUM_GUARD": [f"g_{k} = f_{k}" + (f" + {terms[k]}" if k in terms else "") for k in range(MANY)],
-        "LOAD_PLACE": [], "STATE_AT": ["x{k} = y{k}"], "ROOTS": ["roots(W, m, full, g, numbers, o, grid, t)"],
-        "FORCED_AT": horner("f", "s", "value", "slope"),
-        "SLOPE_X": [f"slope = slope + ({rate('x', 'e')})"],
-    }, head)
+    return filled(_TEXT + LISTS, kind.records, kind.n, rows_of(kind, size), _WORDS, head)
 
 
-def _ends(kind: Kind, step: Step, load: str) -> list[str]:
-    """Lines for the accelerations b0, ... at the end, and bounds on their second and third derivatives over the step."""
-    lines = step.field([f"z{c}" for c in range(2 * kind.n)], "b", load)
+def _ends(kind: Kind, step: Step) -> list[str]:
+    """Lines that name the numbers of `STEP`, by Newton's divided differences through the accelerations of `SAMPLED`."""
+    lines = step.field([f"z{c}" for c in range(2 * kind.n)], "ended", step.nearest(1.0))
     for c in range(kind.n):
-        nodes = [f"f0_{c}", *(f"f{step.nearest(time)}_{c}" for time in SAMPLED[1:-1]), f"b_{c}"]
+        nodes = [f"f0_{c}", *(f"f{step.nearest(time)}_{c}" for time in SAMPLED[1:-1]), f"ended_{c}"]
         times = [0.0, *(float(step.method.c[step.nearest(time)]) for time in SAMPLED[1:-1]), 1.0]
         for order in range(1, 4):
             names = [f"d{order}{i}_{c}" for i in range(4 - order)]
             lines += [f"{name} = ({nodes[i + 1]} - {nodes[i]}) * {1.0 / (times[i + order] - times[i])!r}"
                       for i, name in enumerate(names)]
             nodes = names
-        lines += [f"third{c} = 6.0 * abs(d30_{c})", f"second{c} = 2.0 * max(abs(d20_{c}), abs(d21_{c})) + third{c}"]
-        first, second, third = (f"d{order}0_{c}" for order in (1, 2, 3))
-        one, two = times[1], times[2]
-        lines += [f"slope{c} = {first} - {one!r} * {second} + {one * two!r} * {third}",
-                  f"bend{c} = {second} - {one + two!r} * {third}"]
+        one, two = times[1:3]
+        lines += [f"begun_{c}, cube_{c} = f0_{c}, d30_{c}", f"third_{c} = 6.0 * abs(cube_{c})",
+                  f"second_{c} = 2.0 * max(abs(d20_{c}), abs(d21_{c})) + third_{c}",
+                  f"linear_{c} = d10_{c} - {one!r} * d20_{c} + {one * two!r} * cube_{c}",
+                  f"square_{c} = d20_{c} - {one + two!r} * cube_{c}"]
     return lines
 
 
 def smooth_text(kind: Kind, size: int) -> str:
     """Return the source of the laws, and of ``period_step`` for one mode without guards: 1.1 times as fast as by a list."""
-    step, ns = Step(kind, kind.acts[kind.modes[0]], given=True), 2 * kind.n
+    step, ns, per_step = Step(kind, kind.acts[kind.modes[0]], given=True), 2 * kind.n, kind.records[1].itemsize // 8
     lines = [*(f"y{c} = W[{c * size} + l]" for c in range(ns)), *step.body, *(f"W[{c * size} + l] = z{c}" for c in range(ns))]
-    steps = [f"for k in range(F.size // {substep_of(kind).itemsize // 8}):", f"    t = k * {substep_of(kind).itemsize // 8}",
-             *(f"    {line}" for line in _stage_loads(kind)), "    for l in range(full):", *(f"        {line}" for line in lines)]
+    steps = [f"for k in range(F.size // {per_step}):", f"    t = k * {per_step}",
+             *(f"    {line}" for line in loaded(kind.records, "substep", "stages")),
+             "    for l in range(full):", *(f"        {line}" for line in lines)]
     head = ["N, F, o = given.numbers, given.grid, 0", "h = N[o]", *step.head, *step.products,
             f"full = (count + {BLOCK - 1}) // {BLOCK} * {BLOCK}"]
     return "\n\n\n".join((FUSED, kind.laws, _function(
         "period_step(W, index, count, given, modes, limit, spare)", "Take starts over a forcing period.", head, steps)))
 
 
-def _stage_loads(kind: Kind) -> list[str]:
-    """Lines that name the loads at all stages of a substep."""
-    return [f"g{i}_{c} = F[t + {i * kind.loads + c}]" for i in range(len(nystrom(kind.order).c)) for c in range(kind.loads)]
-
-
 def _step(kind: Kind, name: str, v: int) -> str:
     """Return the function that takes a list over a substep ("fixed"), or over times of its own within it ("along")."""
     fixed, n, ns = name == "fixed", kind.n, 2 * kind.n
     step = Step(kind, kind.acts[v], given=fixed)
-    loads, behind = range(kind.loads), place(substep_of(kind), "loads")
     if fixed:
-        head, body = ["h = N[o]", *step.head, *step.products, *_stage_loads(kind)], []
+        head, body = ["h = N[o]", *step.head, *step.products, *loaded(kind.records, "substep", "stages")], []
     else:
-        head = [*step.head, *(f"load{c}_{j} = F[t + {behind + c * MANY + j}]" for c in loads for j in range(MANY))]
+        head = [*step.head, *loaded(kind.records, "substep", "loads")]
         body, times = ["tau, h = W[AT_TAU + l], W[AT_SPAN + l]", *step.products], step.method.c.tolist()
         for i, time in enumerate(times):
             first = times.index(time)
             body += [f"s = tau + {time!r} * h"] if first == i else []
-            for c in loads:
-                body += horner(f"load{c}", "s", f"g{i}_{c}") if first == i else [f"g{i}_{c} = g{first}_{c}"]
+            for c in range(kind.loads):
+                load = f"substep_stages_{i}_{c}"
+                body += horner(f"substep_loads_{c}", "s", load) if first == i else [f"{load} = substep_stages_{first}_{c}"]
     body += [*(f"y{c} = old[{c} * AT_CAP + l]" for c in range(ns)), *step.body,
-             *(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)), *_ends(kind, step, f"g{step.nearest(1.0)}"),
-             *(f"W[AT_{row} + {c} * AT_CAP + l] = {made}{c}" for made, row in STEPS.items() for c in range(n))]
+             *(f"new[{c} * AT_CAP + l] = z{c}" for c in range(ns)), *_ends(kind, step),
+             *(f"W[AT_{name.upper()} + {c} * AT_CAP + l] = {name}_{c}" for name in STEP for c in range(n))]
     return _function(f"{name}_{v}(full, old, new, W, N, o, F, t)", "Carry rows of states; write accelerations and bounds.", head,
                      ["for l in range(full):", *(f"    {line}" for line in body)])
 
@@ -188,6 +134,62 @@ def _function(signature: str, sentence: str, head: list[str], body: list[str], d
     return "\n".join([decorator, f"def {signature}:", f'    """{sentence}"""', *(f"    {line}" for line in [*head, *body])])
 
 
+# words of this text, and those that it has in place of `several_modes.WORDS`
+_WORDS = "\n".join(["TAKE_STEP:", *(f"{name}_{{i}} = W[AT_{name.upper()} + {{i}} * AT_CAP + l]" for name in STEP)]) + '''
+LOAD_GUARD:
+h = span = N[o]
+per = 1.0 / h
+LOAD guard value fourth least
+LOAD forced ends series
+RATE0:
+dy{i}, dy{n+i} = y{n+i}, begun_{i}
+rate0 = SUM[ guard_value_{c} * dy{c} ]
+RATE1:
+dx{i}, dx{n+i} = x{n+i}, ended_{i}
+rate1 = SUM[ guard_value_{c} * dx{c} ]
+RISE0:
+RATE0
+rise0 = forced_ends_0_1 + h / 3.0 * rate0
+RISE1:
+RATE1
+rise1 = forced_ends_1_1 + h / 3.0 * rate1
+BOUND:
+curved = SUM[ span**2 * abs(guard_value_{p}) * second_{p} + span * abs(guard_value_{n+p}) * third_{p} ]
+bound = AT_SAFETY * (guard_fourth * span**4 + curved)
+GUARD_OVER:
+TAKE_STEP
+left = SUM[ guard_value_{c} * y{c} ; forced_ends_0_0 ]
+RIGHT
+RISE0
+RISE1
+BOUND
+SERIES:
+g_{j} = forced_series_{j}
+g_0 = g_0 + (left - forced_ends_0_0)
+g_1 = g_1 + rate0
+g_2 = g_2 + 0.5 * (SUM[ guard_value_{p} * begun_{p} ]) + 0.5 * per * (SUM[ guard_value_{n+p} * linear_{p} ])
+g_3 = g_3 + per / 6.0 * (SUM[ guard_value_{p} * linear_{p} ]) + per**2 / 3.0 * (SUM[ guard_value_{n+p} * square_{p} ])
+g_4 = g_4 + per**2 / 12.0 * (SUM[ guard_value_{p} * square_{p} ]) + per**3 / 4.0 * (SUM[ guard_value_{n+p} * cube_{p} ])
+g_5 = g_5 + per**3 / 20.0 * (SUM[ guard_value_{p} * cube_{p} ])
+FORCED_AT:
+HORNER forced_series s value slope
+LOAD_AT_S:
+VALUES_AT_S:
+y{k} = m{k}
+span = W[AT_SPAN + l]
+TAKE_STEP
+FORCED_AT
+value = SUM[ guard_value_{c} * y{c} ; value ]
+RATE0
+BOUND
+rise, later = h / 3.0 * (slope + rate0), bound
+noise = SUM[ AT_NOISE * abs(guard_value_{c} * y{c}) ; guard_least ]
+LOAD_PLACE:
+STATE_AT:
+x{k} = y{k}
+ROOTS:
+roots(W, m, full, g, numbers, o, grid, t)
+'''
 _TEXT = '''@leaf
 def screen(W, m, full, guards, old, new, N, o, F, t):
     """Carry the list of a mode over a substep; write the largest values that its guards may take."""
@@ -203,7 +205,7 @@ def screen(W, m, full, guards, old, new, N, o, F, t):
 @fused
 def crossing(W, full, g, N, o, F, t):
     """Find the zero of guard ``g`` along the cubic of the accelerations of a step; verdicts as in `roots`."""
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    FIND_GUARD
     LOAD_GUARD
     for l in range(full):
         y{k} = W[AT_EY + {k} * AT_CAP + l]
@@ -217,20 +219,21 @@ def crossing(W, full, g, N, o, F, t):
 @fused
 def refine(W, full, g, within, N, o, F, t):
     """Take a step of Newton's method from the ends of steps to a zero, which may be so long; write state, time and speed there."""
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    FIND_GUARD
     LOAD_GUARD
     for l in range(full):
         s = W[AT_SPAN + l]
         x{k} = W[AT_BY + {k} * AT_CAP + l]
         TAKE_STEP
         FORCED_AT
-        value = SUM[ g{c} * x{c} ; value ]
-        SLOPE_X
-        step = -value / slope
+        value = SUM[ guard_value_{c} * x{c} ; value ]
+        RATE1
+        step = -value / (slope + rate1)
         s = s + step
-        MOVE
+        x{i}, x{n+i} = x{i} + step * (x{n+i} + 0.5 * step * ended_{i}), x{n+i} + step * ended_{i}
         FORCED_AT
-        SLOPE_X
+        RATE1
+        slope = slope + rate1
         close = (abs(step) <= within * h) & (s >= 0.0) & (s <= h) & (slope > 0.0)
         W[AT_VERDICT + l] = -1.0 if (W[AT_VERDICT + l] > 0.0) & (not close) else W[AT_VERDICT + l]
         W[AT_S + l], W[AT_SPEED + l], W[AT_SPAN + l] = s, slope, min(max(s, 0.0), h)

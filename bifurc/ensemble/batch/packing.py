@@ -31,16 +31,20 @@ class Numbers(NamedTuple):
     grid: np.ndarray  # the same on every substep
 
 
-def kind_of(scene: Scene) -> Kind | None:
-    """Return what batch a scene needs, None when it has none: many degrees of freedom, memory, laws, many guards."""
+def fits(scene: Scene, masses: int, modes: int, guards: int) -> bool:
+    """Return whether a scene may have a batch: forced, without memory, all its modes known, and not more of anything than that."""
     T = scene.tables
-    if scene.n > MOST_MASSES or scene.ns != 2 * scene.n or not scene.closed_form or not scene.complete or scene.period is None:
+    return bool(scene.n <= masses and scene.ns == 2 * scene.n and scene.complete and scene.period is not None
+                and len(scene.harmonics) <= MOST_HARMONICS and len(T.n_guards) <= modes and T.n_guards.max() <= guards)
+
+
+def kind_of(scene: Scene) -> Kind | None:
+    """Return what batch a scene needs, None when it has none: see `fits`, and laws."""
+    if not scene.closed_form or not fits(scene, MOST_MASSES, MOST_MODES, MOST_GUARDS):
         return None
-    if len(scene.harmonics) > MOST_HARMONICS or not 0 < substeps(T) <= MOST_SUBSTEPS:
+    if not 0 < substeps(scene.tables) <= MOST_SUBSTEPS:
         return None
-    if T.n_guards.max() > MOST_GUARDS or len(T.n_guards) > MOST_MODES:
-        return None
-    return Kind(scene.n, max(int(T.n_guards.max()), 1))
+    return Kind(scene.n, max(int(scene.tables.n_guards.max()), 1))
 
 
 def substeps(T: Tables) -> int:

@@ -25,7 +25,6 @@ import numpy as np
 from ...flow.affine.polynomial import SLOPE_ERROR
 
 TURN = 0.6  # largest scaled angle of a substep
-GUESSES = 1  # steps of Newton on the cubic, from the parabola through both ends with the slope of the first
 CONVERGED = 1e-6  # of a substep is the longest last step: what it leaves is its cube
 TURNING = 1e-4  # of the slope at a zero is the largest change of slope over the last step
 ORDER = 11  # of the polynomials, economised on the substep: slopes err by 1e-15 on one that turns by TURN
@@ -42,14 +41,15 @@ EACH = ("EY", "YS", "LY", "BY", "LE", "MY")
 def records(n: int, guards: int) -> tuple[np.dtype, np.dtype]:
     """Return what the step reads of a mode, and of a mode on a substep, for ``n`` masses and so many guards.
 
-    ``flow`` gives the state after the substep, ``place`` A(s) and C, ``back`` A(-s).  Of a guard, by every state and then 1, value,
-    slope h/3, bound and noise; what it adds; the constant of its value; D; A(s) times what it adds, and by how much that raises the
-    guards, its own bound instead of itself.  Of a guard on a substep what the forcing adds to value and slope h/3 at both ends; F;
-    then what its states at s add to value and slope h/3 at s.
+    ``flow`` gives the state after the substep, ``place`` A(s) and C, ``back`` A(-s).  Of a guard, by every state, value, slope h/3,
+    bound and noise, and what forcing adds to the last two; what the guard adds; the constant of its value; D; A(s) times what it
+    adds, and by how much that raises the guards, its own bound instead of itself.  Of a guard on a substep what the forcing adds to
+    value and slope h/3 at both ends; F; then what its states at s add to value and slope h/3 at s.
     """
     ns = 2 * n
-    guard = [("value", float, ns), ("slope", float, ns), ("bound", float, ns + 1), ("noise", float, ns + 1), ("added", float, ns),
-             ("constant", float), ("series", float, (ns, MANY)), ("kicked", float, (n, MANY)), ("reach", float, (guards,))]
+    guard = [("value", float, ns), ("slope", float, ns), ("bound", float, ns), ("bound_all", float), ("noise", float, ns),
+             ("noise_all", float), ("added", float, ns), ("constant", float), ("series", float, (ns, MANY)),
+             ("kicked", float, (n, MANY)), ("reach", float, (guards,))]
     forced = [("ends", float, (2, 2)), ("series", float, MANY), ("value", float, MANY), ("slope", float, MANY)]
     mode = np.dtype([("h", float), ("flow", float, (ns, ns)), ("place", float, (n, ns, MANY)), ("back", float, (n, ns, MANY)),
                      ("guards", guard, (guards,))])
@@ -67,7 +67,7 @@ def strides(mode: np.dtype, substep: np.dtype) -> dict[str, int]:
     guard, forced = mode["guards"].base, substep["guards"].base
     return {"PER_MODE": mode.itemsize // 8, "PER_STEP": substep.itemsize // 8, "GUARDS": place(mode, "guards"),
             "FORCED": place(substep, "guards"), "OF_GUARD": guard.itemsize // 8, "OF_GUARD_FORCED": forced.itemsize // 8,
-            **{f"ON_{name.upper()}": place(guard, name) for name in guard.names or ()}}
+            "REACH": place(guard, "reach") if "reach" in (guard.names or ()) else 0}
 
 
 def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = ()) -> dict[str, float]:
@@ -78,7 +78,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
     ns, cap, first = 2 * n, size + 8, (4 * n + 5) * size
     numbers = {"NS": ns, "SIZE": size, "CAP": cap, "FIRST": first, "STATE": ns * cap,  "ALLOW": 16.0 / 3.0,
                "STEEP": SLOPE_ERROR * 128.0, "CONVERGED": CONVERGED, "TURNING": TURNING, "WHOLE": 3 + CANDIDATES,
-               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "ON_REACH": 0, "NOWHERE": 2**31}
+               "UNKNOWN": UNKNOWN, "KICKS": KICKS, "STOPS": STOPS, "NOWHERE": 2**31}
     rows = (*((name, 1) for name in SINGLE), *((name, ns) for name in EACH), *extra, ("NEAR", 1), ("TOPS", guards), ("LISTS", 0))
     for name, many in rows:
         numbers[name] = first
@@ -89,7 +89,7 @@ def layout(n: int, guards: int, size: int, extra: tuple[tuple[str, int], ...] = 
 
 def modes_text(n: int, guards: int, size: int) -> str:
     """Return the source of ``period_step`` for ``n`` masses, so many guards of a mode, and ``size`` starts in a batch."""
-    return filled(_AFFINE + LISTS, n, layout(n, guards, size) | strides(*records(n, guards)), {})
+    return filled(_AFFINE + LISTS, records(n, guards), n, layout(n, guards, size))
 
 
 def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
@@ -97,79 +97,55 @@ def spaces(numbers: dict[str, float]) -> tuple[int, int, int, int]:
     return int(numbers["LISTS"] - numbers["FIRST"]), int(2 * numbers["STATE"]), int(numbers["IDS"]), int(numbers["CAP"]) + 1
 
 
-def filled(text: str, n: int, numbers: dict[str, float], words: dict[str, list[str]], head: str = "") -> str:
-    """Return the source: names of ``numbers``, ``head``, then ``text`` for ``n`` masses.
+def filled(text: str, read: tuple[np.dtype, np.dtype], n: int, numbers: dict[str, float], words: str = "", head: str = "") -> str:
+    """Return the source: names of ``numbers``, ``head``, then ``text`` for ``n`` masses, which reads the records ``read``.
 
-    A line with {k} is written for every state, SUM[ term ; last ] is the sum over states {c} added from its end, and a word in
-    capitals stands for the lines below, or those of a text's own ``words``.
+    A line with {k} is written for every state, with {i} and {n+i} for every coordinate and its velocity, with {j} for every power
+    of a polynomial.  SUM[ term ; last ] is a sum over states {c}, or coordinates {p} and velocities {n+p}, added from its end.
+    LOAD names the numbers of parts of a record, see `loaded`; HORNER stands for the lines of `horner`; a word in capitals for those
+    below it in ``words``, or else in `WORDS`.
     """
-    ns = 2 * n
-    states, positions = range(ns), range(n)
-    mode, substep = records(n, 1)
-    of_guard, of_forced = mode["guards"].base, substep["guards"].base
+    lines = {name: inside.splitlines() for name, inside in _WORD.findall(WORDS + words)}
 
-    def loaded(name: str, array: str, start: str, record: np.dtype, part: str) -> list[str]:
-        """Lines that name the numbers of a part of a record."""
-        shape, at = record[part].shape, place(record, part)
-        return [f"{name}{'_'.join(map(str, index))} = {array}[{start} + {at + i}]" for i, index in enumerate(np.ndindex(shape))]
-
-    def polynomial(name: str, part: str) -> list[str]:
-        """Lines that name the coefficients of what a guard has on a substep."""
-        return [f"{name}_{j} = F[j + {place(of_forced, part) + j}]" for j in range(MANY)]
-
-    forced = loaded("c", "F", "t", substep, "place")
-    lines = {
-        **{name: text.strip().split("\n") for name, text in _WORD.findall(_WORDS)},
-        "LOAD_FLOW": loaded("e", "N", "o", mode, "flow") + loaded("w", "F", "t", substep, "flow"),
-        "LOAD_PLACE": loaded("a", "N", "o", mode, "place") + forced, "LOAD_BACK": loaded("b", "N", "o", mode, "back") + forced,
-        "LOAD_GUARD": [*loaded("g", "N", "i", of_guard, "value"), *loaded("s", "N", "i", of_guard, "slope"),
-                       *loaded("r", "N", "i", of_guard, "bound"), f"r_all = r{ns}",
-                       "p, slope0, n, slope1 = F[j], F[j + 1], F[j + 2], F[j + 3]"],
-        "LOAD_SERIES": loaded("d", "N", "i", of_guard, "series") + polynomial("f", "series"),
-        "LOAD_KICKED": loaded("b", "N", "i", of_guard, "kicked"),
-        "LOAD_AT_S": [*polynomial("k", "value"), *polynomial("l", "slope"), *loaded("z", "N", "i", of_guard, "noise"),
-                      f"z_all = z{ns}"],
-        "GUESSES": GUESSES * ["u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))",
-                              "u = min(max(u, 0.0), 1.0)"],
-        "SUM_GUARD": [f"g_{j} = SUM[ d{{c}}_{j} * y{{c}} ; f_{j} ]" for j in range(MANY)],
-        "GUARD_BEND": horner("g", "s", "value", "slope", "bend"),
-        "STATE_AT": [line for i in positions for line in (
-            *(f"p_{j} = SUM[ a{i}_{{c}}_{j} * y{{c}} ; c{i}_{j} ]" for j in range(MANY)), *horner("p", "s", f"x{i}", f"x{n + i}"))],
-        "KICKED": [line for i in positions for line in horner(f"b{i}", "rest", f"v{i}", f"v{n + i}")],
-        "ROOTS": ["if what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m:",  # the mode itself is its first candidate
-                  "    bounce(W, full, g, numbers, o, grid, t)", "else:", "    roots(W, m, full, g, numbers, o, grid, t)"],
-        "BACK": [*(line for i in positions for line in horner(f"c{i}", "s", f"v{i}", f"v{n + i}")), "m{k} = m{k} - v{k}",
-                 *(line for i in positions for c in states for line in horner(f"b{i}_{c}", "s", f"u{i}_{c}", f"u{n + i}_{c}")),
-                 *(f"y{i} = {'' if i < n else '-'}({dot([f'u{i}_{c}' for c in states], [f'm{c}' for c in states])})"
-                   for i in states)],
-        "FORCED_VALUE": horner("k", "s", "value"), "FORCED_RISE": horner("l", "s", "rise"),
-        **words,
-    }
+    def at(line: str, index: str, v: int) -> str:
+        return line.replace(f"{{{index}}}", str(v)).replace(f"{{n+{index}}}", str(n + v))
 
     def summed(found: re.Match) -> str:
-        made = found[2]
-        for c in reversed(states):
-            made = f"{found[1].replace('{c}', str(c))} + ({made})"
-        return made
+        index, many = ("c", 2 * n) if "{c}" in found[1] else ("p", n)
+        return dot([at(found[1], index, v) for v in range(many)], found[2])
 
     def spelled(line: str) -> list[str]:
-        word = line.strip()
-        if word in lines:
-            indent = line[:len(line) - len(line.lstrip())]
-            return [made for inner in lines[word] for made in spelled(indent + inner)]
-        line = _SUM.sub(summed, line)
-        return [line.replace("{k}", str(k)) for k in states] if "{k}" in line else [line]
+        for index, many in (("k", 2 * n), ("i", n), ("j", MANY)):
+            if f"{{{index}}}" in line or f"{{n+{index}}}" in line:
+                return [made for v in range(many) for made in spelled(at(line, index, v))]
+        word, *rest = line.split() or [""]
+        inside = loaded(read, *rest) if word == "LOAD" else horner(*rest) if word == "HORNER" else lines.get(line.strip())
+        if inside is None:
+            return [_SUM.sub(summed, line)]
+        indent = line[:len(line) - len(line.lstrip())]
+        return [made for inner in inside for made in spelled(indent + inner)]
 
-    named = (f"AT_{name} = {value!r}" for name, value in numbers.items())
+    named = (f"AT_{name} = {value!r}" for name, value in (numbers | strides(*read)).items())
     return "\n".join([FUSED, *named, "\n", head, *(made for line in text.split("\n") for made in spelled(line))])
 
 
-def dot(factors: list[str], values: list[str], last: str | None = None) -> str:
-    """Return the text of a sum of products, added from its end."""
-    pairs = list(zip(factors, values, strict=True))
-    text = last if last is not None else "{} * {}".format(*pairs.pop())
-    for factor, value in reversed(pairs):
-        text = f"{factor} * {value} + ({text})"
+def loaded(read: tuple[np.dtype, np.dtype], owner: str, *parts: str) -> list[str]:
+    """Return lines that name the numbers of parts of a record by owner, part and index.
+
+    ``owner`` is mode, substep, guard, or forced, which is a guard on a substep; their numbers begin at o, t, i, j.
+    """
+    mode, substep = read
+    record, start = {"mode": (mode, "N[o"), "substep": (substep, "F[t"), "guard": (mode["guards"].base, "N[i"),
+                     "forced": (substep["guards"].base, "F[j")}[owner]
+    return [f"{'_'.join((owner, part, *map(str, index)))} = {start} + {place(record, part) + at}]"
+            for part in parts for at, index in enumerate(np.ndindex(record[part].shape))]
+
+
+def dot(terms: list[str], last: str | None = None) -> str:
+    """Return the text of a sum, added from its end."""
+    *terms, text = terms if last is None else [*terms, last]
+    for term in reversed(terms):
+        text = f"{term} + ({text})"
     return text
 
 
@@ -186,59 +162,79 @@ def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> l
 
 
 _WORD = re.compile(r"^([A-Z0-9_]+):\n(.*?)(?=^[A-Z0-9_]+:$|\Z)", re.MULTILINE | re.DOTALL)
-_SUM = re.compile(r"SUM\[ (.*?) ; (.*?) \]")
+_SUM = re.compile(r"SUM\[ (.*?)(?: ; (.*?))? \]")
 FUSED = "from bifurc._jit import fused, leaf\n\n"
 # words that stand for lines
-_WORDS = '''GUARD_OVER:
-left = SUM[ g{c} * y{c} ; p ]
-right = SUM[ g{c} * x{c} ; n ]
+WORDS = '''GUARD_OVER:
+left = SUM[ guard_value_{c} * y{c} ; forced_ends_0_0 ]
+RIGHT
 RISE0
 RISE1
 BOUND
+SERIES:
+g_{j} = SUM[ guard_series_{c}_{j} * y{c} ; forced_series_{j} ]
 LARGEST:
 GUARD_OVER
 largest = max(max(left, right), max(left + rise0, right - rise1)) + bound
+RIGHT:
+right = SUM[ guard_value_{c} * x{c} ; forced_ends_1_0 ]
 RISE0:
-rise0 = SUM[ s{c} * y{c} ; slope0 ]
+rise0 = SUM[ guard_slope_{c} * y{c} ; forced_ends_0_1 ]
 RISE1:
-rise1 = SUM[ s{c} * x{c} ; slope1 ]
+rise1 = SUM[ guard_slope_{c} * x{c} ; forced_ends_1_1 ]
 BOUND:
-bound = SUM[ r{c} * abs(y{c}) ; r_all ]
+bound = SUM[ guard_bound_{c} * abs(y{c}) ; guard_bound_all ]
+FIND_GUARD:
+i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+LOAD_GUARD:
+LOAD guard value slope bound bound_all
+LOAD forced ends
+LOAD_AT_S:
+LOAD guard noise noise_all
+LOAD forced value slope
+LOAD_FLOW:
+LOAD mode flow
+LOAD substep flow
+LOAD_PLACE:
+LOAD mode place
+LOAD substep place
+STATE_AT:
+p{i}_{j} = SUM[ mode_place_{i}_{c}_{j} * y{c} ; substep_place_{i}_{j} ]
+HORNER p{i} s x{i} x{n+i}
 LOAD_ZERO:
 h = N[o]
-i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+FIND_GUARD
 LOAD_FLOW
 LOAD_GUARD
-LOAD_SERIES
+LOAD guard series
+LOAD forced series
+FLOW:
+x{k} = SUM[ mode_flow_{k}_{c} * y{c} ; substep_flow_{k} ]
 ZERO:
 y{k} = W[AT_EY + {k} * AT_CAP + l]
-x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+FLOW
 GUARD_OVER
 ROOT
 verdict = 1.0 if found else (0.0 if none else -1.0)
 W[AT_S + l], W[AT_SPEED + l] = s, speed
 rest = h - s
 VALUES_AT_S:
-FORCED_VALUE
-value = SUM[ g{c} * m{c} ; value ]
-FORCED_RISE
-rise = SUM[ s{c} * m{c} ; rise ]
+HORNER forced_value s value
+value = SUM[ guard_value_{c} * m{c} ; value ]
+HORNER forced_slope s rise
+rise = SUM[ guard_slope_{c} * m{c} ; rise ]
 y{k} = W[AT_BY + {k} * AT_CAP + l]
 BOUND
-noise = SUM[ z{c} * abs(y{c}) ; z_all ]
+noise = SUM[ guard_noise_{c} * abs(y{c}) ; guard_noise_all ]
 later = (rest_of * rest_of) * (rest_of * rest_of) * bound
-LOAD_EVENT:
-g{k} = N[i + AT_ON_VALUE + {k}]
-added{k} = N[i + AT_ON_ADDED + {k}]
-constant = N[i + AT_ON_CONSTANT]
 ROOT:
 inner0, inner1 = left + rise0, right - rise1
-SUM_GUARD
+SERIES
 bend0, bend1, allow = left - 2.0 * inner0 + inner1, inner0 - 2.0 * inner1 + right, AT_ALLOW * bound
 d1, d2, d3 = 3.0 * rise0, 3.0 * bend0, bend1 - bend0  # the cubic, over u = s / h
 u = -2.0 * left / (d1 + np.sqrt(max(d1 * d1 - 4.0 * (right - left - d1) * left, 0.0)))
-GUESSES
-s = h * u
+u = u - (left + u * (d1 + u * (d2 + u * d3))) / (d1 + u * (2.0 * d2 + 3.0 * d3 * u))  # the parabola's zero, a step of Newton's
+s = h * min(max(u, 0.0), 1.0)
 CHEBYSHEV
 s = min(max(s - step, 0.0), h)
 CHEBYSHEV
@@ -253,14 +249,19 @@ found = ((left < 0.0) & (concave | ((right >= 0.0) & (convex | rising))) & (abs(
          & (abs(bend * step) <= AT_TURNING * slope) & (s >= 0.0) & (s <= h) & (speed > 0.0))
 none = (left < 0.0) & (right < 0.0) & (convex | rising | falling | (concave & ((rise0 <= 0.0) | (rise1 >= 0.0))))
 CHEBYSHEV:
-GUARD_BEND
+HORNER g s value slope bend
 unit = 1.0 / slope
 step = value * unit
 step = step * (1.0 + bend * unit * step)  # of third order
+ROOTS:
+if what == AT_KICKS and I[m, at + 2] > 0 and I[m, at + 3] == m:  # the mode itself is its first candidate
+    bounce(W, full, g, numbers, o, grid, t)
+else:
+    roots(W, m, full, g, numbers, o, grid, t)
 REBOUND:
-KICKED
+HORNER guard_kicked_{i} rest v{i} v{n+i}
 x{k} = x{k} + v{k} * speed
-right = SUM[ g{c} * x{c} ; n ]
+RIGHT
 RISE1
 rest_of = rest * per
 later = AT_ALLOW * rest_of**4 * (bound + reach * abs(speed))
@@ -275,7 +276,7 @@ def first(W, full, old, new, N, o, F, t):
     LOAD_GUARD
     for l in range(full):
         y{k} = old[{k} * AT_CAP + l]
-        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+        FLOW
         new[{k} * AT_CAP + l] = x{k}
         LARGEST
         W[AT_TOPS + l] = largest
@@ -304,8 +305,8 @@ def roots(W, m, full, g, N, o, F, t):
 def bounce(W, full, g, N, o, F, t):
     """Like `roots`, and take starts that the guard throws back to the end; verdict 2: found, and proved to stay inside."""
     LOAD_ZERO
-    LOAD_KICKED
-    per, reach = 1.0 / h, N[i + AT_ON_REACH + g]
+    LOAD guard kicked
+    per, reach = 1.0 / h, N[i + AT_REACH + g]
     for l in range(full):
         ZERO
         REBOUND
@@ -317,12 +318,17 @@ def bounce(W, full, g, N, o, F, t):
 def back(W, full, N, o, F, t):
     """Take states at s back to the start of the substep along the motion of a mode, and to its end."""
     LOAD_FLOW
-    LOAD_BACK
+    LOAD mode back
+    LOAD substep place
     for l in range(full):
         s = W[AT_LS + l]
         m{k} = W[AT_LY + {k} * AT_CAP + l]
-        BACK
-        x{k} = SUM[ e{k}_{c} * y{c} ; w{k} ]
+        HORNER substep_place_{i} s v{i} v{n+i}
+        m{k} = m{k} - v{k}
+        HORNER mode_back_{i}_{k} s u{i}_{k} u{n+i}_{k}
+        y{i} = SUM[ u{i}_{c} * m{c} ]
+        y{n+i} = -(SUM[ u{n+i}_{c} * m{c} ])
+        FLOW
         W[AT_BY + {k} * AT_CAP + l] = y{k}
         W[AT_LE + {k} * AT_CAP + l] = x{k}
         W[AT_FATE + l] = 1.0
@@ -344,7 +350,7 @@ LISTS = '''from bifurc.ensemble.scalar import DONE, substep
 def look(W, full, g, old, new, N, o, F, t):
     """Write the largest value that guard ``g`` may take over a substep, and how many starts may meet it."""
     near = 0
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    FIND_GUARD
     top = W[AT_TOPS + g * AT_CAP:AT_TOPS + (g + 1) * AT_CAP]
     LOAD_GUARD
     for l in range(full):
@@ -359,7 +365,7 @@ def look(W, full, g, old, new, N, o, F, t):
 @fused
 def admit(W, full, g, N, o, F, t):
     """Whether guard ``g`` of the mode that follows stays inside from s on; fate 1: proved so far, -1: outside at s, 0: unclear."""
-    i, j = o + AT_GUARDS + g * AT_OF_GUARD, t + AT_FORCED + g * AT_OF_GUARD_FORCED
+    FIND_GUARD
     per = 1.0 / N[o]
     LOAD_GUARD
     LOAD_AT_S
@@ -368,7 +374,7 @@ def admit(W, full, g, N, o, F, t):
         x{k} = W[AT_LE + {k} * AT_CAP + l]
         m{k} = W[AT_LY + {k} * AT_CAP + l]
         VALUES_AT_S
-        right = SUM[ g{c} * x{c} ; n ]
+        RIGHT
         RISE1
         inner, outer = rise * rest_of, right - rest_of * rise1
         apart = (value < -noise) & (max(max(value, right), max(value + inner, outer)) + later < 0.0)
@@ -446,15 +452,15 @@ def arrive(W, full, g, what, N, o, F, t):
     """Take starts to s, where they meet guard ``g``, and let the event act on them."""
     i = o + AT_GUARDS + g * AT_OF_GUARD
     LOAD_PLACE
-    LOAD_EVENT
+    LOAD guard value constant added
     kicks, stops = 1.0 if what == AT_KICKS else 0.0, -1.0 if what == AT_STOPS else 0.0
     for l in range(full):
         y{k} = W[AT_LY + {k} * AT_CAP + l]
         s = W[AT_LS + l]
         STATE_AT
-        amount = SUM[ g{c} * x{c} ; constant ]
+        amount = SUM[ guard_value_{c} * x{c} ; guard_constant ]
         amount = kicks * W[AT_LSPEED + l] + stops * amount  # of what the event adds
-        W[AT_LY + {k} * AT_CAP + l] = x{k} + amount * added{k}
+        W[AT_LY + {k} * AT_CAP + l] = x{k} + amount * guard_added_{k}
 
 
 @leaf
@@ -474,7 +480,7 @@ def meet(W, index, c, n, m, k, g, lists, plan):
         W[AT_EY + {k} * AT_CAP + e] = old[{k} * AT_CAP + index[e]]
     fill(W, AT_EY, AT_STATE // AT_CAP, count)
     full, o, t = (count + 7) // 8 * 8, m * AT_PER_MODE, (m * (grid.size // (I.shape[0] * AT_PER_STEP)) + k) * AT_PER_STEP
-    at, reach = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD + AT_ON_REACH
+    at, reach = 1 + g * AT_WHOLE, o + AT_GUARDS + g * AT_OF_GUARD + AT_REACH
     what, hit = I[m, at], I[m, at + 1]
     ROOTS
     todo = 0

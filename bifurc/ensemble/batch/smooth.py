@@ -13,7 +13,7 @@ from ...compose.writer import bind
 from ..initial_conditions import begin
 from . import law_modes
 from . import tables as plan
-from .packing import MOST_HARMONICS, Numbers
+from .packing import Numbers, fits
 from .several_modes import spaces
 from .stages import Acts, Kind, pattern_of, seen
 from .writing import SIZE, written
@@ -26,13 +26,10 @@ WISH = 1e-9  # error of one period, in units of the region: far below the radius
 
 
 def kind_of(scene: Scene, order: int = 8) -> Kind | None:
-    """Return what batch a scene needs, by a method of an `nystrom` order, None when it has none: many masses, curved sites, guards
-    that are laws, memory."""
+    """Return what batch a scene needs, by a method of an `nystrom` order, None when it has none: see `fits`, curved sites, guards
+    that are laws."""
     T, n = scene.tables, scene.n
-    modes = len(T.n_guards)
-    if n > MOST_MASSES or scene.ns != 2 * n or scene.closed_form or not scene.complete or scene.period is None:
-        return None
-    if len(scene.harmonics) > MOST_HARMONICS or modes > MOST_MODES or T.n_guards.max() > MOST_GUARDS:
+    if scene.closed_form or not fits(scene, MOST_MASSES, MOST_MODES, MOST_GUARDS):
         return None
     if any(law.stage != FORCE or law.curved for law in scene.laws):
         return None
@@ -45,13 +42,13 @@ def kind_of(scene: Scene, order: int = 8) -> Kind | None:
             bind(scene)  # what is deferred is integrated by the compiled laws
     except LawError:
         return None
-    acts = [Acts(tuple(np.flatnonzero(T.acts[m]).tolist()), pattern_of(T.LP[m]), bool(T.LG[m].any())) for m in range(modes)]
+    acts = [Acts(tuple(np.flatnonzero(T.acts[m]).tolist()), pattern_of(T.LP[m]), bool(T.LG[m].any()))
+            for m in range(len(T.n_guards))]
     known = tuple(dict.fromkeys(acts))
-    guards = int(T.n_guards.max())
     moving = tuple((which, r) for which, rows in enumerate((U, S)) for r in range(len(U)) if np.any(rows[r, 2 * n:]))
     return Kind(order, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
                 tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
-                tuple(map(known.index, acts)), guards, scene.nw)
+                tuple(map(known.index, acts)), int(T.n_guards.max()), scene.nw)
 
 
 def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:

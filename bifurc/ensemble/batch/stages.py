@@ -10,7 +10,7 @@ from scipy.integrate import DOP853
 
 from ...compose.tables import Tables
 from ...flow.laws.calls import SOURCE
-from .several_modes import place
+from .several_modes import MANY, dot, loaded
 
 NONE, ONE, NUMBER = range(3)  # what is written of a coefficient: nothing, no factor, a number
 Pattern = tuple[tuple[int, ...], ...]
@@ -38,6 +38,13 @@ def nystrom(order: int) -> Nystrom:
     """
     a, b = {4: (np.diag([0.5, 0.5, 1.0], -1), np.array([1.0, 2.0, 2.0, 1.0]) / 6.0), 8: (DOP853.A, DOP853.B)}[order]
     return Nystrom(a.sum(axis=1), a @ a, a, b @ a, b)
+
+
+def coefficients(method: Nystrom) -> dict[tuple[str, float], None]:
+    """Return the coefficients of a method with the power of the step that each goes with ("h", "hh"): equal ones once."""
+    weights = [("h", method.c, method.velocity, method.last_velocity), ("hh", method.position, method.last_position)]
+    return {(power, weight): None for power, *arrays in weights for array in arrays for weight in array.ravel().tolist()
+            if weight != 0.0}
 
 
 class Acts(NamedTuple):
@@ -71,12 +78,20 @@ class Kind(NamedTuple):
         return self.n + len(self.moving)
 
     @property
-    def record(self) -> np.dtype:
-        """What the step reads of a mode; behind it the method's coefficients times powers of the step, see `Step`."""
-        rows, n = (sum(self.rows), self.n), self.n
+    def records(self) -> tuple[np.dtype, np.dtype]:
+        """What the step reads of a mode, and of a mode on a substep.
+
+        Of a mode the method's coefficients times powers of the step, see `coefficients`.  On a substep the loads at all stages, and
+        their polynomials; of a guard what forcing gives to value and slope h/3 at both ends, and its polynomial.
+        """
+        rows, n, method = (sum(self.rows), self.n), self.n, nystrom(self.order)
         guard = [("value", float, 2 * n), ("constant", float), ("fourth", float), ("least", float), ("added", float, 2 * n)]
-        return np.dtype([("h", float), ("field", float, (n, 2 * n)), ("values", float, (sum(self.values),)), ("u", float, rows),
-                         ("s", float, rows), ("p", float, rows), ("guards", guard, (self.guards,))])
+        mode = [("h", float), ("field", float, (n, 2 * n)), ("values", float, (sum(self.values),)), ("u", float, rows),
+                ("s", float, rows), ("p", float, rows), ("guards", guard, (self.guards,)),
+                ("method", float, (len(coefficients(method)),))]
+        forced = [("ends", float, (2, 2)), ("series", float, MANY)]
+        return np.dtype(mode), np.dtype([("stages", float, (len(method.c), self.loads)), ("guards", forced, (self.guards,)),
+                                         ("loads", float, (self.loads, MANY))])
 
 
 def pattern_of(matrix: np.ndarray) -> Pattern:
@@ -89,18 +104,19 @@ def seen(T: Tables) -> tuple[np.ndarray, np.ndarray]:
     return T.LU[T.owners[SOURCE]], T.LS[T.owners[SOURCE]]
 
 
-def mode_numbers(T: Tables, kind: Kind, m: int, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the `Kind.record` of a mode without its guards, and what the forcing states give to its loads (loads, nw)."""
+def mode_numbers(T: Tables, kind: Kind, m: int, h: float, numbers: np.ndarray) -> np.ndarray:
+    """Write what ``numbers``, of all modes, hold of a mode but its guards; return what the forcing states give to its loads."""
     n, ns = kind.n, 2 * kind.n
     (U, S), values, at = seen(T), [], 0
     for i, (count, keys) in enumerate(zip(kind.values, kind.keys, strict=True)):
         first = at + (max(int(T.acts[m, i]), 1) - 1) * count
         values += T.law[first:first + count].tolist()
         at += count * keys
-    own = np.zeros(1, kind.record)
+    own = numbers[m]
     own["h"], own["field"], own["values"], own["u"], own["s"], own["p"] = (
         h, T.A[m, n:ns, :ns], values, U[:, :n], S[:, n:ns], T.LP[m, :len(U)])
-    return own, np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
+    own["method"] = [weight * h ** len(power) for power, weight in coefficients(nystrom(kind.order))]
+    return np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
 
 
 def stage_times(kind: Kind, steps: int) -> np.ndarray:
@@ -125,91 +141,63 @@ class Step:
     ----------
     kind : Kind
     acts : Acts
-        The step ``h`` and the loads g0_0, ... of the stages have names already.
+        The step ``h`` and the loads substep_stages_0_0, ... of the stages have names already.
     given : bool
-        Whether the method's coefficients times powers of the step are numbers behind those of the mode, see `coefficients`: the
-        compiler takes them faster from there than from products made in the same function.
+        Whether the method's coefficients times powers of the step are those of the mode: the compiler takes them faster from there
+        than from products made in the same function.
     """
 
     def __init__(self, kind: Kind, acts: Acts, given: bool = False):
-        self.kind, self.acts, self.method, self.given = kind, acts, nystrom(kind.order), given
-        self.head: list[str] = []
-        self.body: list[str] = []
+        self.kind, self.acts, self.method = kind, acts, nystrom(kind.order)
+        self._known = {known: f"mode_method_{i}" for i, known in enumerate(coefficients(self.method))}
+        self.head = loaded(kind.records, "mode", "field", "values", "u", "s", "p", *(["method"] if given else []))
         self.products = ["hh = h * h"]
-        self._known: dict[tuple[str, float], str] = {}
-        n, rows, at = kind.n, range(sum(kind.rows)), {name: place(kind.record, name) for name in kind.record.names or ()}
-        self.head += [f"k{c}_{j} = N[o + {at['field'] + 2 * n * c + j}]" for c in range(n) for j in range(2 * n)]
-        first = np.cumsum([0, *kind.values]).tolist()
-        self.head += [f"w{i} = N[o + {at['values'] + i}]" for law in acts.laws for i in range(first[law], first[law + 1])]
-        self.head += [f"{name}{r}_{c} = N[o + {at[name] + n * r + c}]"
-                      for name, pattern in (("u", kind.coordinates), ("s", kind.speeds), ("p", acts.pushes))
-                      for r in rows for c in range(n) if pattern[r][c] == NUMBER]
-        method = self.method
-        for i in range(len(method.c)):
-            if i == 0:
-                state = [f"y{c}" for c in range(2 * n)]
-            else:
-                state = [f"x{c}" for c in range(2 * n)]
-                for c in range(n):
-                    start = f"y{c} + {self._factor('h', float(method.c[i]))} * y{n + c}"
-                    self.body.append(f"x{c} = {self._summed(start, 'hh', method.position[i, :i], c)}")
-                    self.body.append(f"x{n + c} = {self._summed(f'y{n + c}', 'h', method.velocity[i, :i], c)}")
-            self.body += self.field(state, f"f{i}", f"g{i}")
+        if not given:
+            self.products += [f"{name} = {power} * {weight!r}" for (power, weight), name in self._known.items()]
+        n, method = kind.n, self.method
+        self.body = self.field([f"y{c}" for c in range(2 * n)], "f0", 0)
+        for i in range(1, len(method.c)):
+            for c in range(n):
+                start = f"y{c} + {self._known['h', float(method.c[i])]} * y{n + c}"
+                self.body.append(f"x{c} = {self._summed(start, 'hh', method.position[i, :i], c)}")
+                self.body.append(f"x{n + c} = {self._summed(f'y{n + c}', 'h', method.velocity[i, :i], c)}")
+            self.body += self.field([f"x{c}" for c in range(2 * n)], f"f{i}", i)
         for c in range(n):
             self.body.append(f"z{c} = {self._summed(f'y{c} + h * y{n + c}', 'hh', method.last_position, c)}")
             self.body.append(f"z{n + c} = {self._summed(f'y{n + c}', 'h', method.last_velocity, c)}")
-
-    def coefficients(self, h: float) -> list[float]:
-        """Return the method's coefficients times powers of the step, in the order of their names."""
-        return [weight * h ** len(power) for power, weight in self._known]
 
     def nearest(self, time: float) -> int:
         """Return the last of the stages that are nearest to a part of the step."""
         away = np.abs(self.method.c - time)
         return int(np.flatnonzero(away == away.min())[-1])
 
-    def _factor(self, power: str, weight: float) -> str:
-        """Name a coefficient times a power of the step; equal ones share a name, so that equal products are formed once."""
-        if (power, weight) == ("h", 1.0):
-            return "h"
-        if (power, weight) not in self._known:
-            self._known[power, weight] = name = f"{power}_{len(self._known)}"
-            behind = self.kind.record.itemsize // 8 + len(self._known) - 1
-            if self.given:
-                self.head.append(f"{name} = N[o + {behind}]")
-            else:
-                self.products.append(f"{name} = {power} * {weight!r}")
-        return self._known[power, weight]
-
     def _summed(self, start: str, power: str, weights: np.ndarray, c: int) -> str:
         for j, weight in enumerate(weights.tolist()):
             if weight != 0.0:
-                start = f"{start} + {self._factor(power, weight)} * f{j}_{c}"
+                start = f"{start} + {self._known[power, weight]} * f{j}_{c}"
         return start
 
-    def field(self, state: list[str], name: str, load: str) -> list[str]:
-        """Lines for the accelerations ``name``_0, ... at a state under the loads ``load``_0, ...."""
+    def field(self, state: list[str], name: str, stage: int) -> list[str]:
+        """Lines for the accelerations ``name``_0, ... at a state under the loads of a stage."""
         kind, n, row, value, lines = self.kind, self.kind.n, 0, 0, []
         force: dict[int, str] = {}
-        moved = {row: f" + {load}_{n + e}" for e, row in enumerate(kind.moving)}
+        moved = {row: f" + substep_stages_{stage}_{n + e}" for e, row in enumerate(kind.moving)}
         for i, (rows, values) in enumerate(zip(kind.rows, kind.values, strict=True)):
             own = range(row, row + rows)
             if i in self.acts.laws:
-                arguments = [_linear(pattern[r], f"{letter}{r}_", state[n * which:n * which + n]) + moved.get((which, r), "")
-                             for which, letter, pattern in ((0, "u", kind.coordinates), (1, "s", kind.speeds)) for r in own]
+                arguments = [_linear(pattern[r], f"mode_{part}_{r}_", state[n * which:n * which + n]) + moved.get((which, r), "")
+                             for which, part, pattern in ((0, "u", kind.coordinates), (1, "s", kind.speeds)) for r in own]
                 results = [f"{name}_of_{r}" for r in own]
-                arguments += [f"w{value + k}" for k in range(values)]
+                arguments += [f"mode_values_{value + k}" for k in range(values)]
                 lines.append(f"{', '.join(results)} = law_{i}({', '.join(arguments)})")
                 force |= dict(zip(own, results, strict=True))
             row, value = row + rows, value + values
         for c in range(n):
-            text = f"{load}_{c}"
-            for j in reversed(range(2 * n)):
-                text = f"k{c}_{j} * {state[j]} + ({text})" if j < 2 * n - 1 else f"k{c}_{j} * {state[j]} + {text}"
+            text = dot([f"mode_field_{c}_{j} * {state[j]}" for j in range(2 * n)], f"substep_stages_{stage}_{c}")
             for r, made in force.items():
                 factor = self.acts.pushes[r][c]
                 if factor != NONE:
-                    text = f"{text} + {made}" if factor == ONE else f"{text} + p{r}_{c} * {made}"
+                    text = f"{text} + {made}" if factor == ONE else f"{text} + mode_p_{r}_{c} * {made}"
             lines.append(f"{name}_{c} = {text}")
         return lines
 

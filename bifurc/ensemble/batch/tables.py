@@ -35,7 +35,7 @@ def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarr
             guard["value"], guard["slope"], guard["constant"], guard["added"] = value[:ns], slope[:ns], value[ns], added(T, m, g)
             bound = fourth(whole, h)
             for name, size in (("bound", bound), ("noise", NOISE * (np.abs(whole) @ powers))):
-                guard[name] = (*size[:ns], size[ns:].sum())  # forcing counts with its amplitude
+                guard[name], guard[f"{name}_all"] = size[:ns], size[ns:].sum()  # forcing counts with its amplitude
             guard["series"], guard["kicked"] = series[:ns], np.tensordot(guard["added"], own["place"], (0, 1))
             guard["reach"][:T.n_guards[m]] = np.abs(np.tensordot(guard["added"], T.GT[m, :T.n_guards[m], :ns], (0, 1))) @ powers
             guard["reach"][g] = np.abs(guard["added"]) @ bound[:ns]
