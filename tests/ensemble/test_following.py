@@ -392,3 +392,15 @@ def test_a_start_beyond_a_stop_is_told_where_everything_else_is_clear(speed, tol
     X, modes = np.array([[0.6, speed]]), np.empty(1, np.int64)
     initial_conditions.begin(scene.tables, np.array(list(scene.start_modes())), X, modes)
     assert modes[0] == (outcomes.BEYOND if told else outcomes.UNCLEAR)
+
+
+@pytest.mark.parametrize(("beyond", "told"), [(1e-13, False), (1e-11, False), (1e-7, True)])
+def test_a_start_beyond_a_stop_by_rounding_is_one(beyond, told):
+    """As for a single motion: it is put on the stop, which no kernel does; a little further it lies in the stop."""
+    system = bf.System(1.0, 0.1, 2.0, [bf.elements.HarmonicForce(0.3), bf.elements.RigidStop(0.5, 0.7)], omega=1.0)
+    scene = scene_of(system)
+    X, modes = np.array([[0.5 + beyond, -0.3]]), np.empty(1, np.int64)
+    initial_conditions.begin(scene.tables, np.array(list(scene.start_modes())), X, modes)
+    assert modes[0] == (outcomes.BEYOND if told else outcomes.UNCLEAR)
+    if not told:
+        assert bf.simulate(system, X[0], periods=0.1).success
