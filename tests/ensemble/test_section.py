@@ -34,7 +34,7 @@ def test_a_section_is_passed_in_any_unit_of_length(length):
     """What lies in the section is told by the size of the motion."""
     system = bf.System(1.0, 0.1, 1.0)
     for coordinate, value in (("q0", 0.2), ("v0", 0.0), ("q0", 0.0)):
-        one, other = (bf.Section(coordinate, unit * value, 0).crossings(bf.simulate(system, (0.7 * unit, -0.2 * unit), duration=20.0))
-                      for unit in (1.0, length))
+        one, other = (bf.Section(coordinate, unit * value, 0).crossings(
+            bf.simulate(system, (0.7 * unit, -0.2 * unit), duration=20.0)) for unit in (1.0, length))
         assert other[0] == pytest.approx(one[0], abs=1e-9) and len(one[0]) >= 2
         np.testing.assert_allclose(other[1] / length, one[1], rtol=0, atol=1e-9)

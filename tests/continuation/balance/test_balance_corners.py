@@ -116,7 +116,8 @@ def test_memory_of_a_slider_that_came_to_rest_is_that_of_the_limit_it_passed(har
 def test_a_sampled_branch_turns_by_a_part_of_the_distance_of_samples(samples):
     """An event that passes a sample turns the branch, by the less the more samples there are: that much turn is no jump."""
     system = System(1.0, 0.1, 1.0, [HarmonicForce(1.0), ElasticStop(0.5, 3.0)], omega=1.1)
-    problem = balance_problem(bf.find_orbit(system, method=bf.HarmonicBalance(5, aft="sampled", samples=samples)), "omega", (0.9, 1.3))
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance(5, aft="sampled", samples=samples))
+    problem = balance_problem(orbit, "omega", (0.9, 1.3))
     x, only, tangents = problem.x0.copy(), np.append(np.zeros(problem.size), 1.0), []
     for omega in np.linspace(1.1, 1.15, 301):
         x[-1] = omega

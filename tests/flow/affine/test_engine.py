@@ -273,7 +273,8 @@ def test_an_event_that_always_comes_with_another_takes_its_time():
     k, limits, omega = (1.5, 0.6), (0.4, 0.3), 1.1
     sliders = [Jenkins(stiffness, limit) for stiffness, limit in zip(k, limits, strict=True)]
     scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.2), *sliders], omega=omega))
-    before, middle, after = (scene.index(("always", *keys)) for keys in (("slip+", "slip+"), ("stick", "slip+"), ("stick", "stick")))
+    pairs = ("slip+", "slip+"), ("stick", "slip+"), ("stick", "stick")
+    before, middle, after = (scene.index(("always", *keys)) for keys in pairs)
     T, ns = scene.tables, scene.ns
     turn = [scene.guards_of(mode, e)[0] for mode, e in ((before, 1), (middle, 2))]
     assert all(T.G[mode, g, 1] for mode, g in zip((before, middle), turn, strict=True))
