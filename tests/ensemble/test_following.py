@@ -438,3 +438,11 @@ def test_chaos_is_told_by_what_lies_in_the_section_alone():
         targets = Targets.none(2)._replace(width=width, keys=np.sort(keys), keepers=np.zeros(len(keys), np.int64), stay=1)
         found = SectionIntegrator(scene_of(system), 100, Section("q0", 0.305), unit).label(y[None].copy(), targets, 40)
         assert (found.states[0] == CellState.ATTRACTED.code) == reached and found.labels[0] == (0 if reached else -1)
+
+
+def test_without_a_clock_the_limit_of_events_is_one_of_a_natural_period():
+    """Two elastic impacts in each, for as long as the motion is followed."""
+    system = bf.System(1.0, 0.0, 1.0, [RigidStop(0.0, 1.0)])
+    for limit, state in ((3, CellState.UNSETTLED), (1, CellState.TOO_MANY_EVENTS)):
+        integrator = SectionIntegrator(scene_of(system), limit, Section("v0", direction=1), 2.0 * math.pi)
+        assert integrator.label(np.array([[-0.5, 0.3]]), Targets.none(2), 16).states[0] == state.code

@@ -334,6 +334,21 @@ def test_which_friction_an_impact_turns_round():
     assert scene.keys[flight] == ("always", "free", "slip-", "slip-") and scene.guard(flight, slides).element == 2
 
 
+@pytest.mark.parametrize("coupled", [(), (1,), (2,), (1, 2)])
+def test_which_held_friction_an_impact_moves(coupled):
+    """Those whose mass the mass matrix couples to the one that hits: none, one by its number, several as such."""
+    inertia = np.diag([1.0, 2.0, 3.0])
+    for dof in coupled:
+        inertia[0, dof] = inertia[dof, 0] = 0.3
+    scene = scene_of(bf.System(inertia, np.eye(3), np.eye(3), [RigidStop(0.12, 0.6), Coulomb(0.5, dof=1), Coulomb(0.3, dof=2)]))
+    m = scene.index(("free", "stick", "stick"))
+    (hit,) = scene.guards_of(m, 0)
+    row = chatter.moved_row(scene.tables, m, hit)
+    assert row == {0: -1, 2: -2}.get(len(coupled), row)
+    if len(coupled) == 1:
+        assert scene.hold_element(m, row) == coupled[0]
+
+
 FLIGHT = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.6), RigidStop(0.3, 0.8)], omega=0.9)
 
 
