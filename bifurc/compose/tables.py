@@ -212,6 +212,33 @@ def rate(T, m):
     return top
 
 
+@njit
+def unit_of_time(T):
+    """Return the time in which the constant loads of a scene without rates pass its largest length or reach its largest speed;
+    without loads, in which that speed passes that length; 1 where its numbers tell no time.
+
+    Steps of such a scene are exact at any size, but rounding is measured by what is added up in one (`flow.rule.sizes`).
+    """
+    A, G = T.A, T.G
+    n, ns = T.LP.shape[2], A.shape[1]
+    load, length, speed = 0.0, 0.0, 0.0
+    for m in range(T.n_guards.size):
+        for i in range(n, 2 * n):
+            load = max(load, abs(A[m, i, ns]))
+        for g in range(T.n_guards[m]):
+            of_places, of_speeds = 0.0, 0.0
+            for c in range(n):
+                of_places = max(of_places, abs(G[m, g, c]))
+                of_speeds = max(of_speeds, abs(G[m, g, n + c]))
+            if of_places > 0.0:
+                length = max(length, abs(G[m, g, ns]) / of_places)
+            elif of_speeds > 0.0:
+                speed = max(speed, abs(G[m, g, ns]) / of_speeds)
+    if load > 0.0 and max(length, speed) > 0.0:
+        return max(np.sqrt(length / load), speed / load)
+    return length / speed if length > 0.0 and speed > 0.0 else 1.0
+
+
 @both
 def rebuild(T):
     """Fill step, YT, GT, E, turn, G4, F from the flat numbers."""
@@ -238,7 +265,7 @@ def rebuild_mode(T, m, whole):
         for k in range(n_guards.size):
             top = max(top, rate(T, k))
     if top == 0.0:
-        h = 1.0
+        h = unit_of_time(T)
     elif omega > 0.0:  # a whole number of steps a period, so that undisturbed flights end on a step
         period = 2.0 * np.pi / omega
         h = period / np.ceil(period * top / TURN)

@@ -170,6 +170,11 @@ def test_pieces_of_branches_between_their_points():
     assert loop.number_of_nodes() == 2 and loop.number_of_edges() == 2
     bare = graph_of([branch_of(range(3), [1, 2, 1], [1, 1, 1], closed=True)], (0.0, 4.0))
     assert [d["kind"] for _, d in bare.nodes(data=True)] == ["closed"] and bare.number_of_edges() == 1
+    for kind, count in (("branch_point", 1), ("fold", 2)):  # a branch that crosses itself passes that point twice
+        eight = branch_of(range(5), [0, 1, 2, 1, 3], [1] * 5, [(1.0, 1.0, "branch_point", 5.0), (3.0, 1.0, kind, 5.0)])
+        crossed = graph_of([eight], (0.0, 4.0))
+        assert [d["kind"] for _, d in crossed.nodes(data=True)].count("bound") == 2 and len(crossed) == 2 + count
+        assert crossed.number_of_edges() == 3
     ended = branch_of(range(5), [0, 1, 2, 3, 4], [1] * 5, [(3.999, 4.0, "chatter_completion")], ends=("bound", "no_successor"))
     assert [d["kind"] for _, d in graph_of([ended], (0.0, 4.0)).nodes(data=True)] == ["bound", "chatter_completion"]
 

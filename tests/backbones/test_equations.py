@@ -8,7 +8,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.backbones.backbone import Backbone, _stepped
-from bifurc.backbones.equations import returning, swings, with_negative_damping
+from bifurc.backbones.equations import balanced, returning, swings, with_negative_damping
 from bifurc.backbones.modes import ModeStatus, first_harmonic, linear_mode, unloaded
 from bifurc.elements import ConstantForce, CubicSpring, ElasticStop, HarmonicForce, Jenkins, LinearSpring
 
@@ -44,6 +44,22 @@ def test_a_linear_mode_is_itself_at_any_amplitude(method, number):
     motion = found.motion()
     np.testing.assert_allclose(motion.final, found.state, atol=1e-6)
     assert motion.t[-1] == pytest.approx(found.period)
+
+
+def test_a_balanced_mode_begins_with_the_speeds_of_its_start_in_any_unit_of_time():
+    """A state a tenth of a radian before the farthest point, with a stop on the way; without one it is the linear mode."""
+    omega, shapes = linear_values()
+    for stop in (0.0, 2.0):
+        seen = []
+        for unit in (1.0, 1e-5, 1e5):
+            system = bf.System(M, np.zeros((2, 2)), K / unit**2, [ElasticStop(0.25, stop / unit**2)] if stop else [])
+            shape, w = 0.3 * shapes[:, 0] / shapes[0, 0], omega[0] / unit
+            start = np.concatenate([np.cos(0.1) * shape, np.sin(0.1) * w * shape])
+            state, found, xi, _, success, _ = balanced(system, bf.HarmonicBalance(harmonics=3), 0, 0.3, start, 1.001 * w, 0.0)
+            assert success and abs(xi) < 1e-8 * w and np.abs(state[2:]).max() < 1e-8 * w
+            seen.append([found * unit, *state[:2]])
+            assert stop or seen[-1] == pytest.approx([omega[0], *shape], abs=1e-8)
+        assert seen[1] == pytest.approx(seen[0], abs=1e-8) and seen[2] == pytest.approx(seen[0], abs=1e-8)
 
 
 def test_an_unsymmetric_mode_by_both_methods():

@@ -193,6 +193,8 @@ def test_samples_are_one_where_half_of_their_boxes_agree(rng):
     assert parts.same(sample(base), sample(base + np.array([0.4, 0.0]) * SCALE), SCALE)
     assert matching.alike(sample(base), sample(base + np.array([0.6, 0.0]) * SCALE), SCALE)  # of neighbours three tenths are enough
     assert not matching.alike(sample(base), sample(base + np.array([0.75, 0.0]) * SCALE), SCALE)
+    fifth = base[base[:, 0] < np.quantile(base[:, 0], 0.2)]  # an attractor that has grown at once holds the one that it was
+    assert matching.alike(sample(base), sample(fifth), SCALE) and matching.alike(sample(fifth), sample(base), SCALE)
 
 
 def test_members_of_one_family(monkeypatch):

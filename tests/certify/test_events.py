@@ -4,7 +4,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import bifurc as bf
 from bifurc.certify.arithmetic.balls import working
+from bifurc.certify.candidate import candidate_of
 from bifurc.certify.events import (
     FOREVER,
     ROUNDING,
@@ -17,6 +19,7 @@ from bifurc.certify.events import (
     held_rows,
     kept_exactly,
     order_of,
+    structure,
     times,
 )
 from bifurc.orbits.shooting.labels import Labels
@@ -145,3 +148,21 @@ def test_a_coordinate_is_kept_where_it_is_held_all_the_time():
     assert not claim((0,), [still], same, guards=((1, 0),), holds=(hold(2),))
     for others in ((), (hold(0),), (hold(2, surface=row(1)),), (hold(2, driven=True),)):
         assert not claim((0,), [still], same, guards=(), holds=others)
+
+
+def test_all_sliders_that_stick_in_one_instant_remember_where_they_stood():
+    """Three in parallel on one mass: each holds its limit where the mass turns, whatever their memory was while they slipped."""
+    springs = ((2.0, 0.6), (1.0, 0.2), (0.5, 0.3))
+    elements = [bf.elements.HarmonicForce(2.5), *(bf.elements.Jenkins(*spring) for spring in springs)]
+    candidate = candidate_of(bf.find_orbit(bf.System(1.0, 0.1, 1.0, elements, omega=0.9)))
+    _, transitions = structure(candidate)
+    turns = 0
+    for event, item in zip(candidate.events, transitions, strict=True):
+        if len(event.guards) < 3:
+            continue
+        turns += 1
+        side = 1.0 if event.before[1] == "slip+" else -1.0
+        R = np.array([[as_float(item.reset[i, j]) for j in range(item.reset.ncols())] for i in range(item.reset.nrows())])
+        behind_it = R @ [0.7 * side, 0.0, 9.0, 9.0, 9.0, 1.0, 0.3, 0.4]
+        assert behind_it == pytest.approx([0.7 * side, 0.0, *(side * (0.7 - limit / k) for k, limit in springs), 1.0, 0.3, 0.4])
+    assert turns == 2

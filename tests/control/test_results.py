@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from bifurc import plotting
+from bifurc.control.feedback_map import FeedbackBasins
 from bifurc.control.ogy_motion import ControlledMotion
 from bifurc.control.results import FeedbackRange, FeedbackStatus
+from bifurc.ensemble.outcomes import CellState
 
 
 @pytest.mark.parametrize("status", list(FeedbackStatus))
@@ -27,3 +29,12 @@ def test_results_draw_themselves(monkeypatch):
 def test_a_motion_is_caught_from_where_the_controller_stays_on(active, first):
     motion = ControlledMotion(np.zeros((4, 2)), np.zeros(3), np.array(active, bool), np.zeros(4), True, "", "omega")
     assert motion.captured == first
+
+
+def test_shares_of_a_map_with_feedback_are_those_of_what_may_start():
+    """Of nine cells three lie beyond a stop; of the six others three end on the orbit, two on another motion."""
+    labels = np.array([[0, 0, 1], [-1, 0, 1], [-1, -1, -1]])
+    states = np.zeros((3, 3), np.int8)
+    states[1, 0], states[2] = CellState.UNSETTLED.code, CellState.OUTSIDE.code
+    found = FeedbackBasins(None, None, None, "", labels, states, np.ones((3, 3), int), (None, None))
+    assert found.fractions == {0: 0.5, 1: pytest.approx(1.0 / 3.0)} and found.held == 0.5

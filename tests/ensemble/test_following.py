@@ -9,7 +9,7 @@ from bifurc.compose.scene import scene_of
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.ensemble import initial_conditions, integrator, outcomes
 from bifurc.ensemble.grid import Grid, place_of
-from bifurc.ensemble.integrator import Cells, Integrator, Targets
+from bifurc.ensemble.integrator import Cells, Images, Integrator, Targets
 from bifurc.ensemble.outcomes import CellState
 from bifurc.ensemble.period_map import PeriodMap
 from bifurc.ensemble.proximity import boxes
@@ -392,3 +392,57 @@ def test_a_start_beyond_a_stop_is_told_where_everything_else_is_clear(speed, tol
     X, modes = np.array([[0.6, speed]]), np.empty(1, np.int64)
     initial_conditions.begin(scene.tables, np.array(list(scene.start_modes())), X, modes)
     assert modes[0] == (outcomes.BEYOND if told else outcomes.UNCLEAR)
+
+
+@pytest.mark.parametrize(("beyond", "told"), [(1e-13, False), (1e-11, False), (1e-7, True)])
+def test_a_start_beyond_a_stop_by_rounding_is_one(beyond, told):
+    """As for a single motion: it is put on the stop, which no kernel does; a little further it lies in the stop."""
+    system = bf.System(1.0, 0.1, 2.0, [bf.elements.HarmonicForce(0.3), bf.elements.RigidStop(0.5, 0.7)], omega=1.0)
+    scene = scene_of(system)
+    X, modes = np.array([[0.5 + beyond, -0.3]]), np.empty(1, np.int64)
+    initial_conditions.begin(scene.tables, np.array(list(scene.start_modes())), X, modes)
+    assert modes[0] == (outcomes.BEYOND if told else outcomes.UNCLEAR)
+    if not told:
+        assert bf.simulate(system, X[0], periods=0.1).success
+
+
+def test_a_complete_chattering_arrives_without_speed_and_counts_once():
+    """As the simulation has it, which takes what kernels leave open: all impacts in all blocks, the slowest of them."""
+    system = bf.System(1.0, 0.0416, 1.0, [HarmonicForce(0.945), RigidStop(0.3, 0.2), Jenkins(1.5, 0.2)], omega=0.5)
+    scene = scene_of(system)
+    seen = set()
+    for y in ((0.0, 0.0, 0.0), (0.25, 1.5, 0.2), (-0.4, 0.0, -0.4)):
+        for periods in (1, 2, 33):
+            blank = [np.full(1, value, np.int64) for value in (outcomes.ASK, 7)]
+            images = Images(np.zeros((1, 3)), *blank, np.full(1, 3.0))
+            Integrator(scene, 2000)._carry(0, np.array(y), images, periods)
+            motion = bf.simulate(system, y, periods=periods)
+            hits = [event for event in motion.events if event.kind in ("impact", "chatter")]
+            chatters = any(event.kind == "chatter" for event in hits)
+            assert images.impacts[0] == len(hits) > 0 and images.outcomes[0] == outcomes.REACHED
+            assert images.speeds[0] == (0.0 if chatters else pytest.approx(min(event.speed for event in hits), rel=1e-9))
+            assert images.ends[0] == pytest.approx(motion.final, abs=1e-9)
+            seen.add(chatters)
+    assert True in seen
+
+
+def test_chaos_is_told_by_what_lies_in_the_section_alone():
+    """A block of simulation ends anywhere: that its end lies in a box says nothing."""
+    system, y = bf.System(1.0, 0.0, 1.0), np.array([0.0, 1.0])
+    unit, width = 0.3, 0.01
+    motion = bf.simulate(system, y, duration=40 * unit)
+    ends = motion(8 * unit * np.arange(1, 6))
+    for points, reached in ((ends, False), (np.array([[0.305, np.sqrt(1.0 - 0.305**2)]]), True)):
+        keys = np.empty(len(points), np.uint64)
+        boxes(np.ascontiguousarray(points), np.ones(2), width, keys)
+        targets = Targets.none(2)._replace(width=width, keys=np.sort(keys), keepers=np.zeros(len(keys), np.int64), stay=1)
+        found = SectionIntegrator(scene_of(system), 100, Section("q0", 0.305), unit).label(y[None].copy(), targets, 40)
+        assert (found.states[0] == CellState.ATTRACTED.code) == reached and found.labels[0] == (0 if reached else -1)
+
+
+def test_without_a_clock_the_limit_of_events_is_one_of_a_natural_period():
+    """Two elastic impacts in each, for as long as the motion is followed."""
+    system = bf.System(1.0, 0.0, 1.0, [RigidStop(0.0, 1.0)])
+    for limit, state in ((3, CellState.UNSETTLED), (1, CellState.TOO_MANY_EVENTS)):
+        integrator = SectionIntegrator(scene_of(system), limit, Section("v0", direction=1), 2.0 * math.pi)
+        assert integrator.label(np.array([[-0.5, 0.3]]), Targets.none(2), 16).states[0] == state.code

@@ -27,3 +27,14 @@ def test_boxes_on_both_sides_of_zero_are_two(component):
         keys.append(int(proximity.box_of(y, np.ones(2), 0.1)))
         assert int(proximity.box_of(y + 0.02, np.ones(2), 0.1)) == keys[-1]
     assert len(set(keys)) == 4
+
+
+@pytest.mark.parametrize("length", [1e-14, 1e9])
+def test_a_section_is_passed_in_any_unit_of_length(length):
+    """What lies in the section is told by the size of the motion."""
+    system = bf.System(1.0, 0.1, 1.0)
+    for coordinate, value in (("q0", 0.2), ("v0", 0.0), ("q0", 0.0)):
+        one, other = (bf.Section(coordinate, unit * value, 0).crossings(
+            bf.simulate(system, (0.7 * unit, -0.2 * unit), duration=20.0)) for unit in (1.0, length))
+        assert other[0] == pytest.approx(one[0], abs=1e-9) and len(one[0]) >= 2
+        np.testing.assert_allclose(other[1] / length, one[1], rtol=0, atol=1e-9)

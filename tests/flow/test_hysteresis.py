@@ -151,6 +151,38 @@ def test_a_load_that_never_comes_gives_no_force():
     assert loop.status == LoopStatus.PERIODIC and loop.work == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.parametrize("phase", [0.7, 1.2, 2.0])
+def test_a_slider_slides_only_while_it_is_loaded(phase):
+    """Under the load 1 + 1.5 cos(t + phase) the contact opens, and its slider goes with the mass: that is no slip."""
+    contact = Jenkins(2.0, 0.3, load_amplitude=1.5, load_phase=phase)
+    loop = bf.hysteresis(bf.System(1.0, 0.0, 1.0, [Driven(contact, 1.0)], omega=1.0))["jenkins"]
+    t = np.linspace(0.0, 2.0 * np.pi, 20001)
+    where, loaded = loop.sliders(t)[:, 0], 1.0 + 1.5 * np.cos(t + phase) > 0.0
+    assert loop.slip == pytest.approx([np.ptp(where[loaded])], abs=1e-3) and loop.slip[0] <= np.ptp(where)
+    assert phase != 0.7 or loop.slip[0] < np.ptp(where) - 5e-3
+
+
+@pytest.mark.parametrize("depth", [0.3, 1e-6, 1e-9])
+def test_zeros_that_lie_close_together_are_known_to_rounding(depth):
+    """cos k x = 1 - depth: of the companion matrix alone they have half the digits where two are nearly one."""
+    for k, harmonics in ((1, (1,)), (3, (2, 3))):
+        c = np.zeros(1 + 2 * len(harmonics))
+        c[0], c[-2] = depth - 1.0, 1.0
+        apart = 2.0 * np.arcsin(np.sqrt(0.5 * depth))
+        found = periodic.zeros(harmonics, c)
+        for turn in range(k):
+            for sign in (-1.0, 1.0):
+                away = (found - (2.0 * np.pi * turn + sign * apart) / k + np.pi) % (2.0 * np.pi) - np.pi
+                assert np.abs(away).min() < 1e-14 + 4e-16 / apart
+
+
+@pytest.mark.parametrize("k", [3, 17, 31, 71, 101])
+def test_a_high_harmonic_that_touches_zero_is_told_by_its_curvature(k):
+    """cos kx - cos x at pi, k odd: value and slope are zero there but for rounding, which grows with the harmonic."""
+    for sign in (1, -1):
+        assert periodic.sign_after((1, k), sign * np.array([0.0, -1.0, 0.0, 1.0, 0.0]), 0.0, np.pi) == sign
+
+
 @pytest.mark.parametrize("harmonics", [(1,), (1, 2), (1, 3, 7)])
 def test_first_zero_and_integrals_of_sums(rng, harmonics):
     for _ in range(50):

@@ -7,6 +7,7 @@ import pytest
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.elements import ConstantForce, RigidStop
+from bifurc.flow.affine import peak
 from bifurc.flow.affine.peak import segment_peak
 
 
@@ -72,3 +73,15 @@ def test_of_maxima_that_grow_slowly_the_last_is_the_largest(phase):
     top = (6.0 * np.pi - phase + math.atan(z / w)) / w
     assert at == pytest.approx(top, abs=1e-6)
     assert value == pytest.approx(math.exp(z * top) * math.cos(w * top + phase) - 5.0, abs=1e-12)
+
+
+def test_a_rate_that_is_the_rounding_of_its_terms_is_zero():
+    """Two masses that meet with next to the same speed: behind the zero of their gap its rate is known only beyond rounding."""
+    scene = scene_of(bf.System(np.eye(2), np.zeros((2, 2)), np.eye(2), [RigidStop(0.0, 0.5, row=(1.0, -1.0))]))
+    m = scene.index(("free",))
+    (g,) = scene.guards_of(m, 0)
+    for speed in (1e-8, 1.0, 1e8):
+        for share, known in ((0.0, 2), (2e-16, 2), (-4e-16, 2), (1e-13, 1), (-1e-9, 1), (0.5, 1)):
+            x = np.array([0.3, 0.3, speed, speed * (1.0 - share), 1.0])
+            assert peak.zeros(scene.tables, m, g, x, 1) == known
+            assert peak.zeros(scene.tables, m, g, x, 0) == 0

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
-from bifurc.elements import Coulomb, CubicSpring, ElasticStop, HarmonicForce, Jenkins, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.flow import chatter, initial, linear, periodic, rule, scan, settle, simulate
 from bifurc.flow.rule import NOISE
 from bifurc.flow.status import Status
@@ -168,6 +168,30 @@ def test_states_behind_an_event(scene, rng):
     assert kicks > 4
 
 
+@pytest.mark.parametrize("length", [1e-13, 1e13])
+def test_what_is_zero_is_told_by_the_size_of_the_terms_in_any_unit(length, rng):
+    """Rates of guards on their surfaces, far from zero or as small as their rounding: the same signs in any unit of length."""
+    def made(unit):
+        return scene_of(bf.System(M, C, K, [ConstantForce(0.4 * unit), RigidStop(0.12 * unit, 0.6), Coulomb(0.5 * unit, dof=1),
+                                            Jenkins(2.0, 0.3 * unit, dof=1)]))
+    one, other, a, told = made(1.0), made(length), np.empty(ORDER + 1), []
+    for m, g in guards(one):
+        row = one.tables.G[m, g][:one.ns]
+        if not row.any():
+            continue
+        for _ in range(4):
+            y = rng.normal(size=one.ns)
+            y -= row * ((row @ y + one.tables.G[m, g][one.ns]) / (row @ row))
+            found = []
+            for scene, unit in ((one, 1.0), (other, length)):
+                x, scale = np.append(unit * y, 1.0), np.empty(one.ns + 1)
+                rule.sizes(scene.tables, x, scale)
+                found.append(rule.inside(scene.tables, m, g, x, scale, a))
+            assert found[0] == found[1]
+            told.append(found[0])
+    assert {sign for sign, order in told if order == 1} == {-1, 1}
+
+
 def numbered(scene, m, element, number):
     """Return the guard of that number of an element in a mode, or None."""
     own = [g for g in range(scene.tables.n_guards[m]) if scene.guard(m, g).element == element]
@@ -220,6 +244,10 @@ def test_an_impact_takes_the_friction_on_its_mass_along(monkeypatch):
     assert list(signs[:T.n_guards[found]]) == [-1] * T.n_guards[found]
     assert settle.decide(scene, m, g, x, 0.8)[0] == found
     assert rule.join.py_func(T, m, g, found, True, x, xp, scale, signs, orders, a) == found  # nothing is outside: it stays
+    rule.admit(T, m, xp, scale, signs, orders, a)
+    with monkeypatch.context() as patch:  # a mode from which the stop would be hit again at once is none
+        patch.setattr(rule, "inside", lambda T, c, k, x, scale, a: (1, 0) if T.kick[c, k] else (-1, 0))
+        assert rule.join.py_func(T, m, g, m, True, x, xp, scale, signs, orders, a) == -1
     none = np.full(T.then.shape, -1, T.then.dtype)
     kept = T.then.copy()
     T.then[:] = none
@@ -304,6 +332,21 @@ def test_which_friction_an_impact_turns_round():
     assert chatter.multiple(T.G[m, own], T.GT[m, hit, :, 1]) == -1.0 and chatter.multiple(T.G[m, other], T.GT[m, hit, :, 1]) == 0.0
     flight, slides = chatter.flight_mode(T, m, hit)
     assert scene.keys[flight] == ("always", "free", "slip-", "slip-") and scene.guard(flight, slides).element == 2
+
+
+@pytest.mark.parametrize("coupled", [(), (1,), (2,), (1, 2)])
+def test_which_held_friction_an_impact_moves(coupled):
+    """Those whose mass the mass matrix couples to the one that hits: none, one by its number, several as such."""
+    inertia = np.diag([1.0, 2.0, 3.0])
+    for dof in coupled:
+        inertia[0, dof] = inertia[dof, 0] = 0.3
+    scene = scene_of(bf.System(inertia, np.eye(3), np.eye(3), [RigidStop(0.12, 0.6), Coulomb(0.5, dof=1), Coulomb(0.3, dof=2)]))
+    m = scene.index(("free", "stick", "stick"))
+    (hit,) = scene.guards_of(m, 0)
+    row = chatter.moved_row(scene.tables, m, hit)
+    assert row == {0: -1, 2: -2}.get(len(coupled), row)
+    if len(coupled) == 1:
+        assert scene.hold_element(m, row) == coupled[0]
 
 
 FLIGHT = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.6), RigidStop(0.3, 0.8)], omega=0.9)
@@ -460,6 +503,18 @@ def test_fields_and_their_derivatives(rng):
     rest = linear.ModeField(scene, scene.tables, scene.index(("always", "free", "rest")))
     assert rest.constraints().tolist() == [[0, 0, 1, 0, 0], [1, 0, 0, 0, pytest.approx(-0.7)]] or len(rest.constraints()) == 2
     assert rest.guards(np.zeros(4), least=1.0).shape == (2,)
+
+
+@pytest.mark.parametrize("time", [1e-6, 1.0, 1e4])
+def test_units_of_a_state_make_its_numbers_the_same_in_any_unit_of_time(time):
+    """Velocities count in lengths over the time of the mode: they have the unit of velocities."""
+    system = bf.System(M, C * 0.5 / time, K * 0.7 / time**2, [RigidStop(0.12, 0.6)])
+    scene = scene_of(system)
+    field = linear.ModeField(scene, scene.tables, scene.index(("free",)))
+    assert field.units[:2].tolist() == [1.0, 1.0]
+    inside = field.units * time  # an own unit of 1 for all velocities, whatever the clock
+    fast = np.sqrt(np.abs(np.linalg.solve(M, 0.7 * K)).sum(axis=1).max())
+    assert fast / 3.0 < inside[2] < 6.0 * fast and inside[2] == inside[3]
 
 
 HARMONICS = (1, 3)

@@ -16,6 +16,28 @@ def joined(scene, y, t=0.0):
     return np.concatenate([y, scene.forcing(np.array([t]))[0]]) if scene.nw > 1 else np.append(y, 1.0)
 
 
+@pytest.mark.parametrize("speed", [1.0, 1e7, 1e13])
+def test_a_plastic_impact_however_fast_ends_at_rest(speed):
+    """What is left of a speed is the rounding of that before: behind the impact nothing there is as large."""
+    loaded = [ConstantForce(3.0), ConstantForce(-0.3, dof=1)]
+    scene = scene_of(bf.System(M, 0.01 * M, PAIR.stiffness, [*loaded, RigidStop(0.4, 0.0, row=(0.7, 0.1)), Coulomb(0.5, dof=1)]))
+    m = scene.index(("always", "always", "free", "stick"))
+    (g,) = scene.guards_of(m, 2)
+    for share in (1.0, 1.1, 1.3, 1.7, 1.9):
+        x = joined(scene, [0.4 / 0.7, 0.0, share * speed, 0.0])
+        after, z = settle.decide(scene, m, g, x, 0.7 * share * speed)
+        assert scene.keys[after][2] == "rest" and abs(0.7 * z[2] + 0.1 * z[3]) < 1e-14 * speed
+
+
+def test_how_far_a_start_lies_beyond_a_ring_is_its_distance_from_the_wall():
+    """Of a ring anywhere: a point 3, 4 from the middle of one of radius 4.8 is .2 beyond it."""
+    ring = bf.elements.RigidStator(centre_x=-2.0, centre_y=0.5, radius=4.8)
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [ring])
+    with pytest.raises(settle.Penetration, match="y0 lies 0.2 beyond the stop 'rigid_stator'"):
+        bf.simulate(system, (1.0, 4.5, 0.0, 0.0), duration=1.0)
+    assert bf.simulate(system, (1.0, 4.0, 0.0, 0.0), duration=0.1).success
+
+
 def test_a_start_beyond_a_surface_by_rounding_is_put_on_it():
     """By no more than that: a little further is in the stop, and said."""
     scene = scene_of(PAIR)

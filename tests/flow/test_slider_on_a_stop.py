@@ -41,6 +41,20 @@ def test_the_slider_stands_where_it_slipped_to_at_the_stop():
     np.testing.assert_allclose([motion(time)[2] for time in times], 0.3 - 0.2 / 1.5, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("factor", [-3.0, 0.25])
+def test_the_coordinate_of_the_slider_may_be_any_multiple_of_that_of_the_stop(factor):
+    """Of factor q it has the stiffness k / factor^2 and the limit R / |factor|: impacts turn it round with the speed they have."""
+    damping, amplitude, omega, gap, restitution, stiffness, limit = CHATTERING
+    other = bf.System(1.0, damping, 1.0, [HarmonicForce(amplitude), RigidStop(gap, restitution),
+                                          Jenkins(stiffness / factor**2, limit / abs(factor), row=(factor,))], omega=omega)
+    motion, found = (bf.simulate(case, y0=np.zeros(3), periods=12) for case in (system(*CHATTERING), other))
+    assert [str(event.kind) for event in found.events] == [str(event.kind) for event in motion.events] and len(found.events) > 40
+    for a, b in zip(found.events, motion.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-9) and a.after / [1.0, 1.0, factor] == pytest.approx(b.after, abs=1e-9)
+        if b.element == "rigid_stop":
+            assert a.speed == pytest.approx(b.speed, abs=1e-9)
+
+
 @pytest.mark.parametrize("omega", [0.42, 0.5, 0.58, 0.63])
 def test_a_chattering_beside_a_slider_is_found(omega):
     """Which impacts had a slip beside them was chance, and no two periods had the same events."""

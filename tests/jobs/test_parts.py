@@ -196,6 +196,10 @@ def test_a_result_that_is_not_whole_keeps_its_chunks(tmp_path):
     path.write_text("text")
     with pytest.raises(FileExistsError):
         resumable.replaceable(path, "made")
+    np.savez(path, mine=np.arange(3.0))  # whole, and somebody else's
+    with pytest.raises(FileExistsError):
+        resumable.replaceable(path, "made")
+    assert np.load(path)["mine"].tolist() == [0.0, 1.0, 2.0]
 
 
 class Screen(io.StringIO):

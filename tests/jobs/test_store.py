@@ -68,6 +68,14 @@ def test_no_changed_byte_is_accepted(tmp_path, rng):
     assert refused > 150  # the others lie in fields of the zip format that say nothing, such as dates
 
 
+def test_what_is_filed_is_found_again_as_JSON_keeps_it(tmp_path):
+    """Keys that are numbers become text, tuples lists: the content that a chunk vouches for is the one that is read."""
+    store = ChunkStore(tmp_path / "chunks", JOB)
+    store.save("0" * 32 + ".npz", {"counts": {10: 1.5, 9: 2}, "shape": (1, (2, 3))}, {"x": [1.0, 2.0]})
+    meta, arrays = store.load("0" * 32 + ".npz")
+    assert meta == {"counts": {"10": 1.5, "9": 2}, "shape": [1, [2, 3]]} and arrays["x"].tolist() == [1.0, 2.0]
+
+
 def test_a_chunk_of_another_problem_is_refused(tmp_path):
     store = ChunkStore(tmp_path / "chunks", JOB)
     run_chunks(store, squares, payloads(1))

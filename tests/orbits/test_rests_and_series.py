@@ -1,5 +1,7 @@
 """States of rest and orbits in Fourier series against linear algebra, the Hopf normal form, sums over samples and exact orbits."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -129,6 +131,17 @@ def test_the_hopf_coefficient_in_either_coordinate():
     rest = bf.find_equilibrium(bf.System(np.eye(2), np.diag([0.0, 0.3]), np.array([[1.0, 0.0], [-2.0, 5.0]]), [law]))
     for dof, part in enumerate((1.0, abs(2.0 / (4.0 + 0.3j)))):
         assert rest.lyapunov_coefficient(dof) == pytest.approx(-1.5 / 8.0 / part**2, rel=1e-6)
+
+
+@pytest.mark.parametrize(("decay", "accuracy"), [(0.05, 1e-6), (0.2, 1e-9)])
+def test_the_hopf_coefficient_of_a_law_that_bends_within_a_small_part_of_the_motion(decay, accuracy):
+    """x'' + x = g(x') with cubic term c x'^3 has r' = 3 c r^3 / 8, whatever the quadratic one, which alone gives a centre: where
+    friction falls like exp(-v / decay), zeta r^3 / (8 decay^2) at the Hopf point, however far from it the field is sampled."""
+    speed = 2.0 * decay
+    zeta = math.exp(-speed / decay) / (2.0 * decay)
+    rest = bf.find_equilibrium(bf.systems.belt_oscillator(zeta=zeta, belt_speed=speed, static=1.3, kinetic=0.3, law="exponential",
+                                                          decay_speed=decay))
+    assert rest.lyapunov_coefficient() == pytest.approx(zeta / (8.0 * decay**2), rel=accuracy)
 
 
 def test_forms_of_second_and_third_derivatives(rng):

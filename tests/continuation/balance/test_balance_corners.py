@@ -6,6 +6,7 @@ import pytest
 
 import bifurc as bf
 from bifurc import System, systems
+from bifurc.continuation.balance.start import balance_problem
 from bifurc.elements import ElasticStop, HarmonicForce, Jenkins
 from tests.hbm.test_examples import three
 from tests.reference.beam import cantilever
@@ -109,6 +110,25 @@ def test_memory_of_a_slider_that_came_to_rest_is_that_of_the_limit_it_passed(har
     """At phase 0 the motion is beyond the slider's limit on one side and already on its way to the other."""
     orbit = bf.find_orbit(clearances(start, *values), method=bf.HarmonicBalance(harmonics))
     assert ends(bf.trace(orbit, "omega", bounds=(0.7, 2.2))) == {"bound"}
+
+
+@pytest.mark.parametrize("samples", [64, 256])
+def test_a_sampled_branch_turns_by_a_part_of_the_distance_of_samples(samples):
+    """An event that passes a sample turns the branch, by the less the more samples there are: that much turn is no jump."""
+    system = System(1.0, 0.1, 1.0, [HarmonicForce(1.0), ElasticStop(0.5, 3.0)], omega=1.1)
+    orbit = bf.find_orbit(system, method=bf.HarmonicBalance(5, aft="sampled", samples=samples))
+    problem = balance_problem(orbit, "omega", (0.9, 1.3))
+    x, only, tangents = problem.x0.copy(), np.append(np.zeros(problem.size), 1.0), []
+    for omega in np.linspace(1.1, 1.15, 301):
+        x[-1] = omega
+        found = problem.correct(x, only, True)
+        x = found.x.copy()
+        tangents.append(found.tangent / np.linalg.norm(found.tangent))
+    turns = np.arccos(np.clip(np.abs((np.array(tangents[1:]) * tangents[:-1]).sum(axis=1)), 0.0, 1.0))
+    assert turns.max() > 5.0 * np.median(turns)  # a corner, no bend
+    assert 0.05 * problem.corner < turns.max() < problem.corner < 1.0
+    smooth = balance_problem(bf.find_orbit(system, method=bf.HarmonicBalance(5)), "omega", (0.9, 1.3))
+    assert smooth.corner == 0.0
 
 
 def test_rows_keep_their_order_of_events():

@@ -6,10 +6,11 @@ from scipy.linalg import expm
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
-from bifurc.elements import ConstantForce, HarmonicForce, RigidStop
+from bifurc.elements import ConstantForce, HarmonicForce, Jenkins, RigidStop
 from bifurc.flow.affine import engine, event_free
 from bifurc.flow.dense import FAR, sample
 from bifurc.flow.rule import jump
+from bifurc.flow.saltation import joined as with_it
 from bifurc.flow.saltation import order_gap, saltation
 
 coast = event_free.coast.py_func  # only compiled functions call it: it has no door
@@ -264,3 +265,37 @@ def test_two_impacts_at_one_instant_do_not_commute_where_damping_couples():
     scene = scene_of(bf.System(M, C, K, [*forces, *stops], omega=1.1))
     gap = order_gap(scene, mode_of(scene), 0, 1, joined(scene, y, 0.2))
     assert gap == pytest.approx(np.abs(one - two).max() / max(np.abs(one).max(), np.abs(two).max()), rel=1e-6) and gap > 1e-3
+
+
+def test_an_event_that_always_comes_with_another_takes_its_time():
+    """Two sliders stick where their mass turns: the derivative through both against differences of flights, times and memories
+    written out."""
+    k, limits, omega = (1.5, 0.6), (0.4, 0.3), 1.1
+    sliders = [Jenkins(stiffness, limit) for stiffness, limit in zip(k, limits, strict=True)]
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.2), *sliders], omega=omega))
+    pairs = ("slip+", "slip+"), ("stick", "slip+"), ("stick", "stick")
+    before, middle, after = (scene.index(("always", *keys)) for keys in pairs)
+    T, ns = scene.tables, scene.ns
+    turn = [scene.guards_of(mode, e)[0] for mode, e in ((before, 1), (middle, 2))]
+    assert all(T.G[mode, g, 1] for mode, g in zip((before, middle), turn, strict=True))
+    x = joined(scene, np.array([0.9, 0.0, 0.1, -0.2]), 0.7)
+    flows = [whole_matrix(scene, mode) for mode in (before, after)]
+
+    def through(y):
+        t = 0.0
+        for _ in range(20):
+            now = expm(t * flows[0]) @ y
+            t -= now[1] / (flows[0] @ now)[1]
+        y = expm(t * flows[0]) @ y
+        y[2:4] = y[0] - np.array(limits) / k  # each holds its limit
+        return (expm(-t * flows[1]) @ y)[:ns]
+    h = 1e-5
+    found = np.array([(through(x + d) - through(x - d)) / (2.0 * h) for d in h * np.eye(x.size)[:ns]]).T
+    y, P, S, when = np.empty(x.size), np.empty((ns, x.size)), np.empty((ns, ns)), np.empty(ns)
+    jump(T, before, turn[0], False, x, y, P)
+    saltation(T, before, turn[0], middle, x, y, P, when, S)
+    z = np.empty(x.size)
+    jump(T, middle, turn[1], False, y, z, P)
+    with_it(T, middle, after, y, z, P, when, S, np.empty((ns, ns)))
+    assert z[:ns] == pytest.approx([0.9, 0.0, *(0.9 - np.array(limits) / k)], abs=1e-14)
+    assert S == pytest.approx(found, abs=1e-7)

@@ -32,6 +32,19 @@ def first_root(a, length):
     return (float(near.real.min()) if near.size else None), bool(plain)
 
 
+@pytest.mark.parametrize("depth", [0.999, 0.5, 0.05, 1e-6])
+def test_a_hump_between_ends_that_are_level_is_not_passed_over(length, depth):
+    """16 t^2 (1 - t)^2 - depth: values and slopes at the ends say nothing of it, and the bound on what they miss is sharp."""
+    a, out, stack = np.zeros(ORDER + 1), np.empty(3), np.empty(64)
+    a[:5] = np.array([-depth, 0.0, 16.0, -32.0, 16.0]) / length**np.arange(5)
+    first_zero(a, 0, length, 1e-15, out, stack)
+    assert out[0] == pytest.approx(0.5 * length * (1.0 - np.sqrt(1.0 - np.sqrt(depth))), rel=1e-9)
+    assert highest(a, length, -1.0, out, stack) == pytest.approx(1.0 - depth, abs=1e-14)
+    assert out[0] == pytest.approx(0.5 * length, rel=1e-7)
+    first_zero(a - np.eye(ORDER + 1)[0] * 1.0, 0, length, 1e-15, out, stack)
+    assert out[0] == np.inf
+
+
 @pytest.mark.parametrize("low", range(5))
 def test_values_slopes_and_bends_with_a_zero_divided_out(rng, length, low):
     for degree in (ORDER, ORDER - 1, low + 1):

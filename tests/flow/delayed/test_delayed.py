@@ -29,6 +29,19 @@ def test_without_gain_it_is_the_motion_of_the_system(orbit):
     np.testing.assert_allclose([e.time for e in delayed.events], [e.time for e in plain.events], atol=1e-12)
 
 
+def test_at_an_event_the_state_is_that_after_it():
+    """A rebound: the motion and the force of its feedback jump there, to what comes after; a little earlier they are what was."""
+    stops = (bf.elements.HarmonicForce(0.6), bf.elements.RigidStop(0.2, 0.5), DelayedFeedback(0.3, delay=0.4, of="velocity"))
+    motion = bf.simulate(bf.System(1.0, 0.1, 1.0, stops, omega=1.1), (0.0, 0.5), periods=8, max_events=2)
+    assert motion.success and len(motion.events) >= 6  # in each period no more than two
+    for event in motion.events:
+        assert event.before[1] > 0.0 > event.after[1] == pytest.approx(-0.5 * event.before[1], rel=1e-10)
+        assert motion(event.time) == pytest.approx(event.after, abs=1e-10)
+        assert motion(event.time - 1e-9) == pytest.approx(event.before, abs=1e-7)
+        jump = motion.feedback(event.time) - motion.feedback(event.time - 1e-9)
+        assert jump == pytest.approx(-0.3 * (event.after[1] - event.before[1]), abs=1e-6)
+
+
 @pytest.mark.parametrize("repeat", [0.0, 0.5])
 def test_a_linear_delay_equation_by_the_method_of_steps(repeat):
     """x'' + 2 zeta x' + x = p, p = K (x(t-1) - x(t)) + R p(t-1), against Taylor series a step in 40 digits."""

@@ -51,6 +51,18 @@ def test_coordinates_there_and_back(modes, rng):
         assert xi == pytest.approx(T.L[m] @ x, abs=1e-11) and y == pytest.approx(x, abs=1e-10)
 
 
+def test_a_step_is_the_longest_whose_series_is_good(modes, rng):
+    """The next level, longer by the root of 2, would be wrong by more; where none is good the first, where all are the last one."""
+    scene, m, _ = modes
+    T = scene.tables
+    levels = T.level[m, :T.blocks[m, 3]]
+    for s in np.exp(rng.uniform(np.log(levels[0]), np.log(levels[-1]), 40)):
+        k = steps.level_of(T, m, s**(ORDER + 1))
+        assert levels[k] <= s * (1.0 + 1e-12) and (k + 1 == len(levels) or levels[k + 1] > s * (1.0 - 1e-12))
+    assert steps.level_of(T, m, 0.0) == steps.level_of(T, m, (0.5 * levels[0])**(ORDER + 1)) == 0
+    assert steps.level_of(T, m, np.inf) == steps.level_of(T, m, (3.0 * levels[-1])**(ORDER + 1)) == len(levels) - 1
+
+
 @pytest.mark.parametrize("span", [0.0, 0.3, 2.0, 7.7])
 def test_turns_are_the_matrix_exponential(modes, rng, span):
     scene, m, A = modes
