@@ -23,7 +23,7 @@ from ...orbits.shooting.equations import Equations
 from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
-from ...orbits.shooting.signature import Signature, divided, repeated, sections
+from ...orbits.shooting.signature import Signature, divided, repeated, sections, since
 from ...solve.bordered import kernel
 from ...solve.steprun import SIZE, run_of
 from ...system import System
@@ -292,7 +292,7 @@ class OrbitProblem(Problem):
         """Return the shortest time between two events at ``x`` (n + 1,), forcing periods: at zero there is no monodromy."""
         whole, U = self._whole(x)
         times = U.reshape(len(whole.nodes), -1)[:, 0]
-        return float(np.diff(times, prepend=times[-1] - whole.span).min())
+        return float(since(times, whole.span).min())
 
     def _torus(self, x) -> float:
         """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
