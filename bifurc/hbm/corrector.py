@@ -287,8 +287,7 @@ def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, 
 
 @njit
 def tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box, near):
-    """Correct the point at ``t`` of a curve, see `locate` and `correct`, and write the test there into ``box``; return whether that is
-    known."""
+    """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return whether that is known."""
     plane, start, tangent = np.empty((3, scale.size))
     beside(curve[:4], t, curve[4], scale, plane, start, tangent)
     status = correct(S, R, along, grid, listed, room, start, plane, tangent, False, scale, found, near)
