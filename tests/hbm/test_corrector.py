@@ -120,7 +120,7 @@ def test_a_step_along_the_branch_stays_in_its_plane(case):
 
 @pytest.mark.parametrize("moved", (1e-13, 1e-3, 0.02, 0.2))
 def test_a_correction_may_begin_with_the_events_of_a_motion_nearby(case, moved):
-    """Point, tangent and margins are those of a correction that looks for all events: also from far away, and from the point itself."""
+    """Point, tangent and margins are those of a correction that looks for all events: from far away, and from the point itself."""
     p = middle(case)
     only = np.append(np.zeros(case.size), 1.0)
     assert case.correct(case.start(p), only, True) == corrector.CONVERGED

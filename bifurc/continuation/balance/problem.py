@@ -29,7 +29,7 @@ from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
-from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from ..problem import NO_MONITORS, ROUNDED, Corrected, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
 
@@ -308,6 +308,10 @@ class BalanceProblem(Problem):
     def _rest_sign(self, p) -> float:
         """Return the sign of the determinant of what is not among the unknowns."""
         return 1.0
+
+    def test_uncertainty(self, found: Corrected) -> float:
+        """See `Problem.test_uncertainty`: margins are parts of the size of a guard."""
+        return ROUNDED
 
     def order_at(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x`` (n + 1,), as they come."""

@@ -30,7 +30,7 @@ from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import Corrected, EndPoint, Monitor, Problem
+from ..problem import ROUNDED, Corrected, EndPoint, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
 from ..watching import bare
@@ -216,7 +216,7 @@ class OrbitProblem(Problem):
             sign *= -1.0 if apart < -ROUNDING * size else 1.0
             log -= math.log(max(size, 1e-300) / (1.0 + size))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
-                         told[sequence.CONTRACTION], sign, log, values)
+                         told[sequence.CONTRACTION], sign, log, values, told[sequence.LEFT])
 
     def follow(self, before, row, signs, sizes, ds, most, limits, origin):
         """See `Problem.follow`; one compiled call."""
@@ -308,6 +308,10 @@ class OrbitProblem(Problem):
                 factor = 1.0 - mu[i] * mu[j]
                 product *= factor / (1.0 + abs(factor))
         return float(np.real(product))
+
+    def test_uncertainty(self, found: Corrected) -> float:
+        """See `Problem.test_uncertainty`: tests are parts of the natural sizes of states, of which the scale is a multiple."""
+        return ROUNDED + float(self.scale[1] / self.weights[0]) * found.left
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""
