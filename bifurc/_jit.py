@@ -85,6 +85,11 @@ def separate(function):
     return _with_twin(function, Separate)
 
 
+def separate_leaf(function):
+    """Compile a function that is both a `leaf` and `separate`."""
+    return _with_twin(function, Separate, _nrt=False)
+
+
 def apart(returns, python=False, counted=True):
     """Compile a function by itself, when it is called for the first time; see `bifurc._apart`.
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._jit import leaf, njit
+from ..._jit import njit, separate_leaf
 from ...solve.dense import inner
 from ..tables import ALGEBRAIC, FORGETS, MEMORY, PAIRS, ROWS, SILENT, WIDTH, moved, structure
 from ..waves import both_ways, jet, powers, size, spectrum_row, turned
@@ -50,7 +50,7 @@ class Scratch(NamedTuple):
     dz: np.ndarray  # (Z, Q mi + 1) derivative of the memory
 
 
-@leaf
+@separate_leaf
 def divisors(count, samples, out):
     """Write d_l, l = 0 .. count - 1, into ``out`` (count, 2) as real and imaginary part; samples = 0: exact."""
     out[0] = 0.0
@@ -62,7 +62,7 @@ def divisors(count, samples, out):
             out[l, 0], out[l, 1] = 0.0, -0.5 / (np.pi * l)
 
 
-@leaf
+@separate_leaf
 def add(out, factor, spectrum):
     """Add a multiple of a spectrum (count, 2)."""
     for l in range(len(out)):
@@ -70,7 +70,7 @@ def add(out, factor, spectrum):
         out[l, 1] += factor * spectrum[l, 1]
 
 
-@leaf
+@separate_leaf
 def nonzero(spectrum):
     """Return whether a spectrum (count, 2) has an entry that is not zero."""
     for l in range(len(spectrum)):
@@ -79,7 +79,7 @@ def nonzero(spectrum):
     return False
 
 
-@leaf
+@separate_leaf
 def indicator(a, b, Ea, Eb, D, out):
     """Write the spectrum of the indicator of [a, b] into ``out`` (count, 2), from powers at both ends and divisors."""
     out[0, 0], out[0, 1] = (b - a) / (2.0 * np.pi), 0.0
@@ -88,7 +88,7 @@ def indicator(a, b, Ea, Eb, D, out):
         out[l, 0], out[l, 1] = D[l, 0] * c - D[l, 1] * s, D[l, 0] * s + D[l, 1] * c
 
 
-@leaf
+@separate_leaf
 def coefficients(T, waves, place, out):
     """Write the coefficients (slots,) of a signal with spectrum ``T`` into ``out``."""
     for i in range(place.size):
@@ -99,7 +99,7 @@ def coefficients(T, waves, place, out):
             out[i] = 2.0 * T[waves[a], 1 - a % 2]
 
 
-@leaf
+@separate_leaf
 def local_slopes(contact, slopes, row, drow, z, scratch, out):
     """Write the derivative of an expression at one phase by the coefficients of the contact's rows, and by the parameter.
 
@@ -140,7 +140,7 @@ def local_slopes(contact, slopes, row, drow, z, scratch, out):
                 out[j] += w * dz[i, j]
 
 
-@leaf
+@separate_leaf
 def written(contact, slopes, m, g, theta, z, moves, scratch):
     """Change ``dz`` to the derivatives of the memory that mode ``m`` wrote when its guard ``g`` (-1: none) was reached."""
     waves, _, A, X, _, _, _ = contact
@@ -168,7 +168,7 @@ def written(contact, slopes, m, g, theta, z, moves, scratch):
             dz[i, j] = new[j]
 
 
-@leaf
+@separate_leaf
 def delay(contact, slopes, m, g, z, scratch, out, a):
     """Write the derivative of the phase of an event by the coefficients of the rows and by the parameter; ``a`` is overwritten."""
     r = contact.A[contact.A.shape[0] - 1, 0, PAIRS] + g
@@ -180,7 +180,7 @@ def delay(contact, slopes, m, g, z, scratch, out, a):
         out[j] = -out[j] / speed if speed != 0.0 else 0.0
 
 
-@leaf
+@separate_leaf
 def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
     """Add what a contact gives along its segments.
 
@@ -299,7 +299,7 @@ def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
                     J[row, j, 0, mi] += turn * e[j]
 
 
-@leaf
+@separate_leaf
 def modulated(T, waves, place, slot, out):
     """Write the coefficients (slots,) of a signal with spectrum ``T`` times the wave of an internal slot."""
     k, sine = waves[slot], slot % 2 == 0
@@ -317,7 +317,7 @@ def modulated(T, waves, place, slot, out):
             out[i] = T[j + k, 1] + odd if sine else T[abs(d), 0] + T[j + k, 0]
 
 
-@leaf
+@separate_leaf
 def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch):
     """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase."""
     waves, _, A, X, _, _, _ = contact
@@ -347,7 +347,7 @@ def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch)
             J[row, i, 0, mi] += w * shift[Q * mi]
 
 
-@leaf
+@separate_leaf
 def joined(waves, place, rate, signals, wanted, sums, line, ways):
     """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``line`` (mi,) and ``ways``
     (2, 2 L - 1) are overwritten."""
