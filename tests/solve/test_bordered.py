@@ -26,11 +26,14 @@ def test_singular_and_not_finite_have_no_sign():
 def test_a_vector_across_all_rows(n):
     """It is the null vector of a matrix of full rank, and one of several where ranks are lost."""
     rng = np.random.default_rng(n)
-    wide = rng.normal(size=(n, n + 1))
-    found = across(wide)
-    assert abs(found @ np.linalg.svd(wide)[2][-1]) == pytest.approx(1.0, abs=1e-12)
+    for _ in range(4):
+        wide = rng.normal(size=(n, n + 1))
+        found, sign = across(wide)
+        assert abs(found @ np.linalg.svd(wide)[2][-1]) == pytest.approx(1.0, abs=1e-12)
+        assert sign == np.linalg.slogdet(np.vstack([wide, found]))[0]
+    assert across(np.eye(n, n + 1))[1] == 1.0 and across(np.zeros((n, n + 1)))[1] == 0.0
     wide[-1] = wide[0]
-    found = across(wide)
+    found, _ = across(wide)
     assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-14) and wide @ found == pytest.approx(0.0, abs=1e-13)
 
 

@@ -24,7 +24,7 @@ from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
 from ...orbits.shooting.path import DEGREES, PAD, sampled_over
-from ...solve.bordered import across, factor
+from ...solve.bordered import across
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
 from ..families import PathFamily
@@ -302,8 +302,8 @@ class BalanceProblem(Problem):
         wide = self._linearised(x)[1] * self.scale
         if not np.isfinite(wide).all():
             return np.zeros(self.size + 1), 0.0
-        right = across(wide)
-        return right, factor(np.vstack([wide, right]))[2] * self._rest_sign(x[-1])
+        right, sign = across(wide)
+        return right, sign * self._rest_sign(x[-1])
 
     def _rest_sign(self, p) -> float:
         """Return the sign of the determinant of what is not among the unknowns."""
