@@ -48,6 +48,16 @@ def jet(waves, a, p):
 
 
 @separate_leaf
+def height(waves, a, p):
+    """Return the value of the polynomial ``a`` (mi,); ``p`` from `powers`."""
+    total = a[0]
+    for j in range(1, a.size, 2):
+        k = waves[j]
+        total += a[j] * p[k, 0] + a[j + 1] * p[k, 1]
+    return total
+
+
+@separate_leaf
 def value(waves, a, theta):
     """Return value and first derivative by phase of the polynomial ``a`` (mi,) at one phase."""
     g0, g1 = a[0], 0.0
