@@ -60,6 +60,14 @@ class Found(NamedTuple):
     events: np.ndarray  # (KINDS, FIELDS) margins of events at the point
 
 
+class Place(NamedTuple):
+    """Where a correction begins, and the plane that it stays in; each (size + 1,)."""
+
+    start: np.ndarray
+    plane: np.ndarray  # a point of the plane
+    tangent: np.ndarray  # unit, in scaled unknowns: orthogonal to the plane
+
+
 class Run(NamedTuple):
     """What a run of steps reads and writes, see `solve.steprun`."""
 
@@ -71,8 +79,8 @@ class Run(NamedTuple):
 
 
 @apart(WHOLE, python=True)
-def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale, found, near):
-    """Correct ``start`` (size + 1,), in a plane through ``plane`` (size + 1,), onto the branch; write what is ``found``.
+def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
+    """Correct a point onto the branch; write what is ``found``.
 
     Parameters
     ----------
@@ -80,8 +88,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         Structure, see `tables`, and rows.
     along : Series
         Numbers of the system along the parameter.
-    tangent : (size + 1,)
-        Unit, in scaled unknowns.
+    place : Place
     fixed : bool
         Keep the parameter.
     scale : (size + 1,)
@@ -91,7 +98,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
     found : Found
         Overwritten.
     near : bool
-        The contacts were last followed along a motion near ``start``.
+        The contacts were last followed along a motion near the start.
 
     Returns
     -------
@@ -99,6 +106,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         CONVERGED, or what went wrong; CONVERGED with ``info[DET_SIGN]`` zero: the tangent is not unique, the given one stays.
     """
     x, new, info, events = found
+    start, plane, tangent = place
     size = start.size - 1
     flat, dflat = np.empty_like(along.base), np.empty_like(along.base)
     matrix, right = np.empty((size + 1, size + 1)), np.empty(size + 1)
@@ -230,7 +238,7 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         foretold(past, last, old, scale, lengths, run[LENGTH], predicted, guess)
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
-        status = correct(S, R, along, grid, listed, room, guess, predicted, old, False, scale, found, made > 0)
+        status = correct(S, R, along, grid, listed, room, Place(guess, predicted, old), False, scale, found, made > 0)
         if status != CONVERGED or info[DET_SIGN] == 0.0:
             return status
         values[0] = new[n]
@@ -243,8 +251,8 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         if length < 0.0:  # as `continuation.steps.hidden.jumped`
             between(last, old, x, new, scale, -length, guess, spare.new)
             direction = spare.new.copy()
-            if correct(S, R, along, grid, listed, room, guess, guess, direction, False, scale, spare, True) != CONVERGED or aside(
-                    guess, spare.x, scale, -length, run[CORNER]):
+            middle = correct(S, R, along, grid, listed, room, Place(guess, guess, direction), False, scale, spare, True)
+            if middle != CONVERGED or aside(guess, spare.x, scale, -length, run[CORNER]):
                 return status
         taken(x, new, values, (abs(length), angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
         remembered(past, lengths, last, old, run[BACK])
@@ -273,15 +281,13 @@ def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, 
     first, last, guess = bracket
     curve = np.zeros((5, scale.size))  # with how far the last point was from it
     curve[:4] = hermite
-    near = False
     for t in enclosing(box, 0.0, first, 1.0, last, guess):
-        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box, near):
+        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
             return False
-        near = True
     if box[DONE] == 0.0:
         return False
     for t in polishing(box):
-        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box, True):
+        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
             if box[TRIED] == 0.0:
                 return False
             box[VALUE] = np.nan
@@ -289,11 +295,14 @@ def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, 
 
 
 @njit
-def tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box, near):
+def tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
     """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return whether that is known."""
     plane, start, tangent = np.empty((3, scale.size))
     beside(curve[:4], t, curve[4], scale, plane, start, tangent)
-    status = correct(S, R, along, grid, listed, room, start, plane, tangent, False, scale, found, near)
+    near = False
+    for j in range(scale.size):
+        near = near or curve[4, j] != 0.0  # a point of the curve was found
+    status = correct(S, R, along, grid, listed, room, Place(start, plane, tangent), False, scale, found, near)
     if status != CONVERGED:
         return False
     for j in range(scale.size):

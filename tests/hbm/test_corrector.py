@@ -9,7 +9,7 @@ from bifurc.hbm import corrector
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.contacts.common import FOLLOWED, NOT_SETTLED
 from bifurc.hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
-from bifurc.hbm.corrector import Found, bordered, correct, scaled
+from bifurc.hbm.corrector import Found, Place, bordered, correct, scaled
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.residual import linearised, order_of
 from bifurc.hbm.tables import Series
@@ -47,8 +47,8 @@ class Case:
     def correct(self, start, tangent, fixed, listed=None, near=False):
         parts = self.balance.parts
         listed = np.full(len(parts.contacts), -1) if listed is None else listed
-        return correct(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room, start, start,
-                       tangent, fixed, self.scale, self.found, near)
+        return correct(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room,
+                       Place(start, start, tangent), fixed, self.scale, self.found, near)
 
     def wide(self, x, h=1e-6):
         """Derivatives by scaled unknowns: those of the balance, and differences by the parameter."""

@@ -135,7 +135,7 @@ class BalanceProblem(Problem):
             return self._in_order(super().correct(x, tangent, fixed))
         found = self._found()
         x = np.ascontiguousarray(x, float)
-        status = corrector.correct(*self._called(), x, x, tangent, fixed, self.scale, found, False)
+        status = corrector.correct(*self._called(), corrector.Place(x, x, tangent), fixed, self.scale, found, False)
         return self._corrected(tangent, status, found)
 
     def _found(self) -> corrector.Found:

@@ -350,13 +350,14 @@ def frequency(K, D):
 
 
 @separate
-def vary(A, m, x, X, row, h, K, D, iterations, q, v, a, new, terms):
+def vary(A, m, x, X, row, h, K, D, iterations, room):
     """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step.
 
-    ``x`` (ns,) is room, and so are ``q``, ``v``, ``a``, ``new`` and ``terms`` (n, NODES).
+    ``x`` (ns,) is room, and so are the five arrays (n, NODES) of ``room``.
 
     The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
     """
+    q, v, a, new, terms = room
     n = DOFS
     still = True
     for i in range(X.shape[1]):
@@ -526,7 +527,7 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         for k in range(count):
             if end == 1:
-                vary(A, m, room, X, k, h, K, D, iterations, q, v, a, base, free)
+                vary(A, m, room, X, k, h, K, D, iterations, (q, v, a, base, free))
             if edges:
                 for c in range(ns):
                     room[c] = X[k, c]
