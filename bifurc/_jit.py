@@ -9,7 +9,7 @@ import types  # noqa: E402
 import numba  # noqa: E402
 
 from ._apart import refuse_python, set_apart  # noqa: E402
-from ._pipeline import Linked, Pipeline, for_this_numba  # noqa: E402
+from ._pipeline import Linked, Pipeline, Separate, for_this_numba  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR, WHOLES = numba.types.UniTuple(NUMBER, 2), numba.types.UniTuple(WHOLE, 2)  # what functions `apart` return
@@ -77,6 +77,19 @@ def leaf(function):
     return _with_twin(function, _nrt=False)
 
 
+def separate(function):
+    """Compile a function like `njit`, for callers that never pass it two arrays of which it writes one and reads it as the other.
+
+    Loops over a few numbers, as the nodes of a step, become vector instructions only so.
+    """
+    return _with_twin(function, Separate)
+
+
+def separate_leaf(function):
+    """Compile a function that is both a `leaf` and `separate`."""
+    return _with_twin(function, Separate, _nrt=False)
+
+
 def apart(returns, python=False, counted=True):
     """Compile a function by itself, when it is called for the first time; see `bifurc._apart`.
 
@@ -108,11 +121,11 @@ def _set_apart(function, returns, python, **options):
     return made
 
 
-def _with_twin(function, **options):
-    """Compile a function for Python, and a twin for compiled callers with further options."""
+def _with_twin(function, pipeline=Linked, **options):
+    """Compile a function for Python, and a twin for compiled callers by a pipeline with further options."""
     twin = types.FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__,
                               function.__closure__)
     twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__ + "_called"
-    outer, inner = both(function), _compiled(twin, Linked, no_cpython_wrapper=True, **options)
+    outer, inner = both(function), _compiled(twin, pipeline, no_cpython_wrapper=True, **options)
     outer.get_call_template, outer.get_overload = inner.get_call_template, inner.get_overload  # what compiled callers ask
     return outer

@@ -16,7 +16,7 @@ from numba.core.runtime import _nrt_python, rtsys
 from numba.np import arrayobj
 
 from bifurc import _pipeline
-from bifurc._jit import both, njit
+from bifurc._jit import both, njit, separate
 
 KERNELS = '''
 import numpy as np
@@ -93,6 +93,35 @@ def test_a_function_that_is_only_linked_has_no_machine_code(tmp_path, monkeypatc
     assert isinstance(made.library, _pipeline._Library)
     assert not list(made.library.get_defined_functions())
     assert any(not f.is_declaration for f in made.library._get_module_for_linking().functions)
+
+
+@pytest.mark.skipif(numba.version_info.short not in _pipeline.TRIED, reason="this numba compiles as it always does")
+def test_arrays_of_separate_functions_are_told_apart(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    @separate
+    def apart(a, b, out):
+        for j in range(8):
+            out[j] = (a[0] * b[j] + a[1] * b[j] ** 2) + (a[2] * b[j] ** 3 + a[3] * b[j] ** 4)
+
+    @njit
+    def alike(a, b, out):
+        for j in range(8):
+            out[j] = (a[0] * b[j] + a[1] * b[j] ** 2) + (a[2] * b[j] ** 3 + a[3] * b[j] ** 4)
+
+    @both
+    def caller(a, b):
+        one, two = np.empty(8), np.empty(8)
+        apart(a, b, one)
+        alike(a, b, two)
+        return one, two
+
+    a, b = np.array([0.3, -0.2, 0.7, 1.1]), np.linspace(-1.0, 2.0, 8)
+    for found in caller(a, b):
+        np.testing.assert_allclose(found, np.polynomial.polynomial.polyval(b, [0.0, *a]), rtol=1e-14, atol=1e-14)
+    said = [str(next(f for f in made.library._get_module_for_linking().functions if "_called" in f.name and not f.is_declaration))
+            for function in (apart, alike) for made in function.get_overload.__self__.overloads.values()]
+    assert len(said) == 2 and said[0].count("noalias") > said[1].count("noalias")
 
 
 @pytest.mark.parametrize("args, plain", [

@@ -71,7 +71,7 @@ def test_every_module_with_kernels_is_in_the_list_of_the_cache():
         tree = ast.parse(path.read_text())
         decorated = {ast.unparse(item.func if isinstance(item, ast.Call) else item) for node in ast.walk(tree)
                      if isinstance(node, ast.FunctionDef) for item in node.decorator_list}
-        if decorated & {"njit", "both", "inlined", "leaf"} and name != "bifurc._jit":
+        if decorated & {"njit", "both", "inlined", "leaf", "separate", "separate_leaf"} and name != "bifurc._jit":
             assert _cache._path(name) is not None, f"{name} has kernels; add its folder to bifurc._cache.KERNELS"
 
 

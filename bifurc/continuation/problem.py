@@ -19,6 +19,7 @@ from ..solve.bordered import factor, solve_factored
 from .kinds import CorrectorStatus, SpecialPointKind
 
 EPS = float(np.finfo(float).eps)
+ROUNDED = 8.0 * EPS  # what is left of a sum of a few terms of size one
 MAX_ITERATIONS = 10
 SMALL = 1e-10  # a correction this small is followed by one of the order of its square
 
@@ -75,13 +76,15 @@ class Corrected:
         Sign and logarithm of det [J; tangent] in scaled unknowns: the sign changes at branch points.
     monitors : ndarray (k,)
         Values of the problem's monitors.
+    left : float
+        Size of the largest scaled unknown of the correction that would come next; 0 where that is not known.
     """
 
     __slots__ = ("x", "tangent", "converged", "status", "iterations", "residual", "distance", "contraction", "det_sign",
-                 "det_log", "monitors")
+                 "det_log", "monitors", "left")
 
     def __init__(self, x, tangent, converged, status, iterations, residual, distance, contraction, det_sign, det_log,
-                 monitors):
+                 monitors, left=0.0):
         self.x = x
         self.tangent = tangent
         self.converged = converged
@@ -93,6 +96,7 @@ class Corrected:
         self.det_sign = det_sign
         self.det_log = det_log
         self.monitors = monitors
+        self.left = left
 
     @property
     def u(self) -> np.ndarray:
@@ -299,6 +303,13 @@ class Problem:
     def uncertainty(self, x, tangent) -> float:
         """Return how uncertain the parameter of a special point at ``x`` (n + 1,) is beside the rounding of its location, own
         units."""
+        return 0.0
+
+    def test_uncertainty(self, found: Corrected) -> float:
+        """Return how far off the monitors are at a point as it was ``found``; 0: not known.
+
+        By the rounding of their terms, and by what is left of the equations: points side by side share both.
+        """
         return 0.0
 
     def own_directions(self, directions):

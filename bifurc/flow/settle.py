@@ -145,6 +145,8 @@ def start(scene, x):
 
 def displaced(scene, m, x) -> list[int]:
     """Return the elements that mode ``m`` gives another memory than the state ``x`` (nx,) has: a slider slips at its limit only."""
+    if scene.ns == 2 * scene.n:
+        return []
     places = [place for place, row in scene.algebraic(m)
               if abs(row @ x - x[place]) > NOISE * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
     owned = [(e, scene.memory_of(e)) for e in range(len(scene.system.elements))] if places else []

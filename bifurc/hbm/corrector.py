@@ -2,8 +2,11 @@
 
 The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it, and that behind a
 small one chords follow: the residual with the same events, moved to where they are now, and the same factors (modified Newton;
-Kelley 1995, section 5.4).  They are not counted as iterations, and the last step is always a full one.  And steps in which nothing
-lies, one after the other, by the rules of `solve.steprun`.
+Kelley 1995, section 5.4).  They are not counted as iterations.  The first step may begin with the events of a motion nearby; the
+last is always a full one.  And steps in which nothing lies, one after the other, by the rules of `solve.steprun`.
+
+One file, because a correction, a run of steps and the search of a zero are one problem's answers to `continuation`, with the same
+arguments and arrays.
 """
 from typing import NamedTuple
 
@@ -41,6 +44,8 @@ SMALL = 1e-10  # a correction this small is followed by one of the order of its 
 TAIL = 100.0  # times rounding: a correction this small is the last, and leaves derivatives and tangent as they are
 LEFT = 10.0  # times rounding: what is left to the step behind chords
 NEAR, STEADY, CHORDS = 1e-2, 0.1, 4  # correction behind which events are taken for the same; of it the next at most; their number
+FINE = 16.0  # parts of half a shortest wave: events that move by less have the same ones beside them
+AROUND = 0.25  # rad: by which events may have moved along a branch where a correction begins with them
 UNSEEN = -0.05  # monitors are cut off below: far from zero they are constant, so that no pair of zeros is looked for
 CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, CONTACTS, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
@@ -55,6 +60,14 @@ class Found(NamedTuple):
     events: np.ndarray  # (KINDS, FIELDS) margins of events at the point
 
 
+class Place(NamedTuple):
+    """Where a correction begins, and the plane that it stays in; each (size + 1,)."""
+
+    start: np.ndarray
+    plane: np.ndarray  # a point of the plane
+    tangent: np.ndarray  # unit, in scaled unknowns: orthogonal to the plane
+
+
 class Run(NamedTuple):
     """What a run of steps reads and writes, see `solve.steprun`."""
 
@@ -66,8 +79,8 @@ class Run(NamedTuple):
 
 
 @apart(WHOLE, python=True)
-def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale, found):
-    """Correct ``start`` (size + 1,), in a plane through ``plane`` (size + 1,), onto the branch; write what is ``found``.
+def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
+    """Correct a point onto the branch; write what is ``found``.
 
     Parameters
     ----------
@@ -75,8 +88,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         Structure, see `tables`, and rows.
     along : Series
         Numbers of the system along the parameter.
-    tangent : (size + 1,)
-        Unit, in scaled unknowns.
+    place : Place
     fixed : bool
         Keep the parameter.
     scale : (size + 1,)
@@ -85,6 +97,8 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         Events of each contact in the order that is followed, -1: as they come; see `residual.followed`.
     found : Found
         Overwritten.
+    near : bool
+        The contacts were last followed along a motion near the start.
 
     Returns
     -------
@@ -92,6 +106,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         CONVERGED, or what went wrong; CONVERGED with ``info[DET_SIGN]`` zero: the tangent is not unique, the given one stays.
     """
     x, new, info, events = found
+    start, plane, tangent = place
     size = start.size - 1
     flat, dflat = np.empty_like(along.base), np.empty_like(along.base)
     matrix, right = np.empty((size + 1, size + 1)), np.empty(size + 1)
@@ -104,11 +119,15 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
     rounding = 4.0 * EPS * (1.0 + biggest)
     sign, log, size_log, count = 0.0, 0.0, 0.0, 0
     slopes = size > 0  # a literal would compile everything again
+    next_to, far = np.pi / (FINE * structure(S)[0][-1]), AROUND if near and grid.samples == 0 else 0.0
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
     for count in range(MAX_ITERATIONS + 1):
         numbers_at(along, x[size], flat, dflat)
         room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
-        status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room, not slopes)
+        status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room, far)
+        if status != FOLLOWED and far > 0.0:
+            far = 0.0
+            status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room, far)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return CONTACTS
@@ -125,7 +144,7 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
         info[RESIDUAL] = biggest
         bordered(matrix, tangent, fixed)
         sign, log = lu(matrix, pivot)
-        if small or old <= max(rounding, SMALL) or (
+        if small and far == 0.0 or old <= max(rounding, SMALL) or (
                 count > 1 and contraction < 0.1 and contraction * contraction * old < 0.1 * rounding):
             break
         if sign == 0.0:
@@ -145,14 +164,15 @@ def correct(S, R, along, grid, listed, room, start, plane, tangent, fixed, scale
                 return NOT_CONVERGED
         old = length
         moved_by(x, scale, right, fixed)
-        if length <= TAIL * rounding:  # the next would be below rounding, and the derivatives are as good
+        if length <= TAIL * rounding and far == 0.0:  # the next would be below rounding, and the derivatives are as good
             break
+        far = 0.0
         if grid.samples > 0 or not LEFT * rounding < length * length < NEAR * NEAR:
             continue
         for _ in range(CHORDS):  # with the same factors and events: for a few per cent of a step of Newton's method
             numbers_at(along, x[size], flat, dflat)
             room.spectra[:], room.F[:] = 0.0, 0.0
-            if linearised(S, R, flat, dflat, x[:size], grid, not slopes, listed, room, slopes) != FOLLOWED:
+            if linearised(S, R, flat, dflat, x[:size], grid, not slopes, listed, room, next_to) != FOLLOWED:
                 break
             for i in range(size):
                 right[i] = room.f[i]
@@ -218,7 +238,7 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         foretold(past, last, old, scale, lengths, run[LENGTH], predicted, guess)
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
-        status = correct(S, R, along, grid, listed, room, guess, predicted, old, False, scale, found)
+        status = correct(S, R, along, grid, listed, room, Place(guess, predicted, old), False, scale, found, made > 0)
         if status != CONVERGED or info[DET_SIGN] == 0.0:
             return status
         values[0] = new[n]
@@ -231,8 +251,8 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         if length < 0.0:  # as `continuation.steps.hidden.jumped`
             between(last, old, x, new, scale, -length, guess, spare.new)
             direction = spare.new.copy()
-            if correct(S, R, along, grid, listed, room, guess, guess, direction, False, scale, spare) != CONVERGED or aside(
-                    guess, spare.x, scale, -length, run[CORNER]):
+            middle = correct(S, R, along, grid, listed, room, Place(guess, guess, direction), False, scale, spare, True)
+            if middle != CONVERGED or aside(guess, spare.x, scale, -length, run[CORNER]):
                 return status
         taken(x, new, values, (abs(length), angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
         remembered(past, lengths, last, old, run[BACK])
@@ -279,7 +299,10 @@ def tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
     """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return whether that is known."""
     plane, start, tangent = np.empty((3, scale.size))
     beside(curve[:4], t, curve[4], scale, plane, start, tangent)
-    status = correct(S, R, along, grid, listed, room, start, plane, tangent, False, scale, found)
+    near = False
+    for j in range(scale.size):
+        near = near or curve[4, j] != 0.0  # a point of the curve was found
+    status = correct(S, R, along, grid, listed, room, Place(start, plane, tangent), False, scale, found, near)
     if status != CONVERGED:
         return False
     for j in range(scale.size):

@@ -37,7 +37,6 @@ TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a t
 TOGETHER = 1e-6  # relative difference of near misses that are taken at once
 ATTEMPTS = 6  # passes along a contact until it has the events that are asked for
 ALL = 2.0  # above the height of any event
-FINE = 16  # parts of half a shortest wave: events that move by less are followed without being looked for again
 
 
 @leaf
@@ -193,13 +192,12 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
 
 
 @njit
-def followed_again(S, flat, c, v, room: Room):
+def followed_again(S, flat, c, v, room: Room, far):
     """Follow all contacts along rows that are next to those along which they were followed last; return whether that is possible:
-    it is with the same events, see `event_driven.followed_on`."""
+    it is with the same events, each moved by less than ``far``, see `event_driven.followed_on`."""
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     scratch, p = np.empty((3, max(waves.size, room.zs.shape[2]))), np.empty((waves[-1] + 1, 2))
-    far = np.pi / (FINE * waves[-1])
     for k in range(len(contacts)):
         Z = contacts[k, contacts.shape[1] - 1, 0, MEMORY]
         if not followed_on(Contact(waves, excited, contacts[k], X[k], loose[k], c, v),
@@ -316,7 +314,7 @@ def order_of(room: Room) -> np.ndarray:
 
 
 @both
-def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, again):
+def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far):
     """Write residual and derivatives of the balance at the packed motion ``x`` into ``room``.
 
     Spectra, forces and derivatives of laws must be there (or zeros); those of the contacts are added.
@@ -331,8 +329,9 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, aga
         False: no derivatives.
     listed : int (nc,)
         Events of each contact, see `followed`.
-    again : bool
-        The contacts have the events of the last call, for a motion next to this one: they are not looked for again.
+    far : float
+        Where it is not zero, the contacts have the events of the last call, for a motion next to this one, each at a phase (rad) no
+        farther away: they are not looked for again.
 
     Returns
     -------
@@ -344,8 +343,8 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, aga
     dX, dloose = expressions(S, dflat)
     c, v, cp, vp = room.rows[0], room.rows[1], room.rows[2], room.rows[3]
     motion(S, R, flat, dflat, x, c, v, cp, vp)
-    if again:
-        status = FOLLOWED if followed_again(S, flat, c, v, room) else NOT_SETTLED
+    if far > 0.0:
+        status = FOLLOWED if followed_again(S, flat, c, v, room, far) else NOT_SETTLED
     else:
         status = followed(S, flat, grid, c, v, listed, room)
     if status != FOLLOWED:

@@ -1,10 +1,10 @@
 """Trigonometric polynomials in compiled kernels: internal slots are mean, then cosine and sine of each listed harmonic."""
 import numpy as np
 
-from .._jit import leaf
+from .._jit import separate_leaf
 
 
-@leaf
+@separate_leaf
 def powers(theta, count, out):
     """Write e^{i l theta}, l = 0 .. count - 1, into ``out`` (count, 2) as cosine and sine.
 
@@ -23,7 +23,7 @@ def powers(theta, count, out):
         known *= 2
 
 
-@leaf
+@separate_leaf
 def turned(waves, a, out):
     """Write the coefficients of the derivative by phase of the polynomial ``a`` (mi,) into ``out`` (mi,)."""
     out[0] = 0.0
@@ -32,7 +32,7 @@ def turned(waves, a, out):
         out[j], out[j + 1] = k * a[j + 1], -k * a[j]
 
 
-@leaf
+@separate_leaf
 def jet(waves, a, p):
     """Return value and the first three derivatives by phase of the polynomial ``a`` (mi,); ``p`` from `powers`."""
     g0, g1, g2, g3 = a[0], 0.0, 0.0, 0.0
@@ -47,7 +47,17 @@ def jet(waves, a, p):
     return g0, g1, g2, g3
 
 
-@leaf
+@separate_leaf
+def height(waves, a, p):
+    """Return the value of the polynomial ``a`` (mi,); ``p`` from `powers`."""
+    total = a[0]
+    for j in range(1, a.size, 2):
+        k = waves[j]
+        total += a[j] * p[k, 0] + a[j + 1] * p[k, 1]
+    return total
+
+
+@separate_leaf
 def value(waves, a, theta):
     """Return value and first derivative by phase of the polynomial ``a`` (mi,) at one phase."""
     g0, g1 = a[0], 0.0
@@ -83,7 +93,7 @@ def value(waves, a, theta):
     return g0, g1
 
 
-@leaf
+@separate_leaf
 def turn(waves, a, theta):
     """Return the first two derivatives by phase of the polynomial ``a`` (mi,) at one phase."""
     g1, g2 = 0.0, 0.0
@@ -101,7 +111,7 @@ def turn(waves, a, theta):
     return g1, g2
 
 
-@leaf
+@separate_leaf
 def size(a):
     """Return a bound on the polynomial ``a`` (mi,)."""
     s0, s1, s2, s3 = abs(a[0]), 0.0, 0.0, 0.0
@@ -116,7 +126,7 @@ def size(a):
     return (s0 + s1) + (s2 + s3)
 
 
-@leaf
+@separate_leaf
 def both_ways(T, even, odd):
     """Write a spectrum ``T`` (L, 2) for orders from 1 - L to L - 1: that with cosines, and that with sines (2 L - 1,)."""
     top = len(T) - 1
@@ -125,7 +135,7 @@ def both_ways(T, even, odd):
         odd[top - l], odd[top + l] = -T[l, 1], T[l, 1]
 
 
-@leaf
+@separate_leaf
 def spectrum_row(even, odd, waves, a, out):
     """Write how multiplication by a signal acts on slot ``a``: ``out`` (mi,), Toeplitz and Hankel parts.
 

@@ -7,8 +7,9 @@ exactly at simple branch points (Keller 1977; Allgower & Georg 1990, section 2.2
 import math
 
 import numpy as np
-from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtrs
+from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtri, dtrtrs
 
+FELT = 40  # unknowns from which on that the rank is full is told for less than singular values cost
 LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt
 SURE = 10.0  # of the limit of a ratio, from which on a rough one decides
 ITERATIONS = 20
@@ -62,6 +63,12 @@ def null_vectors(wide, tolerance: float = 1e-10):
         Orthonormal rows with ``left @ wide`` zero; none at a regular point.
     """
     n = wide.shape[0]
+    if n >= FELT:
+        reflections, _, last = reflected(wide)
+        r = np.triu(reflections[:n])
+        inverse, failed = dtrtri(r)
+        if not failed and np.linalg.norm(r) * np.linalg.norm(inverse) * SURE * tolerance < 1.0:  # bounds on both singular values
+            return last[None], np.empty((0, n))
     u, sigma, vt = np.linalg.svd(wide)
     rank = int(np.count_nonzero(sigma > tolerance * sigma[0])) if sigma.size and sigma[0] > 0.0 else 0
     return vt[rank:], u[:, rank:n].T
@@ -93,15 +100,26 @@ def least_solution(wide, right, tolerance: float = 1e-13):
     return np.linalg.lstsq(wide, right, rcond=tolerance)[0]
 
 
-def across(wide) -> np.ndarray:
-    """Return a unit vector (n + 1,) orthogonal to the rows of a wide matrix (n, n + 1), whatever its rank.
+def across(wide) -> tuple[np.ndarray, float]:
+    """Return a unit vector (n + 1,) orthogonal to the rows of a wide matrix (n, n + 1), whatever its rank, and the sign of the
+    determinant of the matrix bordered with it; 0: singular.
 
-    By reflections, for a tenth of what singular values cost.
+    By reflections, for a tenth of what singular values cost.  Each that is not the identity turns the determinant round.
     """
+    reflections, factors, last = reflected(wide)
+    diagonal = reflections.diagonal()
+    if not diagonal.all():
+        return last, 0.0
+    return last, -1.0 if np.count_nonzero(np.append(diagonal < 0.0, factors != 0.0)) % 2 else 1.0
+
+
+def reflected(wide) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the reflections (n + 1, n) that make the transpose of a wide matrix triangular, their factors (n,), and a unit vector
+    (n + 1,) orthogonal to its rows."""
     reflections, factors, _, _ = dgeqrf(wide.T)
     last = np.zeros((wide.shape[1], 1), order="F")
     last[-1] = 1.0
-    return dormqr("L", "N", reflections, factors, last, 64)[0][:, 0]
+    return reflections, factors, dormqr("L", "N", reflections, factors, last, 64)[0][:, 0]
 
 
 def kernel(wide, rank: float):

@@ -9,7 +9,7 @@ from bifurc.hbm import corrector
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.contacts.common import FOLLOWED, NOT_SETTLED
 from bifurc.hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
-from bifurc.hbm.corrector import Found, bordered, correct, scaled
+from bifurc.hbm.corrector import Found, Place, bordered, correct, scaled
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.residual import linearised, order_of
 from bifurc.hbm.tables import Series
@@ -44,11 +44,11 @@ class Case:
     def start(self, p):
         return np.append(self.at(p).linear_response(), p)
 
-    def correct(self, start, tangent, fixed, listed=None):
+    def correct(self, start, tangent, fixed, listed=None, near=False):
         parts = self.balance.parts
         listed = np.full(len(parts.contacts), -1) if listed is None else listed
-        return correct(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room, start, start,
-                       tangent, fixed, self.scale, self.found)
+        return correct(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room,
+                       Place(start, start, tangent), fixed, self.scale, self.found, near)
 
     def wide(self, x, h=1e-6):
         """Derivatives by scaled unknowns: those of the balance, and differences by the parameter."""
@@ -116,6 +116,26 @@ def test_a_step_along_the_branch_stays_in_its_plane(case):
         assert (there[-1] - p) * ds * new[-1] > 0.0 and after @ new > 0.9
         wide = case.wide(there.copy())
         np.testing.assert_allclose(wide @ after, 0.0, atol=1e-6 * np.abs(wide).max())
+
+
+@pytest.mark.parametrize("moved", (1e-13, 1e-3, 0.02, 0.2))
+def test_a_correction_may_begin_with_the_events_of_a_motion_nearby(case, moved):
+    """Point, tangent and margins are those of a correction that looks for all events: from far away, and from the point itself."""
+    p = middle(case)
+    only = np.append(np.zeros(case.size), 1.0)
+    assert case.correct(case.start(p), only, True) == corrector.CONVERGED
+    x, new = case.found.x.copy(), case.found.new.copy()
+    guess, told = x + moved * case.scale * new, []
+    for near in (True, False):
+        assert case.correct(x, new, False) == corrector.CONVERGED  # there the contacts are followed last
+        assert case.correct(guess, new, False, near=near) == corrector.CONVERGED
+        told.append((case.found.x.copy(), case.found.new.copy(), case.found.events.copy()))
+    there = told[0][0]
+    other = root(lambda y: np.append(case.at(y[-1]).residual(y[:-1]), new @ ((y - guess) / case.scale)), guess, tol=1e-13)
+    np.testing.assert_allclose(there, other.x, atol=1e-9)
+    assert np.abs(case.at(there[-1]).residual(there[:-1])).max() < 1e-12
+    for one, two in zip(*told, strict=True):
+        np.testing.assert_allclose(one, two, rtol=1e-9, atol=1e-11)
 
 
 def test_what_goes_wrong_has_its_code(case):
@@ -191,21 +211,22 @@ def test_events_are_carried_along_to_a_motion_beside(name, rng):
     """The residual with the events of a motion nearby is that in which they are looked for from the start."""
     balance = Balance(System(M, C, K, (HarmonicForce(2.0, dof=0), *SCENES[name]()), omega=1.1), LAYOUT)
     parts, still, compared = balance.parts, np.zeros_like(balance.parts.flat), 0
+    reach = np.pi / (16 * LAYOUT.top)
 
-    def at(x, again):
+    def at(x, reach):
         balance.room.spectra[:], balance.room.F[:] = 0.0, 0.0
         listed = np.full(len(parts.contacts), -1)
-        code = linearised(parts.structure, parts.shape.R, parts.flat, still, x, balance.grid, False, listed, balance.room, again)
+        code = linearised(parts.structure, parts.shape.R, parts.flat, still, x, balance.grid, False, listed, balance.room, reach)
         return code, balance.room.f.copy(), balance.room.counts[:, 0].copy()
 
     for _ in range(20):
         x = balance.linear_response() * rng.uniform(0.6, 3.0) + 0.05 * rng.normal(size=balance.size)
         near = x + 1e-4 * rng.normal(size=x.size)
-        code, wanted, events = at(near, False)
-        first, _, before = at(x, False)
+        code, wanted, events = at(near, 0.0)
+        first, _, before = at(x, 0.0)
         if code != FOLLOWED or first != FOLLOWED or not np.array_equal(events, before):
             continue
-        code, found, _ = at(near, True)
+        code, found, _ = at(near, reach)
         kept = name == "set of sliders" or (name != "stop" and events.min() == 1)  # memory that no event of the period writes
         assert code == FOLLOWED or kept
         if code == FOLLOWED:
@@ -214,5 +235,5 @@ def test_events_are_carried_along_to_a_motion_beside(name, rng):
             far = x.copy()
             far[LAYOUT.n:] *= -1.0  # half a period away: its events are elsewhere
             if events.max() > 1:
-                assert at(far, True)[0] == NOT_SETTLED
+                assert at(far, reach)[0] == NOT_SETTLED
     assert compared > 8

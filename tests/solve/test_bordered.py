@@ -26,18 +26,21 @@ def test_singular_and_not_finite_have_no_sign():
 def test_a_vector_across_all_rows(n):
     """It is the null vector of a matrix of full rank, and one of several where ranks are lost."""
     rng = np.random.default_rng(n)
-    wide = rng.normal(size=(n, n + 1))
-    found = across(wide)
-    assert abs(found @ np.linalg.svd(wide)[2][-1]) == pytest.approx(1.0, abs=1e-12)
+    for _ in range(4):
+        wide = rng.normal(size=(n, n + 1))
+        found, sign = across(wide)
+        assert abs(found @ np.linalg.svd(wide)[2][-1]) == pytest.approx(1.0, abs=1e-12)
+        assert sign == np.linalg.slogdet(np.vstack([wide, found]))[0]
+    assert across(np.eye(n, n + 1))[1] == 1.0 and across(np.zeros((n, n + 1)))[1] == 0.0
     wide[-1] = wide[0]
-    found = across(wide)
+    found, _ = across(wide)
     assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-14) and wide @ found == pytest.approx(0.0, abs=1e-13)
 
 
+@pytest.mark.parametrize("n", [5, 60])
 @pytest.mark.parametrize("lost", [0, 1, 2])
-def test_null_vectors(lost):
+def test_null_vectors(lost, n):
     rng = np.random.default_rng(lost)
-    n = 5
     wide = rng.normal(size=(n, n + 1))
     wide[:lost] = 0.0
     right, left = null_vectors(wide)
@@ -45,6 +48,18 @@ def test_null_vectors(lost):
     assert np.abs(wide @ right.T).max() < 1e-14
     assert lost == 0 or np.abs(left @ wide).max() < 1e-14
     assert right @ right.T == pytest.approx(np.eye(1 + lost), abs=1e-14)
+
+
+@pytest.mark.parametrize("n", [8, 40])
+@pytest.mark.parametrize("least", [1e-4, 1e-8, 1.1e-10, 0.9e-10, 1e-13])
+def test_ranks_are_those_of_given_singular_values(n, least):
+    rng = np.random.default_rng(n)
+    u, v = np.linalg.qr(rng.normal(size=(n, n)))[0], np.linalg.qr(rng.normal(size=(n + 1, n + 1)))[0]
+    wide = u @ np.diag([*np.linspace(1.0, 0.1, n - 1), least]) @ v[:n]
+    right, left = null_vectors(wide)
+    assert len(right) == 1 + len(left) == (1 if least > 1e-10 else 2)
+    assert abs(right @ v[n]).max() == pytest.approx(1.0, abs=1e-6)
+    assert np.abs(right @ v[:n - 1].T).max() < 1e-12
 
 
 def test_sign_changes_with_the_last_row():

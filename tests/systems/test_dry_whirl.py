@@ -114,6 +114,20 @@ def test_the_rolling_orbit_is_followed_to_its_onset(zeta, stiffness, friction, f
     assert branch.column("surface_speed").min() == pytest.approx(onset, abs=1e-10)
 
 
+@pytest.mark.parametrize(("zeta", "stiffness", "friction", "factor"), [
+    (0.1072195468024335, 76.58466866630077, 0.0448144765942548, 1.2021594304562915), (0.101, 5.9, 0.122, 2.46),
+    (0.021, 0.3, 0.283, 2.72)])
+def test_the_onset_is_known_to_its_stated_error(zeta, stiffness, friction, factor):
+    """Beside the onset the force grows so little that what Newton leaves of the equations, the same in all points nearby, tells."""
+    rate, radius = threshold(zeta, stiffness, friction)
+    onset = rate * radius
+    O, A = rolling(stiffness, factor * onset)
+    orbit = bf.find_orbit(rotor(zeta=zeta, stiffness=stiffness, friction=friction, surface_speed=factor * onset),
+                          guess=(A, 0.0, 0.0, -O * A), period=2.0 * np.pi / O)
+    point = bf.trace(orbit, "surface_speed", bounds=(0.5 * onset, 1.2 * factor * onset)).special_points[0]
+    assert abs(point.parameter - onset) <= point.error < 1e-9
+
+
 @pytest.mark.parametrize("rows", [0.0, 1.0, 2.0])
 def test_what_a_curve_holds_is_put_on_it_with_its_derivative(rows):
     rng, h = np.random.default_rng(int(rows)), 1e-5

@@ -24,12 +24,12 @@ from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
 from ...orbits.balance.method import HarmonicBalance
 from ...orbits.multipliers import attracting
 from ...orbits.shooting.path import DEGREES, PAD, sampled_over
-from ...solve.bordered import across, factor
+from ...solve.bordered import across
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
 from ..families import PathFamily
 from ..kinds import CorrectorStatus, SpecialPointKind
-from ..problem import NO_MONITORS, Corrected, Monitor, Problem
+from ..problem import NO_MONITORS, ROUNDED, Corrected, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
 
@@ -135,7 +135,7 @@ class BalanceProblem(Problem):
             return self._in_order(super().correct(x, tangent, fixed))
         found = self._found()
         x = np.ascontiguousarray(x, float)
-        status = corrector.correct(*self._called(), x, x, tangent, fixed, self.scale, found)
+        status = corrector.correct(*self._called(), corrector.Place(x, x, tangent), fixed, self.scale, found, False)
         return self._corrected(tangent, status, found)
 
     def _found(self) -> corrector.Found:
@@ -302,12 +302,16 @@ class BalanceProblem(Problem):
         wide = self._linearised(x)[1] * self.scale
         if not np.isfinite(wide).all():
             return np.zeros(self.size + 1), 0.0
-        right = across(wide)
-        return right, factor(np.vstack([wide, right]))[2] * self._rest_sign(x[-1])
+        right, sign = across(wide)
+        return right, sign * self._rest_sign(x[-1])
 
     def _rest_sign(self, p) -> float:
         """Return the sign of the determinant of what is not among the unknowns."""
         return 1.0
+
+    def test_uncertainty(self, found: Corrected) -> float:
+        """See `Problem.test_uncertainty`: margins are parts of the size of a guard."""
+        return ROUNDED
 
     def order_at(self, x) -> np.ndarray:
         """Return the number of events of each contact at ``x`` (n + 1,), as they come."""

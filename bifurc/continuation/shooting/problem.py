@@ -23,14 +23,14 @@ from ...orbits.shooting.equations import Equations
 from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
-from ...orbits.shooting.signature import Signature, divided, repeated, sections
+from ...orbits.shooting.signature import Signature, divided, repeated, sections, since
 from ...solve.bordered import kernel
 from ...solve.steprun import SIZE, run_of
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
 from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
-from ..problem import Corrected, EndPoint, Monitor, Problem
+from ..problem import ROUNDED, Corrected, EndPoint, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
 from ..watching import bare
@@ -216,7 +216,7 @@ class OrbitProblem(Problem):
             sign *= -1.0 if apart < -ROUNDING * size else 1.0
             log -= math.log(max(size, 1e-300) / (1.0 + size))
         return Corrected(U, new, True, CorrectorStatus.CONVERGED, iterations, residual, math.sqrt(float(np.dot(moved, moved))),
-                         told[sequence.CONTRACTION], sign, log, values)
+                         told[sequence.CONTRACTION], sign, log, values, told[sequence.LEFT])
 
     def follow(self, before, row, signs, sizes, ds, most, limits, origin):
         """See `Problem.follow`; one compiled call."""
@@ -292,7 +292,7 @@ class OrbitProblem(Problem):
         """Return the shortest time between two events at ``x`` (n + 1,), forcing periods: at zero there is no monodromy."""
         whole, U = self._whole(x)
         times = U.reshape(len(whole.nodes), -1)[:, 0]
-        return float(np.diff(times, prepend=times[-1] - whole.span).min())
+        return float(since(times, whole.span).min())
 
     def _torus(self, x) -> float:
         """Product of (1 - mu_i mu_j) over pairs i < j: changes sign where a complex pair crosses the unit circle.
@@ -308,6 +308,10 @@ class OrbitProblem(Problem):
                 factor = 1.0 - mu[i] * mu[j]
                 product *= factor / (1.0 + abs(factor))
         return float(np.real(product))
+
+    def test_uncertainty(self, found: Corrected) -> float:
+        """See `Problem.test_uncertainty`: tests are parts of the natural sizes of states, of which the scale is a multiple."""
+        return ROUNDED + float(self.scale[1] / self.weights[0]) * found.left
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""

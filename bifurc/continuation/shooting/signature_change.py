@@ -9,6 +9,7 @@ One file, because what is constructed, asked of the rule, verified and named at 
 import collections
 import functools
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from ...elements.friction.dry import STICK
 from ...orbits.repetition import middles
 from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
+from ...orbits.shooting.signature import since
 from ..kinds import SpecialPointKind, StopReason
 from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
@@ -281,8 +283,8 @@ def exchanged(problem, x, other, trains=False):
     """
     masks = as_long(problem, other) if trains else [listed(problem), listed(other)]
     halves = [end.sequence.closure < 0 for end in (problem, other)]
-    kinds = [changes_places(*by_instant(problem, x, masks[0], own), by_instant(other, other.x0, masks[1], own)[0], halves)
-             for own in (True, False)]  # events of one element look alike unless where they come from distinguishes them
+    kinds = (changes_places(*by_instant(problem, x, masks[0], own), by_instant(other, other.x0, masks[1], own)[0], halves)
+             for own in (True, False))  # events of one element look alike unless where they come from distinguishes them
     return next((kind for kind in kinds if kind is not None), None)
 
 
@@ -316,8 +318,9 @@ def intervals(problem, x):
     """Return the times since the event before (nodes,) at ``x`` (n + 1,), forcing periods (without a clock: of the orbit); inf of
     those that are always none."""
     s, U = problem.sequence.written_out(x[:-1])  # without a clock the period stands in the place of the first time
-    times = np.ravel(U)[::1 + problem.scene.ns]
-    return np.where(s.nodes[:, DIVIDE] == TOGETHER, np.inf, np.diff(times, prepend=times[-1] - s.span))
+    spans = since(np.ravel(U)[::1 + problem.scene.ns], s.span)
+    spans[s.nodes[:, DIVIDE] == TOGETHER] = np.inf
+    return spans
 
 
 def listed(problem):
@@ -361,10 +364,10 @@ def by_instant(problem, x, mask, own=False):
     """Return the `named_events` of a ``mask`` (nodes,), those that always fall on one instant in one order, and the `intervals`
     before them at ``x`` (n + 1,)."""
     events, spans = named_events(problem, mask, own), intervals(problem, x)[mask]
-    apart = np.flatnonzero(problem.sequence.nodes[mask][:, DIVIDE] != TOGETHER)
-    order = np.roll(np.arange(len(events)), -apart[0] if apart.size else 0)  # an instant may be that of the last and the first
-    groups = np.split(order, (apart - apart[0])[1:]) if apart.size else [order]
-    return [event for group in groups for event in sorted(events[i] for i in group)], spans[order]
+    apart = np.flatnonzero(problem.sequence.nodes[mask][:, DIVIDE] != TOGETHER).tolist() or [0]
+    order = [*range(apart[0], len(events)), *range(apart[0])]  # an instant may be that of the last and the first
+    cuts = [*(k - apart[0] for k in apart), len(order)]
+    return [event for a, b in pairwise(cuts) for event in sorted(events[i] for i in order[a:b])], spans[order]
 
 
 def kind_of(problem, name, x):

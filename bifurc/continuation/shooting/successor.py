@@ -332,20 +332,25 @@ def over_whole(half):
     return rows, 2.0 * span, 1
 
 
+def rolled(rows: list, begin: int) -> list:
+    """Return a cycle of rows from one of them on."""
+    return rows[begin:] + rows[:begin]
+
+
 def _cycle(scene, signature):
     nodes = signature.nodes
     if signature.closure < 0:
         nodes = repeated(scene, signature, np.zeros(len(nodes) * (1 + scene.ns)))[0].nodes
     begin = next((k for k, node in enumerate(nodes) if node[DIVIDE] != TOGETHER), 0)
     rows: list[tuple] = []
-    for before, guard, after, order, closes in np.roll(nodes[:, :ENDING], -begin, axis=0).tolist():
+    for before, guard, after, order, closes in rolled(nodes[:, :ENDING].tolist(), begin):
         event = (scene.guard(before, guard).element if guard >= 0 else -1, guard, int(closes == 1))
         if order == TOGETHER and rows:
             first, events, _ = rows.pop()
             rows.append((first, tuple(sorted((*((element,) for element, *_ in events), event[:1]))), after))
         else:
             rows.append((before, (event,), after))
-    return min(rows[k:] + rows[:k] for k in range(len(rows))), signature.span, signature.closure
+    return min(rolled(rows, k) for k in range(len(rows))), signature.span, signature.closure
 
 
 def _read(problem, x, search):

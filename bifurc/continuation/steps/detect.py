@@ -376,14 +376,15 @@ def parameter_error(part, c, root, curve=None):
     """Bound on the error of the parameter at a root on a curve, or on the tangent of a row, own units.
 
     Probes as close as those of the root show a bend of the parameter that is nothing but noise where points are badly determined;
-    along a step it is not larger than that of its cubic.
+    along a step it is not larger than that of its cubic.  And they may all be off by the same.
     """
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
-    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * root.error
+    place = root.error + part.problem.test_uncertainty(c) / abs(root.slope)
+    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * place
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
     own = part.problem.uncertainty(c.x, c.tangent)
-    return along + 0.5 * bend * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+    return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
 
 
 def guessed(part, a, b, j):

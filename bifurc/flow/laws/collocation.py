@@ -16,7 +16,7 @@ import numpy as np
 from numba import carray, cfunc, types
 from numba.extending import intrinsic
 
-from ..._jit import njit
+from ..._jit import separate
 from ...compose.tables import TURN
 from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
 from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, WEIGHTS, C
@@ -49,7 +49,7 @@ SHORTEST = 1e-6  # of the Taylor tables' step: a law with a kink is crossed with
 FLOOR = 1e-5  # of the forces of the springs: where forces cancel to less (a constant motion) the defect is that of their rounding
 
 
-@njit
+@separate
 def rate(A, m, LU, LS, LP, law, acts, x, f, local):
     """Write y' into ``f`` (ns,); ``local`` (4, rows, 1) receives coordinates, speeds, forces and accelerations of the law rows.
 
@@ -92,7 +92,7 @@ def rate(A, m, LU, LS, LP, law, acts, x, f, local):
                     f[n + i] += LP[m, r, i] * local[2, r, 0]
 
 
-@njit
+@separate
 def remembered(A, m, i, n, x):
     """Acceleration of coordinate ``i`` by the memory in the state (or its variation) ``x``."""
     total = 0.0
@@ -101,7 +101,7 @@ def remembered(A, m, i, n, x):
     return total
 
 
-@njit
+@separate
 def prepare(harmonics, omega, h, turn):
     """Fill the turns of the forcing states at the nodes and the end of a step ``h``."""
     for k in range(harmonics.size):
@@ -113,7 +113,7 @@ def prepare(harmonics, omega, h, turn):
         turn[2 + 2 * k, NODES] = np.sin(angle)
 
 
-@njit
+@separate
 def excite(A, m, LU, LS, x, turn, base, local):
     """Write what memory and forcing states give to accelerations and to the law rows at the nodes of the step from ``x``."""
     n, rows = DOFS, ROWS
@@ -146,22 +146,22 @@ def excite(A, m, LU, LS, x, turn, base, local):
                         local[4 + k, r, j] += even * turn[c, j] + odd * turn[c + 1, j]
 
 
-@njit
+@separate
 def spread(x, i, n, h, a, q, v):
     """Positions and velocities of coordinate ``i`` at the nodes, from its accelerations there."""
     x0, v0 = x[i], x[n + i]
     a0, a1, a2, a3, a4, a5, a6, a7 = a[i, 0], a[i, 1], a[i, 2], a[i, 3], a[i, 4], a[i, 5], a[i, 6], a[i, 7]
     D, S = ONTO_DOUBLE, ONTO_SINGLE
-    for j in range(NODES):  # sums written out, node beside node: none waits for another
-        twice = D[0, j] * a0 + D[1, j] * a1 + D[2, j] * a2 + D[3, j] * a3
-        once = S[0, j] * a0 + S[1, j] * a1 + S[2, j] * a2 + S[3, j] * a3
-        twice = twice + D[4, j] * a4 + D[5, j] * a5 + D[6, j] * a6 + D[7, j] * a7
-        once = once + S[4, j] * a4 + S[5, j] * a5 + S[6, j] * a6 + S[7, j] * a7
+    for j in range(NODES):  # sums written out, node beside node and pair by pair: few wait for another
+        twice = (D[0, j] * a0 + D[1, j] * a1) + (D[2, j] * a2 + D[3, j] * a3)
+        once = (S[0, j] * a0 + S[1, j] * a1) + (S[2, j] * a2 + S[3, j] * a3)
+        twice = twice + ((D[4, j] * a4 + D[5, j] * a5) + (D[6, j] * a6 + D[7, j] * a7))
+        once = once + ((S[4, j] * a4 + S[5, j] * a5) + (S[6, j] * a6 + S[7, j] * a7))
         q[i, j] = x0 + h * (C[j] * v0 + h * twice)
         v[i, j] = v0 + h * once
 
 
-@njit
+@separate
 def finish(x, i, n, h, a):
     """Move coordinate ``i`` and its velocity in ``x`` to the end of the step."""
     once, twice = 0.0, 0.0
@@ -172,17 +172,38 @@ def finish(x, i, n, h, a):
     x[n + i] += h * once
 
 
-@njit
+@separate
+def taken(new, i, a):
+    """Put row ``i`` of ``new`` (n, NODES) in the place of that of ``a``; return the sum of the squares of what that changes."""
+    d0, d1, d2, d3 = new[i, 0] - a[i, 0], new[i, 1] - a[i, 1], new[i, 2] - a[i, 2], new[i, 3] - a[i, 3]
+    d4, d5, d6, d7 = new[i, 4] - a[i, 4], new[i, 5] - a[i, 5], new[i, 6] - a[i, 6], new[i, 7] - a[i, 7]
+    for j in range(NODES):
+        a[i, j] = new[i, j]
+    return (d0 * d0 + d1 * d1 + (d2 * d2 + d3 * d3)) + (d4 * d4 + d5 * d5 + (d6 * d6 + d7 * d7))
+
+
+@separate
+def farthest(new, i, a):
+    """Do what `taken` does; return the largest change."""
+    d0, d1, d2, d3 = abs(new[i, 0] - a[i, 0]), abs(new[i, 1] - a[i, 1]), abs(new[i, 2] - a[i, 2]), abs(new[i, 3] - a[i, 3])
+    d4, d5, d6, d7 = abs(new[i, 4] - a[i, 4]), abs(new[i, 5] - a[i, 5]), abs(new[i, 6] - a[i, 6]), abs(new[i, 7] - a[i, 7])
+    for j in range(NODES):
+        a[i, j] = new[i, j]
+    return max(max(max(d0, d1), max(d2, d3)), max(max(d4, d5), max(d6, d7)))
+
+
+@separate
 def largest(a):
     """Largest magnitude in ``a`` (n, NODES)."""
     top = 0.0
     for i in range(DOFS):
-        for j in range(NODES):
-            top = max(top, abs(a[i, j]))
+        b0, b1, b2, b3 = abs(a[i, 0]), abs(a[i, 1]), abs(a[i, 2]), abs(a[i, 3])
+        b4, b5, b6, b7 = abs(a[i, 4]), abs(a[i, 5]), abs(a[i, 6]), abs(a[i, 7])
+        top = max(top, max(max(max(b0, b1), max(b2, b3)), max(max(b4, b5), max(b6, b7))))
     return top
 
 
-@njit
+@separate
 def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free):
     """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
 
@@ -211,7 +232,6 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
                     local[0, r, j] = total
                     local[1, r, j] = speed
             forces(law, acts, m, NODES, local)
-        change = 0.0
         for i in range(n):
             for j in range(NODES):
                 new = base[i, j]
@@ -219,11 +239,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
                     new += A[m, n + i, k] * q[k, j] + A[m, n + i, n + k] * v[k, j]
                 for r in range(FORCES):
                     new += LP[m, r, i] * local[2, r, j]
-                if ACTING > FORCES:
-                    free[i, j] = new
-                    continue
-                change += (new - a[i, j]) ** 2
-                a[i, j] = new
+                free[i, j] = new
         if ACTING > FORCES:
             for r in range(rows):
                 if SOURCE[r] != r:
@@ -239,8 +255,10 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
                     new = free[i, j]
                     for r in range(FORCES, ACTING):
                         new += LP[m, r, i] * local[2, r, j]
-                    change += (new - a[i, j]) ** 2
-                    a[i, j] = new
+                    free[i, j] = new
+        change = 0.0
+        for i in range(n):
+            change += taken(free, i, a)
         change = np.sqrt(change)
         if not (change < np.inf):
             return 0, 0.0
@@ -261,7 +279,7 @@ def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, ba
     return 0, 0.0
 
 
-@njit
+@separate
 def defect(h, f0, f1, top, a):
     """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed."""
     n = DOFS
@@ -276,7 +294,7 @@ def defect(h, f0, f1, top, a):
     return worst / top if top > 0.0 else 0.0
 
 
-@njit
+@separate
 def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
     """Derivatives of the acceleration at some nodes in positions, ``K`` (n, n, nodes), and velocities, ``D``.
 
@@ -318,7 +336,7 @@ def linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D):
                             D[i, c, j] += LP[m, r, i] * (slope[1, r, b, j] * LS[other, n + c] + slope[2, r, b, j] * across)
 
 
-@njit
+@separate
 def frequency(K, D):
     """Bound on the rate at which variations turn under the derivatives ``K`` and ``D`` (n, n, 1) of the acceleration."""
     stiff = damp = 0.0
@@ -331,12 +349,15 @@ def frequency(K, D):
     return np.sqrt(stiff) + damp
 
 
-@njit
-def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
-    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step; ``x`` (ns,) is room.
+@separate
+def vary(A, m, x, X, row, h, K, D, iterations, room):
+    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step.
+
+    ``x`` (ns,) is room, and so are the five arrays (n, NODES) of ``room``.
 
     The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
     """
+    q, v, a, new, terms = room
     n = DOFS
     still = True
     for i in range(X.shape[1]):
@@ -355,19 +376,25 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
             v[i, j] = x[n + i]
     old = np.inf
     for iteration in range(ITERATIONS):
-        change = size = 0.0
+        change = 0.0
         for i in range(n):
             load = remembered(A, m, i, n, x)
             for j in range(NODES):
-                total, terms = load, abs(load)
+                total = load
                 for c in range(n):
-                    one, two = K[i, c, j] * q[c, j], D[i, c, j] * v[c, j]
-                    total += one + two
-                    terms += abs(one) + abs(two)
-                change, size = max(change, abs(total - a[i, j])), max(size, terms)
-                a[i, j] = total
+                    total += K[i, c, j] * q[c, j] + D[i, c, j] * v[c, j]
+                new[i, j] = total
+        for i in range(n):
+            change = max(change, farthest(new, i, a))
         if iteration >= iterations:
-            noise = ROUNDING * size
+            for i in range(n):
+                load = abs(remembered(A, m, i, n, x))
+                for j in range(NODES):
+                    total = load
+                    for c in range(n):
+                        total += abs(K[i, c, j] * q[c, j]) + abs(D[i, c, j] * v[c, j])
+                    terms[i, j] = total
+            noise = ROUNDING * largest(terms)
             if change <= noise or (change < 0.5 * old and change * change <= noise * (old - change)) or change != change:
                 break
         old = change
@@ -379,7 +406,7 @@ def vary(A, m, x, X, row, h, K, D, iterations, q, v, a):
         X[row, i] = x[i]
 
 
-@njit
+@separate
 def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
             base, free):
     """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
@@ -406,7 +433,7 @@ def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now,
     return iterations, e if e < np.inf else np.inf
 
 
-@njit
+@separate
 def wished(h, e, aim):
     """Step that would have the defect ``aim``, from one with the defect ``e``."""
     if e == np.inf:
@@ -500,7 +527,7 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         for k in range(count):
             if end == 1:
-                vary(A, m, room, X, k, h, K, D, iterations, q, v, a)
+                vary(A, m, room, X, k, h, K, D, iterations, (q, v, a, base, free))
             if edges:
                 for c in range(ns):
                     room[c] = X[k, c]

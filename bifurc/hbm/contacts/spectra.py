@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._jit import leaf, njit
+from ..._jit import njit, separate_leaf
 from ...solve.dense import inner
 from ..tables import ALGEBRAIC, FORGETS, MEMORY, PAIRS, ROWS, SILENT, WIDTH, moved, structure
-from ..waves import both_ways, jet, powers, size, spectrum_row, turned
+from ..waves import both_ways, height, jet, powers, size, spectrum_row, turned
 from .common import AFTER, GUARD, MODE, WROTE, expression
 
 NEGLIGIBLE = 1e-11  # relative: a force without jump, a memory without slope
@@ -50,7 +50,7 @@ class Scratch(NamedTuple):
     dz: np.ndarray  # (Z, Q mi + 1) derivative of the memory
 
 
-@leaf
+@separate_leaf
 def divisors(count, samples, out):
     """Write d_l, l = 0 .. count - 1, into ``out`` (count, 2) as real and imaginary part; samples = 0: exact."""
     out[0] = 0.0
@@ -62,7 +62,7 @@ def divisors(count, samples, out):
             out[l, 0], out[l, 1] = 0.0, -0.5 / (np.pi * l)
 
 
-@leaf
+@separate_leaf
 def add(out, factor, spectrum):
     """Add a multiple of a spectrum (count, 2)."""
     for l in range(len(out)):
@@ -70,7 +70,7 @@ def add(out, factor, spectrum):
         out[l, 1] += factor * spectrum[l, 1]
 
 
-@leaf
+@separate_leaf
 def nonzero(spectrum):
     """Return whether a spectrum (count, 2) has an entry that is not zero."""
     for l in range(len(spectrum)):
@@ -79,7 +79,7 @@ def nonzero(spectrum):
     return False
 
 
-@leaf
+@separate_leaf
 def indicator(a, b, Ea, Eb, D, out):
     """Write the spectrum of the indicator of [a, b] into ``out`` (count, 2), from powers at both ends and divisors."""
     out[0, 0], out[0, 1] = (b - a) / (2.0 * np.pi), 0.0
@@ -88,7 +88,7 @@ def indicator(a, b, Ea, Eb, D, out):
         out[l, 0], out[l, 1] = D[l, 0] * c - D[l, 1] * s, D[l, 0] * s + D[l, 1] * c
 
 
-@leaf
+@separate_leaf
 def coefficients(T, waves, place, out):
     """Write the coefficients (slots,) of a signal with spectrum ``T`` into ``out``."""
     for i in range(place.size):
@@ -99,7 +99,7 @@ def coefficients(T, waves, place, out):
             out[i] = 2.0 * T[waves[a], 1 - a % 2]
 
 
-@leaf
+@separate_leaf
 def local_slopes(contact, slopes, row, drow, z, scratch, out):
     """Write the derivative of an expression at one phase by the coefficients of the contact's rows, and by the parameter.
 
@@ -122,10 +122,10 @@ def local_slopes(contact, slopes, row, drow, z, scratch, out):
     total = 0.0
     for q in range(Q):  # of the parameter: motion that is prescribed, and the numbers of the expression
         r = own[ROWS + q]
-        total += row[nx + 2 * q] * jet(waves, cp[r], p)[0] + row[nx + 2 * q + 1] * jet(waves, vp[r], p)[0]
+        total += row[nx + 2 * q] * height(waves, cp[r], p) + row[nx + 2 * q + 1] * height(waves, vp[r], p)
         fu, fs = drow[nx + 2 * q], drow[nx + 2 * q + 1]
         if fu != 0.0 or fs != 0.0:
-            total += fu * jet(waves, c[r], p)[0] + fs * jet(waves, v[r], p)[0]
+            total += fu * height(waves, c[r], p) + fs * height(waves, v[r], p)
     for x in range(nx):
         s = excited[x]
         total += drow[x] * (1.0 if s == 0 else p[waves[s], 1 - s % 2])
@@ -140,15 +140,15 @@ def local_slopes(contact, slopes, row, drow, z, scratch, out):
                 out[j] += w * dz[i, j]
 
 
-@leaf
-def written(contact, slopes, m, g, theta, z, moves, scratch):
-    """Change ``dz`` to the derivatives of the memory that mode ``m`` wrote when its guard ``g`` (-1: none) was reached."""
+@separate_leaf
+def written(contact, slopes, m, g, z, moves, scratch):
+    """Change ``dz`` to the derivatives of the memory that mode ``m`` wrote when its guard ``g`` (-1: none) was reached; ``scratch``
+    has the powers at the phase of that."""
     waves, _, A, X, _, _, _ = contact
     dX, p, dz = slopes.dX, scratch.p, scratch.dz
     own, mi = A[A.shape[0] - 1, 0], waves.size
     Q, first = own[WIDTH], own[PAIRS] + A.shape[1] - 1
     a, new, shift = scratch.lines[0, :mi], scratch.lines[1, :Q * mi + 1], scratch.lines[2, :Q * mi + 1]
-    powers(theta, p.shape[0], p)
     none = z[:0]
     known = False
     for i in range(own[MEMORY]):
@@ -168,7 +168,7 @@ def written(contact, slopes, m, g, theta, z, moves, scratch):
             dz[i, j] = new[j]
 
 
-@leaf
+@separate_leaf
 def delay(contact, slopes, m, g, z, scratch, out, a):
     """Write the derivative of the phase of an event by the coefficients of the rows and by the parameter; ``a`` is overwritten."""
     r = contact.A[contact.A.shape[0] - 1, 0, PAIRS] + g
@@ -180,7 +180,7 @@ def delay(contact, slopes, m, g, z, scratch, out, a):
         out[j] = -out[j] / speed if speed != 0.0 else 0.0
 
 
-@leaf
+@separate_leaf
 def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
     """Add what a contact gives along its segments.
 
@@ -206,7 +206,7 @@ def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
     dX, dloose, _, cp, vp = slopes
     path, ends, zs, source, counts = segments
     spectra, F, J = sums
-    lines, _, total, E, dz = scratch
+    lines, p, total, E, dz = scratch
     count = counts[0]
     own, mi, m_slots = A[A.shape[0] - 1, 0], waves.size, place.size
     Q, Z, L, nx = own[WIDTH], own[MEMORY], len(D), excited.size
@@ -224,15 +224,17 @@ def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
                     dz[i, Q * mi] += loose[i, 2 * q] * cp[row, 0] + loose[i, 2 * q + 1] * vp[row, 0] \
                         + dloose[i, 2 * q] * c[row, 0] + dloose[i, 2 * q + 1] * v[row, 0]
         else:
-            written(contact, slopes, int(source[0]), path[count - 1, GUARD], source[1], none, samples < 0, scratch)
+            powers(source[1], len(p), p)
+            written(contact, slopes, int(source[0]), path[count - 1, GUARD], none, samples < 0, scratch)
         first = 0
         for n in range(count - 1):  # the memory at phase 0 was written by the last event before it
             if path[n, WROTE] >= 0 and A[path[n, WROTE], 0, FORGETS] > 0:
                 first = n
         for n in range(first, count - 1):
             if path[n, WROTE] >= 0:
-                written(contact, slopes, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1, ends[n, 1],
-                        zs[n, :Z], samples == 0, scratch)
+                powers(ends[n, 1], len(p), p)
+                written(contact, slopes, path[n, WROTE], path[n, GUARD] if path[n, WROTE] == path[n, MODE] else -1, zs[n, :Z],
+                        samples == 0, scratch)
     start = 0.0
     powers(0.0, L, Ea)
     for n in range(count):
@@ -261,15 +263,18 @@ def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
                             J[row, j, 0, mi] += (weight * dz[i, Q * mi] + turn * zs[n, i]) * e[j]
         if wanted and n < count - 1:
             g, after = path[n, GUARD], path[n, AFTER]
+            for l in range(len(p)):
+                p[l, 0], p[l, 1] = Eb[l, 0], Eb[l, 1]
             if samples == 0 and A[m, 1 + g, SILENT] == 0:
                 if path[n + 1, WROTE] >= 0 and ends[n + 1, 0] == stop:  # a touch: the instant is that of the way on
-                    jumps(contact, slopes, place, m, path[n + 1, AFTER], after, path[n + 1, GUARD], stop, zs[n, :Z],
+                    jumps(contact, slopes, place, m, path[n + 1, AFTER], after, path[n + 1, GUARD], zs[n, :Z],
                           zs[n + 2, :Z], J, scratch)
                 else:
-                    jumps(contact, slopes, place, m, after, m, g, stop, zs[n, :Z], zs[n + 1, :Z], J, scratch)
+                    jumps(contact, slopes, place, m, after, m, g, zs[n, :Z], zs[n + 1, :Z], J, scratch)
             if path[n, WROTE] >= 0:
-                written(contact, slopes, path[n, WROTE], g if path[n, WROTE] == m else -1, ends[n, 1], zs[n, :Z], samples == 0,
-                        scratch)
+                if ends[n, 1] != stop:  # at samples
+                    powers(ends[n, 1], len(p), p)
+                written(contact, slopes, path[n, WROTE], g if path[n, WROTE] == m else -1, zs[n, :Z], samples == 0, scratch)
         start = stop
         Ea, Eb = Eb, Ea
     for m in range(modes):
@@ -299,7 +304,7 @@ def gather(contact, slopes, place, segments, samples, D, wanted, sums, scratch):
                     J[row, j, 0, mi] += turn * e[j]
 
 
-@leaf
+@separate_leaf
 def modulated(T, waves, place, slot, out):
     """Write the coefficients (slots,) of a signal with spectrum ``T`` times the wave of an internal slot."""
     k, sine = waves[slot], slot % 2 == 0
@@ -317,20 +322,20 @@ def modulated(T, waves, place, slot, out):
             out[i] = T[j + k, 1] + odd if sine else T[abs(d), 0] + T[j + k, 0]
 
 
-@leaf
-def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch):
-    """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase."""
+@separate_leaf
+def jumps(contact, slopes, place, m, after, mode, g, z, znew, J, scratch):
+    """Add the derivatives by the phase of an event at which the force jumps, if it does; guard ``g`` of ``mode`` sets the phase, of
+    which ``scratch`` has the powers."""
     waves, _, A, X, _, _, _ = contact
     lines, p = scratch.lines, scratch.p
     own, mi = A[A.shape[0] - 1, 0], waves.size
     Q = own[WIDTH]
     a, b, shift = lines[0, :mi], lines[1, :mi], lines[2, :Q * mi + 1]
-    powers(theta, p.shape[0], p)
     known = False
     for q in range(Q):
         expression(contact, X[m, q], z, a)
         expression(contact, X[after, q], znew, b)
-        gap = jet(waves, a, p)[0] - jet(waves, b, p)[0]
+        gap = height(waves, a, p) - height(waves, b, p)
         if abs(gap) <= NEGLIGIBLE * (size(a) + size(b)):
             continue
         if not known:
@@ -347,7 +352,7 @@ def jumps(contact, slopes, place, m, after, mode, g, theta, z, znew, J, scratch)
             J[row, i, 0, mi] += w * shift[Q * mi]
 
 
-@leaf
+@separate_leaf
 def joined(waves, place, rate, signals, wanted, sums, line, ways):
     """Turn spectra into forces and derivatives: multiply them out and add them to ``F`` and ``J``; ``line`` (mi,) and ``ways``
     (2, 2 L - 1) are overwritten."""

@@ -19,7 +19,7 @@ from ..residual import followed, motion
 from ..tables import ALGEBRAIC, DOFS, EXCITED, INTERNAL, MEMORY, PAIRS, ROWS, WIDTH, core, expressions, numbers_at, structure
 from ..waves import jet, powers, size
 
-TAYLOR = 13  # terms of the exponential of a matrix of norm at most a half: 6e-16
+TAYLOR = 1.0 / np.cumprod(np.array([1.0, *range(1, 14)]))  # of the exponential of a matrix of norm at most a half: 6e-16
 NODES = np.array([0.5 - np.sqrt(15.0) / 10.0, 0.5, 0.5 + np.sqrt(15.0) / 10.0])  # Gauss, in a step
 JUMP = 1e-9  # relative: a force or memory that is continuous across an event but for rounding
 GRAZE = 1e-9  # rate of a guard, relative to its size, below which the shift of its event has no derivative
@@ -49,7 +49,11 @@ def identity(out):
 
 @njit
 def exponential(a, out):
-    """Write the exponential of ``a`` (n, n) into ``out``: Taylor series after scaling, then squaring."""
+    """Write the exponential of ``a`` (n, n) into ``out``: Taylor series after scaling, then squaring.
+
+    The series is a polynomial in the fourth power, with cubic ones as coefficients: six products of matrices in place of thirteen
+    (Paterson and Stockmeyer 1973).
+    """
     n = a.shape[0]
     norm = 0.0
     for i in range(n):
@@ -62,15 +66,20 @@ def exponential(a, out):
         norm *= 0.5
         halvings += 1
     small = a * 0.5**halvings
-    term, room = np.empty((n, n)), np.empty((n, n))
-    identity(term)
-    identity(out)
-    for k in range(1, TAYLOR + 1):
-        product(term, small, room)
+    two, three, four, room = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    product(small, small, two)
+    product(two, small, three)
+    product(two, two, four)
+    out[:] = 0.0
+    for first in range(12, -1, -4):
+        product(out, four, room)
+        c0, c1, c2, c3 = TAYLOR[first], TAYLOR[first + 1], 0.0, 0.0
+        if first < 12:
+            c2, c3 = TAYLOR[first + 2], TAYLOR[first + 3]
         for i in range(n):
             for j in range(n):
-                term[i, j] = room[i, j] / k
-                out[i, j] += term[i, j]
+                out[i, j] = room[i, j] + (c1 * small[i, j] + (c2 * two[i, j] + c3 * three[i, j]))
+            out[i, i] += c0
     for _ in range(halvings):
         product(out, out, room)
         out[:] = room

@@ -88,7 +88,7 @@ NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DETERMINED = 1e-14  # relative, to which a determinant is known
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
- PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, INFO) = range(18)  # places in the `info` array that `correct` fills
+ PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, LEFT, INFO) = range(19)  # places in the `info` that `correct` fills
 UNKNOWN = 2  # `locate`: the kernel does not know the test there
 
 
@@ -733,14 +733,15 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         sign, log = lu(K, pivot)
         if sign == 0.0:
             return -1
-        if finished:
-            break
-        if k >= max_iterations:
+        if k >= max_iterations and not finished:
             return 0
         lu_solve(K, pivot, b)
         step = 0.0
         for j in range(n + 1):
             step = max(step, abs(b[j]))
+        if finished:
+            info[LEFT] = step
+            break
         if not np.isfinite(step) or (k > 0 and step > 4.0 * old_step and step > 1e-6):
             return 0
         if k > 0 and old_step > 1e-10:

@@ -135,6 +135,13 @@ class Signature:
         return f"{', '.join(parts) or still} / {span}T{' (half)' if self.closure < 0 else ''}"
 
 
+def since(times, span: float) -> np.ndarray:
+    """Return the times (m,) that pass before events at ``times`` (m,) of an orbit of period ``span`` since the one before."""
+    spans = np.empty(times.size)
+    spans[0], spans[1:] = times[0] - (times[-1] - span), times[1:] - times[:-1]
+    return spans
+
+
 def sections(mode: int, span: float, closure: int = 1) -> Signature:
     """Return the signature of an orbit without events: one section at phase 0."""
     return Signature(np.array([[mode, -1, mode, 0, 0]]), np.zeros(1), float(span), closure)

@@ -151,16 +151,18 @@ def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
     curve = Curve(a, b)
     c = curve.at(0.25)
     for error in (1e-6, 1e-3):
-        root = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.0)
+        root = SimpleNamespace(error=error, slope=0.5, p_curve=0.0, p_noise=0.0)
         assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
         assert detect.parameter_error(part, c, root) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
-        bent = SimpleNamespace(error=error, p_curve=3.0, p_noise=0.0)
+        bent = SimpleNamespace(error=error, slope=0.5, p_curve=3.0, p_noise=0.0)
         assert detect.parameter_error(part, c, bent) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
         assert detect.parameter_error(part, c, bent, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
-        noisy = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.5)
+        noisy = SimpleNamespace(error=error, slope=0.5, p_curve=0.0, p_noise=0.5)
         assert detect.parameter_error(part, c, noisy, curve) == pytest.approx(0.5 + 0.8 * error)
     part.problem.uncertainty = lambda x, tangent: 0.25
     assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * error)
+    part.problem.test_uncertainty = lambda found: 0.1  # of a test that grows by a half a step
+    assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * (error + 0.2))
 
 
 @pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
