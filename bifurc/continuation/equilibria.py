@@ -19,7 +19,7 @@ from ..jobs.executors import user_parts
 from ..orbits.autonomous import section
 from ..orbits.equilibria.equilibrium import Equilibrium
 from ..orbits.equilibria.hopf import critical_pair
-from ..orbits.shooting.path import ParameterPath, of_all_modes, parameter_path
+from ..orbits.shooting.path import SHAKEN, ParameterPath, of_all_modes, parameter_path
 from ..orbits.shooting.sequence import set_parameter
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
@@ -246,6 +246,10 @@ class EquilibriumProblem(Problem):
         other = copy.copy(self)
         other.path, other.field = path, ModeField(self.scene, path.tables, self.mode)
         return other
+
+    def shaken(self):
+        """See `Problem.shaken`."""
+        return SHAKEN, tuple(tuple(self.on_path(path) for path in pair) for pair in self.path.shaken)
 
     def bounded(self, low, high, made):
         """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""

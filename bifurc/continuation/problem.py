@@ -301,6 +301,11 @@ class Problem:
         units."""
         return 0.0
 
+    def shaken(self):
+        """Return a small part, and pairs of problems with the same equations whose numbers all differ by it, one way and the other:
+        they tell what the rounding of numbers does to a special point. None by default."""
+        return 1.0, ()
+
     def own_directions(self, directions):
         """Return those of the directions (m, n + 1) at a branch point along which solutions of this problem lie; all by default."""
         return directions

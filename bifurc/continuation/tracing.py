@@ -322,7 +322,7 @@ def cut_at(row, j, root):
                       np.array(row.tests[1:]))
     else:
         c, low, high = root.point, min(root.low, 0.0), max(root.high, 0.0)
-        error = detect.parameter_error(part, c, root)
+        error = detect.parameter_error(part, c, root, j)
     special = detect.Found(*detect.named(part, j, c.x), c.x, c.tangent, 0.0, low, high, error, part, corrected=c)
     return detect.Cut(row, c, j, special)
 

@@ -20,7 +20,7 @@ from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
-from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, parameter_path
+from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections
@@ -488,6 +488,10 @@ class OrbitProblem(Problem):
         other.path, other.equations, other._known = path, self.equations.on(path), {}
         other._refusal = self._refusal.on(other.equations)
         return other
+
+    def shaken(self):
+        """See `Problem.shaken`."""
+        return SHAKEN, tuple(tuple(self.on_path(path) for path in pair) for pair in self.path.shaken)
 
     def tables_at(self, value: float):
         """Return the tables of all modes that the scene has met; those of modes met since the last step at a value of the

@@ -33,6 +33,7 @@ CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
+FLOW = 4e-14  # relative rounding of what a period's flow is made of: coefficients, exponentials of matrices, series in the parameter
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -361,7 +362,7 @@ def located(part, a, b, j, curve, root):
     c = root.point
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
-                 a.s + root.high * curve.length, parameter_error(part, c, root, curve), part, corrected=c)
+                 a.s + root.high * curve.length, parameter_error(part, c, root, j, curve), part, corrected=c)
 
 
 def named(part, j, x):
@@ -372,18 +373,40 @@ def named(part, j, x):
     return SpecialPointKind(part.problem.kind_at(monitor, x)), monitor.name
 
 
-def parameter_error(part, c, root, curve=None):
-    """Bound on the error of the parameter at a root on a curve, or on the tangent of a row, own units.
+def parameter_error(part, c, root, j, curve=None):
+    """Bound on the error of the parameter at a root of test ``j`` on a curve, or on the tangent of a row, own units.
 
     Probes as close as those of the root show a bend of the parameter that is nothing but noise where points are badly determined;
     along a step it is not larger than that of its cubic.
     """
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
-    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * root.error
+    length = 1.0 if curve is None else curve.length
+    along = p_scale * abs(float(c.tangent[-1])) * length * root.error
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
-    own = part.problem.uncertainty(c.x, c.tangent)
+    own = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
     return along + 0.5 * bend * root.error**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+
+
+def number_error(part, c, root, j, length):
+    """Return what the rounding of the system's numbers, and of the flow that is made of them, does to the parameter at a root of
+    test ``j``: an error which neighbouring points share, so that probes do not show it.
+
+    The place of the root answers in proportion to small changes of the numbers.  Of a change and its opposite the smaller answer is
+    taken: some tests jump behind their zero, and tell nothing on one side.
+    """
+    size, pairs = part.problem.shaken()
+    found = 0.0
+    for pair in pairs:
+        shifts = []
+        for problem in pair:
+            made = problem.correct(c.x, c.tangent)
+            if made.converged:
+                late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope
+                shifts.append(abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
+        told = min(shifts, default=0.0)
+        found = max(found, told if math.isfinite(told) else 0.0)
+    return FLOW / size * found
 
 
 def guessed(part, a, b, j):
@@ -458,7 +481,7 @@ def at_end(half, row):
         if root is None:
             continue
         c = root.point
-        error = parameter_error(part, c, root)
+        error = parameter_error(part, c, root, j)
         if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
             found.append(Found(*named(part, j, c.x), c.x, c.tangent, row.s,
                                row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part,

@@ -152,15 +152,30 @@ def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
     c = curve.at(0.25)
     for error in (1e-6, 1e-3):
         root = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.0)
-        assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
-        assert detect.parameter_error(part, c, root) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
+        assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
+        assert detect.parameter_error(part, c, root, 1) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
         bent = SimpleNamespace(error=error, p_curve=3.0, p_noise=0.0)
-        assert detect.parameter_error(part, c, bent) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
-        assert detect.parameter_error(part, c, bent, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
+        assert detect.parameter_error(part, c, bent, 1) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
+        assert detect.parameter_error(part, c, bent, 1, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
         noisy = SimpleNamespace(error=error, p_curve=0.0, p_noise=0.5)
-        assert detect.parameter_error(part, c, noisy, curve) == pytest.approx(0.5 + 0.8 * error)
+        assert detect.parameter_error(part, c, noisy, 1, curve) == pytest.approx(0.5 + 0.8 * error)
     part.problem.uncertainty = lambda x, tangent: 0.25
-    assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * error)
+    assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.25 + 0.8 * error)
+
+
+def test_numbers_that_move_a_zero_belong_to_its_error():
+    """A zero at p = k: changing k by the part h moves it by h k; a test that jumps beyond its zero tells it on one side alone."""
+    part = Part(Line(user(lambda p: p - 0.4)), 0)
+    a, b = row_at(part, 0.2), row_at(part, 1.0)
+    curve = Curve(a, b)
+    c = curve.at(0.25)
+    for of in (lambda p, k: p - k, lambda p, k: p - k if p >= k else -1.0):
+        pair = [Line(user(lambda p, k=k, of=of: of(p, k))) for k in (0.4 * (1.0 + 1e-6), 0.4 * (1.0 - 1e-6))]
+        part.problem.shaken = lambda pair=pair: (1e-6, (pair, pair))
+        for length, slope in ((curve.length, 0.8), (1.0, SPEED)):
+            assert detect.number_error(part, c, SimpleNamespace(slope=slope), 1, length) == pytest.approx(detect.FLOW * 0.4, rel=1e-3)
+    part.problem.shaken = lambda: (1e-6, ())
+    assert detect.number_error(part, c, root, 1, 1.0) == 0.0
 
 
 @pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
