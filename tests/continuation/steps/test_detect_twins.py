@@ -175,7 +175,7 @@ def test_numbers_that_move_a_zero_belong_to_its_error():
         for length, slope in ((curve.length, 0.8), (1.0, SPEED)):
             assert detect.number_error(part, c, SimpleNamespace(slope=slope), 1, length) == pytest.approx(detect.FLOW * 0.4, rel=1e-3)
     part.problem.shaken = lambda: (1e-6, ())
-    assert detect.number_error(part, c, root, 1, 1.0) == 0.0
+    assert detect.number_error(part, c, SimpleNamespace(slope=1.0), 1, 1.0) == 0.0
 
 
 @pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
