@@ -33,7 +33,7 @@ CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
-FLOW = 4e-14  # relative rounding of what a period's flow is made of: coefficients, exponentials of matrices, series in the parameter
+FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 

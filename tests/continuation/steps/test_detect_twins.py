@@ -173,7 +173,8 @@ def test_numbers_that_move_a_zero_belong_to_its_error():
         pair = [Line(user(lambda p, k=k, of=of: of(p, k))) for k in (0.4 * (1.0 + 1e-6), 0.4 * (1.0 - 1e-6))]
         part.problem.shaken = lambda pair=pair: (1e-6, (pair, pair))
         for length, slope in ((curve.length, 0.8), (1.0, SPEED)):
-            assert detect.number_error(part, c, SimpleNamespace(slope=slope), 1, length) == pytest.approx(detect.FLOW * 0.4, rel=1e-3)
+            found = detect.number_error(part, c, SimpleNamespace(slope=slope), 1, length)
+            assert found == pytest.approx(detect.FLOW * 0.4, rel=1e-3)
     part.problem.shaken = lambda: (1e-6, ())
     assert detect.number_error(part, c, SimpleNamespace(slope=1.0), 1, 1.0) == 0.0
 
