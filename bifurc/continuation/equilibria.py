@@ -24,7 +24,7 @@ from ..orbits.shooting.sequence import set_parameter
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
 from .families import orbit_family
-from .kinds import SpecialPointKind
+from .kinds import NUMERICAL, SpecialPointKind
 from .problem import Monitor, Problem
 from .shooting.branching import stepped_out
 from .shooting.problem import OrbitProblem
@@ -68,6 +68,7 @@ class EquilibriumProblem(Problem):
         Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
     """
 
+    errors = NUMERICAL
     monitors_read_tangent = False
 
     def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None):

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..solve.bordered import factor, solve_factored
-from .kinds import CorrectorStatus, SpecialPointKind
+from .kinds import ERRORS, CorrectorStatus, SpecialPointKind
 
 EPS = float(np.finfo(float).eps)
 MAX_ITERATIONS = 10
@@ -169,6 +169,7 @@ class Problem:
     'fold'
     """
 
+    errors: tuple[type[Exception], ...] = ERRORS  # what of its formulas becomes a status of a branch; others are passed on
     parameter = "p"
     monitors: tuple[Monitor, ...] = ()
     signature = ""

@@ -15,7 +15,7 @@ from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from .branches.branch import Branch
-from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
 from .maps.orbit import MapOrbit
 from .monitors import with_monitors
 from .peaks import with_peaks
@@ -278,7 +278,7 @@ def begin_on_boundary(half):
     half.edge = inside.AT_BOUNDARY
     try:
         aside, changes = beside(row, here)
-    except ERRORS:  # the problem's own code; the first step will say what
+    except part.problem.errors:  # the first step will say what
         return
     for j, change in zip(here, changes, strict=True):
         if not abs(change) > TELLS:

@@ -29,7 +29,7 @@ from ...solve.steprun import SIZE, run_of
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
-from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
+from ..kinds import NUMERICAL, CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import Corrected, EndPoint, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
@@ -141,6 +141,7 @@ class OrbitProblem(Problem):
         Natural size of the parameter.
     """
 
+    errors = NUMERICAL
     touch = TOUCH  # as the audit of an orbit
     wraps = True
     monitors_read_tangent = False

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
-from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
+from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
@@ -158,7 +158,7 @@ def behind(half, row):
     """Take in the special point a little behind the last row, which steps approach but never reach, if the problem knows one."""
     try:
         end = row.part.problem.end_point(row.x, half.reason)
-    except ERRORS:  # the problem's own code
+    except row.part.problem.errors:
         return
     if end is None or not half.options.low <= end.x[-1] <= half.options.high:
         return
@@ -473,7 +473,7 @@ def at_end(half, row):
         def test(s, j=j):
             try:
                 c = part.problem.correct(row.x + s * row.direction, row.tangent)
-            except ERRORS:
+            except part.problem.errors:
                 return None
             return (tests_of(c)[j], c) if c.converged else None
 
@@ -495,6 +495,6 @@ def size_beside(half, row, j):
         return 0.0
     try:
         c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
-    except ERRORS:  # the problem's own code
+    except row.part.problem.errors:
         return 0.0
     return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0
