@@ -9,6 +9,7 @@ names is tried, on both sides of the parameter, for equilibria may go on or turn
 """
 import copy
 import math
+from functools import partial
 
 import numpy as np
 
@@ -250,7 +251,10 @@ class EquilibriumProblem(Problem):
 
     def shaken(self):
         """See `Problem.shaken`."""
-        return SHAKEN, tuple(tuple(self.on_path(path) for path in pair) for pair in self.path.shaken)
+        return SHAKEN, tuple(tuple(partial(self._shaken, way, sign) for sign in (1, -1)) for way in (0, 1))
+
+    def _shaken(self, way, sign):
+        return self.on_path(self.path.shaken(way, sign))
 
     def bounded(self, low, high, made):
         """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""

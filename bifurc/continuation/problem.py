@@ -303,8 +303,8 @@ class Problem:
         return 0.0
 
     def shaken(self):
-        """Return a small part, and pairs of problems with the same equations whose numbers all differ by it, one way and the other:
-        they tell what the rounding of numbers does to a special point. None by default."""
+        """Return a small part, and pairs of functions that make problems with the same equations whose numbers all differ by it,
+        one way and the other: they tell what the rounding of numbers does to a special point. None by default."""
         return 1.0, ()
 
     def own_directions(self, directions):

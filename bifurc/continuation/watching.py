@@ -85,7 +85,7 @@ class Watching:
     def shaken(self):
         """See `Problem.shaken`."""
         size, pairs = self.inner.shaken()
-        return size, tuple(tuple(self.around(problem) for problem in pair) for pair in pairs)
+        return size, tuple(tuple(lambda make=make: self.around(make()) for make in pair) for pair in pairs)
 
     def restarted(self, x):
         """See `Problem.restarted`."""

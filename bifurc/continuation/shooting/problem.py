@@ -6,6 +6,7 @@ kernels.
 import copy
 import dataclasses
 import math
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -492,7 +493,10 @@ class OrbitProblem(Problem):
 
     def shaken(self):
         """See `Problem.shaken`."""
-        return SHAKEN, tuple(tuple(self.on_path(path) for path in pair) for pair in self.path.shaken)
+        return SHAKEN, tuple(tuple(partial(self._shaken, way, sign) for sign in (1, -1)) for way in (0, 1))
+
+    def _shaken(self, way, sign):
+        return self.on_path(self.path.shaken(way, sign))
 
     def tables_at(self, value: float):
         """Return the tables of all modes that the scene has met; those of modes met since the last step at a value of the

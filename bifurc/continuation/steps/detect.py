@@ -34,6 +34,7 @@ SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
+LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -392,20 +393,18 @@ def number_error(part, c, root, j, length):
     """Return what the rounding of the system's numbers, and of the flow that is made of them, does to the parameter at a root of
     test ``j``: an error which neighbouring points share, so that probes do not show it.
 
-    The place of the root answers in proportion to small changes of the numbers.  Of a change and its opposite the smaller answer is
-    taken: some tests jump behind their zero, and tell nothing on one side.
+    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero: an answer far
+    out of proportion tells nothing, and that to the opposite change is asked.
     """
     size, pairs = part.problem.shaken()
     found = 0.0
     for pair in pairs:
-        shifts = []
-        for problem in pair:
-            made = problem.correct(c.x, c.tangent)
-            if made.converged:
-                late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope
-                shifts.append(abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
-        told = min(shifts, default=0.0)
-        found = max(found, told if math.isfinite(told) else 0.0)
+        for make in pair:
+            made = make().correct(c.x, c.tangent)
+            late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope if made.converged else math.inf
+            if abs(late) < LATE:
+                found = max(found, abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
+                break
     return FLOW / size * found
 
 

@@ -23,6 +23,7 @@ TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
 KEPT = 16  # series kept for systems that differ in the value of their parameter only: the branches of one diagram
 SHAKEN = 1e-9  # relative change of all numbers that shows how a solution depends on them: far above rounding, and still linear
+EVEN = (0.6180339887498949, 0.7548776662466927)  # steps of sequences that fill (0, 1) evenly
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
 
 
@@ -51,19 +52,20 @@ class ParameterPath:
     high: float
 
     @functools.cached_property
-    def shaken(self) -> tuple[tuple["ParameterPath", "ParameterPath"], ...]:
-        """Pairs of paths whose numbers differ from these by the part `SHAKEN`, up or down without a pattern, and the other way."""
-        pairs = []
-        for step in (0.6180339887498949, 0.7548776662466927):  # of sequences that fill (0, 1) evenly
-            signs = np.where(np.arange(1, self.tables.flat.size + 1) * step % 1.0 < 0.5, -1.0, 1.0)
-            signs[0] = 0.0  # the frequency is a unit of time
-            pairs.append((self._moved(1.0 + SHAKEN * signs), self._moved(1.0 - SHAKEN * signs)))
-        return tuple(pairs)
+    def _shaken(self) -> dict[tuple[int, int], "ParameterPath"]:
+        return {}
 
-    def _moved(self, factors: np.ndarray) -> "ParameterPath":
-        tables = copy.deepcopy(self.tables)
-        tables.flat[:] *= factors
-        return dataclasses.replace(self, tables=tables, series=self.series * factors[self.index][:, None])
+    def shaken(self, way: int, sign: int) -> "ParameterPath":
+        """Return a path whose numbers differ from these by the part `SHAKEN`, up or down without a pattern; ``way`` is 0 or 1,
+        ``sign`` -1 turns it round."""
+        if (way, sign) not in self._shaken:
+            steps = np.arange(1, self.tables.flat.size + 1) * EVEN[way]
+            factors = 1.0 + sign * SHAKEN * np.where(steps % 1.0 < 0.5, -1.0, 1.0)
+            factors[0] = 1.0  # the frequency is a unit of time
+            tables = copy.deepcopy(self.tables)
+            tables.flat[:] *= factors
+            self._shaken[way, sign] = dataclasses.replace(self, tables=tables, series=self.series * factors[self.index][:, None])
+        return self._shaken[way, sign]
 
 
 def constant_path(scene: Scene, system: System) -> ParameterPath:

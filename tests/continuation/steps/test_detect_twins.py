@@ -170,7 +170,7 @@ def test_numbers_that_move_a_zero_belong_to_its_error():
     curve = Curve(a, b)
     c = curve.at(0.25)
     for of in (lambda p, k: p - k, lambda p, k: p - k if p >= k else -1.0):
-        pair = [Line(user(lambda p, k=k, of=of: of(p, k))) for k in (0.4 * (1.0 + 1e-6), 0.4 * (1.0 - 1e-6))]
+        pair = [lambda k=k, of=of: Line(user(lambda p: of(p, k))) for k in (0.4 * (1.0 + 1e-6), 0.4 * (1.0 - 1e-6))]
         part.problem.shaken = lambda pair=pair: (1e-6, (pair, pair))
         for length, slope in ((curve.length, 0.8), (1.0, SPEED)):
             found = detect.number_error(part, c, SimpleNamespace(slope=slope), 1, length)
