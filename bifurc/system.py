@@ -84,8 +84,11 @@ class System:
         self.__dict__.update(
             core=Core(M, C, K, None if omega is None else number("System", "omega", omega, above=0.0)),
             n=n, elements=elements, dofs=names, reduction=None, _origin=None, _scene=None, _kin=None)
-        for element in elements:
-            harmonics = {*element.harmonics, *element.site(n).harmonics}
+        for label, element in zip(self.labels, elements, strict=True):
+            try:
+                harmonics = {*element.harmonics, *element.site(n).harmonics}
+            except ValueError as error:
+                raise ValueError(f"System: element {label!r}: {error}") from None
             if omega is None and harmonics:
                 raise ValueError(f"System: omega = None is not allowed with {element!r}, which has harmonics of it")
 
@@ -456,9 +459,12 @@ def builder(build: Callable[..., System]) -> Callable[..., System]:
 def _matrix(name: str, value) -> np.ndarray:
     """Return a read-only square matrix of finite floats."""
     try:
-        matrix = np.array(value, float)
+        given = np.asarray(value)
+        if given.dtype.kind in "bcSU":  # True is no mass, and "1" is no number
+            raise TypeError
+        matrix = np.array(given, float)
     except (TypeError, ValueError):
-        raise ValueError(f"System: {name} = {value!r} is not allowed; it must be a number or a square matrix") from None
+        raise ValueError(f"System: {name} = {value!r} is not allowed; it must be a number or a square matrix of numbers") from None
     if matrix.ndim == 0:
         matrix = matrix.reshape(1, 1)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.size == 0:

@@ -59,7 +59,11 @@ def said(capsys, *arguments):
         (["frf", "jenkins_oscillator", "--harmonics", "0"], ["--harmonics"]),
         (["explore", "pendulum"], ["'pendulum'"]),
         (["explore", "none/branch.npz"], ["there is no file none/branch.npz"]),
-        (["basins", "belt_oscillator"], ["no excitation", "section=bf.Section('v0')"]),
+        (["basins", "belt_oscillator"], ["no excitation", "--section v0"]),
+        (["basins", "belt_oscillator", "--section", "q7"], ["Section: component 'q7' is unknown"]),
+        (["basins", "belt_oscillator", "--section", "v0", "0", "up"], ["rising, falling or both, got v0 0 up"]),
+        (["basins", "belt_oscillator", "--section", "v0", "x"], ["finite number", "'x'"]),
+        (["basins", "impact_oscillator", "--section", "v0"], ["--section is for systems without excitation"]),
         (["completion", "tcsh"], ["bash", "zsh", "fish"]),
     ],
 )

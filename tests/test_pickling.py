@@ -48,3 +48,25 @@ def test_basin_maps_with_their_attractors(way):
     again = way(basins)
     assert np.array_equal(again.labels, basins.labels) and repr(again) == repr(basins)
     assert np.array_equal(again.attractors[0].state, basins.attractors[0].state)
+
+
+@pytest.mark.parametrize("kind", ["grazing", "fold", "period_doubling"])
+def test_curves_in_two_parameters_go_on_elsewhere(kind):
+    whole = bf.trace(bf.find_orbit(bf.systems.impact_oscillator()), "omega", bounds=(0.5, 2.0))
+    point = next(point for point in whole.special_points if point.kind == kind)
+    at = point.parameter
+    curve = bf.trace_curve(point, ("omega", "amplitude"), bounds={"omega": (0.8 * at, 1.2 * at), "amplitude": (0.5, 0.55)})
+    for way in WAYS:
+        again = way(curve)
+        assert repr(again) == repr(curve) and np.array_equal(again.column("omega"), curve.column("omega"))
+        one, two = (item.extend(bounds=(0.48, 0.57)) for item in (again, curve))
+        assert len(one) == len(two) > len(curve) and one.column("omega") == pytest.approx(two.column("omega"), rel=1e-12)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_delayed_motions_with_their_past(way):
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0)], omega=1.3)
+    held = bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), bf.elements.DelayedFeedback(0.2, 1.0)], omega=1.3)
+    for past in (bf.find_orbit(system), bf.simulate(system, (0.0, 0.0), periods=2)):
+        motion = bf.simulate(held, (0.1, 0.0), t0=past.period if past.periodic else past.stop, periods=2, history=past)
+        assert np.array_equal(way(motion).sample(40)[1], motion.sample(40)[1])

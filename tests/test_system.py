@@ -54,6 +54,19 @@ def test_bad_arguments_are_named(arguments, words):
         System(*arguments)
 
 
+@pytest.mark.parametrize("value", ["1", True, 1j, [["1", "0"], ["0", "1"]], np.eye(2) > 0.0])
+def test_what_is_no_number_is_no_mass(value):
+    with pytest.raises(ValueError, match="(?s)mass = .* it must be a number or a square matrix of numbers"):
+        System(value, 0.0, 1.0)
+
+
+def test_the_element_that_sits_nowhere_is_named():
+    with pytest.raises(ValueError, match="element 'rigid_stop_2': site: degree of freedom 9"):
+        System(1.0, 0.0, 1.0, [RigidStop(1.0), RigidStop(1.0, dof=9)])
+    with pytest.raises(ValueError, match="element 'tip': site: row"):
+        System(1.0, 0.0, 1.0, [RigidStop(1.0, row=(1, 2), label="tip")])
+
+
 @pytest.mark.parametrize("omega", [0.0, -1.0, np.nan, np.inf, "1"])
 def test_bad_frequencies_are_named(omega):
     with pytest.raises(ValueError, match="System: omega = .* above 0"):

@@ -15,6 +15,7 @@ import time
 
 import numpy as np
 
+from ..continuation.shooting.signature_change import UNLISTED
 from ..orbits.shooting import sequence
 from .arithmetic.balls import PRECISION, checked, ends, flint, middle, size, working
 from .arithmetic.jets import Jet
@@ -94,7 +95,7 @@ def _assert_symmetric(problem) -> None:
 
 def _proved(system, z: np.ndarray, p: float, result):
     arb = flint().arb
-    scale = system.scale
+    scale, stored = system.scale, z
     for _ in range(STEPS):
         F, J, _ = system.evaluate([arb(float(v)) for v in z])
         f, A = np.array([middle(v) for v in F]), np.array([[middle(v) for v in row] for row in J])
@@ -119,9 +120,11 @@ def _proved(system, z: np.ndarray, p: float, result):
         zero = tightened(zero, scale, lambda at: system.evaluate(at)[0], lambda at: system.evaluate(at)[1], Y)
         enclosed = zero.box[place]
         away = size(enclosed - arb(p)) / float(scale[place])
-        if away > CLAIM:
-            return result(Verdict.DISPROVED, f"the point proved nearest lies {away:.2g} (scaled) away from the one stored",
-                          parameter=ends(enclosed))
+        if away > CLAIM:  # it says that there is none at the stored one only where that lies in the box of the only one
+            inside = np.abs((z - stored) / scale).max() < half - CLAIM
+            return result(Verdict.DISPROVED if inside else Verdict.UNDECIDED,
+                          f"the point proved nearest lies {away:.2g} (scaled) away from the one stored"
+                          + ("" if inside else "; whether there is another one is not known"), parameter=ends(enclosed))
         _, _, extra = system.evaluate(zero.box)
         if extra is not None and extra.contains(0):
             why = ("the multipliers may be real" if isinstance(system, Torus) else
@@ -306,16 +309,19 @@ def touching(problem, point, p: float, width: float) -> Touch:
     path = along(problem, point.x, p - width, p + width)
     arb = flint().arb
     model = path.family.balls(arb(p))
+    slowest, at_event = SMALL, -1
     for i, item in enumerate(path.transitions):
-        if not item.event.guards:
+        if not item.event.guards or point.name == UNLISTED:
             continue
         row = model.guard(item.event.before, *item.event.guards[0])
         x = _joined(path.candidate, i, model)
         B = model.mode(item.event.before).B
         speed = sum((a * (B * x)[k, 0] for k, a in enumerate(row.row)), arb(0))
         size = sum(abs(middle(a)) * w for a, w in zip(row.row, path.candidate.weights, strict=False))  # row: forcing follows
-        if abs(middle(speed)) < SMALL * size:
-            return Touch(path, i)
+        if abs(middle(speed)) < slowest * size:  # other impacts may be slow too: the last ones of many
+            slowest, at_event = abs(middle(speed)) / size, i
+    if at_event >= 0:
+        return Touch(path, at_event)
     orbit = problem.solution(point.x)
     info = np.zeros(sequence.INFO)
     s = orbit.sequence

@@ -7,7 +7,7 @@ from typing import Any
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import STORIES, UsageError, add_window, folder_of, say_saved, system_of, window_of
+from .common import STORIES, UsageError, add_window, folder_of, number, say_saved, system_of, window_of
 
 LARGEST = 3  # basins whose boundaries are followed to their saddles
 
@@ -17,6 +17,9 @@ def add(commands, shared) -> None:
     basins = commands.add_parser("basins", parents=[shared], help="map basins of attraction",
                                  description=inspect.getdoc(run_basins))
     add_window(basins, "given twice")
+    basins.add_argument("--section", metavar="PART", nargs="+", default=None,
+                        help="where motions without excitation are compared: a component (v0), the value it passes (0), and how "
+                             "(rising, falling or both)")
     basins.add_argument("--resume", action=argparse.BooleanOptionalAction, default=True,
                         help="go on from the chunk files of an interrupted run, and read a map that is there (default); "
                              "--no-resume removes both first")
@@ -28,18 +31,35 @@ def run_basins(options: argparse.Namespace) -> int:
     name, system, story = system_of(options)
     if not options.set:
         system = system.with_parameters(**story.basin)
-    if system.period is None:
-        raise UsageError(f"{name} has no excitation whose phase tells when motions are compared; from Python, "
-                         "bf.basins_of_attraction(system, grid, section=bf.Section('v0')) compares them where v0 rises through 0")
+    section = section_of(options.section)
+    if system.period is None and section is None:
+        raise UsageError(f"{name} has no excitation whose phase tells when motions are compared; --section v0 compares them where "
+                         "v0 rises through 0")
+    if system.period is not None and section is not None:
+        raise UsageError(f"--section is for systems without excitation; motions of {name} are compared once a forcing period")
+    if section is not None:
+        from bifurc.compose.scene import scene_of  # the command line starts without numba
+
+        section.place(scene_of(system))
     window = window_of(options, story)
     if len(window) != 2:
         raise UsageError(f"--window is given twice, once a component (such as q0 and v0), got {len(window)}")
     warm_up()
-    return map_basins(name, system, window, folder_of(options.out), options, fresh=not options.resume)
+    return map_basins(name, system, window, folder_of(options.out), options, not options.resume, section)
+
+
+def section_of(parts: list[str] | None) -> Any:
+    """Return the `Section` that ``--section`` tells; None: it was not given."""
+    if parts is None:
+        return None
+    ways = {"rising": 1, "falling": -1, "both": 0}
+    if len(parts) > 3 or len(parts) == 3 and parts[2] not in ways:
+        raise UsageError(f"--section takes a component, a value, and rising, falling or both, got {' '.join(parts)}")
+    return bf.Section(parts[0], number(parts[1]) if len(parts) > 1 else 0.0, ways[parts[2]] if len(parts) == 3 else 1)
 
 
 def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], folder: Path,
-               options: argparse.Namespace, fresh: bool = False) -> int:
+               options: argparse.Namespace, fresh: bool = False, section: Any = None) -> int:
     """Map, print, save and draw the basins of one system, and its attractors as motions; ``fresh``: go on from nothing."""
     cells = options.cells or STORIES[name].cells
     print(f"{system!r}: basins of {cells} x {cells} starts")
@@ -47,9 +67,10 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     file = folder / f"{name}_basins.npz"
     if fresh:
         forget(file)
-    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet, file=file)
+    basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet, file=file,
+                                     section=section)
     print(basin_table(basins))
-    edges = saddles(basins)
+    edges = saddles(basins) if section is None else []  # an edge state is followed from phase to phase
     for edge in edges:
         print(f"between {edge.pair[0]} and {edge.pair[1]}: {edge.message}")
         if edge.success:

@@ -2,9 +2,11 @@
 import numpy as np
 
 from .curve import polar, scalar_slope, vector_slope
+from .natural import natural_length, natural_rate
 from .pieces import FORCE, GUARD, SceneLaw
+from .writer import FALL, LEVELS
 
-STEP = 1e-3  # of fourth-order differences of a law without a Jacobian, relative
+STEP = 1e-3  # of fourth-order differences of a law without a Jacobian, part of the natural size
 
 
 def value(law: SceneLaw, local: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -19,10 +21,10 @@ def value(law: SceneLaw, local: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.array([nx * fn - ny * ft, ny * fn + nx * ft])
 
 
-def slope(law: SceneLaw, local: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the derivatives (outs, local) of `value`."""
+def slope(law: SceneLaw, local: np.ndarray, values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return the derivatives (outs, local) of `value`; ``sizes`` (local,) are natural sizes, for laws that are differenced."""
     if law.law.jacobian is None:
-        return _differences(law, local, values)
+        return _differences(law, local, values, np.maximum(np.abs(local), sizes))
     if not law.curved:
         return np.reshape(law.law.jacobian(*local, *values), (law.outs, len(local)))
     nx, ny, r, sn, w = polar(local[0] - values[0], local[1] - values[1], local[2], local[3])
@@ -36,17 +38,25 @@ def slope(law: SceneLaw, local: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.reshape(vector_slope(nx, ny, r, sn, w, fn, ft, a + spin * c, b, c, d + spin * f, e, f), (2, 4))
 
 
-def _differences(law: SceneLaw, local, values) -> np.ndarray:
-    """Return the derivatives of a law by central differences of fourth order."""
+def _differences(law: SceneLaw, local, values, sizes) -> np.ndarray:
+    """Return the derivatives of a law by central differences of fourth order, of which those are kept that change least from one
+    step to the next smaller one, as in the written kernels (`writer`)."""
     columns = []
     for i in range(len(local)):
-        h = STEP * max(1.0, abs(local[i]))
-        total = np.zeros(law.outs)
-        for k, weight in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)):
-            moved = local.copy()
-            moved[i] += k * h
-            total = total + weight * value(law, moved, values)
-        columns.append(total / (12.0 * h))
+        best, apart, last = np.zeros(law.outs), np.full(law.outs, np.inf), np.zeros(law.outs)
+        for level in range(LEVELS):
+            h = STEP * sizes[i] / FALL**level
+            total = np.zeros(law.outs)
+            for k, weight in ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)):
+                moved = local.copy()
+                moved[i] += k * h
+                total = total + weight * value(law, moved, values)
+            found = total / (12.0 * h)
+            if level:
+                better = np.abs(found - last) < apart
+                apart[better], best[better] = np.abs(found - last)[better], found[better]
+            last = found
+        columns.append(best)
     return np.array(columns).T
 
 
@@ -69,6 +79,8 @@ class Laws:
             if tables.acts[mode, i] and law.stage <= GUARD:
                 self._laws.append((law, slice(row, row + law.rows), slice(row, row + law.outs), slice(at, at + count)))
             row, place = row + law.rows, place + len(law.keys) * count
+        length, rate = (natural_length(tables), natural_rate(tables)) if self._laws else (1.0, 1.0)
+        self._sizes = np.array([length, length * rate, length * rate**2])  # of a coordinate, a speed, an acceleration
 
     def __bool__(self):
         return bool(self._laws)
@@ -98,7 +110,8 @@ class Laws:
                 local, seen = np.append(local, T.LU[rows, :n] @ free), np.vstack([seen, T.LU[rows, :n] @ by])
             out[given] = value(law, local, T.law[place])
             if want:
-                change[given] = slope(law, local, T.law[place]) @ seen
+                sizes = np.repeat(self._sizes[:len(local) // law.rows], law.rows)
+                change[given] = slope(law, local, T.law[place], sizes) @ seen
             if law.stage == FORCE:
                 free = free + out[rows] @ T.LP[m, rows]
                 if want:

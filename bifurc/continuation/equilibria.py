@@ -9,6 +9,7 @@ names is tried, on both sides of the parameter, for equilibria may go on or turn
 """
 import copy
 import math
+from functools import partial
 
 import numpy as np
 
@@ -19,12 +20,12 @@ from ..jobs.executors import user_parts
 from ..orbits.autonomous import section
 from ..orbits.equilibria.equilibrium import Equilibrium
 from ..orbits.equilibria.hopf import critical_pair
-from ..orbits.shooting.path import ParameterPath, of_all_modes, parameter_path
+from ..orbits.shooting.path import SHAKEN, ParameterPath, of_all_modes, parameter_path
 from ..orbits.shooting.sequence import set_parameter
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
 from .families import orbit_family
-from .kinds import SpecialPointKind
+from .kinds import NUMERICAL, SpecialPointKind
 from .problem import Monitor, Problem
 from .shooting.branching import stepped_out
 from .shooting.problem import OrbitProblem
@@ -68,6 +69,7 @@ class EquilibriumProblem(Problem):
         Natural size of the unknowns; default: the largest of the state, or 1 where that is zero.
     """
 
+    errors = NUMERICAL
     monitors_read_tangent = False
 
     def __init__(self, system: System, path: ParameterPath, mode: int, state, value: float, parameter_scale: float, size=None):
@@ -246,6 +248,13 @@ class EquilibriumProblem(Problem):
         other = copy.copy(self)
         other.path, other.field = path, ModeField(self.scene, path.tables, self.mode)
         return other
+
+    def shaken(self):
+        """See `Problem.shaken`."""
+        return SHAKEN, tuple(tuple(partial(self._shaken, way, sign) for sign in (1, -1)) for way in (0, 1))
+
+    def _shaken(self, way, sign):
+        return self.on_path(self.path.shaken(way, sign))
 
     def bounded(self, low, high, made):
         """Return the problem with its path reaching over [low, high]; ``made`` keeps the paths already widened."""

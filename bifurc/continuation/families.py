@@ -94,6 +94,9 @@ class PathFamily(Family):
         self._b, self._index, self._series = surface(sample, (low, high), bounds, name)
         self._last = (math.nan, None)
 
+    def __reduce__(self):
+        return family_of, (self.problem, self.name, self.interval)  # the numbers are sampled again: their builder travels
+
     def at(self, value):
         """See `Family.at`."""
         if value != self._last[0]:

@@ -20,7 +20,7 @@ from ..orbits.equilibria.equilibrium import find_equilibrium
 from ..orbits.orbit import TOUCH, PeriodicOrbit
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
-from .kinds import ContinuationError, SpecialPointKind
+from .kinds import NUMERICAL, ContinuationError, SpecialPointKind
 from .problem import Monitor, Problem
 from .shooting import autonomous
 from .shooting.problem import OrbitProblem
@@ -62,6 +62,7 @@ class EnergyProblem(Problem):
         Unknowns of the start (U, unfolding) and the energy.
     """
 
+    errors = NUMERICAL
     parameter = "energy"
     touch = TOUCH  # as of other orbits
     monitors_read_tangent = False

@@ -6,6 +6,7 @@ from ..enumerations import DescribedEnum
 
 # what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
 ERRORS = (ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RuntimeError, TypeError, ValueError)
+NUMERICAL = (ArithmeticError, RuntimeError, ValueError)  # what formulas may raise that are right
 
 
 class SpecialPointKind(StrEnum):

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..solve.bordered import factor, solve_factored
-from .kinds import CorrectorStatus, SpecialPointKind
+from .kinds import ERRORS, CorrectorStatus, SpecialPointKind
 
 EPS = float(np.finfo(float).eps)
 ROUNDED = 8.0 * EPS  # what is left of a sum of a few terms of size one
@@ -173,6 +173,7 @@ class Problem:
     'fold'
     """
 
+    errors: tuple[type[Exception], ...] = ERRORS  # what of its formulas becomes a status of a branch; others are passed on
     parameter = "p"
     monitors: tuple[Monitor, ...] = ()
     signature = ""
@@ -311,6 +312,11 @@ class Problem:
         By the rounding of their terms, and by what is left of the equations: points side by side share both.
         """
         return 0.0
+
+    def shaken(self):
+        """Return a small part, and pairs of functions that make problems with the same equations whose numbers all differ by it,
+        one way and the other: they tell what the rounding of numbers does to a special point. None by default."""
+        return 1.0, ()
 
     def own_directions(self, directions):
         """Return those of the directions (m, n + 1) at a branch point along which solutions of this problem lie; all by default."""

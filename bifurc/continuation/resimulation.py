@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .kinds import ERRORS, SpecialPointKind
+from .kinds import SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
 ROUNDED = 64.0 * float(np.finfo(float).eps)  # of the largest multiplier: rounding of the others, beside a graze more than 1
@@ -126,7 +126,7 @@ def beside(problem, x, tangent, step):
     is not known well enough: beside a merging point that of the parent is another solution."""
     try:
         c = problem.correct(x + step * problem.scale * tangent, tangent)
-    except ERRORS:  # the problem's own code
+    except problem.errors:
         return None
     walls = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
     along = c.converged and abs(float(c.tangent @ tangent)) > ALONG

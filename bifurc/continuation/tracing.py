@@ -15,7 +15,7 @@ from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
 from .branches.branch import Branch
-from .kinds import ERRORS, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
 from .maps.orbit import MapOrbit
 from .monitors import with_monitors
 from .peaks import with_peaks
@@ -278,7 +278,7 @@ def begin_on_boundary(half):
     half.edge = inside.AT_BOUNDARY
     try:
         aside, changes = beside(row, here)
-    except ERRORS:  # the problem's own code; the first step will say what
+    except part.problem.errors:  # the first step will say what
         return
     for j, change in zip(here, changes, strict=True):
         if not abs(change) > TELLS:
@@ -322,7 +322,7 @@ def cut_at(row, j, root):
                       np.array(row.tests[1:]))
     else:
         c, low, high = root.point, min(root.low, 0.0), max(root.high, 0.0)
-        error = detect.parameter_error(part, c, root)
+        error = detect.parameter_error(part, c, root, j)
     special = detect.Found(*detect.named(part, j, c.x), c.x, c.tangent, 0.0, low, high, error, part, corrected=c)
     return detect.Cut(row, c, j, special)
 

@@ -3,6 +3,7 @@ import copy
 
 import numpy as np
 
+from .kinds import ERRORS
 from .problem import Corrected
 
 
@@ -18,6 +19,7 @@ class Watching:
     monitors : iterable of Monitor
     """
 
+    errors = ERRORS  # functions of the user are among what is watched
     follows = False  # what is watched is looked up in every step
 
     def __init__(self, problem, monitors):
@@ -79,6 +81,11 @@ class Watching:
         """See `Problem.beyond_corner`; the watch goes on behind the corner."""
         answer = self.inner.beyond_corner(row)
         return None if answer is None else (self.around(answer[0]), answer[1])
+
+    def shaken(self):
+        """See `Problem.shaken`."""
+        size, pairs = self.inner.shaken()
+        return size, tuple(tuple(lambda make=make: self.around(make()) for make in pair) for pair in pairs)
 
     def restarted(self, x):
         """See `Problem.restarted`."""

@@ -19,6 +19,8 @@ TURN = 0.7  # largest change of the argument of F between two points
 FINEST = 1e-9  # of the circle: closer than that to a zero the count is not told
 NEWTON = 60
 CLOSE = 1e-13  # last correction of a root, relative
+AROUND = np.linspace(0.0, np.pi, 5)  # angles at which the size of F on the circle is looked up
+ROUNDING = 64.0 * 2.2e-16  # of F, in parts of that size: transition matrices of an orbit that is itself known to rounding
 
 
 class OnCircle(ArithmeticError):
@@ -94,9 +96,10 @@ class Characteristic:
         return None
 
     def crossing(self, angle: float, gain: float, size: float) -> tuple[float, float, float] | None:
-        """Return (angle, gain, last correction) where a multiplier exp(i angle) lies on the circle, by Newton from near values.
+        """Return (angle, gain, error) where a multiplier exp(i angle) lies on the circle, by Newton from near values.
 
-        A flip keeps the angle pi.  ``size`` is the largest gain between which and another the multiplier crosses.
+        A flip keeps the angle pi.  ``size`` is the largest gain between which and another the multiplier crosses.  The error of the
+        gain is the last correction, and what the rounding of the function, of a size that it has on the circle, makes of it.
         """
         flip = abs(abs(angle) - np.pi) < 1e-6
         for _ in range(NEWTON):
@@ -108,15 +111,18 @@ class Characteristic:
             if flip:
                 angle = np.pi
                 change = np.array([0.0, (value[0] / by_gain).real])
+                answer = 1.0 / abs(by_gain)
             else:
                 by_angle = (value[1] - value[2]) / (2.0 * da)
                 slope = np.array([[by_angle.real, by_gain.real], [by_angle.imag, by_gain.imag]])
                 if not np.isfinite(slope).all() or np.linalg.matrix_rank(slope) < 2:
                     return None
                 change = np.linalg.solve(slope, [value[0].real, value[0].imag])
+                answer = float(np.abs(np.linalg.inv(slope)[1]).sum())
             if not np.isfinite(change).all():
                 return None
             angle, gain = angle - change[0], gain - change[1]
             if abs(change[0]) <= CLOSE * 10 and abs(change[1]) <= CLOSE * 10 * size:
-                return float(angle), float(gain), float(abs(change[1]))
+                around = np.abs(self(np.exp(1j * AROUND), np.full(AROUND.size, gain))).max()
+                return float(angle), float(gain), float(abs(change[1])) + ROUNDING * answer * float(around)
         return None

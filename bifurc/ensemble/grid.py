@@ -210,7 +210,7 @@ def _named(name: str) -> tuple[str, int]:
     return match[1], int(match[2])
 
 
-def place_of(name: str, n: int, ns: int) -> int:
+def place_of(name: str, n: int, ns: int, owner: str = "Grid") -> int:
     """Return the place of a component in the state (q, v, w) of ``n`` degrees of freedom and ``ns`` states.
 
     Raises
@@ -221,7 +221,7 @@ def place_of(name: str, n: int, ns: int) -> int:
     kind, index = _named(name)
     if index >= (ns - 2 * n if kind == "w" else n):
         memory = f", memory w0 .. w{ns - 2 * n - 1}" if ns > 2 * n else ", no memory"
-        raise ValueError(f"Grid: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
+        raise ValueError(f"{owner}: component {name!r} is unknown to this system; it has {n} degree{'s' * (n > 1)} of "
                          f"freedom: q0 .. q{n - 1} and v0 .. v{n - 1}{memory}")
     return index + {"q": 0, "v": n, "w": 2 * n}[kind]
 

@@ -63,7 +63,7 @@ class Section:
         ValueError
             When the system has not this component.
         """
-        return place_of(self.coordinate, scene.n, scene.ns)
+        return place_of(self.coordinate, scene.n, scene.ns, "Section")
 
     def crossings(self, motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         """Return times (k,) and states (k, ns) at which a motion passes the section."""

@@ -59,8 +59,8 @@ def simulate(system: System, y0, periods: float | None = None, duration: float |
     max_events : int
         Largest number of events a forcing period (autonomous: in all).  A complete chattering is one.
     history : Trajectory, PeriodicOrbit or callable, optional
-        For systems with a `DelayedFeedback`: the motion before the start (a callable gives states (k, ns) at times (k,)).
-        None: the feedback begins one delay after the start.
+        For systems with a `DelayedFeedback`: the motion before the start (a callable gives states (k, ns) at times (k,),
+        or one state (ns,) that lasts). None: the feedback begins one delay after the start.
 
     Returns
     -------

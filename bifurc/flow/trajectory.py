@@ -1,6 +1,6 @@
 """A simulated motion: events, and the exact state at any time between them."""
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -64,7 +64,11 @@ def past(motion, t0: float, delay: float):
     if motion.start > t0 - delay + slack or motion.stop < t0 - slack:
         raise ValueError(f"history must reach from {t0 - delay:g} to {t0:g}, one delay back from the start; it is known from "
                          f"{motion.start:g} to {motion.stop:g}")
-    return (lambda t: motion(np.clip(t, motion.start, motion.stop))), [e.time for e in motion.events if e.time > t0 - delay]
+    return partial(_clipped, motion), [e.time for e in motion.events if e.time > t0 - delay]
+
+
+def _clipped(motion, t):
+    return motion(np.clip(t, motion.start, motion.stop))
 
 
 @dataclass(frozen=True)
@@ -174,7 +178,7 @@ class Trajectory(Notebook, Motion):
             When a time lies outside the motion.
         """
         times = np.asarray(t, float)
-        slack = 1e-12 * max(1.0, abs(self.start), abs(self.stop))
+        slack = 1e-12 * max(abs(self.start), abs(self.stop))
         if times.size and not (times.min() >= self.start - slack and times.max() <= self.stop + slack):
             raise ValueError(f"t must lie in [{self.start!r}, {self.stop!r}], the motion that was simulated")
         flat = np.clip(times.ravel(), self.start, self.stop)

@@ -44,7 +44,10 @@ class Orbit(Notebook, Motion):
         """See `Motion.past`; the orbit has gone on for ever, with phase 0 at time 0."""
         first = math.floor((t0 - delay) / self.period) * self.period
         times = [first + k * self.period + event.time for k in range(math.ceil(delay / self.period) + 2) for event in self.events]
-        return (lambda t: self._states(t / self.forcing_period)), [t for t in times if t0 - delay < t < t0]
+        return self._states_at, [t for t in times if t0 - delay < t < t0]
+
+    def _states_at(self, t: np.ndarray) -> np.ndarray:
+        return self._states(t / self.forcing_period)
 
     def sample(self, n: int = 400) -> tuple[np.ndarray, np.ndarray]:
         """Return times ``t`` (n,) from 0 over one period, both ends included, and states ``y`` (n, ns)."""

@@ -28,6 +28,7 @@ from .shooting.signature import coincide
 
 CHUNK = 256  # forcing periods of one recorded piece
 TURNED = 64  # last periods of the transient in which directions are carried along, not measured
+LEAST_BATCHES = 4  # from which a spread is read
 DEAD = 1e-13  # multiplier of a direction that is gone
 
 
@@ -41,7 +42,8 @@ class LyapunovExponents(Notebook):
         (ns,), per unit of time; ``-inf`` where a direction dies (a rest on a rigid stop forgets two, dry friction that sticks
         one, a slider that slips one).
     errors : ndarray
-        (ns,), standard errors of `values` from batch means; 0 for ``-inf``.
+        (ns,), standard errors of `values` from batch means, at least one over the time of the average: by so much a direction
+        and the measure of its length matter; 0 for ``-inf``.
     per_period : ndarray
         (ns,), `values` times the forcing period (without excitation: what counts as one).
     impacts : float
@@ -160,15 +162,30 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
         kicks, logs = kicks + count, logs + log
         y = motion.final
         now += step
-    batch = sums.reshape(batches, -1, ns).mean(axis=1)
-    per_period = batch.mean(axis=0)
-    errors = batch.std(axis=0, ddof=1) / np.sqrt(batches) / unit
+    per_period = sums.mean(axis=0)
+    errors = errors_of(sums, batches) / unit
     per_period[alive[0]:], errors[alive[0]:] = -np.inf, 0.0
     if alive[0] < ns:
         logs = -np.inf
     order = np.argsort(-per_period, kind="stable")
     return LyapunovExponents(per_period[order] / unit, errors[order], per_period[order], kicks / periods,
                              logs / (periods * unit), y, periods)
+
+
+def errors_of(sums: np.ndarray, batches: int) -> np.ndarray:
+    """Return the standard errors (ns,) of the means of a record (periods, ns) of growths.
+
+    Growths may follow each other slowly: of batches, pairs of them, pairs of pairs, as long as there are four, the largest error
+    counts. What a direction grows by depends on how lengths are measured, and on where it turns to in the last period: a factor of
+    the order of e in all, which no spread of batches shows.
+    """
+    periods, ns = sums.shape
+    batch = sums.reshape(batches, -1, ns).mean(axis=1)
+    found = np.zeros(ns)
+    while len(batch) >= LEAST_BATCHES:
+        found = np.maximum(found, batch.std(axis=0, ddof=1) / np.sqrt(len(batch)))
+        batch = batch[:len(batch) // 2 * 2].reshape(len(batch) // 2, 2, ns).mean(axis=1)
+    return np.hypot(found, 1.0 / periods)
 
 
 def _span(forced: bool, now: int, step: int, unit: float) -> tuple[tuple[int, float], tuple[int, float]]:

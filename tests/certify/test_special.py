@@ -1,12 +1,14 @@
 """Certificates of special points: closed forms lie in the enclosures, points that are none are not proved."""
 import dataclasses
 
+import numpy as np
 import pytest
 from mpmath import mp
 
 import bifurc as bf
 from bifurc.certify import Verdict
 from bifurc.elements import HarmonicForce, RigidStop
+from tests.certify.random_scenes import KINDS
 from tests.reference import digits, one_stop
 
 pytest.importorskip("flint")
@@ -108,3 +110,33 @@ def test_points_of_a_motion_are_proved_in_any_unit_of_length():
     for other in found[1:]:
         for (low, high), (below, above) in zip(found[0], other, strict=True):
             assert max(low, below) <= min(high, above) and above - below < 1e-12
+
+
+def test_a_touch_beside_slow_impacts_is_proved_at_the_touch():
+    """The last ones of eleven impacts are slower than what counts as a graze elsewhere: the touch is another event."""
+    system = bf.System(1.0, 0.35, 1.0, [HarmonicForce(1.14), RigidStop(0.39, 0.325)], omega=0.7914)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.76, 0.8))
+    touches = [point for point in branch.special_points if point.kind == "grazing"]
+    assert len(touches) >= 4
+    for point in touches:
+        found = point.certify()
+        assert found.exists is not Verdict.DISPROVED
+        if found.exists:
+            low, high = found.parameter
+            assert low - point.error <= point.parameter <= high + point.error
+
+
+@pytest.mark.parametrize("seed", [18, 33])
+def test_points_of_several_masses_lie_within_their_stated_errors(seed):
+    """Rounding of the flow, the same at neighbouring points, moves them too."""
+    system = KINDS["stop on several masses"](np.random.default_rng(seed))
+    omega = system.omega
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.6 * omega, 1.7 * omega), max_steps=100)
+    proved = 0
+    for point in branch.special_points:
+        found = point.certify()
+        if found.exists:
+            low, high = found.parameter
+            assert low - point.error <= point.parameter <= high + point.error
+            proved += 1
+    assert proved > 5

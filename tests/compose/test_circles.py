@@ -169,16 +169,16 @@ def test_values_and_slopes_of_laws():
         assert law.outs == 2 and not law.reads
         assert evaluate.value(law, at, numbers) == pytest.approx(n * radial + t * tangential)
         known = slopes(lambda x, law=law, numbers=numbers: evaluate.value(law, x, numbers), at)
-        assert evaluate.slope(law, at, numbers) == pytest.approx(known, abs=1e-7)
+        assert evaluate.slope(law, at, numbers, np.ones(len(at))) == pytest.approx(known, abs=1e-7)
         guard = law._replace(stage=GUARD, law=Law(lambda d, none, sn, st, k: k * d + sn * st,
                                                   (1.7,), jacobian and (lambda d, none, sn, st, k: (k, 0.0, st, sn))))
         assert guard.outs == 1
         assert evaluate.value(guard, at, numbers) == pytest.approx([1.7 * (r - RADIUS) + sn * (w + DRIFT + SPIN * r)])
         known = slopes(lambda x, law=guard, numbers=numbers: evaluate.value(law, x, numbers), at)
-        assert evaluate.slope(guard, at, numbers) == pytest.approx(known, abs=1e-7)
+        assert evaluate.slope(guard, at, numbers, np.ones(len(at))) == pytest.approx(known, abs=1e-7)
         straight = SceneLaw(0, "x", ("always",), 2, Law(bent, (1.7,), jacobian), FORCE, 0, False)
         assert evaluate.value(straight, at, np.array([1.7])) == pytest.approx(bent(*at, 1.7))
-        assert evaluate.slope(straight, at, np.array([1.7])) == pytest.approx(
+        assert evaluate.slope(straight, at, np.array([1.7]), np.ones(len(at))) == pytest.approx(
             slopes(lambda x, law=straight: evaluate.value(law, x, np.array([1.7])), at), abs=1e-7)
 
 
@@ -351,3 +351,19 @@ def test_written_modules_are_whole_files_and_loaded_once(tmp_path):
     assert "bifurc_test_written_ill" not in sys.modules
     assert written.source("bifurc.compose.written").startswith('"""Modules that the package writes')
     HarmonicForce()
+
+
+@pytest.mark.parametrize("length, time", [(1e-9, 1.0), (1e-6, 1e-6), (1.0, 1.0), (1e3, 1e3)])
+def test_a_law_without_a_jacobian_has_its_slopes_in_any_units(length, time):
+    """Steps of differences follow from the natural sizes of the scene: a spring that saturates, k u / (1 + (u / w)^2), with its
+    derivative in closed form."""
+    def soft(u, v, k=1.0, w=1.0, c=0.1):
+        return -k * u / (1.0 + (u / w)**2) - c * v
+    k, w, c = 2.0 / time**2, 0.3 * length, 0.1 / time
+    force = bf.elements.Force(soft, k=k, w=w, c=c)
+    system = bf.System(1.0, 0.0, 1.0 / time**2, [force, bf.elements.ConstantForce(1.0 * length / time**2)])
+    scene = scene_of(system)
+    for at in (0.0, 0.1 * w, w):
+        found = evaluate.Laws(scene.laws, scene.tables, 0).slopes(np.array([at, 0.0, 1.0]))
+        q = (at / w)**2
+        assert found[0] / (k, c) == pytest.approx([-(1.0 - q) / (1.0 + q)**2, -1.0], abs=1e-9)

@@ -249,3 +249,47 @@ def test_states_between_events_are_those_of_the_exponential(omega):
     x = np.array([0.4, -0.9, 1.0, np.cos(0.8), np.sin(0.8)])
     for time in (0.05, 1.1):
         assert _after(kernels(scene), scene.tables, 0, x, time) == pytest.approx(expm(whole * time) @ x, abs=1e-13)
+
+
+def test_stated_errors_of_gains_hold_the_closed_form():
+    """Motions with one impact a period a little past their flips, in 30 digits; det(lambda I - E_lambda S) = 0 at the ends."""
+    mp = pytest.importorskip("mpmath")
+    checked = 0
+    with mp.workdps(30):
+        for seed in range(12):
+            rng = np.random.default_rng(seed)
+            zeta, omega, ratio, gap = (float(v) for v in (rng.uniform(0.02, 0.2), rng.uniform(2.1, 2.9), rng.uniform(0.4, 0.85),
+                                                          10**rng.uniform(-2.0, 2.0)))
+            z, w, r, period = mp.mpf(zeta), mp.mpf(omega), mp.mpf(ratio), 2 * mp.pi / mp.mpf(omega)
+
+            def flight(stiffness, z=z, t=period):
+                d = mp.sqrt(mp.mpc(z * z - stiffness))
+                s, c, e = mp.sinh(d * t) / d, mp.cosh(d * t), mp.exp(-z * t)
+                return mp.matrix([[e * (c + z * s), e * s], [-stiffness * e * s, e * (c - z * s)]])
+            E, D = flight(mp.mpf(1)).apply(mp.re), mp.exp(-2 * z * period)
+            trace = E[0, 0] + E[1, 1]
+            lam, gam = (1 + r) * E[0, 1] / (trace - 1 - D), 1 - (1 + r) * (E[1, 1] - D) / (trace - 1 - D)
+            K = -r * trace + (1 + r) * E[0, 1] * (2 * z * gam - (1 - w * w) * lam)
+            v = mp.mpf("0.93") * (1 + r) * E[0, 1] * w * w * gap / (K + 1 + r * r * D)
+            load = mp.sqrt((gap - lam * v)**2 + (gam * v / w)**2) * mp.sqrt((1 - w * w)**2 + (2 * z * w)**2)
+            time = float((mp.atan2(-gam * v / w, gap - lam * v) + mp.atan2(2 * z * w, 1 - w * w)) / w) % float(period)
+            system = bf.systems.impact_oscillator(zeta=zeta, omega=omega, amplitude=float(load), gap=gap, restitution=ratio)
+            start = bf.simulate(system, (gap, -ratio * float(v)), t0=time, duration=float(period) - time).final
+            orbit = bf.find_orbit(system, guess=start)
+            if v <= 0 or not orbit.success or len(orbit.events) != 1:
+                continue
+            S = mp.matrix([[-r, 0], [(1 + r) * (-w * w * gap / v - (1 - w * w) * lam + 2 * z * gam), -r]])
+
+            def equation(value, gain, S=S, r=r, D=D, flight=flight):
+                M = flight(1 + gain * (1 - 1 / value)) * S
+                return value**2 - value * (M[0, 0] + M[1, 1]) + r * r * D
+            for end in bf.control.feedback_range(orbit, "displacement", (0.0, 0.6)).ends:
+                gain, angle = mp.mpf(end.gain), mp.mpf(float(abs(np.angle(end.multiplier))))
+                if end.kind == "period_doubling":
+                    exact = mp.findroot(lambda k, h=equation: mp.re(h(mp.mpf(-1), k)), gain)
+                else:
+                    exact = mp.findroot(lambda k, a, h=equation: [part(h(mp.exp(mp.mpc(0, mp.re(a))), mp.re(k)))
+                                                                  for part in (mp.re, mp.im)], (gain, angle))[0]
+                assert abs(float(exact - gain)) <= end.error < 1e-12
+                checked += 1
+    assert checked > 12

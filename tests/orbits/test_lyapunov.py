@@ -144,3 +144,21 @@ def test_exponents_are_sorted_with_their_own_errors():
     assert found.chaotic and (np.diff(found.values) < 0.0).all()
     assert found.values[2:] == pytest.approx([-0.5, -2.0], abs=1e-9)
     assert found.errors[:2].min() > 10.0 * found.errors[2] and found.errors[:2].min() > 4.0 * found.errors[3]
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-4, 1e4])
+def test_stated_errors_of_linear_systems_hold_the_decays_of_their_modes(unit):
+    """Real parts of eigenvalues.  Two of a pair share one; nothing is random here, and yet an average ends somewhere."""
+    apart = []
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(1, 4))
+        A = rng.normal(size=(n, n))
+        K = (A @ A.T + 0.3 * np.eye(n)) / unit**2
+        C = 0.1 * K * unit + 0.05 * np.eye(n) / unit
+        system = bf.System(np.eye(n), C, K, [bf.elements.HarmonicForce(1.0)], omega=float(rng.uniform(0.5, 2.0)) / unit)
+        exact = np.sort(np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]])).real)[::-1]
+        found = bf.lyapunov_exponents(system, periods=400, transient=100)
+        apart += list(np.abs(found.values - exact) / found.errors)
+    apart = np.array(apart)
+    assert apart.max() < 6.0 and (apart < 2.0).mean() > 0.95

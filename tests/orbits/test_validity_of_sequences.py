@@ -10,7 +10,7 @@ from tests.reference.plain import plain
 
 # guards 0 and 1 are stops that throw back, 2 and 3 contacts without an impact
 KICK = np.tile(np.array([1, 1, 0, 0]), (3, 1))
-SIZE = 3
+SIZE, RATIO = 3, 0.4
 
 
 def unknowns(times):
@@ -55,7 +55,8 @@ def test_a_short_duration_is_measured_as_a_part_of_a_short_neighbour():
 
 
 def tables(**changes):
-    made = {"kick": KICK, "n_holds": np.zeros(3, np.int64), "n_guards": np.full(3, 4), "flat": np.array([2.0])}
+    made = {"kick": KICK, "n_holds": np.zeros(3, np.int64), "n_guards": np.full(3, 4), "flat": np.array([2.0]),
+            "ratio": np.full(KICK.shape, RATIO)}
     return SimpleNamespace(**{**made, **changes})
 
 
@@ -96,7 +97,8 @@ def test_events_are_measured_by_their_speed_or_their_duration():
 def test_of_a_complete_chattering_flights_with_friction_are_measured_by_their_parts():
     train = [(0, 0, 0, 0, 2), (0, 2, 0, 0, 2), (0, 0, 1, 0, 1), (1, 2, 0)]
     times = (0.1, 0.25, 0.3, 0.8)
-    assert measured(train, times, 0) == measured(train, times, 2) == np.inf
+    flights = [measured(train, times, i) for i in (0, 2)]  # impacts
+    assert flights == pytest.approx([0.3 / 0.45, 0.05 / (0.05 + RATIO * 0.15)])
     assert measured(train, times, 1) == pytest.approx(0.05 / 0.2)
     assert measured(train, (0.1, 0.08, 0.3, 0.8), 1) == pytest.approx(-0.02 / 0.24)
     assert measured(train, (0.1, 0.1 + 1e-15, 0.1 + 2e-15, 0.8), 1) == np.inf  # a flight of rounding

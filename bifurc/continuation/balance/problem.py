@@ -28,7 +28,7 @@ from ...solve.bordered import across
 from ...solve.steprun import MADE, SIZE, TOLD, run_of
 from ...solve.zeros import BOX
 from ..families import PathFamily
-from ..kinds import CorrectorStatus, SpecialPointKind
+from ..kinds import NUMERICAL, CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, ROUNDED, Corrected, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
@@ -93,6 +93,7 @@ class BalanceProblem(Problem):
 
     whole: Balance
 
+    errors = NUMERICAL
     exact_tangent = True  # the derivative in the parameter is exact, see `numbers_at`
     monitors_read_tangent = False
     smooth_boundaries = True  # the equations are the same on both sides

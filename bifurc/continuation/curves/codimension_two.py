@@ -15,6 +15,8 @@ References
 Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 9; W. Govaerts, Numerical Methods for Bifurcations of
 Dynamical Equilibria (2000); D. J. W. Simpson, R. Ghosh, arXiv 2602.22797 (resonant grazing).
 """
+from functools import partial
+
 import numpy as np
 
 from ..conditions import smallest
@@ -50,9 +52,11 @@ def watched(base, condition, kind):
 
 
 def _joined(*functions):
-    def values(problem, x):
-        return [function(problem, x) for function in functions]
-    return values
+    return partial(_values, functions)
+
+
+def _values(functions, problem, x):
+    return [function(problem, x) for function in functions]
 
 
 def pencil_at(problem, x, mu):
@@ -64,18 +68,22 @@ def pencil_at(problem, x, mu):
 
 def second(mu):
     """Return the test for a further multiplier ``mu``."""
-    def value(problem, x):
-        return smallest(pencil_at(problem, x, mu)[0])[0]
-    return value
+    return partial(_second, mu)
+
+
+def _second(mu, problem, x):
+    return smallest(pencil_at(problem, x, mu)[0])[0]
 
 
 def double(mu):
     """Return the test for a double multiplier ``mu`` where one is there: w^T C v, whose sign does not depend on those of w, v."""
-    def value(problem, x):
-        J, C = pencil_at(problem, x, mu)
-        _, w, v = smallest(J)
-        return float(w @ C @ v)
-    return value
+    return partial(_double, mu)
+
+
+def _double(mu, problem, x):
+    J, C = pencil_at(problem, x, mu)
+    _, w, v = smallest(J)
+    return float(w @ C @ v)
 
 
 def cosines(problem, x):

@@ -8,7 +8,7 @@ of the torus curve, and what it finds is traced.
 """
 import numpy as np
 
-from ..kinds import ERRORS, LocationStatus, SpecialPointKind
+from ..kinds import NUMERICAL, LocationStatus, SpecialPointKind
 from ..switched import Switched
 from ..tracing import trace
 from .codimension_two import pencil_at
@@ -91,7 +91,7 @@ def changes(curve, orbit, a, width):
     bounds = (max(curve.bounds_a[0], a - width), min(curve.bounds_a[1], a + width))
     try:
         branch = trace(orbit, curve.base_parameter, bounds=bounds, max_steps=STEPS)
-    except ERRORS:  # the orbit is on no branch within these bounds
+    except NUMERICAL:  # the orbit is on no branch within these bounds
         return []
     found = []
     for point in branch.special_points:

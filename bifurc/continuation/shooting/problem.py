@@ -6,6 +6,7 @@ kernels.
 import copy
 import dataclasses
 import math
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +21,7 @@ from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
-from ...orbits.shooting.path import ParameterPath, fixed_path, of_all_modes, parameter_path
+from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, divided, repeated, sections, since
@@ -29,7 +30,7 @@ from ...solve.steprun import SIZE, run_of
 from ...system import System
 from ..conditions import ASIDE, difference
 from ..families import orbit_family
-from ..kinds import CorrectorStatus, SpecialPointKind, StopReason
+from ..kinds import NUMERICAL, CorrectorStatus, SpecialPointKind, StopReason
 from ..problem import ROUNDED, Corrected, EndPoint, Monitor, Problem
 from ..steps.roots import root_of
 from ..steps.rows import followed
@@ -141,6 +142,7 @@ class OrbitProblem(Problem):
         Natural size of the parameter.
     """
 
+    errors = NUMERICAL
     touch = TOUCH  # as the audit of an orbit
     wraps = True
     monitors_read_tangent = False
@@ -492,6 +494,13 @@ class OrbitProblem(Problem):
         other.path, other.equations, other._known = path, self.equations.on(path), {}
         other._refusal = self._refusal.on(other.equations)
         return other
+
+    def shaken(self):
+        """See `Problem.shaken`."""
+        return SHAKEN, tuple(tuple(partial(self._shaken, way, sign) for sign in (1, -1)) for way in (0, 1))
+
+    def _shaken(self, way, sign):
+        return self.on_path(self.path.shaken(way, sign))
 
     def tables_at(self, value: float):
         """Return the tables of all modes that the scene has met; those of modes met since the last step at a value of the

@@ -147,7 +147,7 @@ class Half:
         origin = math.nan if self.origin is None else self.origin.p
         try:
             made, c = part.problem.follow(rows[-2], row, self.signs, self.sizes, self.ds, most, options, origin)
-        except ERRORS:  # the problem's own code; the single step says what
+        except part.problem.errors:  # the single step says what
             return None
         if made:
             self.rows += made
@@ -175,7 +175,7 @@ class Half:
                 c = part.problem.correct(x, row.tangent, fixed)
             elif c is None:
                 c = part.problem.correct(x, row.tangent)
-        except ERRORS as error:  # the problem's own code may raise anything
+        except part.problem.errors as error:
             return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
         new, cause = self.judge(row, c, ds, fixed)
         if new is not None and not fixed and not options.low <= new.p <= options.high:
@@ -234,7 +234,7 @@ class Half:
         tangent = curve.tangent(high)
         try:
             c = row.part.problem.correct(x, tangent, True)
-        except ERRORS as error:
+        except row.part.problem.errors as error:
             return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
         if c.converged and float(np.dot(c.tangent, row.tangent)) < 0.0:
             return None, (StopReason.DS_MIN, 0.5, "the branch does not reach the bound here")
@@ -376,7 +376,7 @@ class Half:
             problem, tangent = answer
             step = ASIDE[0]
             c = problem.correct(row.x + step * problem.scale * tangent, tangent)
-        except ERRORS:  # the problem's own code
+        except row.part.problem.errors:
             return False
         if not c.converged or float(np.dot(c.tangent, tangent)) < problem.same_tangent:
             return False
@@ -464,7 +464,7 @@ class Half:
             x[-1] = bound
             try:
                 c = part.problem.correct(x, start.tangent, True)
-            except ERRORS:  # the problem's own code
+            except part.problem.errors:
                 continue
             away = float(np.linalg.norm((c.x - row.x) / part.scale))
             new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
@@ -501,7 +501,7 @@ class Half:
             tangent = np.asarray(tangent, float)
             tangent /= math.sqrt(float(np.dot(tangent, tangent)))
             c, along = self.begun(problem, np.asarray(x, float), tangent)
-        except ERRORS as error:
+        except part.problem.errors as error:
             return self.stop(StopReason.NO_SUCCESSOR, f"{type(error).__name__}: {error}")
         if not c.converged:
             return self.stop(StopReason.NO_SUCCESSOR, f"the equations behind {monitor.kind!s} ended with {c.status!s}")
@@ -572,7 +572,7 @@ class Half:
         x = x + row.part.scale * (float(np.dot(gap, origin.tangent)) * origin.tangent)
         try:
             c = row.part.problem.correct(x, origin.tangent)
-        except ERRORS:
+        except row.part.problem.errors:
             return None
         if not c.converged:
             return None

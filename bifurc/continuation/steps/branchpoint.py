@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...solve.bordered import factor, solve_factored
-from ..kinds import ERRORS
 
 NEAR_MISS = 1e-11  # |beta| over the size of the Jacobian: above it the branches do not meet
 DIFFERENCE = 1e-5  # of the Jacobian along a kernel vector, in scaled unknowns (central)
@@ -53,7 +52,7 @@ def locate_crossing(problem, x) -> Crossing:
     try:
         with np.errstate(all="ignore"):
             return _newton(problem, x, scale)
-    except ERRORS:  # the problem's own code, or a decomposition that did not converge on NaN
+    except problem.errors:  # also of a decomposition that did not converge on NaN
         return Crossing("failed")
 
 

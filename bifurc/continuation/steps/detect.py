@@ -15,7 +15,7 @@ import numpy as np
 
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
-from ..kinds import ERRORS, CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
+from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
 from ..problem import Corrected
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
@@ -33,6 +33,8 @@ CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
+FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
+LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -157,7 +159,7 @@ def behind(half, row):
     """Take in the special point a little behind the last row, which steps approach but never reach, if the problem knows one."""
     try:
         end = row.part.problem.end_point(row.x, half.reason)
-    except ERRORS:  # the problem's own code
+    except row.part.problem.errors:
         return
     if end is None or not half.options.low <= end.x[-1] <= half.options.high:
         return
@@ -361,7 +363,7 @@ def located(part, a, b, j, curve, root):
     c = root.point
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
-                 a.s + root.high * curve.length, parameter_error(part, c, root, curve), part, corrected=c)
+                 a.s + root.high * curve.length, parameter_error(part, c, root, j, curve), part, corrected=c)
 
 
 def named(part, j, x):
@@ -372,19 +374,39 @@ def named(part, j, x):
     return SpecialPointKind(part.problem.kind_at(monitor, x)), monitor.name
 
 
-def parameter_error(part, c, root, curve=None):
-    """Bound on the error of the parameter at a root on a curve, or on the tangent of a row, own units.
+def parameter_error(part, c, root, j, curve=None):
+    """Bound on the error of the parameter at a root of test ``j`` on a curve, or on the tangent of a row, own units.
 
     Probes as close as those of the root show a bend of the parameter that is nothing but noise where points are badly determined;
     along a step it is not larger than that of its cubic.  And they may all be off by the same.
     """
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
+    length = 1.0 if curve is None else curve.length
     place = root.error + part.problem.test_uncertainty(c) / abs(root.slope)
-    along = p_scale * abs(float(c.tangent[-1])) * (1.0 if curve is None else curve.length) * place
+    along = p_scale * abs(float(c.tangent[-1])) * length * place
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
-    own = part.problem.uncertainty(c.x, c.tangent)
+    own = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
     return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+
+
+def number_error(part, c, root, j, length):
+    """Return what the rounding of the system's numbers, and of the flow that is made of them, does to the parameter at a root of
+    test ``j``: an error which neighbouring points share, so that probes do not show it.
+
+    The place of the root answers in proportion to small changes of the numbers.  Some tests jump behind their zero: an answer far
+    out of proportion tells nothing, and that to the opposite change is asked.
+    """
+    size, pairs = part.problem.shaken()
+    found = 0.0
+    for pair in pairs:
+        for make in pair:
+            made = make().correct(c.x, c.tangent)
+            late = (tests_of(made)[j] - tests_of(c)[j]) / root.slope if made.converged else math.inf
+            if abs(late) < LATE:
+                found = max(found, abs(float(made.x[-1] - c.x[-1]) - late * length * float(part.scale[-1] * c.tangent[-1])))
+                break
+    return FLOW / size * found
 
 
 def guessed(part, a, b, j):
@@ -451,7 +473,7 @@ def at_end(half, row):
         def test(s, j=j):
             try:
                 c = part.problem.correct(row.x + s * row.direction, row.tangent)
-            except ERRORS:
+            except part.problem.errors:
                 return None
             return (tests_of(c)[j], c) if c.converged else None
 
@@ -459,7 +481,7 @@ def at_end(half, row):
         if root is None:
             continue
         c = root.point
-        error = parameter_error(part, c, root)
+        error = parameter_error(part, c, root, j)
         if abs(float(c.x[-1]) - row.p) <= 1e-12 * part.scale[-1] + error:
             found.append(Found(*named(part, j, c.x), c.x, c.tangent, row.s,
                                row.s + min(root.low, 0.0), row.s + max(root.high, 0.0), error, part,
@@ -473,6 +495,6 @@ def size_beside(half, row, j):
         return 0.0
     try:
         c = row.part.problem.correct(row.x + ASIDE_STEP * row.direction, row.tangent)
-    except ERRORS:  # the problem's own code
+    except row.part.problem.errors:
         return 0.0
     return abs(tests_of(c)[j] - row.tests[j]) / ASIDE_STEP if c.converged else 0.0

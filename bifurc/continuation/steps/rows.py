@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 from ...solve.steprun import TOLD
-from ..kinds import ERRORS, CorrectorStatus, SpecialPointKind
+from ..kinds import CorrectorStatus, SpecialPointKind
 from ..problem import NO_MONITORS, Corrected
 
 
@@ -166,10 +166,10 @@ class Curve:
         return max(abs(6.0 * chord - 4.0 * da - 2.0 * db), abs(6.0 * chord - 2.0 * da - 4.0 * db))
 
     def at(self, t):
-        """Corrected point at ``t``; None where the corrector or the problem's own code fails."""
+        """Corrected point at ``t``; None where the corrector or the problem's own formulas fail."""
         try:
             c = self.problem.correct(self.place(t), self.tangent(t))
-        except ERRORS:  # the problem's own code may raise anything
+        except self.problem.errors:
             return None
         return c if c.converged else None
 

@@ -61,7 +61,7 @@ class DelayedMotion(Motion):
 
     def _at(self, t):
         times = np.asarray(t, float)
-        slack = 1e-12 * max(1.0, abs(self.start), abs(self.stop))
+        slack = 1e-12 * max(abs(self.start), abs(self.stop))
         if times.size and not (times.min() >= self.start - slack and times.max() <= self.stop + slack):
             raise ValueError(f"t must lie in [{self.start!r}, {self.stop!r}], the motion that was simulated")
         return times, self.history.at(np.clip(times.ravel(), self.start, self.stop))

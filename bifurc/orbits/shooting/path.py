@@ -4,6 +4,9 @@ A builder may do anything with its keywords; between two bounds its packed numbe
 omega**2, 2 zeta) or analytic.  They are sampled through the builder and the series is checked at further points to
 rounding level before it is trusted.
 """
+import copy
+import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
@@ -19,6 +22,8 @@ CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of ever
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
 KEPT = 16  # series kept for systems that differ in the value of their parameter only: the branches of one diagram
+SHAKEN = 1e-9  # relative change of all numbers that shows how a solution depends on them: far above rounding, and still linear
+EVEN = (0.6180339887498949, 0.7548776662466927)  # steps of sequences that fill (0, 1) evenly
 PAD = 0.02  # of the interval, so that a predictor may look a little beyond a bound
 
 
@@ -45,6 +50,22 @@ class ParameterPath:
     series: np.ndarray
     low: float
     high: float
+
+    @functools.cached_property
+    def _shaken(self) -> dict[tuple[int, int], "ParameterPath"]:
+        return {}
+
+    def shaken(self, way: int, sign: int) -> "ParameterPath":
+        """Return a path whose numbers differ from these by the part `SHAKEN`, up or down without a pattern; ``way`` is 0 or 1,
+        ``sign`` -1 turns it round."""
+        if (way, sign) not in self._shaken:
+            steps = np.arange(1, self.tables.flat.size + 1) * EVEN[way]
+            factors = 1.0 + sign * SHAKEN * np.where(steps % 1.0 < 0.5, -1.0, 1.0)
+            factors[0] = 1.0  # the frequency is a unit of time
+            tables = copy.deepcopy(self.tables)
+            tables.flat[:] *= factors
+            self._shaken[way, sign] = dataclasses.replace(self, tables=tables, series=self.series * factors[self.index][:, None])
+        return self._shaken[way, sign]
 
 
 def constant_path(scene: Scene, system: System) -> ParameterPath:

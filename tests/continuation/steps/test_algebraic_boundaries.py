@@ -5,6 +5,10 @@ import numpy as np
 import pytest
 
 from bifurc.continuation import Monitor, Problem, StopReason, trace
+from bifurc.continuation.balance.problem import BalanceProblem
+from bifurc.continuation.equilibria import EquilibriumProblem
+from bifurc.continuation.kinds import NUMERICAL
+from bifurc.continuation.shooting.problem import OrbitProblem
 from tests.continuation.problems import GRAZE, P_GRAZE, Free, Hit, Scalar
 
 SERIES = {  # p - P_GRAZE = c1 w + c2 w^2 + c3 w^3 behind the boundary
@@ -185,6 +189,16 @@ def test_answers_that_do_not_lead_on():
         assert branch.stop_reason[1] is StopReason.NO_SUCCESSOR
         assert reason in branch.ends[1].message
         assert branch.special_points[0].parameter == pytest.approx(0.0, abs=1e-15)
+
+
+def test_mistakes_in_formulas_that_are_not_the_users_are_passed_on():
+    start = Window([lambda p: p], boundaries=(0,))
+    start.errors = NUMERICAL
+    start.answer = 3
+    with pytest.raises(TypeError):
+        trace(start, bounds=(-1, 1))
+    assert all(kind.errors == NUMERICAL for kind in (OrbitProblem, EquilibriumProblem, BalanceProblem))
+    assert not issubclass(TypeError, NUMERICAL) and issubclass(np.linalg.LinAlgError, NUMERICAL)
 
 
 @pytest.mark.parametrize("name", SERIES)

@@ -152,17 +152,33 @@ def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
     c = curve.at(0.25)
     for error in (1e-6, 1e-3):
         root = SimpleNamespace(error=error, slope=0.5, p_curve=0.0, p_noise=0.0)
-        assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
-        assert detect.parameter_error(part, c, root) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
+        assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
+        assert detect.parameter_error(part, c, root, 1) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
         bent = SimpleNamespace(error=error, slope=0.5, p_curve=3.0, p_noise=0.0)
-        assert detect.parameter_error(part, c, bent) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
-        assert detect.parameter_error(part, c, bent, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
+        assert detect.parameter_error(part, c, bent, 1) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
+        assert detect.parameter_error(part, c, bent, 1, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
         noisy = SimpleNamespace(error=error, slope=0.5, p_curve=0.0, p_noise=0.5)
-        assert detect.parameter_error(part, c, noisy, curve) == pytest.approx(0.5 + 0.8 * error)
+        assert detect.parameter_error(part, c, noisy, 1, curve) == pytest.approx(0.5 + 0.8 * error)
     part.problem.uncertainty = lambda x, tangent: 0.25
-    assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * error)
+    assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.25 + 0.8 * error)
     part.problem.test_uncertainty = lambda found: 0.1  # of a test that grows by a half a step
-    assert detect.parameter_error(part, c, root, curve) == pytest.approx(0.25 + 0.8 * (error + 0.2))
+    assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.25 + 0.8 * (error + 0.2))
+
+
+def test_numbers_that_move_a_zero_belong_to_its_error():
+    """A zero at p = k: changing k by the part h moves it by h k; a test that jumps beyond its zero tells it on one side alone."""
+    part = Part(Line(user(lambda p: p - 0.4)), 0)
+    a, b = row_at(part, 0.2), row_at(part, 1.0)
+    curve = Curve(a, b)
+    c = curve.at(0.25)
+    for of in (lambda p, k: p - k, lambda p, k: p - k if p >= k else -1.0):
+        pair = [lambda k=k, of=of: Line(user(lambda p: of(p, k))) for k in (0.4 * (1.0 + 1e-6), 0.4 * (1.0 - 1e-6))]
+        part.problem.shaken = lambda pair=pair: (1e-6, (pair, pair))
+        for length, slope in ((curve.length, 0.8), (1.0, SPEED)):
+            found = detect.number_error(part, c, SimpleNamespace(slope=slope), 1, length)
+            assert found == pytest.approx(detect.FLOW * 0.4, rel=1e-3)
+    part.problem.shaken = lambda: (1e-6, ())
+    assert detect.number_error(part, c, SimpleNamespace(slope=1.0), 1, 1.0) == 0.0
 
 
 @pytest.mark.parametrize("start", [0.2, 0.35, 0.45, 0.8])
@@ -403,14 +419,16 @@ def test_a_jump_to_a_branch_beside_is_seen_in_the_middle(monkeypatch):
     a, b = at(0.0, 0.0, 0.0), at(0.2, 0.0, 0.2)
     half = Half(a, SimpleNamespace(low=-9.0, high=9.0))
     half.rows.append(b)
-    assert not hidden.jumped(half, b, at(0.4, 0.0, 0.2 + math.hypot(0.2, 0.056)))
-    assert hidden.jumped(half, b, at(0.4, d, 0.2 + math.hypot(0.2, 0.106)))
+    assert not hidden.jumped(half, b, at(0.4, 0.0, 0.2 + math.hypot(0.2, 0.056)), False)
+    assert hidden.jumped(half, b, at(0.4, d, 0.2 + math.hypot(0.2, 0.106)), False)
     for told, answer in ((hidden.JUMPS, True), (0, False)):
         monkeypatch.setattr(hidden, "doubtful", lambda *given, told=told: told)
-        assert hidden.jumped(half, b, at(0.4, d, 0.43)) is answer
+        assert hidden.jumped(half, b, at(0.4, d, 0.43), False) is answer
+    monkeypatch.setattr(hidden, "doubtful", lambda *told: hidden.JUMPS)  # a boundary may make the determinant zero: the middle tells
+    assert not hidden.jumped(half, b, at(0.4, 0.0, 0.2 + math.hypot(0.2, 0.056)), True)
+    assert hidden.jumped(half, b, at(0.4, d, 0.2 + math.hypot(0.2, 0.106)), True)
     half.rows = half.rows[1:]
-    monkeypatch.setattr(hidden, "doubtful", lambda *told: hidden.JUMPS)
-    assert not hidden.jumped(half, b, at(0.4, d, 0.43))  # the first step: nothing is known before it
+    assert not hidden.jumped(half, b, at(0.4, d, 0.43), False)  # the first step: nothing is known before it
 
 
 def test_what_a_jump_is_told_from(monkeypatch):
@@ -420,7 +438,7 @@ def test_what_a_jump_is_told_from(monkeypatch):
     for r, log in zip((half.rows[0], row, new), (-1.0, -1.5, -3.0), strict=True):
         r.det_log = log
     new.misfit, new.det_sign = 0.02, -1.0
-    hidden.jumped(half, row, new)
+    hidden.jumped(half, row, new, False)
     (misfit, corner, a, b, back, length, alike), = told
     assert (misfit, corner, alike) == (0.02, 0.0, False)
     assert (a, b) == pytest.approx((math.exp(-0.5), math.exp(-2.0))) and (back, length) == pytest.approx((0.5 * SPEED, 0.6 * SPEED))

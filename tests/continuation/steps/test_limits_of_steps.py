@@ -227,7 +227,7 @@ def test_a_jump_is_told_from_its_distance_as_part_of_the_step(monkeypatch, lengt
     first, row = at(-0.1, 0.0, -0.1), at(0.0, 0.0, 0.0)
     half = Half(first, SimpleNamespace(low=-9.0, high=9.0))
     half.rows.append(row)
-    assert hidden.jumped(half, row, at(length, 2.5e-3, length)) is jumps
+    assert hidden.jumped(half, row, at(length, 2.5e-3, length), False) is jumps
 
 
 def test_the_place_of_a_boundary_is_told_in_scaled_units():

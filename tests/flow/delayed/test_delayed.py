@@ -181,3 +181,22 @@ def test_bad_arguments_are_named():
     short = bf.simulate(system, (0.0, 0.0), periods=0.5)
     with pytest.raises(ValueError, match="history must reach"):
         bf.simulate(controlled(system, 0.1), (0.0, 0.0), periods=1, history=short)
+
+
+@pytest.mark.parametrize("past, text", [
+    (lambda t: 1.0, r"shape \(\) at 1 times; it must give states \(1, 2\)"),
+    (lambda t: np.zeros((t.size, 3)), r"shape \(1, 3\)"), (lambda t: np.full((t.size, 2), np.nan), "not finite at t = "),
+    (lambda t: "x", "states of real numbers"), (lambda t: None, "states of real numbers"),
+    (lambda t: np.zeros((t.size, 2), complex), "states of real numbers"), (3, "a motion, an orbit, or a function of time"),
+    (bf.find_orbit(bf.System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [bf.elements.HarmonicForce(1.0)], omega=0.5)), r"\(1, 4\)")])
+def test_a_past_that_is_none_is_named(past, text):
+    system = controlled(bf.systems.impact_oscillator(), 0.1)
+    with pytest.raises(ValueError, match=text):
+        bf.simulate(system, (0.0, 0.0), periods=1, history=past)
+
+
+def test_a_state_that_lasts_is_a_past():
+    """At rest at its equilibrium for ever: constant feedback of it leaves it there."""
+    system = bf.System(1.0, 0.1, 2.0, [bf.elements.ConstantForce(3.0), DelayedFeedback(0.4, 0.7)])
+    motion = bf.simulate(system, (1.5, 0.0), duration=20.0, history=lambda t: (1.5, 0.0))
+    assert np.abs(motion(np.linspace(0.0, 20.0, 50)) - (1.5, 0.0)).max() < 1e-13
