@@ -3,6 +3,7 @@ import io
 import json
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -317,3 +318,10 @@ def test_executors_are_made_by_functions_and_classes_and_used_as_they_are():
             raise AssertionError("it is one already")
     assert all(executors._makes(item) for item in (lambda: None, ThreadPoolExecutor, Callable))
     assert not any(executors._makes(item) for item in (Callable(), SerialExecutor(), None))
+
+
+@pytest.mark.parametrize("module, theirs", [("bifurc_tools.laws", True), ("mine", True), ("bifurc.elements.stops", False)])
+def test_a_module_whose_name_begins_like_the_package_is_the_users(module, theirs):
+    """Its classes go along to workers, which could not rebuild the system without them."""
+    kind = type("Special", (), {"__module__": module})
+    assert (kind in user_parts(SimpleNamespace(_origin=None, elements=(kind(),)))) is theirs
