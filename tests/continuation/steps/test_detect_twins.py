@@ -424,7 +424,7 @@ def test_a_jump_to_a_branch_beside_is_seen_in_the_middle(monkeypatch):
     for told, answer in ((hidden.JUMPS, True), (0, False)):
         monkeypatch.setattr(hidden, "doubtful", lambda *given, told=told: told)
         assert hidden.jumped(half, b, at(0.4, d, 0.43), False) is answer
-    monkeypatch.setattr(hidden, "doubtful", lambda *told: hidden.JUMPS)  # a boundary may make the determinant zero: the middle tells
+    monkeypatch.setattr(hidden, "doubtful", lambda *told: hidden.JUMPS)  # a determinant may be zero there: the middle tells
     assert not hidden.jumped(half, b, at(0.4, 0.0, 0.2 + math.hypot(0.2, 0.056)), True)
     assert hidden.jumped(half, b, at(0.4, d, 0.2 + math.hypot(0.2, 0.106)), True)
     half.rows = half.rows[1:]
