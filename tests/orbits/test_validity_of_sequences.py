@@ -99,6 +99,7 @@ def test_of_a_complete_chattering_flights_with_friction_are_measured_by_their_pa
     times = (0.1, 0.25, 0.3, 0.8)
     flights = [measured(train, times, i) for i in (0, 2)]  # impacts
     assert flights == pytest.approx([0.3 / 0.45, 0.05 / (0.05 + RATIO * 0.15)])
+    assert measured([(0, 0, 1, 0, 1), (1, 2, 0)], (0.1, 0.8), 0) == np.inf  # one flight alone
     assert measured(train, times, 1) == pytest.approx(0.05 / 0.2)
     assert measured(train, (0.1, 0.08, 0.3, 0.8), 1) == pytest.approx(-0.02 / 0.24)
     assert measured(train, (0.1, 0.1 + 1e-15, 0.1 + 2e-15, 0.8), 1) == np.inf  # a flight of rounding

@@ -484,7 +484,9 @@ def measure(T, nodes, span, U, weights, i, x, f, dw, row):
         flight = abs(lasted) + abs(following - tau)
         least = lasted if kick[before, g] == 1 else min(lasted, following - tau)
         return least / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf
-    if nodes[i, CLOSES] == 1 and kick[before, g] == 1:  # Newton may find its last flight with a negative duration
+    if nodes[i, CLOSES] == 1 and kick[before, g] == 1:  # Newton may find the last flight of many with a negative duration
+        if nodes[previous, CLOSES] != 2:
+            return np.inf
         flight = abs(lasted) + T.ratio[before, g] * abs(duration(U, size, span, previous))
         return lasted / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf
     # one measure a birth: that of a short interval is its duration, with the arriving speed at its beginning their minimum would
