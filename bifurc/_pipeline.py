@@ -132,7 +132,7 @@ class _Flags(compiler.Flags):
     def __eq__(self, other) -> bool:
         if not isinstance(other, compiler.Flags):
             return NotImplemented
-        mine, others, options = self._values, other._values, self.options
+        mine, others, options = self._values, other._values, compiler.Flags.options
         return mine == others or all(mine.get(name, options[name].default) == others.get(name, options[name].default)
                                      for name in mine.keys() | others.keys() if name not in DOORS)
 

@@ -42,8 +42,8 @@ def nystrom(order: int) -> Nystrom:
 
 def coefficients(method: Nystrom) -> dict[tuple[str, float], None]:
     """Return the coefficients of a method with the power of the step that each goes with ("h", "hh"): equal ones once."""
-    weights = [("h", method.c, method.velocity, method.last_velocity), ("hh", method.position, method.last_position)]
-    return {(power, weight): None for power, *arrays in weights for array in arrays for weight in array.ravel().tolist()
+    weights = {"h": (method.c, method.velocity, method.last_velocity), "hh": (method.position, method.last_position)}
+    return {(power, weight): None for power, arrays in weights.items() for array in arrays for weight in array.ravel().tolist()
             if weight != 0.0}
 
 
