@@ -3,7 +3,7 @@ import math
 from dataclasses import dataclass
 
 from ...solve import steplaw
-from ...solve.steplaw import ASIDE, AT_END, CLEAR, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND
+from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
 from .inside import beginning, ending, known_to
 from .rows import Curve, Row, tests_of
@@ -208,7 +208,7 @@ def jumped(half, row, new, at_boundary):
     a = math.exp(min(row.det_log - before.det_log, 50.0))
     b = math.exp(min(new.det_log - before.det_log, 50.0))
     told = doubtful(new.misfit, row.part.corner, a, b, back, length, row.det_sign * new.det_sign > 0.0)
-    if told == CLEAR or told == JUMPS and not at_boundary:
+    if told != UNCLEAR and not (told == JUMPS and at_boundary):
         return told == JUMPS
     curve = Curve(row, new)
     c = curve.at(0.5)
