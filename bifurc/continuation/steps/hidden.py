@@ -195,10 +195,9 @@ def beyond(half, row, new):
 def jumped(half, row, new, at_boundary):
     """Whether the two ends of the step lie on different branches that cross or nearly touch at a small angle.
 
-    Such a jump shows little turn, little misfit and sometimes no change of sign of the determinant.  Where some misfit
-    is seen or the determinant heads for zero, the middle of the step is corrected: on a smooth arc it lies on the
-    Hermite curve to the fourth order, between two branches it does not.  So it is ``at_boundary`` too, where the determinant
-    has come to zero by itself if an interval of no duration makes the equations singular, and its sign is rounding.
+    Such a jump shows little turn, little misfit and sometimes no change of sign of the determinant.  Where some misfit is seen or
+    the determinant heads for zero, as it does ``at_boundary`` where an interval has no duration, the middle of the step is
+    corrected: on a smooth arc it lies on the Hermite curve to the fourth order, between two branches it does not.
     """
     rows = half.rows
     if len(rows) < 2 or rows[-2].part is not row.part or row.singular:
