@@ -32,6 +32,7 @@ def audited(seed):
     pytest.param(7006, id="a last slip that vanishes: rows held by tolerance alone would go on"),
     pytest.param(7055, id="memory that is never written keeps its value along a branch"),
     pytest.param(7056, id="memory that a simulated period begins with is stale"),
+    pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):
     row = audited(seed)

@@ -231,10 +231,11 @@ def crossed(half, row, new, cut):
             special = guessed(part, a, b, j)
         if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
-        if j == 0 and at_end(special.s):  # the parameter stands still where an event is born: whether it turns, both sides tell
+        # the parameter stands still where an event is born: whether it turns, both sides tell
+        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.error)):
             half.slope = float(sign)
             continue
-        if j == 0 and part.born > 0 and at_start(special.s):
+        if j == 0 and part.born > 0 and (at_start(special.s) or begins and one_with(special, row, 0.0)):
             half.signs[0] = 0
             continue
         if j == 0:
@@ -248,6 +249,11 @@ def crossed(half, row, new, cut):
         found += torus(half, row, new, cut, found)
     found.sort(key=lambda special: special.s)
     return found, None
+
+
+def one_with(special, edge, error) -> bool:
+    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, which has an ``error``."""
+    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + error
 
 
 def beside_edge(edge, inner, j, s) -> bool:
