@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...compose.natural import natural_length, natural_rate
 from ...compose.numbers import cancelled
 from ...compose.scene import Scene
 from ...compose.writer import kernels
@@ -203,21 +204,17 @@ def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
     and that of the stop differ by a multiple and by what the memory written then makes zero.  When the impacts have come to rest,
     the slider is at its limit all the time.
     """
-    facts = [np.empty((0, T.A.shape[2]))] * len(whole)
-    for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is known at the end of the period counts at its beginning
-        known = facts[i - 1]
-        if i == 0 and closure < 0:
-            known = known.copy()
-            known[:, scene.ns] *= -1.0
-        facts[i] = frozen_facts(scene, T, whole[i], known)
+    size = state_sizes(scene, T)
+    facts = known_facts(scene, T, whole, closure, size)
+    mark_returns(scene, T, whole, closure, facts, size)
     for node, known in zip(whole, facts, strict=True):
         mode = int(node[AFTER])
         guards = range(int(T.n_guards[mode]))
-        rows = {q: left_of(T.G[mode, q], known) for q in guards if len(known) and not T.LG[mode, q].any()}
+        rows = {q: left_of(T.G[mode, q] * size, known) for q in guards if len(known) and not T.LG[mode, q].any()}
         if rows and T.n_holds[mode]:
-            still = _basis([*known, *held_rows(T, mode)], np.ones(T.A.shape[2]))
+            still = _basis(held_rows(T, mode), size, known)
             for q in rows:
-                if not (T.kick[mode, q] or q == node[ENDING]) and vanishes(T.G[mode, q], still):
+                if not (T.kick[mode, q] or q == node[ENDING]) and vanishes(T.G[mode, q] * size, still):
                     node[STARTS + q] = FOREVER
         for k in (k for k in rows if T.kick[mode, k]):
             for q in rows:
@@ -226,14 +223,83 @@ def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
                     node[STARTS + q] = FOREVER
 
 
-def frozen_facts(scene: Scene, T, node: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return orthonormal rows (k, nx) of memory that stands still behind the event of a ``node``, and of the constant, that are
-    zero there; ``known`` are those of the interval before."""
+def state_sizes(scene: Scene, T) -> np.ndarray:
+    """Return natural sizes (nx,) of states, of which memory is a length, and 1 for the forcing."""
+    size = np.ones(T.A.shape[2])
+    size[:scene.ns] = natural_length(T)
+    size[scene.n:2 * scene.n] *= natural_rate(T)
+    return size
+
+
+def known_facts(scene: Scene, T, whole: np.ndarray, closure: int, size: np.ndarray) -> list[np.ndarray]:
+    """Return for every interval orthonormal rows (k, nx), in states of the ``size`` (nx,), of memory and the constant that are zero
+    in all of it.
+
+    At one instant several memories are written from one state: what is left of them without that state stays.
+    """
+    facts = [np.empty((0, size.size))] * len(whole)
+    now: list[np.ndarray] = []  # rows that are zero at this instant: what it has written, less the state that this was written from
+    for i in [*range(len(whole)), *range(len(whole))]:  # twice: what is known at the end of the period counts at its beginning
+        known = turned(scene, facts[i - 1]) if i == 0 and closure < 0 else facts[i - 1]
+        if i == 0 or whole[i, DIVIDE] != TOGETHER:
+            now = []
+        facts[i] = frozen_facts(scene, T, whole[i], _basis(now, size, known), size)
+        now = [*now, *written(scene, T, whole[i])]
+    return facts
+
+
+def turned(scene: Scene, known: np.ndarray) -> np.ndarray:
+    """Return rows (k, nx) as they are for the mirror image of a motion."""
+    found = known.copy()
+    found[:, scene.ns] *= -1.0
+    return found
+
+
+def written(scene: Scene, T, node: np.ndarray) -> list[np.ndarray]:
+    """Return rows (nx,) that are zero just behind the event of a ``node``: memory less what is written into it; none of a kick."""
+    before, guard = int(node[BEFORE]), int(node[GUARD])
+    if guard < 0 or T.kick[before, guard]:
+        return []
+    jump, unit = slope_of_jump(scene, T, before, guard), np.eye(T.A.shape[2])
+    places = [c for c in range(2 * scene.n, scene.ns) if (jump[c] != unit[c]).any()]
+    return [unit[c] - jump[c] for c in places if not jump[c, places].any()]
+
+
+def mark_returns(scene: Scene, T, whole: np.ndarray, closure: int, facts: list[np.ndarray], size: np.ndarray) -> None:
+    """Mark (`TOGETHER`) the ends of stick of sliders on one row that stuck at one instant, and come back to where they slipped.
+
+    They do so at one instant again (return-point memory, Masing 1926): their guards differ by a multiple, and by what the ``facts``
+    of memory make zero.
+    """
+    for i, node in enumerate(whole):
+        opening = whole[i - 1]
+        if min(node[GUARD], opening[GUARD]) < 0 or node[DIVIDE] != 0:
+            continue
+        mode, first, before = (int(value) for value in opening[:DIVIDE])
+        guard, known = int(node[GUARD]), facts[i - 2]
+        if closure < 0 and i == 0:
+            guard = scene.mirror_guard(int(node[BEFORE]), guard)
+        elif closure < 0 and i == 1:
+            known = turned(scene, known)
+        if T.kick[mode, first] or T.kick[before, guard] or not len(known):
+            continue
+        element = scene.guard(before, guard).element
+        waited = scene.keys[mode][element] == scene.keys[before][element]
+        row = T.G[before, guard]
+        own = [q for q in range(int(T.n_guards[mode])) if q != first and scene.guard(mode, q).element == element
+               and np.array_equal(T.G[mode, q], row) and not T.LG[mode, q].any()] if waited else []
+        if own and multiples(left_of(row * size, known), left_of(T.G[mode, first] * size, known)):
+            node[DIVIDE] = TOGETHER
+
+
+def frozen_facts(scene: Scene, T, node: np.ndarray, known: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return orthonormal rows (k, nx), in states of the ``size`` (nx,), of memory that stands still behind the event of a ``node``,
+    and of the constant, that are zero there; ``known`` are those of the interval before."""
     before, guard, after = (int(value) for value in node[:DIVIDE])
-    size, unit = np.ones(T.A.shape[2]), np.eye(T.A.shape[2])
-    zero = [*known, *(unit[c] - row for c, row in scene.algebraic(before))]
+    unit = np.eye(size.size)
+    zero = [unit[c] - row for c, row in scene.algebraic(before)]
     zero += held_rows(T, before)
-    jump = unit
+    jump = unit[:scene.ns]
     if guard >= 0:
         zero.append(T.G[before, guard])
         jump = slope_of_jump(scene, T, before, guard)
@@ -241,12 +307,12 @@ def frozen_facts(scene: Scene, T, node: np.ndarray, known: np.ndarray) -> np.nda
     places = [c for c in range(2 * scene.n, scene.ns) if c not in moved and not T.A[after, c].any()]
     if not places:
         return np.empty((0, size.size))
-    values = np.vstack([jump[places], unit[scene.ns]])
-    left = left_of(values, _basis(zero, size))
+    values = np.vstack([jump[places] * size / size[places, None], unit[scene.ns]])
+    left = left_of(values, _basis(zero, size, known))
     _, sizes, combinations = np.linalg.svd(left.T)
     sizes = np.append(sizes, np.zeros(len(values) - sizes.size))
     rows = combinations[sizes <= PROPORTIONAL * np.abs(values).max()]
-    return _basis(rows @ np.vstack([unit[places], unit[scene.ns]]), size)
+    return _basis(rows @ np.vstack([unit[places], unit[scene.ns]]), np.ones(size.size))
 
 
 def left_of(row, basis):
@@ -258,6 +324,12 @@ def parallel(a, b) -> bool:
     """Return whether two rows are positive multiples of each other, and not zero."""
     size = np.sqrt((a @ a) * (b @ b))
     return bool(size > 0.0 and size - a @ b <= PROPORTIONAL * size)
+
+
+def multiples(a, b) -> bool:
+    """Return whether two rows are positive multiples of each other to rounding, and not zero."""
+    one, two = np.sqrt(a @ a), np.sqrt(b @ b)
+    return bool(min(one, two) > 0.0 and np.abs(a / one - b / two).max() <= PROPORTIONAL)
 
 
 def start_orders(scene: Scene, T, before: int, guard: int, after: int, closes: int, zero: tuple = ()) -> np.ndarray:
