@@ -23,7 +23,7 @@ from .shooting.labels import Labels
 from .shooting.path import constant_path
 from .shooting.refused import Earlier, Refusal, meet_modes
 from .shooting.resting import resting_intervals
-from .shooting.sequence import AFTER, BEFORE, CLOSES, GUARD, HELD
+from .shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, HELD
 from .shooting.signature import Signature, repeated
 
 INSTANT = 1e-12  # periods: impacts this close are simultaneous
@@ -239,7 +239,23 @@ class PeriodicOrbit(Orbit):
         its surface where the mode begins, and complete chatterings are closed below their threshold."""
         listed, peak, leaving, broken = self._audit
         return (listed >= -TOUCH and max(peak, leaving) <= TOUCH and broken <= HELD and self._ordered
-                and self.closing_excess <= LATE)
+                and self.closing_excess <= LATE and self._continuous)
+
+    @property
+    def _continuous(self) -> bool:
+        """Whether memory that begins to follow local values had the value that they give it: sliders begin to slip at their limits.
+
+        Of several modes that may follow an event a sequence can list one in which more of them slip.
+        """
+        scene, period = self.scene, self.forcing_period
+        rows = self._unknowns.reshape(len(self.sequence.nodes), -1) if scene.ns > 2 * scene.n else ()
+        for (before, guard, after), values in zip(self.sequence.nodes[:, :DIVIDE].tolist(), rows, strict=False):
+            kept = {place for place, _ in scene.algebraic(before)}
+            begun = [(place, row) for place, row in scene.algebraic(after) if place not in kept] if guard >= 0 else []
+            x = np.append(values[1:], scene.forcing(np.array([values[0] * period]))[0]) if begun else values
+            if any(abs(row @ x - x[place]) > HELD * self.weights[place] for place, row in begun):
+                return False
+        return True
 
     @functools.cached_property
     def closing_excess(self) -> float:
