@@ -221,7 +221,7 @@ class Force(Element):
                               for at in (0.5 * u[0], u[0]) for speed in (-1.3, 0.7)):
             return None
         # as near to rounding as it comes: with its full output quad does not warn that it came no nearer
-        work = quad(lambda at: self.law(at, 0.0, *values), 0.0, u[0], epsabs=0.0, epsrel=1e-14, limit=200, full_output=True)[0]
+        work = quad(lambda at: self.law(at, 0.0, *values), 0.0, u[0], epsabs=0.0, epsrel=2e-14, limit=200, full_output=True)[0]
         return -float(work)
 
     def mirrored(self):

@@ -27,7 +27,6 @@ def audited(seed):
     pytest.param(5044, id="a slider that slipped until a mass comes to rest, with no restitution and hardly any"),
     pytest.param(5045, id="masses that stick to each other all the time"),
     pytest.param(6008, id="equations that are singular where a step ends on their boundary"),
-    pytest.param(6062, id="a row that lies on a boundary but for rounding"),
     pytest.param(7003, id="two slips that are born at once, beside a guard that is zero by itself", marks=pytest.mark.slow),
     pytest.param(7006, id="a last slip that vanishes: rows held by tolerance alone would go on"),
     pytest.param(7055, id="memory that is never written keeps its value along a branch"),

@@ -25,7 +25,7 @@ from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import UNITS, ratio
 from .directions import directions
-from .successor import LISTED, SAME, allowed, complete_chatters, cycle, inside, jumps, kicks, onto, successor, verified
+from .successor import LISTED, SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -161,11 +161,12 @@ def constructed(problem, x, name):
 def admissible_side(problem, x):
     """Return the unit tangent at ``x`` that points to admissible orbits, or None."""
     lines = directions(problem, x)
+    boundary = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
     for step in TRIALS:
         good = []
         for way in (sign * line for line in lines for sign in (1.0, -1.0)):
             c = problem.correct(x + step * problem.scale * way, way)
-            if c.converged and inside(problem, c):
+            if c.converged and all(c.monitors[k] < 0.0 for k in boundary):
                 good.append(way)
         if len(good) == 1:
             return good[0]

@@ -43,7 +43,7 @@ EPS = 2.2e-16
 STILL = 1e-13  # speed of a held row that is none
 LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
-ZERO = 4.0 * EPS  # of one that is zero but for rounding, as of a guard where a mode begins
+ZERO, FURTHER = 4.0 * EPS, 100.0  # of one that is zero but for rounding; how much farther away it is looked at again
 NEWTON = 12  # steps onto the new equations
 CONVERGED = 1e-11  # scaled residual
 SECANTS = 60
@@ -190,7 +190,7 @@ def verified(problem, point, new, x, tangent) -> bool:
     than those through which the end ``point`` of ``problem`` was reached, and repeated by simulation."""
     for step in () if rebounds(new) else INSIDE:
         c = along(new, x, tangent, step)
-        if c is not None and inside(new, c):
+        if c is not None and inside_ahead(new, x, tangent, step, c):
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
                 return determined(new, c.x) and not retraces(problem, point, new, c) and not loosens(new, x, tangent, step, c)
@@ -291,12 +291,20 @@ def rebounds(problem) -> bool:
 
 
 def inside(problem, c) -> bool:
-    """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it.
+    """Whether a corrected point lies where the equations of the problem are valid, its parameter where elements allow it."""
+    return allowed(problem, c.p) and all(c.monitors[k] < 0.0 for k in boundaries(problem))
 
-    A guard may be zero by itself, of either sign of its rounding; an event that has no speed by itself is none.
-    """
-    return allowed(problem, c.p) and all(c.monitors[k] <= (-ZERO if problem.monitors[k].name == LISTED else ZERO)
-                                         for k in boundaries(problem))
+
+def inside_ahead(problem, x, tangent, step, c) -> bool:
+    """Whether a corrected point ``c``, a ``step`` along ``tangent`` from ``x`` (n + 1,), lies `inside`, also where a guard is zero
+    by itself, of either sign of its rounding: it is so farther away as well."""
+    doubtful = [k for k in boundaries(problem) if not c.monitors[k] < 0.0]
+    if not doubtful or not allowed(problem, c.p):
+        return not doubtful and allowed(problem, c.p)
+    if any(problem.monitors[k].name == LISTED or c.monitors[k] > ZERO for k in doubtful):
+        return False  # an event that has no speed by itself is none
+    further = problem.correct(x + FURTHER * step * problem.scale * tangent, tangent)
+    return further.converged and bool((np.abs(further.monitors[doubtful]) <= ZERO).all())
 
 
 def allowed(problem, p: float) -> bool:
@@ -493,7 +501,7 @@ def _from(problem, point, signature, x, through, beside=False):
         good = []
         for way in (sign * line for line in lines for sign in (1.0, -1.0)):
             c = along(new, x, way, step)
-            if c is not None and inside(new, c):
+            if c is not None and inside_ahead(new, x, way, step, c):
                 good.append((way, c))
         if through or len(lines) == 1 and len(good) == 2:  # a change of the equations only: the branch goes on as it came
             if here is None:
