@@ -107,8 +107,11 @@ def polishing(box):
             yield t + UNEVEN * probe
             above, p_above = box[VALUE], box[PARAMETER]
             slope = (above - below) / ((1.0 + UNEVEN) * probe)
-            if slope == 0.0:
-                return
+            if slope == 0.0:  # as of a test that is little more than its rounding
+                probe *= 10.0
+                if probe > FARTHEST:
+                    return
+                continue
             shift = -value / slope
             if abs(shift) <= probe and (above > 0.0) != (below > 0.0):
                 break

@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.continuation import StopReason
-from bifurc.elements import EventKind, HarmonicForce, Jenkins
+from bifurc.elements import EventKind, HarmonicForce, Iwan, Jenkins
 from bifurc.orbits.shooting.sequence import TOGETHER
 
 
@@ -46,6 +46,19 @@ def test_their_special_points_are_those_of_any_unit(branches):
     one, other = ([(point.kind, point.parameter) for point in branch.special_points] for branch in branches[:2])
     assert [kind for kind, _ in one] == [kind for kind, _ in other] and len(one) >= 2
     np.testing.assert_allclose([p for _, p in one], [p for _, p in other], rtol=1e-12)
+
+
+def test_sliders_of_one_element_have_the_special_points_of_two(branches):
+    """The same model as one element, whose sliders are told apart by its modes; every row is a motion."""
+    for branch in (branches[0], branches[2]):
+        system = branch.orbits[0].system
+        loads = [element for element in system.elements if not isinstance(element, Jenkins)]
+        one = bf.System(1.0, 0.05, 1.0, (*loads, Iwan(stiffnesses=(2.0, 1.0), limits=(0.3, 0.25))), omega=system.omega)
+        bounds = branch.column("omega")
+        other = bf.trace(bf.find_orbit(one), "omega", bounds=(bounds.min(), bounds.max()))
+        assert other.audit.ok and all(orbit.success for orbit in other.orbits), other.audit
+        np.testing.assert_allclose([point.parameter for point in other.special_points],
+                                   [point.parameter for point in branch.special_points], rtol=1e-12)
 
 
 def test_sliders_that_stuck_one_after_the_other_slip_so():
