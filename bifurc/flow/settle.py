@@ -143,12 +143,15 @@ def start(scene, x):
     raise Inconsistent("no combination of modes may start here: " + "; ".join(reasons))
 
 
-def displaced(scene, m, x) -> list[int]:
-    """Return the elements that mode ``m`` gives another memory than the state ``x`` (nx,) has: a slider slips at its limit only."""
+def displaced(scene, m, x, noise=NOISE) -> list[int]:
+    """Return the elements that mode ``m`` gives another memory than the state ``x`` (nx,) has: a slider slips at its limit only.
+
+    Part ``noise`` of what is added up is none.
+    """
     if scene.ns == 2 * scene.n:
         return []
     places = [place for place, row in scene.algebraic(m)
-              if abs(row @ x - x[place]) > NOISE * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
+              if abs(row @ x - x[place]) > noise * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
     owned = [(e, scene.memory_of(e)) for e in range(len(scene.system.elements))] if places else []
     return [e for e, own in owned if any(own.start <= place < own.stop for place in places)]
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..compose.scene import Scene, numbered, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
+from ..flow.settle import displaced
 from ..flow.trajectory import Event, Events
 from ..system import System
 from .base import Orbit
@@ -247,15 +248,15 @@ class PeriodicOrbit(Orbit):
 
         Of several modes that may follow an event a sequence can list one in which more of them slip.
         """
-        scene, period = self.scene, self.forcing_period
-        rows = self._unknowns.reshape(len(self.sequence.nodes), -1) if scene.ns > 2 * scene.n else ()
-        for (before, guard, after), values in zip(self.sequence.nodes[:, :DIVIDE].tolist(), rows, strict=False):
-            kept = {place for place, _ in scene.algebraic(before)}
-            begun = [(place, row) for place, row in scene.algebraic(after) if place not in kept] if guard >= 0 else []
-            x = np.append(values[1:], scene.forcing(np.array([values[0] * period]))[0]) if begun else values
-            if any(abs(row @ x - x[place]) > HELD * self.weights[place] for place, row in begun):
-                return False
-        return True
+        scene, nodes = self.scene, self.sequence.nodes[:, :DIVIDE]
+        if scene.ns == 2 * scene.n:
+            return True
+        rows = self._unknowns.reshape(len(nodes), -1)
+        times = rows[:, 0] * self.forcing_period
+        states = np.hstack([scene.shown(nodes[:, BEFORE], rows[:, 1:], times), scene.forcing(times)])
+        follows = {mode: {place for place, _ in scene.algebraic(mode)} for mode in set(nodes[:, [BEFORE, AFTER]].ravel().tolist())}
+        return not any(guard >= 0 and follows[after] - follows[before] and displaced(scene, after, x, HELD)
+                       for (before, guard, after), x in zip(nodes.tolist(), states, strict=True))
 
     @functools.cached_property
     def closing_excess(self) -> float:
