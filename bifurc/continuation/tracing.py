@@ -29,6 +29,7 @@ from .steps.rows import Part, Row, reversed_row, tests_of
 from .steps.tori import STABILITY
 from .watching import Watching
 
+STANDS = 1e-3  # slope of the parameter at a start, below which it may be that of another branch next to it
 ON_BOUNDARY = 1e-10  # value of a boundary monitor that counts as zero at the start
 BESIDE = (1e-7, 1e-6, 1e-5, 1e-4)  # arclengths at which the side of a boundary is looked up: the first that tells
 INSIDE = 1e-2  # of that length, on the side before: there dp/ds is asked
@@ -220,6 +221,8 @@ def start_row(problem, options):
     c = None
     if abs(tangent[-1]) > 1e-6:
         c = problem.correct(x, tangent, True)
+        if c.converged and abs(tangent[-1]) < STANDS and abs(float(np.dot(tangent, c.tangent))) < problem.same_tangent:
+            c = problem.correct(x, tangent)  # where the parameter stands still, keeping it leads to another branch
         if not c.converged:
             solved = newton(lambda u: np.reshape(problem.residual(u, float(x[-1])), n),
                             lambda u: np.reshape(problem.jacobian(u, float(x[-1]))[0], (n, n)), x[:-1],
