@@ -207,6 +207,6 @@ class Separate(Linked):
     """
 
     def compile_extra(self, func):
-        """Compile a function whose pointers are told apart."""
+        """Compile a function whose pointers are distinct."""
         self.state.flags.noalias = True
         return super().compile_extra(func)

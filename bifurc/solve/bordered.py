@@ -9,7 +9,7 @@ import math
 import numpy as np
 from scipy.linalg.lapack import dgeqrf, dgetrf, dgetrs, dormqr, dtrtri, dtrtrs
 
-FELT = 40  # unknowns from which on that the rank is full is told for less than singular values cost
+FELT = 40  # unknowns from which on full rank is decided at less cost than by singular values
 LARGE = 150  # unknowns from which on the time of a singular value decomposition is felt
 SURE = 10.0  # of the limit of a ratio, from which on a rough one decides
 ITERATIONS = 20
