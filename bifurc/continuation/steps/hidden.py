@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ...solve import steplaw
 from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
-from .inside import beginning, ending, known_to
+from .inside import AT_BOUNDARY, beginning, ending, known_to
 from .rows import Curve, Row, tests_of
 
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
@@ -61,8 +61,7 @@ def dip(half, row, new, cut=None):
     inside on boundaries.  A minimum that touches zero to rounding is noted in ``half.unresolved``.  The row may lie before
     ``row``.
     """
-    length = new.s - row.s
-    part = row.part
+    length, part = new.s - row.s, row.part
     ends = None if cut is None else Edge(new, cut.test, known_to(cut.special))
     if ends is not None and length <= ends.known:
         return None
@@ -307,7 +306,8 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
         kind = part.kinds[j] if j < part.count else SpecialPointKind.BRANCH_POINT
         s = row.s + t * curve.length
         known = any(other[0] == kind.value and abs(other[1] - s) < AT_END * curve.length for other in half.unresolved)
-        at_end = (t < AT_END and on_boundary(half, row)) or (1.0 - t < AT_END and on_boundary(half, new))
+        beside = max(AT_END, AT_BOUNDARY / curve.length)
+        at_end = (t < beside and on_boundary(half, row)) or (1.0 - t < beside and on_boundary(half, new))
         if not (known or at_end):  # where an event is born, other tests may begin at zero with the square of the way
             half.unresolved.append((kind.value, s, float(curve.place(t)[-1])))
     return None
