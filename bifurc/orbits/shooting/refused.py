@@ -4,6 +4,7 @@ After an event the first mode that may start is the one that holds (`flow.settle
 first: with static friction above kinetic it holds as long as its force is within the static limit, though a reversed slip
 would have moved off as well.  That the reversal leaves is then too little: the force of stick must be beyond its limit.
 Where both conditions are one (static friction equal to kinetic, Stribeck laws) the leading rate of the reversal tells.
+The same holds for another element that an event lets go at once: the force that held it must be beyond its limit there.
 """
 import copy
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ class Earlier:
     node : int
     mode : int
     guards : tuple of int
-        Its guards of the element whose event it is: one of them must be beyond its limit.
+        Its guards of the element whose event it is, or of those that are let go with it: one of them must be beyond its limit.
     """
 
     node: int
@@ -40,10 +41,11 @@ def earlier_modes(scene, signature) -> list[Earlier]:
     found = []
     for i, node in enumerate(signature.nodes.tolist()):
         before, guard, after = node[:AFTER + 1]
-        if guard < 0 or node[DIVIDE] == TOGETHER or scene.tables.kick[before, guard]:
+        if guard < 0 or node[DIVIDE] == TOGETHER:
             continue
         owner = scene.guard(before, guard)
-        if callable(owner.guard.then):  # decided by the state
+        found += let_go(scene, i, owner.element, before, after)
+        if scene.tables.kick[before, guard] or callable(owner.guard.then):  # of an impact there is one, or the state decides
             continue
         for key in owner.guard.then:
             mode = scene.combine(before, owner.element, key)
@@ -52,6 +54,18 @@ def earlier_modes(scene, signature) -> list[Earlier]:
             if mode is not None and mode != before and scene.tables.n_holds[mode]:
                 found.append(Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))))
     return found
+
+
+def let_go(scene, i, element, before, after) -> list[Earlier]:
+    """Return the mode in which the event of an ``element`` at node ``i`` changes nothing but itself, where after it others are
+    let go that were held."""
+    mode = scene.combine(before, element, scene.keys[after][element])
+    if mode is None or mode == after:
+        return []
+    held = {scene.hold_element(mode, k) for k in range(scene.tables.n_holds[mode])}
+    gone = held - {scene.hold_element(after, k) for k in range(scene.tables.n_holds[after])} - {element}
+    guards = tuple(q for other in sorted(gone) for q in scene.guards_of(mode, other))
+    return [Earlier(i, mode, guards)] if guards else []
 
 
 def meet_modes(scene, signature) -> list[Earlier]:

@@ -118,7 +118,8 @@ def set_modes(T, index, series, low, high, value, nodes):
 
 @njit
 def set_numbers(T, index, series, low, high, value):
-    """Write the numbers of the scene at a parameter value."""
+    """Write the numbers of the scene at a parameter value: zero where all that is left of a series is its rounding, as of the
+    restitution of a plastic stop."""
     flat = T.flat
     z = (2.0 * value - low - high) / (high - low)
     for k in range(index.size):
@@ -126,7 +127,8 @@ def set_numbers(T, index, series, low, high, value):
         b1 = 0.0
         for j in range(series.shape[1] - 1, 0, -1):
             b0, b1 = 2.0 * z * b0 - b1 + series[k, j], b0
-        flat[index[k]] = z * b0 - b1 + series[k, 0]
+        number = z * b0 - b1 + series[k, 0]
+        flat[index[k]] = number if abs(number) > 2.2e-16 * abs(series[k, 0]) else 0.0
 
 
 @apart(NOTHING, python=True)

@@ -136,3 +136,35 @@ def test_sliders_that_stop_at_one_instant_name_no_change(start):
     assert whole.audit.ok and other.audit.ok
     assert {p for p in points(whole) if p[0] != "grazing"} == {p for p in points(other) if p[0] != "grazing"}
     assert all(repetition(orbit).repeated for orbit in whole.orbits[2:-2:5])
+
+
+def test_a_friction_that_the_stick_of_another_lets_slip_is_beyond_its_static_limit():
+    """Mass 1 sticks to its belt, and the force that holds mass 0 jumps past 1.3 mu: both change at one instant.  Where it does not
+    reach that any more, mass 0 slips later; that kinetic friction would let it go as well is not asked.  At the point found the
+    force that holds it, from the equations of motion at that instant, is the limit; beyond it the events are those of simulation.
+    """
+    M, C, K = [np.array(X) for X in (
+        [[1.3875, 0.0831, -0.2234], [0.0831, 1.2729, -0.0204], [-0.2234, -0.0204, 1.7453]],
+        [[0.1666, -0.0196, -0.0089], [-0.0196, 0.1527, -0.08], [-0.0089, -0.08, 0.2071]],
+        [[1.7106, -0.3521, 0.0], [-0.3521, 1.5677, -1.2157], [0.0, -1.2157, 2.1147]])]
+
+    def driven(amplitude):
+        return bf.System(M, C, K, [HarmonicForce(amplitude, dof=2), Coulomb(0.276, dof=1, belt_speed=0.344),
+                                   Coulomb(0.0852, static_ratio=1.3)], omega=0.483)
+
+    name, bounds = "harmonic_force.amplitude", (0.42, 0.474)
+    whole = bf.trace(bf.find_orbit(driven(0.43)), name, bounds=bounds)
+    back = bf.trace(whole.orbits[-2], name, bounds=bounds)
+    for branch in (whole, back):
+        assert branch.audit.ok and [end.reason for end in branch.ends] == ["bound", "bound"]
+    point, = (p for p in whole.special_points if p.name == "refused")
+    assert min(abs(p.parameter - point.parameter) for p in back.special_points) < 1e-11
+    time = next(e.time for e in point.solution.events if e.element == "coulomb" and e.kind == "stick")
+    x = bf.simulate(driven(point.parameter), point.solution.state, periods=1)(time)
+    q, v = x[:3], np.array([0.0, 0.344, x[5]])
+    force = point.parameter * np.array([0.0, 0.0, np.cos(0.483 * time)]) - C @ v - K @ q
+    assert abs(M[0, 2] * force[2] / M[2, 2] - force[0]) == pytest.approx(1.3 * 0.0852, abs=1e-11)
+    beyond = whole.orbits[-1]
+    motion = bf.simulate(beyond.system, beyond.state, periods=1)
+    assert len(motion.events) == len(beyond.events) == 6
+    np.testing.assert_allclose(motion.final, beyond.state, atol=1e-12)
