@@ -531,11 +531,13 @@ class OrbitProblem(Problem):
         found = relengthened(self, point) if monitor.name == CLOSURE else None
         if found is not None:
             return found
+        if not monitor.silent and signature_change.merges(self, point.x, point.tangent):
+            return StopReason.MERGED
         answer = signature_change.through_grazing(self, point, monitor)
         if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
             return StopReason.CHATTERING
-        if isinstance(answer, tuple) and any(kind(*answer) and not kind(self, point.x, -point.tangent)
-                                             for kind in (signature_change.repeats, signature_change.mirrors)):
+        if isinstance(answer, tuple) and signature_change.mirrors(*answer) and not signature_change.mirrors(
+                self, point.x, -point.tangent):
             return StopReason.MERGED
         return answer if isinstance(answer, tuple) or not autonomous.ends(self, monitor.name, point.x) else StopReason.CYCLE_END
 

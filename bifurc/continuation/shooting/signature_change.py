@@ -101,23 +101,24 @@ def resolved(problem, signature) -> float:
     return min([TRAIN, *(math.log(LEFT) / math.log(ratio(r)) for r in ratios if 0.0 < r < 1.0)])
 
 
-def repeats(problem, x, tangent) -> bool:
-    """Whether the orbits of ``problem`` ahead of ``x`` (n + 1,) along ``tangent`` run through one of a part of their period."""
+def merges(problem, x, tangent) -> bool:
+    """Whether the orbit at a boundary ``x`` (n + 1,) runs through one of a part of its period, which those behind it, along
+    ``tangent``, do not: at the grazing of an orbit all branches meet on which only some of its turns have an impact more."""
     s = problem.sequence
-    count = len(s.nodes)
-    for step in AHEAD if s.closure > 0 and s.events and s.span else ():
-        c = problem.correct(x + step * problem.scale * tangent, tangent)
-        if not c.converged:
-            continue
-        rows = np.reshape(c.x[:-1], (count, -1))
-        for part in (k for k in range(1, count) if count % k == 0 and round(s.span * k / count, 9) % 1.0 == 0.0):
-            if np.array_equal(s.nodes[part:], s.nodes[:-part]):
-                apart = rows[part:] - rows[:-part]
-                apart[:, 0] -= s.span * part / count
-                if np.abs(apart / problem.scale[:rows.shape[1]]).max() <= nothing(problem, x, c.x):
-                    return True
-        return False
+    turns = 0 if s.clock else round(s.span * (2.0 if s.closure < 0 else 1.0))
+    for step in AHEAD if turns > 1 else ():
+        c = problem.correct(x - step * problem.scale * tangent, tangent)
+        if c.converged:
+            pairs = ((unlike(problem, x, part), unlike(problem, c.x, part)) for part in range(1, turns) if turns % part == 0)
+            return any(at <= ALIKE * behind > ALIKE * ONE for at, behind in pairs)
     return False
+
+
+def unlike(problem, x, part) -> float:
+    """Return the scaled difference of the orbit at ``x`` (n + 1,) from itself ``part`` forcing periods later."""
+    orbit = problem.motion(x)
+    at = middles(orbit)[0]
+    return float((np.abs(orbit._states(at + part) - orbit._states(at)) / orbit.weights).max())
 
 
 def mirrors(problem, x, tangent) -> bool:

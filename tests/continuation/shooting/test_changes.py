@@ -115,10 +115,10 @@ def test_a_motion_of_two_periods_that_repeats_is_told_and_so_is_its_mirror_image
     problem, x, _ = touching("rigid", 2)
     new = problem.with_sequence(*inserted(problem, x))
     tangent = changes.admissible_side(new, new.x0)
-    assert not changes.repeats(problem, x, np.eye(1, x.size, x.size - 1)[0])  # it has no events
+    assert changes.unlike(problem, x, 1) < 1e-13 and not changes.merges(problem, x, np.eye(1, x.size, x.size - 1)[0])
     assert not changes.mirrors(problem, x, np.eye(1, x.size, x.size - 1)[0])  # the stop breaks the symmetry
     if tangent is not None:
-        assert not changes.repeats(new, new.x0, tangent)  # half a forcing period is none of the section
+        assert not changes.merges(new, new.x0, -tangent)  # it repeats all along: an impact in both periods
     size = changes.nothing(new, new.x0, new.x0)
     assert size == changes.ONE
     ahead = new.x0 + np.append(0.1 * new.scale[:-1], 5.0)

@@ -383,3 +383,23 @@ def test_an_impact_branch_is_saved_and_extended_bit_for_bit(default_branch, tmp_
     both = [branch.extend(bounds=(0.5, 2.5)) for branch in (default_branch, again)]
     assert np.array_equal(both[0].column("omega"), both[1].column("omega"))
     assert both[0].column("omega").max() == 2.5
+
+
+def test_branches_that_meet_in_the_touch_of_an_orbit_of_half_the_period_end_there():
+    """At the grazing of an orbit of two forcing periods three branches of four begin, with an impact more in one of its two turns:
+    none of them is how another one goes on.  Traced from both of its ends the branch has the same special points; its end, in
+    coordinates from the equations' own clock, repeats after two periods, and simulation from there does."""
+    system = bf.System(1.0, 0.292, 1.0, [HarmonicForce(0.405), RigidStop(-0.2, 0.925)], omega=1.94)
+    name, bounds = "rigid_stop.gap", (-0.28, -0.12)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    found = [branch, *(bf.trace(branch.orbits[k], name, bounds=bounds) for k in (2, -3))]
+    for one in found:
+        assert one.audit.ok and [str(end.reason) for end in one.ends] == ["merged", "merged"]
+        assert sorted(p.kind.value for p in one.special_points) == sorted(p.kind.value for p in branch.special_points)
+        for a, b in zip(sorted(one.special_points, key=lambda p: p.parameter), sorted(branch.special_points, key=lambda p: p.parameter),
+                        strict=True):
+            assert abs(a.parameter - b.parameter) <= a.error + b.error
+    for row, repeats in ((-1, True), (-4, False)):
+        orbit = branch.orbits[row]
+        middle = bf.simulate(orbit.system, orbit.state, periods=2).final
+        assert bool(np.abs(middle - orbit.state).max() < 1e-4) is repeats
