@@ -133,6 +133,8 @@ class Half:
                     return None
             self.rejected += 1
             self.ds *= cause[1]
+            if self.meets(row):
+                return None
             if self.ds < options.ds_min:
                 return None if self.turned(row) or self.leap(row) or self.reach(row) else self.stop(cause[0], cause[2])
 
@@ -430,6 +432,18 @@ class Half:
         self.ds = min(self.options.ds, self.options.ds_max)
         return True
 
+    def meets(self, row):
+        """Whether the bound is just ahead, and the equations are singular on it: an interval lasts no time there, as flights behind
+        a plastic impact.  Steps would only creep into what is rounding."""
+        bound = self.options.high if row.tests[0] > 0.0 else self.options.low
+        new = self.beside_bound(row, row, bound)
+        if new is None or not hidden.on_boundary(self, new):
+            return False
+        part = row.part
+        if any(self.signs[j] * new.tests[j] < 0.0 for j in range(1, part.count) if j not in part.boundary):
+            return False
+        return self.ends_on(new)
+
     def reach(self, row):
         """Whether the branch ends on a bound that steps only creep up to, because it meets it at no angle: it does where the point
         on the bound is next to the last row.  It is looked for from the last few, of which so near to it some are rounding; where
@@ -439,8 +453,10 @@ class Half:
         bound = options.high if leads > 0.0 else options.low
         new = next(filter(None, (self.beside_bound(row, start, bound) for start in reversed(self.rows[-STARTS:])
                                  if start.part is part)), None)
-        if new is None:
-            return False
+        return new is not None and self.ends_on(new)
+
+    def ends_on(self, new):
+        """End on a bound with the row ``new``; returns True."""
         self.rows.append(new)
         self.steps += 1
         self.stop(StopReason.BOUND)
@@ -468,8 +484,8 @@ class Half:
                 continue
             away = float(np.linalg.norm((c.x - row.x) / part.scale))
             new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
-            if new is not None and all(new.tests[j] <= part.touch for j in part.boundary):
-                return new
+            if new is not None and all(new.tests[j] <= part.touch for j in part.boundary) and part.problem.is_motion(c.x) is not False:
+                return new  # a flight of no duration is a double root, of which rounding may leave it the wrong one
         return None
 
     @staticmethod

@@ -85,7 +85,7 @@ FOLLOWS = 1e-24  # of the square of a row: what other rows leave of it is roundi
 LEAP = 1e-12  # relative difference of two rows that are two
 HELD = 1e-9  # scaled value or speed of a row that is held where a mode begins
 NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
-DETERMINED = 1e-14  # relative, to which a determinant is known
+DETERMINED = 2e-14  # relative, for each unknown, to which a ratio of determinants is known
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
  PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, LEFT, INFO) = range(19)  # places in the `info` that `correct` fills
@@ -809,7 +809,7 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
         info[FLIP] = np.nan
     else:
         ratio = np.exp(min(log - info[DET_LOG] - short, 700.0)) if sign != 0.0 else 0.0
-        if ratio * least <= DETERMINED * (1.0 - least):  # where a duration divides it, a determinant is known to so much less
+        if ratio * least <= DETERMINED * n * (1.0 - least):  # where a duration divides it, a determinant is known to so much less
             ratio = 0.0
         info[FLIP] = orientation * ratio / (1.0 + ratio)
     return 1
