@@ -29,6 +29,7 @@ def audited(seed):
     pytest.param(6008, id="equations that are singular where a step ends on their boundary"),
     pytest.param(7003, id="two slips that are born at once, beside a guard that is zero by itself", marks=pytest.mark.slow),
     pytest.param(7006, id="a last slip that vanishes: rows held by tolerance alone would go on"),
+    pytest.param(7017, id="a plastic stop under a full mass matrix"),
     pytest.param(7055, id="memory that is never written keeps its value along a branch"),
     pytest.param(7056, id="memory that a simulated period begins with is stale"),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),

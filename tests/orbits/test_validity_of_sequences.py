@@ -4,8 +4,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.orbits.shooting import sequence
 from bifurc.orbits.shooting.sequence import FOREVER, SHORT, STARTS, TOGETHER
+from bifurc.orbits.shooting.signature import start_orders
 from tests.reference.plain import plain
 
 # guards 0 and 1 are stops that throw back, 2 and 3 contacts without an impact
@@ -150,3 +153,29 @@ def test_a_residual_is_rounding_where_that_of_the_unknowns_makes_it():
                     (np.array([np.nan, 0.0]), False)):
         assert bool(plain(sequence.at_rounding)(F, J, U, 0.0)) is good
     assert plain(sequence.at_rounding)(np.array([0.0, 9e-13]), J, U, 1e-12)
+
+
+def test_a_plastic_impact_leaves_no_speed_whatever_the_mass_matrix():
+    """Behind a plastic impact the guard is zero with its rate: the acceleration is the condition (order 2, its own).  The impulse
+    of a full mass matrix leaves 1e-16 of the speed, which made an impact listed twice at one instant a solution."""
+    rng = np.random.default_rng(3)
+    for n in (2, 3, 4):
+        for _ in range(20):
+            A = rng.standard_normal((n, n))
+            M = A @ A.T + n * np.eye(n)
+            row = rng.standard_normal(n)
+            system = bf.System(M, 0.02 * M, M + A @ A.T, [bf.elements.HarmonicForce(1.0), bf.elements.RigidStop(0.5, 0.0, row=row)],
+                               omega=0.8)
+            scene = scene_of(system)
+            assert start_orders(scene, scene.tables, 0, 0, 0, 0).tolist() == [-2]
+    M = [[2.083867, 0.253397, 0.429311], [0.253397, 1.41939, 0.353046], [0.429311, 0.353046, 1.347601]]
+    C = [[0.026702, 0.001796, 0.007111], [0.001796, 0.041724, 0.004733], [0.007111, 0.004733, 0.049018]]
+    K = [[1.19004, 0.080045, 0.316917], [0.080045, 1.859542, 0.210918], [0.316917, 0.210918, 2.184643]]
+    system = bf.System(M, C, K, [bf.elements.HarmonicForce(1.0245, dof=1), bf.elements.RigidStop(0.5824, 0.0, dof=1, side=-1)],
+                       omega=0.8053)
+    orbit = bf.find_orbit(system)
+    assert orbit.success and len(orbit.events) == 1
+    h = 1e-6
+    images = [[bf.simulate(system, orbit.state + sign * h * e, periods=1).final for sign in (1, -1)] for e in np.eye(6)]
+    differenced = np.linalg.eigvals(np.array([(a - b) / (2 * h) for a, b in images]).T)
+    np.testing.assert_allclose(np.sort(np.abs(differenced)), np.sort(np.abs(orbit.multipliers)), atol=1e-6)

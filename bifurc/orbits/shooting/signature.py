@@ -382,10 +382,11 @@ def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: t
     count = int(T.n_guards[after])
     orders = np.zeros(count, np.int64)
     reset, size, basis, arrival = facts_of(scene, T, before, guard, zero)
+    terms = np.eye(len(reset)) + np.abs(reset - np.eye(len(reset)))  # of what is added up in it
     for q in range(count):
         for order in range(T.GT.shape[3]):
             row = T.GT[after, q, :, order]
-            row = cancelled(row @ reset, np.abs(row) @ np.abs(reset)) * size
+            row = cancelled(row @ reset, np.abs(row) @ terms) * size
             length = np.sqrt(row @ row)
             if order >= MOST and length > 0.0:
                 break
@@ -416,7 +417,8 @@ def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
     P = np.empty((T.A.shape[1], T.A.shape[2]))
     x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
     kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
-    return P
+    still = np.eye(*P.shape)  # of the speed of a plastic impact a full mass matrix may leave rounding
+    return cancelled(P, np.abs(still) + np.abs(P - still))
 
 
 def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
