@@ -59,7 +59,7 @@ def sampled_orders(scene: Scene, T, before: int, guard: int, after: int) -> np.n
             if np.any(np.abs(leading) > ZERO * top):
                 ratio = leading / speeds
                 own = np.ptp(ratio) > PROPORTIONAL * np.abs(ratio).max()
-                orders[q] = -order if own and not T.kick[before, guard] else order
+                orders[q] = -order if own and not (T.kick[before, guard] and order == 1) else order  # it throws back
                 break
     return orders
 
