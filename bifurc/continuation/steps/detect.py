@@ -41,8 +41,8 @@ SHORT = 1e-6  # step below which a sign change that cannot be polished is taken 
 
 @dataclass(slots=True, eq=False)
 class Found:
-    """A special point on the way; ``s`` and the bracket in the direction of travel; ``known`` is the arclength to which its place is
-    known, where rounding makes that more than the bracket."""
+    """A special point on the way; ``s`` and the bracket in the direction of travel; ``known`` is the arclength to which its place
+    is known, where rounding makes that more than the bracket."""
 
     kind: SpecialPointKind
     name: str

@@ -458,15 +458,16 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
 
 @njit
 def waits(T, nodes, i, mode, q):
-    """Whether guard ``q`` of a mode that ends with node ``i`` may be that of an event listed behind it that coincides with it: they
-    are of one row, in the mirror image of a half period but for signs.
+    """Whether guard ``q`` of a mode that ends with node ``i`` is zero there with that of the node, or of an event listed behind it
+    that coincides with it: they are of one row, in the mirror image of a half period but for signs.
 
-    Another guard that is zero there to rounding, as that of a stop where friction turns round, has an event of its own.
+    Of two frictions on one row that turn round one may stick, while the other goes on without an event.  Another guard that is
+    zero there to rounding, as that of a stop where friction turns round, has an event of its own.
     """
     count = nodes.shape[0]
-    for later in range(1, count):
+    for later in range(count):
         k = (i + later) % count
-        if nodes[k, DIVIDE] != TOGETHER:
+        if later > 0 and nodes[k, DIVIDE] != TOGETHER or nodes[k, GUARD] < 0:
             break
         before, guard, same = nodes[k, BEFORE], nodes[k, GUARD], True
         for c in range(T.G.shape[2]):
