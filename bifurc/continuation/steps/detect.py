@@ -406,8 +406,10 @@ def place_error(part, c, root, j, curve=None) -> float:
     not zero, on both sides where it is known on both."""
     rounded = part.problem.test_uncertainty(c)
     place = root.error + rounded / abs(root.slope)
-    value = None if curve is None or place * curve.length <= FLAT[0] else curve.test(j)
-    for length in FLAT if value is not None else ():
+    if curve is None:
+        return place
+    value = curve.test(j)
+    for length in FLAT:
         if length >= place * curve.length:
             break
         beside = [value(root.at + sign * length / curve.length) for sign in (1.0, -1.0)]

@@ -433,11 +433,15 @@ def facts_of(scene: Scene, T, before: int, guard: int, zero: tuple):
 
 
 def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
-    """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
+    """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts.
+
+    What a jump takes away altogether, as a plastic impact the speed of its mass, is no rounding of the difference.
+    """
     P = np.empty((T.A.shape[1], T.A.shape[2]))
     x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
     kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
-    return P
+    unit = np.eye(*P.shape)
+    return cancelled(P, unit + np.abs(P - unit))
 
 
 def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
