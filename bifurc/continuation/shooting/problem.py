@@ -24,7 +24,7 @@ from ...orbits.shooting.equations import Equations
 from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
-from ...orbits.shooting.signature import Signature, divided, repeated, sections, since
+from ...orbits.shooting.signature import Signature, at_limits, divided, repeated, sections, since
 from ...solve.bordered import kernel
 from ...solve.steprun import SIZE, run_of
 from ...system import System
@@ -110,6 +110,13 @@ def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
     return dataclasses.replace(signature, nodes=divided(scene, signature.nodes, T, signature.closure))
 
 
+def along(path: ParameterPath, value: float):
+    """Yield the tables of a path at a value of its parameter, and at one that is not special."""
+    for at in (value, BETWEEN * path.low + (1.0 - BETWEEN) * path.high):
+        sequence.set_parameter(path.tables, path.index, path.series, path.low, path.high, at)
+        yield path.tables
+
+
 def watched(scene, signature: Signature) -> tuple[np.ndarray, list[Monitor]]:
     """Return the places in the kernel's `info` of the tests that it makes of a sequence, and their monitors."""
     nodes = signature.nodes
@@ -154,9 +161,10 @@ class OrbitProblem(Problem):
         self.parameter = path.name or ""
         self.parameter_scale = parameter_scale
         sequence = generic(self.scene, of_all_modes(self.scene, path), sequence)
-        self.sequence = sequence
         self._earlier = meet_modes(self.scene, sequence)
         self.path = path = of_all_modes(self.scene, path)
+        self._listed = sequence
+        self.sequence = sequence = at_limits(self.scene, sequence, np.array(x0[1:1 + self.scene.ns]), along(path, float(x0[-1])))
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
         self._refusal = Refusal(self.equations, self._earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
         self.weights = self.equations.weights
@@ -482,7 +490,7 @@ class OrbitProblem(Problem):
             return self
         if path not in made:
             made[path] = parameter_path(self.scene, self.system, path.name, (min(low, path.low), max(high, path.high)))
-        return OrbitProblem(self.system, made[path], self.sequence, self.weights, self.x0, self.parameter_scale)
+        return OrbitProblem(self.system, made[path], self._listed, self.weights, self.x0, self.parameter_scale)
 
     def family_over(self, name: str, bounds: tuple[float, float]):
         """Return the same equations over a second parameter, see `families`."""
@@ -520,7 +528,7 @@ class OrbitProblem(Problem):
         """Return the equations that go on behind a grazing, see `orbit_switching`."""
         ends = {MERGES: StopReason.MERGED, COMPLETES: StopReason.CHATTERING}
         if self.silent(monitor, point.x) and monitor.name == MERGES:
-            return self.with_sequence(self.sequence, point.x), point.x, point.tangent
+            return self.with_sequence(self._listed, point.x), point.x, point.tangent
         if monitor.name == COMPLETES and not self._released(point.x):
             answer = signature_change.through_grazing(self, point, monitor)  # another event meets the end of the impacts
             return answer if isinstance(answer, tuple) else StopReason.CHATTERING
@@ -760,7 +768,7 @@ class OrbitProblem(Problem):
             value = min(max(value, self.path.low), self.path.high)
         middle = 0.5 * (self.path.low + self.path.high)
         system = beside(self.system, self.parameter, value, float(self.x0[-1]) if self.x0[-1] != value else middle)
-        return PeriodicOrbit(system, self.sequence, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
+        return PeriodicOrbit(system, self._listed, x[:-1], self.weights, {"method": "event sequence", "parameter": self.parameter})
 
     def motion(self, x) -> PeriodicOrbit:
         """Return the orbit at ``x`` (n + 1,) with the numbers that the branch itself has there, exact to rounding: to be looked at
@@ -779,7 +787,7 @@ class OrbitProblem(Problem):
 
     def to_record(self) -> dict:
         """Return a JSON-able description."""
-        s = self.sequence
+        s = self._listed
         return {"kind": "orbit", "system": numbered(self.system), "parameter": self.parameter,
                 "path": [self.path.low, self.path.high], "nodes": s.nodes.tolist(), "fixed": s.fixed.tolist(), "span": s.span,
                 "closure": s.closure, "clock": s.clock, "weights": self.weights.tolist(), "parameter_scale": self.parameter_scale,

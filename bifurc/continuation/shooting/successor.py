@@ -24,8 +24,9 @@ from ...flow.simulate import simulate
 from ...orbits.least import half_of, mark_trains
 from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
+from ...orbits.shooting.instants import in_order
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
-from ...orbits.shooting.signature import Signature, divided, repeated, sections, translated
+from ...orbits.shooting.signature import repeated, sections, translated
 from ...solve.bordered import least_solution
 from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
@@ -422,10 +423,9 @@ def sequence_of(orbit, motion, first):
     times[:turn + 1] += whole.span
     times = times[order] + first
     times -= np.floor(times[0] / whole.span) * whole.span
-    nodes = divided(scene, nodes[order])
+    nodes = nodes[order]
     mark_trains(nodes, R.speeds[listed][order])
-    unknowns = np.column_stack([times, remembered(R, listed, scene.n)[order]]).ravel()
-    return Signature(nodes, np.zeros(len(nodes)), float(whole.span), clock=whole.clock), unknowns
+    return in_order(scene, nodes, np.column_stack([times, remembered(R, listed, scene.n)[order]]), float(whole.span), whole.clock)
 
 
 def remembered(R, listed, n):

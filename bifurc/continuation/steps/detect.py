@@ -28,19 +28,21 @@ crosses = steplaw.crosses.py_func
 NEAR_EDGE = 0.1  # of a test in the row before: so little of it is left on a boundary that it is linear there
 ASIDE_STEP = 1e-4  # arclength at which the size of a test is looked up behind a first row
 ASIDE_VALUE = 1e-6  # of a test at a first row that may be a zero
-ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving
+ENCLOSED = 1e-6  # arclength of a step in which a boundary that cannot be polished is enclosed by halving, also where it jumps
 CREEPING = 1e-5  # value of a boundary's monitor below which a branch that takes no further step may be at it
 SPANS = 16  # parts of a step in which a pair is looked for, at most
 BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the next, at which multipliers are counted: the first of
 # these where their number is one that the point itself allows
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
+FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
 @dataclass(slots=True, eq=False)
 class Found:
-    """A special point on the way; ``s`` and the bracket in the direction of travel."""
+    """A special point on the way; ``s`` and the bracket in the direction of travel; ``known`` is the arclength to which its place
+    is known, where rounding makes that more than the bracket."""
 
     kind: SpecialPointKind
     name: str
@@ -58,6 +60,7 @@ class Found:
     successor: Any = None
     corrected: Any = None
     recorded: dict | None = None
+    known: float = 0.0
 
     def as_row(self, row):
         """The point as a row behind ``row``."""
@@ -357,8 +360,8 @@ def zero_between(part, a, b, j):
         root = None if made is None else polish(value, *made)
     else:
         root = found[0]
-    if root is None and j in part.boundary and fa * fb < 0.0 and curve.length < ENCLOSED:
-        root = bracketed(value, 0.0, fa, 1.0, fb)
+    if root is None and j in part.boundary and fa * fb < 0.0:
+        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
     return located(part, a, b, j, curve, root)
 
 
@@ -369,7 +372,8 @@ def located(part, a, b, j, curve, root):
     c = root.point
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
-                 a.s + root.high * curve.length, parameter_error(part, c, root, j, curve), part, corrected=c)
+                 a.s + root.high * curve.length, parameter_error(part, c, root, j, curve), part, corrected=c,
+                 known=curve.length * place_error(part, c, root, j, curve))
 
 
 def named(part, j, x):
@@ -389,11 +393,30 @@ def parameter_error(part, c, root, j, curve=None):
     p_scale = float(part.scale[-1])
     p = abs(float(c.x[-1]))
     length = 1.0 if curve is None else curve.length
-    place = root.error + part.problem.test_uncertainty(c) / abs(root.slope)
+    place = place_error(part, c, root, j, curve)
     along = p_scale * abs(float(c.tangent[-1])) * length * place
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
     own = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
     return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+
+
+def place_error(part, c, root, j, curve=None) -> float:
+    """Return the error of the place of a root of test ``j``, as part of the step: that of the search, and the rounding of the test
+    over its slope.  A test that is zero with some power of the way hardly has a slope there: then the length at which it is clearly
+    not zero, on both sides where it is known on both."""
+    rounded = part.problem.test_uncertainty(c)
+    place = root.error + rounded / abs(root.slope)
+    if curve is None:
+        return place
+    value = curve.test(j)
+    for length in FLAT:
+        if length >= place * curve.length:
+            break
+        beside = [value(root.at + sign * length / curve.length) for sign in (1.0, -1.0)]
+        known = [abs(made[0]) for made in beside if made is not None]
+        if known and min(known) > CLEARLY * rounded:
+            return length / curve.length
+    return place
 
 
 def number_error(part, c, root, j, length):

@@ -61,7 +61,7 @@ def ending(half, row, cut, j):
 
 def known_to(special):
     """Return the arclength to which the place of a boundary is known."""
-    return max(AT_BOUNDARY, 0.5 * (special.high - special.low))
+    return max(AT_BOUNDARY, 0.5 * (special.high - special.low), special.known)
 
 
 def stands(row, new, at, reach):
@@ -81,7 +81,7 @@ def near(row, new, j):
 
 def outside_of(reach, row, new, j):
     """Return the places of `near` that are no part of the boundary itself, whose place is known to an arclength ``reach``."""
-    return tuple(t for t in near(row, new, j) if reach < WIDE or t * (new.s - row.s) > reach)
+    return tuple(t for t in near(row, new, j) if t * (new.s - row.s) > reach)
 
 
 def clear_inside(half, row, new, j, places, looked):

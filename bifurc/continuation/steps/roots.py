@@ -10,6 +10,7 @@ from ...solve.zeros import PROBE
 __all__ = ["PROBE", "Root", "bracketed", "enclose", "off_line", "polish", "root_of"]
 
 HALVINGS, NARROW, WIDE = 40, 1e-9, 1e-2  # of a bracket that cannot be polished: most, and width that is enough, or too much
+CONTINUOUS = 1e-6  # of the values at its ends, which are left of one that does not jump
 off_line = zeros.off_line.py_func
 enclosing = zeros.enclosing.py_func
 polishing = types.FunctionType(zeros.polishing.py_func.__code__, {**vars(zeros), "off_line": off_line})  # nothing compiled in it
@@ -66,12 +67,14 @@ def enclose(f, a, fa, b, fb, guess=None):
     return box[zeros.AT], box[zeros.LEAST], points[box[zeros.AT]] if box[zeros.ASKED] else None
 
 
-def bracketed(f, a, fa, b, fb):
-    """Return the `Root` that halving a bracket leaves, where the test is too near to its rounding to be polished; or None.
+def bracketed(f, a, fa, b, fb, jumps=True):
+    """Return the `Root` that halving a bracket leaves, where the test is too near to its rounding to be polished, as one is that is
+    zero with some power of the way; or None.
 
-    ``fa`` and ``fb`` have opposite signs.  The error is what is left of the bracket: its middle may have no point.
+    ``fa`` and ``fb`` have opposite signs.  The error is what is left of the bracket: its middle may have no point.  Where the test
+    ``jumps`` over zero that is no root unless it may.
     """
-    found = None
+    found, least = None, CONTINUOUS * max(abs(fa), abs(fb))
     for _ in range(HALVINGS):
         t = 0.5 * (a + b)
         made = f(t)
@@ -84,9 +87,9 @@ def bracketed(f, a, fa, b, fb):
         found = t, made[1]
         if b - a < NARROW or made[0] == 0.0:
             break
-    if found is None or b - a > WIDE:
+    if found is None or b - a > WIDE or not jumps and max(abs(fa), abs(fb)) > least:
         return None
-    return Root(*found, a, b, b - a, (fb - fa) / (b - a), 0.0, 0.0, False)
+    return Root(*found, a, b, b - a, (fb - fa) / (b - a) or math.copysign(1e-300, fb), 0.0, 0.0, False)
 
 
 def polish(f, t, value, point):

@@ -434,8 +434,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             if start == FOREVER:
                 continue
             listed = 1 if nodes.shape[1] > ENDING and nodes[i, ENDING] == q else 0
-            if listed == 0 and nodes[(nxt + 1) % count, DIVIDE] == TOGETHER:
-                listed = 2  # it may be the guard of an event that coincides with the next
+            if listed == 0 and waits(T, nodes, nxt, after, q):
+                listed = 2
             guard_gradient(T, after, q, xp, row)
             scale = scale_of(row, weights)
             if listed == 2:
@@ -456,6 +456,28 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
             value /= scale
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
+
+
+@njit
+def waits(T, nodes, i, mode, q):
+    """Whether guard ``q`` of a mode that ends with node ``i`` is zero there with that of the node, or of an event listed behind it
+    that coincides with it: they are of one row, in the mirror image of a half period but for signs.
+
+    Of two frictions on one row that turn round one may stick, while the other goes on without an event.  Another guard that is
+    zero there to rounding, as that of a stop where friction turns round, has an event of its own.
+    """
+    count = nodes.shape[0]
+    for later in range(count):
+        k = (i + later) % count
+        if later > 0 and nodes[k, DIVIDE] != TOGETHER or nodes[k, GUARD] < 0:
+            break
+        before, guard, same = nodes[k, BEFORE], nodes[k, GUARD], True
+        for c in range(T.G.shape[2]):
+            if abs(T.G[mode, q, c]) != abs(T.G[before, guard, c]):
+                same = False
+        if same:
+            return True
+    return False
 
 
 @apart(NOTHING, python=True)

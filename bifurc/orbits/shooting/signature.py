@@ -196,16 +196,16 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     return whole
 
 
-def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
+def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int, given=()) -> None:
     """Mark (`FOREVER`) the guards that reach zero only where a contact strikes and turns the motion round, and those that stay zero
     while the mass rests there: they make no event.
 
     A slider that slipped up to a stop, in one impact, reaches its limit there again in the next: as long as it sticks, its guard
     and that of the stop differ by a multiple and by what the memory written then makes zero.  When the impacts have come to rest,
-    the slider is at its limit all the time.
+    the slider is at its limit all the time.  The rows ``given`` (nx,) are zero in all of the period.
     """
     size = state_sizes(scene, T)
-    facts = known_facts(scene, T, whole, closure, size)
+    facts = [_basis(given, size, known) for known in known_facts(scene, T, whole, closure, size)]
     mark_returns(scene, T, whole, closure, facts, size)
     for node, known in zip(whole, facts, strict=True):
         mode = int(node[AFTER])
@@ -221,6 +221,27 @@ def mark_implied(scene: Scene, T, whole: np.ndarray, closure: int) -> None:
                 own = scene.guard(mode, q).element == scene.guard(mode, k).element
                 if not (own or T.kick[mode, q] or q == node[ENDING]) and parallel(rows[q], rows[k]):
                     node[STARTS + q] = FOREVER
+
+
+def at_limits(scene: Scene, signature: Signature, y: np.ndarray, tables) -> Signature:
+    """Return the signature of an orbit of a family with the guards marked that make no event because of the labels that its state
+    ``y`` (ns,) has, with all of the ``tables``, as of a slider that in all of the period sticks where an impact once stopped it.
+
+    Such a guard is zero in every impact, of either sign of its rounding, however the parameter changes: it tells nothing.
+    """
+    labels = signature.labels(scene)
+    if not labels.places or signature.closure < 0 or not signature.events:
+        return signature
+    T, found = scene.tables, np.ones(signature.nodes[:, STARTS:].shape, bool)
+    given = np.zeros((len(labels.places), T.A.shape[2]))
+    given[:, :scene.ns], given[:, scene.ns] = labels.rows, -labels.values(y)
+    for T in tables:
+        nodes = signature.nodes.copy()
+        mark_implied(scene, T, nodes, signature.closure, given)
+        found &= nodes[:, STARTS:] == FOREVER
+    nodes[:, STARTS:] = np.where(found, FOREVER, signature.nodes[:, STARTS:])
+    nodes[:, DIVIDE] = signature.nodes[:, DIVIDE]
+    return dataclasses.replace(signature, nodes=nodes)
 
 
 def state_sizes(scene: Scene, T) -> np.ndarray:
@@ -413,12 +434,15 @@ def facts_of(scene: Scene, T, before: int, guard: int, zero: tuple):
 
 
 def slope_of_jump(scene: Scene, T, mode: int, guard: int, x=None) -> np.ndarray:
-    """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts."""
+    """Return the derivative (ns, nx) of the jump at an event; where it depends on the state, that at ``x`` (nx,) counts.
+
+    What a jump takes away altogether, as a plastic impact the speed of its mass, is no rounding of the difference.
+    """
     P = np.empty((T.A.shape[1], T.A.shape[2]))
     x = np.zeros(P.shape[1]) if x is None else np.ascontiguousarray(x, float)
     kernels(scene, "bifurc.flow.rule").jump(T, mode, guard, False, x, np.empty(x.size), P)
-    still = np.eye(*P.shape)  # of the speed of a plastic impact a full mass matrix may leave rounding
-    return cancelled(P, np.abs(still) + np.abs(P - still))
+    unit = np.eye(*P.shape)
+    return cancelled(P, unit + np.abs(P - unit))
 
 
 def coincide(scene: Scene, T, opening, guard: int, zero: tuple = ()) -> bool:
