@@ -81,6 +81,8 @@ class Signature:
         """
         T, n = scene.tables, scene.n
         modes = sorted({int(m) for m in self.nodes[:, AFTER]})
+        if scene.ns == 2 * n and not T.n_holds[modes].all():
+            return Labels((), np.empty((0, scene.ns)))
         unit = np.eye(scene.ns, T.A.shape[2])
         found = [unit[c] for c in range(2 * n, scene.ns) if all(
             not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes)]
