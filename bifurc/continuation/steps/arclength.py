@@ -583,8 +583,8 @@ class Half:
         if math.sqrt(float(np.dot(miss, miss))) > 1e-8 or c.det_sign * origin.det_sign < 0.0:
             return new
         last = Row(c, row.part, row.s + t * curve.length, new.angle * t, list(origin.tests), self.ds)
-        last.x, last.tangent, last.p, last.direction = origin.x, origin.tangent, origin.p, origin.direction
-        last.det_sign, last.det_log = origin.det_sign, origin.det_log
+        last.x, last.tangent, last.p, last.det_sign, last.det_log = (
+            origin.x, origin.tangent, origin.p, origin.det_sign, origin.det_log)
         return last
 
 
