@@ -73,7 +73,7 @@ class Signature:
         labels, and the rows of these.  Where half a period turns the state round, what nothing changes is zero."""
         signs = np.full(labels.rows.shape[1], float(self.closure))
         signs[list(labels.places)] = KEPT if self.closure > 0 else ODD
-        return np.vstack([signs, labels.rows])
+        return np.concatenate([signs[None], labels.rows])
 
     def labels(self, scene: Scene, velocities=False) -> Labels:
         """Return what no event and no mode of the orbit changes: memory never written, rows of coordinates always held; with
