@@ -1,4 +1,4 @@
-"""Packages whose names are loaded when they are first used (PEP 562): importing one costs next to nothing."""
+"""What is made when it is first used: names of packages (PEP 562), so that importing one costs next to nothing; numbers."""
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
@@ -27,3 +27,20 @@ def lazy(package: str, homes: Mapping[str, str],
         return getattr(import_module(f"{package}.{homes[name]}"), name)
 
     return find, lambda: public
+
+
+class Later:
+    """A number that is found when ``float`` first asks for it; copied and pickled as that number."""
+
+    __slots__ = ("_find", "_value")
+
+    def __init__(self, find: Callable[[], float]):
+        self._find: Callable[[], float] | None = find
+
+    def __float__(self) -> float:
+        if self._find is not None:
+            self._value, self._find = float(self._find()), None
+        return self._value
+
+    def __reduce__(self):
+        return float, (float(self),)

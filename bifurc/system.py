@@ -293,6 +293,14 @@ class System:
         made.__dict__["_kin"] = self._kin if self._scene is None else self._scene
         return made
 
+    def but(self, name: str, value: float) -> Any:
+        """Return what equals that of another system where the two differ in the parameter ``name`` alone; ``value`` is one that it
+        may have."""
+        if self._origin is None or name not in self._origin[1]:
+            return self.with_parameters(**{name: value})
+        build, values = self._origin
+        return build, frozenset(item for item in values.items() if item[0] != name)
+
     def differs_in_omega_only(self, other: "System") -> bool:
         """Return whether the elements and matrices of another system are the same."""
         try:

@@ -99,7 +99,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     low, high = ordered_bounds(bounds)
     switch("trace", "progress", progress)
     problem = with_monitors(with_peaks(problem_of(start, parameter, bounds), peaks), monitors)
-    options = step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None)
+    options = replace(step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, None), audit=audit)
     if audit not in ("full", "fast"):
         raise ValueError(f"audit must be 'full' or 'fast', got {audit!r}")
     if direction not in (None, 1, -1):
@@ -111,7 +111,7 @@ def trace(start, parameter=None, bounds=None, direction=None, *, ds=DS, ds_max=N
     first, singular = start_row(problem, options)
     first.ds = options.ds
     with points_shown(progress, problem.parameter) as shown:
-        options = replace(step_options(low, high, ds, ds_max, ds_min, max_steps, stop, record, shown), audit=audit)
+        options = replace(options, progress=shown)
         plus, minus = Half(first, options, origin=first), Half(reversed_row(first), options)
         minus.origin = minus.rows[0]
         here = start_points(plus, first, singular)

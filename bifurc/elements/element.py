@@ -1,5 +1,6 @@
 """The protocol of an element.  Built-in elements and those of users are the same to the rest of the package."""
 import dataclasses
+import functools
 import re
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
@@ -127,6 +128,7 @@ class Element:
         return guard
 
     @classmethod
+    @functools.cache  # one entry a class
     def default_label(cls) -> str:
         """Return the class name in lower case with underscores."""
         return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()

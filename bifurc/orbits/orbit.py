@@ -234,7 +234,7 @@ class PeriodicOrbit(Orbit):
         times = U[::len(U) // len(s.nodes)]
         return bool((np.diff(np.append(times, times[0] + s.span)) >= -TOUCH).all())
 
-    @property
+    @functools.cached_property
     def admissible(self) -> bool:
         """Whether every segment was found free of unlisted events, every listed event arrives, what a mode holds is at rest on
         its surface where the mode begins, and complete chatterings are closed below their threshold."""

@@ -58,7 +58,8 @@ class Audit:
 def audit_branch(branch, arrays) -> Audit:
     """Audit a branch from its arrays."""
     violations = parity_violations(arrays["s"], told_slopes(arrays), arrays["part"], branch.special_points, branch.problems)
-    angles = np.histogram(np.minimum(arrays["angle"], EDGES[-1] - 1e-12), EDGES)[0]
+    bins = np.searchsorted(EDGES, np.minimum(arrays["angle"], EDGES[-1] - 1e-12), "right") - 1
+    angles = np.bincount(bins, minlength=len(EDGES) - 1)
     again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
                  float(arrays["residual"].max()), branch.unresolved, again)

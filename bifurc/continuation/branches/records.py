@@ -11,29 +11,25 @@ from ..registry import OF_RECORD, named
 from ..steps.rows import Part, Row
 from .special import SpecialPoint
 
+TOLD = ("s", "parameter", "slope", "iterations", "residual", "angle", "det_sign", "det_log", "singular", "ds")  # one number a row
+
 
 def to_arrays(rows, parts):
     """Return the arrays of rows in the order of arclength; ``parts`` (m,) index of the problem of each row."""
     sizes = [row.x.size for row in rows]
     counts = [len(row.tests) - 1 for row in rows]
+    told = np.array([(row.s, row.p, row.tests[0], row.iterations, row.residual, row.angle, row.det_sign, row.det_log, row.singular,
+                      row.ds) for row in rows]).T.copy()
     arrays = {
-        "s": np.array([row.s for row in rows]),
-        "parameter": np.array([row.p for row in rows]),
-        "slope": np.array([row.tests[0] for row in rows]),
+        **dict(zip(TOLD, told, strict=True)),
         "x": np.concatenate([row.x for row in rows]),
         "tangent": np.concatenate([row.tangent for row in rows]),
         "offsets": np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         "monitors": np.array([value for row in rows for value in row.tests[1:]], float),
         "monitor_offsets": np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         "part": np.array(parts, np.int64),
-        "iterations": np.array([row.iterations for row in rows], np.int64),
-        "residual": np.array([row.residual for row in rows], float),
-        "angle": np.array([row.angle for row in rows], float),
-        "det_sign": np.array([row.det_sign for row in rows], float),
-        "det_log": np.array([row.det_log for row in rows], float),
-        "singular": np.array([row.singular for row in rows], bool),
-        "ds": np.array([row.ds for row in rows], float),
     }
+    arrays["iterations"], arrays["singular"] = arrays["iterations"].astype(np.int64), arrays["singular"].astype(bool)
     names = dict.fromkeys(name for row in rows if row.recorded for name in row.recorded)
     for name in names:
         arrays["recorded/" + name] = np.array([(row.recorded or {}).get(name, np.nan) for row in rows])

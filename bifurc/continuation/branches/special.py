@@ -1,10 +1,11 @@
 """Special points of a branch and the list of them."""
 import importlib
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, SupportsFloat
 
 import numpy as np
 
+from ...lazy import Later
 from ...notebook import Notebook, Table
 from ..grazing import grazing_of, sliding_class
 from ..kinds import LocationStatus, SpecialPointKind
@@ -21,7 +22,7 @@ class SpecialPoint(Notebook):
         Value of the parameter, own units.
     error : float
         Bound on the distance of ``parameter`` to the true value, own units: final bracket, measured noise of the test
-        and of the corrector, and their effect on the parameter.
+        and of the corrector, and their effect on the parameter; found when first asked for.
     s : float
         Arclength, scaled unknowns.
     bracket : tuple of float
@@ -57,7 +58,7 @@ class SpecialPoint(Notebook):
 
     kind: SpecialPointKind
     parameter: float
-    error: float
+    _error: SupportsFloat = field(repr=False)
     s: float
     bracket: tuple[float, float]
     x: np.ndarray = field(repr=False)
@@ -72,6 +73,11 @@ class SpecialPoint(Notebook):
     successor: Any = field(default=None, repr=False, compare=False)
     recorded: dict[str, float] = field(default_factory=dict, repr=False, compare=False)
     _made: dict = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @property
+    def error(self) -> float:
+        """Bound on the distance of ``parameter`` to the true value, own units."""
+        return float(self._error)
 
     @property
     def grazing(self) -> Any:
@@ -171,7 +177,7 @@ def special_point(found, sign):
     if sign < 0:
         low, high, before, after = 0.0 - high, 0.0 - low, after, before
     s, tangent = (found.s, found.tangent) if sign > 0 else (0.0 - found.s, -found.tangent)
-    return SpecialPoint(found.kind, float(found.x[-1]), float(found.error), s, (low, high), found.x, tangent,
+    return SpecialPoint(found.kind, float(found.x[-1]), Later(lambda: found.error), s, (low, high), found.x, tangent,
                         found.status, bool(found.reverses), found.name, before, after, found.directions, problem,
                         found.successor, dict(found.recorded or {}))
 

@@ -21,7 +21,7 @@ from ...orbits.orbit import INSTANT, TOUCH, PeriodicOrbit, closure_of
 from ...orbits.repetition import repetition
 from ...orbits.shooting import sequence
 from ...orbits.shooting.equations import Equations
-from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, of_all_modes, parameter_path
+from ...orbits.shooting.path import SHAKEN, ParameterPath, fixed_path, kept, of_all_modes, parameter_path
 from ...orbits.shooting.refused import Refusal, meet_modes
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, NO_PEAK, STARTS
 from ...orbits.shooting.signature import Signature, at_limits, divided, repeated, sections, since
@@ -85,8 +85,9 @@ def orbit_problem(orbit: PeriodicOrbit, parameter: str, bounds: tuple[float, flo
                          "bounds=...), for each value of a parameter that matters")
     path = parameter_path(orbit.scene, orbit.system, name, bounds)
     signature, unknowns = orbit.sequence, orbit.unknowns
-    symmetric = signature.closure > 0 or signature.clock or all(
-        orbit.system.with_parameters(**{name: end}).symmetry == -1 for end in bounds)
+    symmetric = signature.closure > 0 or signature.clock or kept(
+        orbit.scene.sampled, orbit.system, name, bounds, "symmetric",
+        lambda: all(orbit.system.with_parameters(**{name: end}).symmetry == -1 for end in bounds))
     if not symmetric:
         signature, unknowns = repeated(orbit.scene, signature, unknowns)  # the parameter breaks the symmetry
         if signature.events:

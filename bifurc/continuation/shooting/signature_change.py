@@ -285,6 +285,9 @@ def exchanged(problem, x, other, trains=False):
     """
     masks = as_long(problem, other) if trains else [listed(problem), listed(other)]
     halves = [end.sequence.closure < 0 for end in (problem, other)]
+    one, two = (np.count_nonzero(mask) * (1 + half) for mask, half in zip(masks, halves, strict=True))
+    if one != two:
+        return None
     kinds = (changes_places(*by_instant(problem, x, masks[0], own), by_instant(other, other.x0, masks[1], own)[0], halves)
              for own in (True, False))  # events of one element look alike unless where they come from distinguishes them
     return next((kind for kind in kinds if kind is not None), None)

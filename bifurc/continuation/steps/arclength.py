@@ -247,7 +247,7 @@ class Half:
         cut, cause = detect.boundary(self, row, new)
         if cause is not None:
             return cause
-        if cut is not None and self.beyond_bounds(cut.row.p, row.part, cut.special.error):
+        if cut is not None and self.beyond_bounds(cut.row.p, row.part, cut.special.bound):
             return self.accept_bound(row, cut.row)
         if cut is not None and self.bound_first(new, cut):
             cut = None
@@ -266,7 +266,7 @@ class Half:
         if cause is not None:
             return cause
         for special in found:  # a fold behind a bound: the bound comes first
-            if special.s > row.s and self.beyond_bounds(float(special.x[-1]), row.part, special.error):
+            if special.s > row.s and self.beyond_bounds(float(special.x[-1]), row.part, special.bound):
                 return self.accept_bound(row, special.as_row(row))
         silent = cut is None or cut.silent
         self.take(row, new, found if silent else [*found, cut.special])
@@ -287,9 +287,12 @@ class Half:
         return cause
 
     def beyond_bounds(self, p, part, error=0.0):
-        """Whether a parameter, known to an ``error``, lies behind a bound."""
-        room = 1e-12 * part.scale[-1] + error
-        return not self.options.low - room <= p <= self.options.high + room
+        """Whether a parameter, known to an ``error`` (as a float), lies behind a bound."""
+        low, high, room = self.options.low, self.options.high, 1e-12 * part.scale[-1]
+        if low - room <= p <= high + room:  # whatever its error
+            return False
+        room += float(error)
+        return not low - room <= p <= high + room
 
     def accept_bound(self, row, beyond):
         """Take the point on the bound in that comes before a row ``beyond`` it; returns as `accept`."""
@@ -298,8 +301,8 @@ class Half:
 
     def bound_first(self, new, cut):
         """Whether a row lies on a bound, and a boundary of the equations on it too, to rounding: the branch ends on the bound."""
-        room = 1e-12 * new.part.scale[-1] + cut.special.error
-        return new.p in (self.options.low, self.options.high) and abs(cut.row.p - new.p) <= room
+        return new.p in (self.options.low, self.options.high) and (
+            abs(cut.row.p - new.p) <= 1e-12 * new.part.scale[-1] + cut.special.error)
 
     def take(self, row, new, found):
         """Append an accepted row and its special points; ask the user's functions."""
@@ -425,7 +428,7 @@ class Half:
             return False
         first = self.rows[-1]
         special = cut.special
-        special.error += abs(first.p - row.p)
+        special.bound = special.error + abs(first.p - row.p)
         special.x = np.append(row.x[:-1], first.p)
         if not cut.silent:
             self.found.append(special)
@@ -596,8 +599,8 @@ class Half:
         if math.sqrt(float(np.dot(miss, miss))) > 1e-8 or c.det_sign * origin.det_sign < 0.0:
             return new
         last = Row(c, row.part, row.s + t * curve.length, new.angle * t, list(origin.tests), self.ds)
-        last.x, last.tangent, last.p, last.direction = origin.x, origin.tangent, origin.p, origin.direction
-        last.det_sign, last.det_log = origin.det_sign, origin.det_log
+        last.x, last.tangent, last.p, last.det_sign, last.det_log = (
+            origin.x, origin.tangent, origin.p, origin.det_sign, origin.det_log)
         return last
 
 

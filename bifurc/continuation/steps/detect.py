@@ -8,11 +8,13 @@ One file, because every test of a step is bracketed, cut and polished by the sam
 """
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 
+from ...lazy import Later
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MONITOR_BAND, SLOPE_BAND
 from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReason
@@ -41,8 +43,8 @@ SHORT = 1e-6  # step below which a sign change that cannot be polished is taken 
 
 @dataclass(slots=True, eq=False)
 class Found:
-    """A special point on the way; ``s`` and the bracket in the direction of travel; ``known`` is the arclength to which its place
-    is known, where rounding makes that more than the bracket."""
+    """A special point on the way; ``s`` and the bracket in the direction of travel, ``bound`` what gives its error as a float, and
+    ``reach`` the arclength to which its place is known, where rounding makes that more than the bracket."""
 
     kind: SpecialPointKind
     name: str
@@ -51,7 +53,7 @@ class Found:
     s: float
     low: float
     high: float
-    error: float
+    bound: SupportsFloat
     part: Any
     status: LocationStatus = LocationStatus.LOCATED
     reverses: bool = False
@@ -60,7 +62,17 @@ class Found:
     successor: Any = None
     corrected: Any = None
     recorded: dict | None = None
-    known: float = 0.0
+    reach: Any = 0.0
+
+    @property
+    def error(self) -> float:
+        """Bound on the error of the parameter, own units."""
+        return float(self.bound)
+
+    @property
+    def known(self) -> float:
+        """Arclength to which the place is known, where that is more than the bracket."""
+        return float(self.reach)
 
     def as_row(self, row):
         """The point as a row behind ``row``."""
@@ -235,7 +247,7 @@ def crossed(half, row, new, cut):
         if j and not part.problem.confirm(part.kinds[j], special.x):
             continue
         # the parameter stands still where an event is born: whether it turns, both sides tell
-        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.error)):
+        if j == 0 and (at_end(special.s) or at_boundary and one_with(special, new, cut.special.bound)):
             half.slope = float(sign)
             continue
         if j == 0 and part.born > 0 and (at_start(special.s) or begins and one_with(special, row, 0.0)):
@@ -254,9 +266,9 @@ def crossed(half, row, new, cut):
     return found, None
 
 
-def one_with(special, edge, error) -> bool:
-    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, which has an ``error``."""
-    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + error
+def one_with(special, edge, bound) -> bool:
+    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, known to a ``bound``."""
+    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + float(bound)
 
 
 def beside_edge(edge, inner, j, s) -> bool:
@@ -372,8 +384,8 @@ def located(part, a, b, j, curve, root):
     c = root.point
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
-                 a.s + root.high * curve.length, parameter_error(part, c, root, j, curve), part, corrected=c,
-                 known=curve.length * place_error(part, c, root, j, curve))
+                 a.s + root.high * curve.length, Later(partial(parameter_error, part, c, root, j, curve)), part, corrected=c,
+                 reach=Later(lambda: curve.length * place_error(part, c, root, j, curve)))
 
 
 def named(part, j, x):

@@ -40,7 +40,7 @@ class Row:
     """One point of a branch: what the corrector returned, with its place on the branch."""
 
     __slots__ = ("x", "tangent", "det_sign", "det_log", "tests", "iterations", "residual", "singular", "part", "s", "p",
-                 "angle", "bend", "misfit", "direction", "recorded", "signs", "ds", "turn")
+                 "angle", "bend", "misfit", "recorded", "signs", "ds", "turn")
 
     def __init__(self, c, part, s, angle, tests, ds):
         self.x = c.x
@@ -55,13 +55,17 @@ class Row:
         self.p = float(c.x[-1])
         self.angle = angle
         self.tests = tests
-        self.direction = part.scale * c.tangent  # of x along the branch, per unit of arclength
         self.bend = 0.0  # turn per length
         self.misfit = 0.0  # sideways distance of the step that its turn does not explain, as part of the step
         self.recorded = None
         self.signs = ()  # last clear signs of the tests, once the row is accepted
         self.ds = ds
         self.turn = math.inf  # angle by which the branch has turned since its first row, at most
+
+    @property
+    def direction(self) -> np.ndarray:
+        """Change of ``x`` along the branch, per unit of arclength (n + 1,)."""
+        return self.part.scale * self.tangent
 
 
 def followed(row, lines, signs) -> list:

@@ -108,16 +108,21 @@ def of_all_modes(scene: Scene, path: ParameterPath) -> ParameterPath:
 
 def sampled_over(known: dict, system: System, name: str, bounds, flat_of, pad: float = PAD, degrees=DEGREES, modes=None):
     """Return what `series_over` does; what is ``known`` of systems with the same other numbers, and ``modes``, is not sampled."""
-    low, high = min(bounds), max(bounds)
-    key = system.with_parameters(**{name: low}), name, low, high, pad, modes  # whatever the parameter is now
+    return kept(known, system, name, bounds, (pad, modes), lambda: series_over(system, name, bounds, flat_of, pad, degrees))
+
+
+def kept(known: dict, system: System, name: str, bounds, what, find):
+    """Return what ``find()`` does, which is the same for systems that differ in the parameter ``name`` alone, where it is not
+    ``known`` yet; ``what`` tells such things apart."""
+    key = system.but(name, min(bounds)), name, min(bounds), max(bounds), what
     try:
         found = known.get(key)
     except TypeError:  # an element of the user's that has no hash: nothing is kept
-        return series_over(system, name, bounds, flat_of, pad, degrees)
+        return find()
     if found is None:
         if len(known) >= KEPT:
             known.pop(next(iter(known)))
-        found = known[key] = series_over(system, name, bounds, flat_of, pad, degrees)
+        found = known[key] = find()
     return found
 
 

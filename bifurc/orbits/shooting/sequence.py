@@ -48,13 +48,16 @@ from ...solve.steplaw import lowest
 from ...solve.steprun import (
     BACK,
     BEYOND,
+    CORNER,
     HIGH,
     LAST_ROW,
     LENGTH,
     LOW,
     MADE,
     MOST,
+    aside,
     beside,
+    between,
     foretold,
     looked_at,
     remembered,
@@ -916,9 +919,10 @@ def follow(T, data, point, info, tolerance, max_iterations, walk):
             return status
         values = rows[made, 2 * (n + 1):2 * (n + 1) + tests.shape[1]]
         length, angle, misfit = plain(T.kick, data, last, old, U, predicted, tangent, info, reads, run, tests, values)
-        if length <= 0.0:
+        if length == 0.0 or length < 0.0 and not smooth(T, data, last, old, U, tangent, -length, run[CORNER], tolerance,
+                                                        max_iterations):
             return status
-        taken(U, tangent, values, (length, angle, misfit),
+        taken(U, tangent, values, (abs(length), angle, misfit),
               (int(info[ITERATIONS]), info[RESIDUAL], info[DET_SIGN], info[DET_LOG]), run, tests, rows[made])
         remembered(past, lengths, last, old, run[BACK])
         last[:], old[:] = U, tangent
@@ -983,6 +987,18 @@ def plain(kick, data, last, old, U, predicted, tangent, info, reads, run, tests,
         values[j] = monitored(info, reads[j - 1])
     iterations, sign, log = int(info[ITERATIONS]), info[DET_SIGN], info[DET_LOG]
     length, angle, misfit = looked_at(last, old, U, predicted, tangent, data.scales, values, iterations, sign, log, run, tests)
-    if length > 0.0 and emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, length) > 0.0:
+    if length != 0.0 and emptied(kick, data.nodes, data.span, last, old, U, tangent, data.scales, abs(length)) > 0.0:
         length = 0.0
     return length, angle, misfit
+
+
+@njit
+def smooth(T, data, last, old, U, tangent, length, corner, tolerance, max_iterations):
+    """Whether the middle of the step from ``last`` to ``U`` lies where a smooth branch has it, as `hidden.jumped` asks; the tables
+    hold the numbers at ``U`` in the end."""
+    place, direction, info = np.empty(U.size), np.empty(U.size), np.empty(INFO)
+    between(last, old, U, tangent, data.scales, length, place, direction)
+    middle = place.copy()
+    status = correct(T, data, middle, place, direction, 1.0, info, tolerance, max_iterations)
+    set_modes(T, data.places, data.series, data.low, data.high, U[U.size - 1], data.nodes)
+    return status == 1 and not aside(place, middle, data.scales, length, corner)

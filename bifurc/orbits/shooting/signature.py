@@ -73,7 +73,7 @@ class Signature:
         labels, and the rows of these.  Where half a period turns the state round, what nothing changes is zero."""
         signs = np.full(labels.rows.shape[1], float(self.closure))
         signs[list(labels.places)] = KEPT if self.closure > 0 else ODD
-        return np.vstack([signs, labels.rows])
+        return np.concatenate([signs[None], labels.rows])
 
     def labels(self, scene: Scene, velocities=False) -> Labels:
         """Return what no event and no mode of the orbit changes: memory never written, rows of coordinates always held; with
@@ -81,6 +81,8 @@ class Signature:
         """
         T, n = scene.tables, scene.n
         modes = sorted({int(m) for m in self.nodes[:, AFTER]})
+        if scene.ns == 2 * n and not T.n_holds[modes].all():
+            return Labels((), np.empty((0, scene.ns)))
         unit = np.eye(scene.ns, T.A.shape[2])
         found = [unit[c] for c in range(2 * n, scene.ns) if all(
             not T.A[m, c].any() and c not in [place for place, _ in scene.algebraic(m)] for m in modes)]

@@ -1,6 +1,7 @@
 """Pieces of branches on plain numbers: tests of multipliers, lists of special points, parity, distances."""
 import copy
 import math
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +16,7 @@ from bifurc.continuation.kinds import LocationStatus, SpecialPointKind
 from bifurc.continuation.monitors import value_of, with_monitors
 from bifurc.continuation.peaks import with_peaks
 from bifurc.continuation.switching import leads_away
+from bifurc.lazy import Later
 from bifurc.solve.steplaw import BOUNDARY_BAND
 from tests.continuation.problems import Free, Scalar, circle, pitchfork
 
@@ -105,6 +107,18 @@ def test_points_found_from_both_sides_are_one():
     assert [item.s for item in unique([point(s=3.0), point(s=-1.0), point(s=2.0)])] == [-1.0, 2.0, 3.0]
     sure = point(error=0.0), point(s=1.0 + 1e-8, p=2.0 + 1e-12, error=0.0)
     assert len(unique(sure)) == 1  # rounding of the parameter's scale
+
+
+def test_the_error_of_a_point_is_found_once_and_travels_as_a_number():
+    asked = []
+    found = point(error=Later(lambda: asked.append(1) or 3e-9), problem=None)
+    assert not asked
+    for read in (lambda: found.error, lambda: copy.copy(found).error, lambda: pickle.loads(pickle.dumps(found)).error):
+        assert read() == 3e-9 and type(read()) is float
+    assert repr(found).startswith("SpecialPoint(fold at 2 +- 3.0e-09") and len(asked) == 1
+    branch = bf.trace(circle(), bounds=(-2.0, 2.0))
+    stored = branch.to_record()[1]["special"][:, -1]  # before any error was asked for
+    assert stored.tolist() == [p.error for p in branch.special_points] and stored.all() and len(stored) == 2
 
 
 def test_lists_of_points_select_by_kind():

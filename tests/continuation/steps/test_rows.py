@@ -500,7 +500,7 @@ def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent
     assert arclength.Half.leap_from(half, row, "start") is leaps
     if goes_on:
         assert [made.p for made in half.rows] == [1.0, half.crossed] and half.parts == ["first", "second"] and half.slope == 9.0
-        assert special.error == pytest.approx(1e-6 + 0.25) and special.x.tolist() == [5.0, 6.0, half.crossed]
+        assert special.bound == pytest.approx(1e-6 + 0.25) and special.x.tolist() == [5.0, 6.0, half.crossed]
         assert half.found == ([] if silent else [special]) and half.ds == 0.2 and half.reason is None
         return
     assert len(half.rows) == len(half.parts) == 1 and half.found == [] and half.ds == 1e-9 and special.x is None

@@ -120,3 +120,31 @@ def test_zeros_found_in_one_call_are_those_of_the_general_search(name, monkeypat
     for one, other in zip(at_once.special_points, one_by_one.special_points, strict=True):
         assert abs(one.parameter - other.parameter) <= one.error + other.error
         assert one.error < 1e-11 and other.error < 1e-11
+
+
+def test_the_middle_of_a_step_tells_an_arc_from_two_branches():
+    from bifurc.orbits.shooting import sequence
+    from bifurc.orbits.shooting.equations import MAX_ITERATIONS, TOLERANCE
+
+    system = systems.bilinear_oscillator(zeta=0.05, omega=0.5, amplitude=0.3, gap=0.5, stiffness_ratio=5.0)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5, 1.4), ds_max=0.1)
+    above, below = (point.parameter for point in branch.special_points.of("fold"))
+    rows = [row for row in branch.rows() if row.part.index == 1]  # with the contact
+    problem = branch.problems[1]
+    equations = problem.equations
+
+    def smooth(a, b):
+        length = float(np.linalg.norm((b.x - a.x) / problem.scale))
+        equations.numbers_at(0.5 * (a.p + b.p))
+        told = sequence.smooth(equations.path.tables, equations._data, a.x, a.tangent, b.x, b.tangent, length, 0.0, TOLERANCE,
+                               MAX_ITERATIONS)
+        after = equations.path.tables.flat.copy()
+        equations.numbers_at(b.p)
+        np.testing.assert_array_equal(after, equations.path.tables.flat)
+        return told
+    fold = max(range(len(rows)), key=lambda i: rows[i].p)
+    calm = [(a, b) for a, b in zip(rows[3:-2], rows[4:-1], strict=True) if b.angle < 0.1]
+    assert len(calm) > 20 and all(smooth(a, b) for a, b in calm)
+    middle = 0.5 * (above + below)  # of three orbits at one frequency two follow each other along the branch
+    one, two = (min(half, key=lambda row: abs(row.p - middle)) for half in (rows[:fold], rows[fold:]))
+    assert one.p == pytest.approx(two.p, abs=0.02) and not smooth(one, two)
