@@ -115,7 +115,7 @@ class EnergyProblem(Problem):
         return bool(born and autonomous.extent(self.orbits, x) > 0.0 and autonomous.small(self.orbits, x, FEW))
 
     def named_end(self, x, reason, message):
-        """See `Problem.named_end`: where an orbit hardly moves it is a state of rest, where it hardly comes back a homoclinic one."""
+        """See `Problem.named_end`: what hardly moves is a state of rest, what hardly comes back a homoclinic orbit."""
         if reason in ENDED and autonomous.small(self.orbits, x[:-1], STILL):
             return StopReason.AT_REST, ""
         if reason in ENDED and autonomous.homoclinic(self.solution(x)):
@@ -265,7 +265,7 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     values, vectors = np.linalg.eig(rest.linearisation)
     order = [k for k in np.argsort(values.imag) if values[k].imag > 0.0]
     if not mode < len(order):
-        raise ValueError(f"mode = {mode!r} is not allowed; small vibrations about the state of rest have {len(order)} that oscillate")
+        raise ValueError(f"mode = {mode!r} is not allowed; about the state of rest there are {len(order)} that oscillate")
     omega, q = float(values[order[mode]].imag), rest._small[1] @ vectors[:, order[mode]]
     start = linear_mode(system, rest, q, omega, SMALL * (energy - ground))
     branch = trace(start, "energy", bounds=(start.energy, energy), direction=1)
