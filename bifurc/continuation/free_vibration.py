@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ..compose.scene import numbered, scene_of
+from ..elements.checks import number, whole
 from ..orbits.autonomous import section, solution
 from ..orbits.energy import EnergyEquations, conservative, unfolding_path
 from ..orbits.energy import energy as stored
@@ -20,8 +21,8 @@ from ..orbits.equilibria.equilibrium import find_equilibrium
 from ..orbits.orbit import TOUCH, PeriodicOrbit
 from ..orbits.shooting.signature import Signature, sections
 from ..system import System
-from .kinds import NUMERICAL, ContinuationError, SpecialPointKind
-from .problem import Monitor, Problem
+from .kinds import NUMERICAL, ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
+from .problem import Corrected, Monitor, Problem
 from .shooting import autonomous
 from .shooting.problem import OrbitProblem
 from .shooting.signature_change import admissible_side
@@ -30,6 +31,10 @@ from .tracing import trace
 ORDERS = (2, 3, 4, 5)  # of internal resonances that are marked
 ON_CIRCLE = 1e-6  # distance of a multiplier from the unit circle
 SMALL = 1e-6  # energy of the linear mode from which a nonlinear one starts, as part of the energy asked for
+STILL = 1e-4  # scaled extent of an orbit that steps bring no nearer to a state of rest
+LOST = 1e-3  # scaled distance from a saddle next to which an orbit is hardly more than rounding
+FEW = 0.3  # scaled extent up to which a step may pass a state of rest
+ENDED = (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE, StopReason.NOT_FINITE, StopReason.SINGULAR)
 
 
 def energy_problem(orbit: PeriodicOrbit) -> "EnergyProblem":
@@ -92,6 +97,31 @@ class EnergyProblem(Problem):
         slope[-1] = -1.0 / self.equations.unit
         return self.equations.jacobian(u), slope
 
+    def correct(self, x, tangent, fixed=False) -> Corrected:
+        """See `Problem.correct`.
+
+        Beyond the state of rest at which a family begins the equations have the same orbits with the other sign of the amplitude,
+        or none: what hardly moves is that state.  Next to a homoclinic orbit rounding grows until nothing is known.
+        """
+        made = super().correct(x, tangent, fixed)
+        if made.converged and (self._turned(made.x[:-1]) or autonomous.small(self.orbits, made.x[:-1])
+                               or autonomous.homoclinic(self.solution(made.x), LOST)):
+            return self._failed(made.x, tangent, CorrectorStatus.INADMISSIBLE, made.iterations, made.residual)
+        return made
+
+    def _turned(self, x) -> bool:
+        """Whether the orbit at ``x`` (n + 1,) is a small one with its least value on the section in place of its largest."""
+        born = self.sequence.clock and not self.sequence.events
+        return bool(born and autonomous.extent(self.orbits, x) > 0.0 and autonomous.small(self.orbits, x, FEW))
+
+    def named_end(self, x, reason, message):
+        """See `Problem.named_end`: what hardly moves is a state of rest, what hardly comes back a homoclinic orbit."""
+        if reason in ENDED and autonomous.small(self.orbits, x[:-1], STILL):
+            return StopReason.AT_REST, ""
+        if reason in ENDED and autonomous.homoclinic(self.solution(x)):
+            return StopReason.HOMOCLINIC, ""
+        return reason, message
+
     def monitor_values(self, u, p, tangent):
         """Return the tests that bound the validity of the event sequence, and those of internal resonances."""
         bounds = self.orbits.monitor_values(u[:-1], u[-1], tangent)[self._kept]
@@ -113,6 +143,8 @@ class EnergyProblem(Problem):
     def switch(self, point, monitor):
         """Return (problem, x, tangent) of the event sequence behind a boundary, or why none goes on."""
         change = autonomous.CHANGES.get(monitor.name)
+        if monitor.name == autonomous.SHRINKS:  # not small: the section touches the orbit, another one is taken
+            change = same_sequence
         found = None if change is None else autonomous.changed(change, self.orbits, point.x[:-1])
         if found is None:
             return None
@@ -166,6 +198,11 @@ class EnergyProblem(Problem):
         return made
 
 
+def same_sequence(plain, x):
+    """Return signature and unknowns as they are."""
+    return plain.sequence, x
+
+
 def resonances(mu) -> list[float]:
     """Return tests (one an order) that change sign where a pair of multipliers (k,) passes a root of unity of that order.
 
@@ -216,6 +253,7 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
     >>> round(bf.nonlinear_mode(system, energy=2.0).omega, 6)
     1.170544
     """
+    energy, mode = number("nonlinear_mode", "energy", energy), whole("nonlinear_mode", "mode", mode, least=0)
     if not conservative(system):
         raise ValueError(f"{system!r} does not keep its energy; nonlinear modes are those of a conservative system")
     rest = find_equilibrium(system)
@@ -226,8 +264,8 @@ def nonlinear_mode(system: System, mode: int = 0, energy: float = 1.0) -> Period
         raise ValueError(f"energy = {energy!r} is not allowed; it must be above that of rest, {ground:.6g}")
     values, vectors = np.linalg.eig(rest.linearisation)
     order = [k for k in np.argsort(values.imag) if values[k].imag > 0.0]
-    if not 0 <= mode < len(order):
-        raise ValueError(f"mode = {mode!r} is not allowed; there are {len(order)} that oscillate")
+    if not mode < len(order):
+        raise ValueError(f"mode = {mode!r} is not allowed; about the state of rest there are {len(order)} that oscillate")
     omega, q = float(values[order[mode]].imag), rest._small[1] @ vectors[:, order[mode]]
     start = linear_mode(system, rest, q, omega, SMALL * (energy - ground))
     branch = trace(start, "energy", bounds=(start.energy, energy), direction=1)
@@ -245,7 +283,8 @@ def linear_mode(system: System, rest, q, omega: float, E: float) -> PeriodicOrbi
     q[n + i] = 0.0
     v, stiffness = q[n:2 * n], -system.mass @ rest.field.jacobian(rest.state)[n:2 * n, :n]
     y = rest.state + q * math.sqrt(2.0 * E / (v @ system.mass @ v + q[:n] @ stiffness @ q[:n]))
-    weights = np.full(scene.ns, float(np.abs(y).max() or 1.0) / math.sqrt(SMALL))  # sizes where the family is asked for
+    away = float(np.abs(y - rest.state).max()) / math.sqrt(SMALL)  # where the family is asked for
+    weights = np.full(scene.ns, max(away, float(np.abs(rest.state).max())) or 1.0)
     weights[n:2 * n] *= omega
     signature = dataclasses.replace(sections(rest.mode, 0.0), fixed=section(scene, i, weights), clock=2.0 * np.pi / omega)
     return solution(system, signature, np.append(1.0, y), weights, {"guess": "linear mode"})

@@ -88,6 +88,11 @@ class StopReason(DescribedEnum):
     SHRUNK = ("shrunk", "The orbit has shrunk onto a state of rest that just touches a contact (a boundary equilibrium): its size "
                         "falls to nothing in proportion to the distance from here, its period and its multipliers do not "
                         "change. find_equilibrium gives the state of rest, and trace the branch of that.")
+    AT_REST = ("at_rest", "The free vibration has shrunk onto a state of rest: no motion of this family has less energy. "
+                          "find_equilibrium gives that state.")
+    HOMOCLINIC = ("homoclinic", "The period grows without bound: the motion spends ever more of it next to an unstable state of "
+                                "rest, and here no longer comes back from there (a homoclinic orbit, or a heteroclinic one that "
+                                "joins several). find_equilibrium gives that state of rest.")
     INADMISSIBLE = "inadmissible", "The solutions beyond this point are not admissible and no monitor tells why."
     NOT_STARTED = "not_started", "This direction was not asked for."
     MERGED = ("merged", "The motions of multiplied period become those of their parent here: the branch ends on it at "

@@ -18,6 +18,8 @@ from .shooting.path import ParameterPath
 from .shooting.sequence import BEFORE
 from .shooting.signature import Signature
 
+ASIDE = 1e-5  # artificial damping with which its derivatives are differenced, of a motion that amplifies nothing
+
 
 def conservative(system: System) -> bool:
     """Whether free motions of a system keep their energy: no excitation, no damping (gyroscopic terms are allowed), symmetric
@@ -107,12 +109,12 @@ class EnergyEquations:
         """Return the derivative (size, size) by the unknowns."""
         e, ns = self.equations, self.scene.ns
         J = np.zeros((self.size, self.size))
-        h = 1e-5
+        J[:-1, :-1] = e.jacobian(u)
+        h = ASIDE / max(1.0, float(np.abs(J).max()))  # next to a saddle deviations grow: the differences stay in proportion
         above, below = u.copy(), u.copy()
         above[-1] += h
         below[-1] -= h
         J[:-1, -1] = (e.residual(above) - e.residual(below)) / (2.0 * h)
-        J[:-1, :-1] = e.jacobian(u)
         J[-1, 1:1 + ns] = self.gradient(u[1:1 + ns]) / self.unit
         return J
 

@@ -63,7 +63,7 @@ def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iteration
     iterations : int
         Limit.
     noise : float
-        Norm of the residual below which a full step that gains nothing is due to rounding: the iteration has converged.
+        Norm of the residual below which a step that gains nothing on the last one is due to rounding: the iteration has converged.
 
     Returns
     -------
@@ -98,6 +98,8 @@ def newton(residual, jacobian, x, scale=1.0, tolerance: float = 1e-14, iteration
             if size <= max(rounding, tolerance):
                 x = x + scale * step
                 return NewtonResult(x, NewtonStatus.CONVERGED, count + 1, _norm(residual(x)), size)
+            if _norm(f) <= noise and size > 0.5 * correction:  # steps that do not shrink any more
+                return NewtonResult(x, NewtonStatus.CONVERGED, count, _norm(f), size)
             damping = 1.0
             while True:
                 trial = x + damping * scale * step

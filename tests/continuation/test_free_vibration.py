@@ -182,6 +182,59 @@ def test_branch_over_energy(stop, start, frequency, tmp_path):
     assert bf.load(tmp_path / "free.npz").column("omega") == pytest.approx(found, abs=1e-14)
 
 
+@pytest.mark.parametrize("elements, start, ground", [
+    ([el.ElasticStop(1.0, 4.0)], (1.5, 0.0), 0.0),
+    ([el.ElasticStop(0.0, 4.0)], (0.5, 0.0), 0.0),
+    ([el.ElasticStop(-0.37673293462909185, 0.28854120215704243 / 0.12280321005928631)], (0.3, 0.0), None),
+    ([el.RigidStop(0.0, 1.0)], (-0.8, 0.0), 0.0),
+    ([el.RigidStop(-0.3, 1.0)], (-0.8, 0.0), 0.045),
+    ([el.ConstantForce(-1.0), el.RigidStop(0.4, 1.0, side=-1)], (0.7, 0.0), -0.32),
+    ([el.CubicSpring(1.0)], (0.5, 0.0), 0.0),
+])
+def test_a_family_ends_at_its_state_of_rest(elements, start, ground):
+    system = System(1.0, 0.0, 1.0, elements)
+    if ground is None:
+        ground = 0.5 * elements[0].stiffness * elements[0].gap ** 2 / (1.0 + elements[0].stiffness)
+    orbit = bf.find_orbit(system, guess=start)
+    branch = bf.trace(orbit, "energy", bounds=(ground - 0.1, orbit.energy * 1.5))
+    assert [str(end.reason) for end in branch.ends] == ["at_rest", "bound"] and branch.audit.ok
+    least = branch.column("energy").min()
+    assert 0.0 <= least - ground <= 1e-11 * (orbit.energy - ground) + 1e-15
+    assert {point.kind for point in branch.special_points} <= {"grazing"}
+
+
+@pytest.mark.parametrize("stiffness, elements, start, bounds, saddle, low", [
+    (1.0, [el.CubicSpring(-1.0)], (0.4, 0.0), (0.01, 1.0), 0.25, False),
+    (-1.0, [el.CubicSpring(1.0)], (1.2, 0.0), (-0.24, 1.0), 0.0, False),
+    (-1.0, [el.CubicSpring(1.0)], (1.6, 0.0), (-1.0, 1.0), 0.0, True),
+    (1.0, [el.PolynomialSpring(c2=-1.0, c3=0.0)], (0.3, 0.0), (0.01, 1.0), 1.0 / 6.0, False),
+    (1.0, [el.ElasticStop(0.5, -2.0)], (0.3, 0.0), (0.01, 1.0), 0.25, False),
+])
+def test_a_family_ends_at_the_orbit_that_does_not_come_back(stiffness, elements, start, bounds, saddle, low):
+    branch = bf.trace(bf.find_orbit(System(1.0, 0.0, stiffness, elements), guess=start), "energy", bounds=bounds)
+    assert [str(end.reason) for end in branch.ends] == (["homoclinic", "bound"] if low else ["bound", "homoclinic"])
+    energy, omega = branch.column("energy"), branch.column("omega")
+    last = energy.min() if low else energy.max()
+    assert 0.0 < (last - saddle) * (1.0 if low else -1.0) < 5e-6
+    assert omega.min() < 0.4 * omega.max() and {point.kind for point in branch.special_points} <= {"grazing"}
+
+
+@pytest.mark.parametrize("elements", [[el.ElasticStop(-0.2, 41.0)], [el.ConstantForce(-1.3), el.ElasticStop(0.72, 900.0)]])
+def test_modes_about_a_state_of_rest_away_from_zero(elements):
+    system = System(1.0, 0.0, 1.0, elements)
+    rest = bf.find_equilibrium(system)
+    orbit = bf.nonlinear_mode(system, energy=bf.energy(system, rest.state) + 3.0)
+    kick = (float(rest.state[0]), math.sqrt(6.0))
+    motion = bf.simulate(system, kick, duration=orbit.period)
+    assert np.abs(motion.final - kick).max() < 1e-11
+
+
+@pytest.mark.parametrize("wrong", [{"mode": 0.5}, {"mode": True}, {"mode": 1}, {"energy": math.inf}, {"energy": "1"}])
+def test_arguments_of_nonlinear_modes(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        bf.nonlinear_mode(System(1.0, 0.0, 1.0), **wrong)
+
+
 @pytest.mark.parametrize("other", [1.5, 1.35])
 def test_internal_resonances_with_a_mode_that_is_not_coupled(other):
     """A mass and its stop beside another of constant frequency: the ratio of the frequencies passes fractions in closed form."""

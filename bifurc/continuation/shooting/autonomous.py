@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...orbits.autonomous import wound
+from ...orbits.equilibria.equilibrium import find_equilibrium
 from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, DIVIDE, SHORT, TOGETHER
 from ..kinds import CorrectorStatus, SpecialPointKind
@@ -25,6 +26,7 @@ from .vanishing import dropped
 SHRINKS = "shrinks"  # name of the monitor of the extent of an orbit without events
 SMALL = 1e-6  # scaled extent of an orbit that has shrunk onto an equilibrium,
 SHRINKING = 1e-4  # and of one with events that steps bring no nearer to it: its equations lose all their ranks there
+SLOW, LINGERING = 0.1, 0.1  # of its fastest pace; scaled distance from a saddle: where an orbit lingers
 SECANTS = 30
 SAMPLES = 96  # states of an orbit without events among which its maximum is looked for
 PHASE = 0.381966  # of a period: where an orbit without events begins for a change
@@ -113,6 +115,17 @@ def small(problem, x, size=SMALL) -> bool:
     times = np.linspace(0.0, whole.span, SAMPLES, endpoint=False)
     problem.equations.motion.states(problem.equations.numbers_at(x[-1]), whole.nodes, whole.span, U, times, states)
     return bool(np.abs(states[:, n:2 * n] / problem.weights[n:2 * n]).max() <= size)
+
+
+def homoclinic(orbit, near=LINGERING) -> bool:
+    """Whether an orbit without a clock spends most of its time, slowly, by an unstable state of rest, and comes so ``near`` to it
+    (scaled)."""
+    states = orbit.sample(SAMPLES)[1]
+    pace = np.abs(np.diff(states, axis=0) / orbit.weights).max(axis=1)
+    if np.median(pace) > SLOW * pace.max():
+        return False
+    rest = find_equilibrium(orbit.system, states[int(np.argmin(pace))])
+    return rest.success and rest.stable is False and bool((np.abs(states - rest.state) / orbit.weights).max(axis=1).min() <= near)
 
 
 def shrunk(problem, a, b):

@@ -557,6 +557,8 @@ class OrbitProblem(Problem):
         if reason in (StopReason.NO_SUCCESSOR, StopReason.DS_MIN, StopReason.INADMISSIBLE):
             if self.sequence.clock and self.sequence.events and autonomous.small(self, x, autonomous.SHRINKING):
                 return StopReason.SHRUNK, ""
+            if self.sequence.clock and autonomous.homoclinic(self.solution(x)):
+                return StopReason.HOMOCLINIC, ""
             if self._train(x) or self._completing(x):
                 return StopReason.CHATTERING, message
             if self._slip(x) < STUCK:

@@ -26,6 +26,7 @@ AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unk
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
+NOTHING_BEYOND = (StopReason.CHATTERING, StopReason.AT_REST, StopReason.HOMOCLINIC)  # ends behind which no single sequence goes on
 BLOCK = 32  # steps that a problem makes in one call at most
 arc_length, judged, next_length = (rule.py_func for rule in (steplaw.arc_length, steplaw.judged, steplaw.next_length))
 
@@ -404,8 +405,8 @@ class Half:
         """Whether the branch goes on behind a boundary that steps only creep up to: its equations lose rank there, as where
         several events end at once. The equations behind it tell the parameter.  They are looked for from the last few rows, of
         which those so near to it are rounding."""
-        if self.ends_in(row) is StopReason.CHATTERING:
-            return False  # no single sequence goes on
+        if self.ends_in(row) in NOTHING_BEYOND:
+            return False
         return any(self.leap_from(row, start) for start in self.rows[:-STARTS - 1:-1] if start.part is row.part)
 
     def leap_from(self, row, start):

@@ -18,6 +18,8 @@ from ...compose.tables import Tables
 from ...system import System
 
 DEGREES = (4, 8, 16, 32, 64)
+STEPS = 1e-9, 1.7e-9, 2.3e-9  # of half an interval, over which the rounding of numbers is looked at,
+NOISE = 4.0  # and how much more there may be of it
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
@@ -149,6 +151,18 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         raise ValueError(f"bounds = {bounds!r}: {name} must have room to move; give two different numbers")
     middle, half = 0.5 * (a + b), 0.5 * (b - a)
     checks = np.array([sample(middle + half * z) for z in CHECKS])
+    made = fitted(sample, middle, half, checks, degrees, 0.0)
+    if made is None:  # numbers in which larger ones cancel carry more than their own rounding
+        made = fitted(sample, middle, half, checks, degrees, NOISE * noise(sample, middle, half))
+    if made is None:
+        raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
+                         f"(no polynomial of degree {degrees[-1]} fits to rounding); choose narrower bounds")
+    return *made, a, b
+
+
+def fitted(sample, middle: float, half: float, checks, degrees, noise):
+    """Return places and Chebyshev series of what changes over middle +- half, by the least degree that fits to rounding and to a
+    ``noise`` (one a number, or 0); None where none does."""
     for degree in degrees:
         angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
         values = np.array([sample(middle + half * z) for z in np.cos(angle)])
@@ -161,8 +175,19 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
         series[np.abs(series) < 4e-16 * size] = 0.0
         found = np.cos(np.outer(np.arccos(CHECKS), order)) @ series
         allowed = max(TOLERANCE, ROUNDING * math.sqrt(degree + 1.0) if degree > DEGREES[0] else 0.0)
-        if np.all(np.abs(found - checks[:, index]) <= allowed * size + 1e-300):
+        own = noise[index] if np.ndim(noise) else noise
+        if np.all(np.abs(found - checks[:, index]) <= allowed * size + own + 1e-300):
             used = int(np.max(np.nonzero(np.any(series != 0.0, axis=1))[0], initial=0)) + 1
-            return index, np.ascontiguousarray(series[:used].T), a, b
-    raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
-                     f"(no polynomial of degree {degrees[-1]} fits to rounding); choose narrower bounds")
+            return index, np.ascontiguousarray(series[:used].T)
+    return None
+
+
+def noise(sample, middle: float, half: float) -> np.ndarray:
+    """Return the rounding that the numbers ``sample(value)`` carry, one a number: second differences over steps so small that
+    nothing smooth is seen in them."""
+    found = 0.0
+    for z in (*CHECKS, 0.0):
+        for step in STEPS:
+            below, here, above = (sample(middle + half * (z + k * step)) for k in (-1, 0, 1))
+            found = np.maximum(found, np.abs(above - 2.0 * here + below))
+    return np.asarray(found)
