@@ -516,6 +516,34 @@ def test_following_a_boundary_ends_where_it_must():
     assert search.track(np.array([[-1.0, 0.0], [1.0, 0.0]]), 4) == (None, EdgeStatus.THIRD_BASIN)
 
 
+def test_how_far_two_starts_came_apart_is_the_most_of_all_steps():
+    """The first image is far beyond what is still together, those that follow are just so."""
+    factors = iter([1e10, 1e7, 1e7, 1e7, 1e7, 1e7, 1e7])
+    search = searching(Line((0.0, 0), (99.0, 1)))
+    search.points, search.gap, search.jumps, gaps = [], 0.0, 0, []
+
+    def apply(X):
+        ends = X * [next(factors), 1.0]
+        gaps.append(np.linalg.norm((ends[1] - ends[0]) / SCALE))
+        return images(ends)
+    search.map, search.returned = SimpleNamespace(apply=apply), lambda: None
+    search.track(np.array([[-1.0, 0.0], [1.0, 0.0]]), 4)
+    assert len(gaps) > 1 and gaps[-1] < max(gaps) and search.gap == max(gaps)
+
+
+def test_the_closest_cells_of_two_basins_are_so_in_natural_sizes():
+    """A step of 1 in q0 is half a natural size, one of 0.75 in v0 is one and a half."""
+    grid = bf.Grid(q0=(0.0, 5.0, 5), v0=(0.0, 3.75, 5))
+    labels = np.full(grid.shape, -1)
+    labels[2, 2], labels[3, 2], labels[2, 3] = 0, 1, 1
+    search = searching(None)
+    search.basins = SimpleNamespace(labels=labels, grid=grid)
+    search.map = SimpleNamespace(scene=scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0)], omega=1.0)))
+    np.testing.assert_allclose(search.closest_cells(), [[2.5, 1.875], [3.5, 1.875]])
+    labels[2, 2] = -1
+    assert search.closest_cells() is None
+
+
 # sets of a saddle
 
 MATRIX = np.array([[2.0, 0.3], [0.1, 0.4]])  # on scaled states

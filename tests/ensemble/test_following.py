@@ -228,6 +228,13 @@ def test_cells_of_which_nothing_is_known():
     assert [state.code for state in CellState] == list(range(6)) and all(state.sentence.endswith(".") for state in CellState)
 
 
+def test_coded_labels_tell_what_is_no_start_from_what_leaves_all_bounds():
+    states = np.array([CellState.ATTRACTED, CellState.OUTSIDE, CellState.DIVERGED, CellState.UNSETTLED])
+    codes = np.array([CellState(state).code for state in states])
+    assert outcomes.coded(np.array([5, -1, -1, -1]), codes).tolist() == [5, outcomes.NO_START, outcomes.INFINITY, -1]
+    assert len({outcomes.NO_START, outcomes.INFINITY, -1}) == 3 and max(outcomes.NO_START, outcomes.INFINITY) < 0
+
+
 # ---- sections ------------------------------------------------------------------------------------------------------------------
 
 
