@@ -293,7 +293,8 @@ def test_the_region_of_a_scene_has_one_length_and_its_velocity_in_any_unit_of_ti
     found = []
     for unit in (1.0, 8.0):
         system = bf.System(1.0, 2.0 * law["zeta"] * unit, law["alpha"] * unit**2, [
-            bf.elements.HarmonicForce(law["amplitude"] * unit**2), bf.elements.CubicSpring(law["beta"] * unit**2)], omega=law["omega"] * unit)
+            bf.elements.HarmonicForce(law["amplitude"] * unit**2), bf.elements.CubicSpring(law["beta"] * unit**2)],
+            omega=law["omega"] * unit)
         scene = scene_of(system)
         found.append(smooth.region(scene, smooth.kind_of(scene)))
         assert found[-1][1] == pytest.approx(law["omega"] * unit * found[-1][0], rel=1e-12)
