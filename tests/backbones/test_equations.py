@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.backbones import equations
 from bifurc.backbones.backbone import Backbone, _stepped
 from bifurc.backbones.equations import balanced, returning, swings, with_negative_damping
 from bifurc.backbones.modes import ModeStatus, first_harmonic, linear_mode, unloaded
@@ -60,6 +61,20 @@ def test_a_balanced_mode_begins_with_the_speeds_of_its_start_in_any_unit_of_time
             seen.append([found * unit, *state[:2]])
             assert stop or seen[-1] == pytest.approx([omega[0], *shape], abs=1e-8)
         assert seen[1] == pytest.approx(seen[0], abs=1e-8) and seen[2] == pytest.approx(seen[0], abs=1e-8)
+
+
+def test_a_balance_begins_with_the_state_of_its_start(monkeypatch):
+    """Newton's guess is the oscillation of one frequency that has these coordinates and these velocities at phase 0."""
+    guesses = []
+
+    def newton(residual, jacobian, u, scale):
+        guesses.append(u)
+        return SimpleNamespace(x=u)
+    monkeypatch.setattr(equations, "newton", newton)
+    start, omega, method = np.array([0.3, -0.1, 2.0, 5.0]), 7.0, bf.HarmonicBalance(harmonics=3)
+    state, *_ = balanced(pair(), method, 0, 0.3, start, omega, 0.0)
+    np.testing.assert_allclose(state, start, rtol=1e-12)
+    assert guesses[0][-2:].tolist() == [omega, 0.0] and np.count_nonzero(guesses[0][:-2]) == 4
 
 
 def test_an_unsymmetric_mode_by_both_methods():

@@ -120,6 +120,22 @@ def test_contacts_that_take_turns_come_to_rest_together():
     assert len(counts) == 1 and max(counts) < 60
 
 
+@pytest.mark.parametrize("restitution", [0.5, 0.3])
+def test_a_stack_comes_to_rest_after_as_many_impacts_in_any_unit_of_time(restitution):
+    """A mass falls on a wall, another one on it: units that are powers of two leave all roundings as they are."""
+    counts = set()
+    for unit in (1.0, 2.0**-30, 2.0**40):
+        loads = [ConstantForce(1.0 / unit**2), ConstantForce(1.5 / unit**2, dof=1)]
+        stops = [RigidStop(gap=0.7, restitution=restitution), RigidStop(gap=0.3, restitution=restitution, row=(-1.0, 1.0))]
+        motion = bf.simulate(bf.System(np.diag([1.0, 1.5]), np.zeros((2, 2)), np.zeros((2, 2)), [*loads, *stops]),
+                             (0.4, 0.2, 0.0, 0.0), duration=10.0 * unit)
+        assert motion.success and motion.events[-1].mode_after[2:] == ("rest", "rest")
+        np.testing.assert_allclose(motion.final[:2], [0.7, 1.0], rtol=1e-15)
+        np.testing.assert_allclose(motion.final[2:] * unit, 0.0, atol=1e-20)
+        counts.add((len(motion.events), motion.events[-1].time / unit))
+    assert len(counts) == 1
+
+
 @pytest.mark.parametrize("unit", [1.0, 2.0**-30, 2.0**40])
 def test_a_belt_takes_a_mass_along_in_any_unit_of_time(unit):
     """Neither a rate nor a length is known: the speed of the belt is reached at V / mu, uniformly accelerated."""

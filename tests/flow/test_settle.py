@@ -31,7 +31,7 @@ def test_a_plastic_impact_however_fast_ends_at_rest(speed):
 
 @pytest.mark.parametrize("speed", [1.0, 1e7, 1e13])
 def test_an_impact_that_stops_everything_leaves_rest(speed):
-    """Speeds along what the impulse changes: none is left, only the rounding of all, which holds the stop and lets friction stick."""
+    """Speeds along what the impulse changes: only the rounding of all is left, which holds the stop and lets friction stick."""
     rows = np.array([0.7, 0.1])
     scene = scene_of(bf.System(M, 0.01 * M, PAIR.stiffness, [ConstantForce(3.0), RigidStop(0.4, 0.0, row=tuple(rows)),
                                                              Coulomb(5.0, dof=1)]))
