@@ -91,6 +91,15 @@ def test_an_unsymmetric_mode_by_both_methods():
     assert swings(moving, exact.state, exact.omega, 0) and not swings(pair(), np.array([1.0, 0.0, 0.0, 0.0]), 1e4, 0)
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_a_mode_swings_in_any_unit_of_length(unit):
+    omegas, shapes = linear_values()
+    state = np.concatenate((unit * shapes[:, 0] / shapes[0, 0], np.zeros(2)))
+    plain = bf.System(M, np.zeros((2, 2)), K)
+    assert swings(plain, state, omegas[0], 0)
+    assert not swings(plain, state, 1e4 * omegas[0], 0)  # over a period that is none it hardly moves
+
+
 def test_the_first_harmonic_is_that_of_the_motion():
     system = pair(CubicSpring(0.8, dof=0))
     found = bf.extended_mode(system, 1.0)

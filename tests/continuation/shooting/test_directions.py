@@ -36,3 +36,17 @@ def test_two_lines_of_a_form_of_fourth_order():
 def test_no_direction_at_a_cusp():
     """b^2 = a^3: from either side of one branch Newton comes to the other."""
     assert directions(TwoDurations(lambda a, b: b * b - a**3), np.zeros(3)) == []
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_directions_are_those_in_any_unit_of_time(unit):
+    """Two lines and a cusp, of durations that are long or short."""
+    def in_unit(f):
+        problem = TwoDurations(lambda a, b: f(a / unit, b / unit))
+        problem.scale[:2] = unit
+        return directions(problem, np.zeros(3))
+    lines = in_unit(lambda a, b: a * a - b * b + a**3)
+    assert len(lines) == 2
+    for line in np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]]) / np.sqrt(2.0):
+        assert max(abs(line @ other) for other in lines) == pytest.approx(1.0, abs=1e-6)
+    assert in_unit(lambda a, b: b * b - a**3) == []
