@@ -42,6 +42,7 @@ def test_cycles_of_a_functional_graph_are_those_of_networkx(images):
         while found.steps[walk]:
             walk, steps = int(inside[walk]), steps + 1
         assert steps == found.steps[cell] and walk in lists[found.group[cell]]
+    assert all(cells[0] == cells.min() for cells in lists[1:])  # each begins at its first cell
     for cells in lists[1:]:
         np.testing.assert_array_equal(image[cells], np.roll(cells, -1))
 

@@ -235,7 +235,7 @@ class Leaving:
 
     def label(self, X, targets, most):
         away = np.linalg.norm(X / SCALE, axis=1)
-        near = away <= targets.radii[-1]
+        near = away <= 1.01 * targets.radii[-1]
         return SimpleNamespace(labels=np.where(near, len(targets.radii) - 1, 0), states=np.full(len(X), REACHED))
 
 

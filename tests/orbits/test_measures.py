@@ -577,3 +577,14 @@ def test_equations_by_hand_get_their_orders():
     made = Equations(found.scene, path.constant_path(found.scene, BOTH), bare, found.weights)
     assert np.array_equal(made.signature.nodes, divided(found.scene, s.nodes[:, :5]))
     assert np.abs(made.residual(np.append(found.unknowns, 0.0))).max() < 1e-11
+
+
+def test_events_of_a_balance_pass_with_the_speed_of_its_motion():
+    """Contact and separation of an elastic stop: its guard rises with the speed of the mass towards it, and from it, per time."""
+    for omega in (0.5, 1.7):
+        orbit = bf.find_orbit(bf.systems.bilinear_oscillator(omega=omega, amplitude=1.5), method=bf.HarmonicBalance(15))
+        kinds = [str(event.kind) for event in orbit.events]
+        assert orbit.success and kinds.count("contact") == kinds.count("separation") >= 1
+        for event in orbit.events:
+            assert event.speed > 0.0
+            assert event.before[1] == pytest.approx(event.speed if event.kind == "contact" else -event.speed, rel=1e-9)
