@@ -363,6 +363,27 @@ def test_which_values_at_the_start_of_an_interval_are_conditions():
 # ---- along a parameter ---------------------------------------------------------------------------------------------------------
 
 
+def test_a_path_of_all_modes_reaches_as_far_and_has_those_met_since():
+    """Of a scene whose modes are built when they are met; of one without a parameter, too."""
+    stops = [RigidStop(0.3 + 0.1 * i, 0.5, dof=i) for i in range(7)]
+    K = 2.0 * np.eye(7) - np.eye(7, k=1) - np.eye(7, k=-1)
+    chain = bf.System(np.eye(7), 0.1 * np.eye(7), K, [HarmonicForce(0.5), *stops], omega=0.4)
+    scene = scene_of(chain)
+    known = len(scene.keys)
+    along, still = path.parameter_path(scene, chain, "omega", (0.3, 0.7)), path.constant_path(scene, chain)
+    assert path.of_all_modes(scene, along) is along and not scene.complete
+    scene.expand(0, 2)
+    more, other = path.of_all_modes(scene, along), path.of_all_modes(scene, still)
+    assert (more.low, more.high, more.name) == (along.low, along.high, "omega")
+    assert len(more.tables.n_guards) == len(other.tables.n_guards) == len(scene.keys) == known + 1 and other.name is None
+    z = 0.3
+    for part in (along, more):
+        flat = part.tables.flat.copy()
+        flat[part.index] = np.polynomial.chebyshev.chebval(z, part.series.T)
+        moved = chain.with_parameters(omega=0.5 * (part.low + part.high) + 0.5 * z * (part.high - part.low))
+        assert flat[0] == pytest.approx(moved.omega, rel=1e-14)
+
+
 def test_numbers_along_a_parameter_are_those_of_the_system():
     system = bf.systems.jeffcott_rotor(contact_damping=0.3)
     linear = bf.systems.moving_frame_impact_oscillator(damper="ground")
