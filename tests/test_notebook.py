@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.notebook import short
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,13 @@ def picture(text):
     found = re.search(r"src=.data:image/png;base64,([^']+)'", text)
     assert found, text[:300]
     return matplotlib.image.imread(io.BytesIO(base64.b64decode(found[1])))
+
+
+def test_numbers_are_written_in_few_digits_with_their_signs():
+    assert [short(z) for z in (1.25 + 0.5j, 1.25 - 0.5j, 1.25 + 0.0j, np.complex128(-2.0 + 1e-3j))] == [
+        "1.25+0.5i", "1.25-0.5i", "1.25", "-2+0.001i"]
+    assert short(1.0 / 3.0) == "0.333333" and short(np.bool_(True)) == "yes" and short(None) == "unknown"
+    assert short(np.arange(6.0)) == "0, 1, 2, 3, ... (6)"
 
 
 def test_results_show_a_table_and_a_thumbnail(orbit, branch, basins, system):

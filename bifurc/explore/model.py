@@ -276,7 +276,8 @@ def map_here(shown: Shown, window: Mapping | None = None, cells: int = FINE, fil
     Parameters
     ----------
     window : dict of str to (low, high), optional
-        Default: that of the slice on the page, or around the orbit.
+        Default: that of the slice on the page, or around the orbit.  Over the components of the last map it
+        lies in the same slice: at the same values of the others, and what was periodic is, where its range is the same.
     cells : int
         A side.
     file : path-like, optional
@@ -290,7 +291,13 @@ def map_here(shown: Shown, window: Mapping | None = None, cells: int = FINE, fil
     """
     system = shown.system
     ranges = dict(window or shown.window or around(shown))
-    grid = bf.Grid(**{name: (float(low), float(high), int(cells)) for name, (low, high) in ranges.items()})
+    sides = {name: (float(low), float(high), int(cells)) for name, (low, high) in ranges.items()}
+    last = None if shown.basins is None else shown.basins.value.grid
+    if last is not None and set(last.names) == set(sides):
+        whole = [name for name, low, high in zip(last.names, last.low, last.high, strict=True) if sides[name][:2] == (low, high)]
+        grid = bf.Grid(at=last.at, periodic=[name for name in last.periodic if name in whole], **sides)
+    else:
+        grid = bf.Grid(**sides)
     root = shown.basins if shown.basins is not None and shown.basins.value.system == system else None
     while root is not None and root.needs and len(root.needs[0].value.attractors) == len(root.value.attractors):
         root = root.needs[0]  # later maps that found nothing new have its attractors

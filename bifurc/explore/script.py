@@ -123,6 +123,7 @@ def grid_text(grid: Any) -> str:
     """Return the call that makes a grid again, every digit kept."""
     sides = [f"{name}=({low!r}, {high!r}, {cells})" for name, low, high, cells in
              zip(grid.names, grid.low, grid.high, grid.shape, strict=True)]
+    sides += [f"{name}={value!r}" for name, value in (("at", grid.at), ("periodic", grid.periodic)) if value]
     return f"bf.Grid({', '.join(sides)})"
 
 

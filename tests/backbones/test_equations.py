@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.backbones import equations
 from bifurc.backbones.backbone import Backbone, _stepped
 from bifurc.backbones.equations import balanced, returning, swings, with_negative_damping
 from bifurc.backbones.modes import ModeStatus, first_harmonic, linear_mode, unloaded
@@ -62,6 +63,20 @@ def test_a_balanced_mode_begins_with_the_speeds_of_its_start_in_any_unit_of_time
         assert seen[1] == pytest.approx(seen[0], abs=1e-8) and seen[2] == pytest.approx(seen[0], abs=1e-8)
 
 
+def test_a_balance_begins_with_the_state_of_its_start(monkeypatch):
+    """Newton's guess is the oscillation of one frequency that has these coordinates and these velocities at phase 0."""
+    guesses = []
+
+    def newton(residual, jacobian, u, scale):
+        guesses.append(u)
+        return SimpleNamespace(x=u)
+    monkeypatch.setattr(equations, "newton", newton)
+    start, omega, method = np.array([0.3, -0.1, 2.0, 5.0]), 7.0, bf.HarmonicBalance(harmonics=3)
+    state, *_ = balanced(pair(), method, 0, 0.3, start, omega, 0.0)
+    np.testing.assert_allclose(state, start, rtol=1e-12)
+    assert guesses[0][-2:].tolist() == [omega, 0.0] and np.count_nonzero(guesses[0][:-2]) == 4
+
+
 def test_an_unsymmetric_mode_by_both_methods():
     """A stop on one side and a constant load: mean and even harmonics; many harmonics come near the exact motion."""
     system = pair(ElasticStop(0.4, 3.0, dof=0), ConstantForce(0.2, dof=1), damping=0.01)
@@ -74,6 +89,15 @@ def test_an_unsymmetric_mode_by_both_methods():
     assert exact.state[0] == 1.2 and abs(exact.state[2]) < 1e-12
     moving = with_negative_damping(exact.system, exact.xi)
     assert swings(moving, exact.state, exact.omega, 0) and not swings(pair(), np.array([1.0, 0.0, 0.0, 0.0]), 1e4, 0)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_a_mode_swings_in_any_unit_of_length(unit):
+    omegas, shapes = linear_values()
+    state = np.concatenate((unit * shapes[:, 0] / shapes[0, 0], np.zeros(2)))
+    plain = bf.System(M, np.zeros((2, 2)), K)
+    assert swings(plain, state, omegas[0], 0)
+    assert not swings(plain, state, 1e4 * omegas[0], 0)  # over a period that is none it hardly moves
 
 
 def test_the_first_harmonic_is_that_of_the_motion():

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import networkx
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy import sparse
 
@@ -26,6 +26,8 @@ def bistable(x):
 # graphs
 
 @given(st.lists(st.integers(-1, 40), min_size=1, max_size=40))
+@example([3, 2, 4, 0, 1, 0, 5, 6])  # cycles of two and of three cells, and a way to one of them
+@example([2, 2, 5, 9, 3, 1, 0, 2, 7])
 def test_cycles_of_a_functional_graph_are_those_of_networkx(images):
     image = np.array(images)
     size = len(image)
@@ -42,6 +44,7 @@ def test_cycles_of_a_functional_graph_are_those_of_networkx(images):
         while found.steps[walk]:
             walk, steps = int(inside[walk]), steps + 1
         assert steps == found.steps[cell] and walk in lists[found.group[cell]]
+    assert all(cells[0] == cells.min() for cells in lists[1:])  # each begins at its first cell
     for cells in lists[1:]:
         np.testing.assert_array_equal(image[cells], np.roll(cells, -1))
 

@@ -150,3 +150,17 @@ def test_bad_charts():
     with pytest.raises(ValueError, match="field = 'period' is not allowed"):
         small = bf.parameter_chart(STORY, {"omega": [1.0], "gap": [1.0]}, {"q0": (-1, 1)}, starts=1, transient=1, longest=1)
         small.plot(field="period")
+
+
+def test_periods_are_told_in_any_unit_of_time():
+    """A motion that has come near its orbit, not onto it: how near is told in natural sizes of places and of speeds."""
+    found = []
+    for unit in (1.0, 2.0**-20, 2.0**20):
+        elements = [bf.elements.HarmonicForce(0.5 / unit**2), bf.elements.RigidStop(0.3, 0.7)]
+        system = bf.System(1.0, 0.1 / unit, 1.0 / unit**2, elements, omega=1.5 / unit)
+        made = bf.bifurcation_diagram(system, "gap", np.linspace(0.25, 0.35, 3), starts=[0.1, 0.2 / unit], transient=30, keep=4,
+                                      directions="up", workers=1)
+        found.append((made.periods.tolist(), made.impacts.tolist()))
+        away = np.ptp(made.points[0, ..., 0], axis=-1)
+        assert (made.periods == 1).all() and 1e-10 < away.max() < 1e-7
+    assert found[1] == found[0] and found[2] == found[0]

@@ -228,6 +228,22 @@ def test_a_radius_shrinks_until_its_surroundings_come_back(found, edge, away):
     assert slow.radii == [1e-2]  # slow is allowed, while it does not go away
 
 
+class Leaving:
+    """Motions that double their distance from the origin every period; what has left ends at another attractor."""
+
+    section = None
+
+    def label(self, X, targets, most):
+        away = np.linalg.norm(X / SCALE, axis=1)
+        near = away <= 1.01 * targets.radii[-1]
+        return SimpleNamespace(labels=np.where(near, len(targets.radii) - 1, 0), states=np.full(len(X), REACHED))
+
+
+def test_a_shell_that_only_leaves_has_not_come_back_where_it_starts(found):
+    looked = found(Leaving(), known=[orbit([8.0, 0.0]), orbit([0.0, 0.0])])
+    assert looked.radii[1] <= looking.LEAST
+
+
 def test_orders_of_attractors(found):
     looked = found(Strips([[0.0, 0.0]], []))
     sample = chaos(np.zeros((4, 2)))

@@ -75,3 +75,13 @@ def test_impossible_ramps(arguments, words):
 def test_a_system_without_a_clock_has_no_run_up():
     with pytest.raises(ValueError, match="autonomous"):
         bf.ramp(bf.systems.belt_oscillator(), "belt_speed", (0.1, 0.5))
+
+
+def test_extremes_are_those_of_the_last_period_at_each_value():
+    """A linear oscillator far below its resonance follows its load: in whatever period, once the start has died away."""
+    system = bf.System(1.0, 1.4, 1.0, [bf.elements.HarmonicForce(1.0)], omega=1.0)
+    run = bf.ramp(system, "omega", (0.1, 1.6), steps=4, periods=6, directions=("down", "up"))
+    w = run.values
+    amplitude = 1.0 / np.hypot(1.0 - w**2, 1.4 * w)
+    np.testing.assert_allclose(run.maximum[..., 0], amplitude, rtol=2e-3)
+    np.testing.assert_allclose(run.minimum[..., 0], -amplitude, rtol=2e-3)

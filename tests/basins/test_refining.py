@@ -204,3 +204,12 @@ def test_kinds_of_attractors():
     assert issubclass(ChaoticAttractor, SampledAttractor)
     assert compute._kind(SimpleNamespace(attractors=[chaotic, periodic(1)]), 0) is GroupKind.CHAOTIC
     assert compute._kind(SimpleNamespace(attractors=[chaotic, periodic(1)]), 1) is GroupKind.PERIODIC
+
+
+def test_wrong_labels_are_a_share_of_the_cells_that_were_not_followed():
+    """Of four cells one was followed: what is wrong among the inherited ones is wrong among three of four."""
+    evaluated = np.array([[True, False], [False, False]])
+    missed = refinement.Audit(400, 100)
+    made = refinement.Refinement(None, refinement.RefinementStatus.REFINED, evaluated, 0.3, 1.0, missed)
+    low, high = missed.bounds
+    assert 0.0 < low < 0.25 < high and f"of all cells {75 * low:.2g} to {75 * high:.2g} % have a wrong label" in made.message

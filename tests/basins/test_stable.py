@@ -1,12 +1,16 @@
 """The stable set of a saddle: its tangent, the labels on its two sides, the boundary cells of a map, and what has no past."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 import bifurc as bf
 from bifurc.basins.attractors.attractors import section_points
+from bifurc.basins.boundaries.stable import StableSet
 from bifurc.basins.boundaries.time_reversal import Backwards, reversed_system
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, LinearSpring, RigidStop
+from bifurc.ensemble.outcomes import NO_START
 from bifurc.ensemble.period_map import PeriodMap
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
@@ -127,6 +131,19 @@ def test_where_motions_come_to_rest_the_past_is_not_unique():
     back = Backwards(forward, np.ones(2), np.full(2, -np.inf), np.full(2, np.inf)).apply(there.ends[rested], 1)
     away = np.abs(back.ends - X[rested]).max(axis=1)
     assert ((back.outcomes != 0) | (away > 1e-3)).sum() >= rested.sum() - 1  # not more than one start is the one found
+
+
+def test_points_beyond_which_there_is_no_start_say_nothing_of_separation():
+    """A set along q0 = 0: below v0 = 0 both sides have one label, above it the right side lies beyond a stop."""
+    def label(points):
+        return np.where((points[:, 0] > 0.0) & (points[:, 1] > 0.0), NO_START, 3)
+    basins = SimpleNamespace(scale=np.ones(2), grid=bf.Grid(q0=(-1, 1, 10), v0=(-1, 1, 10)), labeller=lambda: label)
+    points = np.column_stack((np.zeros(41), np.linspace(-0.9, 0.9, 41)))
+    found = StableSet(points, np.zeros(41, int), np.zeros(41, int), 0.5, np.array([0.0, 1.0]), 0, 0, 0, True,
+                      SimpleNamespace(basins=basins))
+    assert found.separates() == 0.0
+    basins.labeller = lambda: lambda points: (points[:, 0] > 0.0).astype(int)
+    assert found.separates() == 1.0
 
 
 def test_friction_and_unknown_laws_are_refused(edge):

@@ -14,7 +14,7 @@ from bifurc.basins.attractors.clockless import members, required
 from bifurc.basins.boundaries.search import PARTS, TIGHT, EdgeStatus, Search
 from bifurc.basins.boundaries.time_reversal import Backwards, reversed_system
 from bifurc.basins.boundaries.unstable import Side, UnstableSet, both_sides, direction_of, joined
-from bifurc.basins.cells.confirmation import MapCycle, MapJudge, cells_around
+from bifurc.basins.cells.confirmation import MapCycle, MapJudge, SystemJudge, cells_around
 from bifurc.basins.cells.images import Carrier, _completed, map_cells, offsets_of, spread
 from bifurc.basins.maps.compute import scale_of
 from bifurc.compose.scene import scene_of
@@ -133,6 +133,17 @@ def test_a_curve_is_filled_until_its_last_points_are_near():
 
 def rest(q, mode=0, continuum=(), intervals=None):
     return SimpleNamespace(state=np.array(q, float), mode=mode, continuum=np.array(continuum), intervals=intervals or {})
+
+
+def test_a_motion_that_never_comes_back_is_asked_for_no_orbit(monkeypatch, rng):
+    """Its nearest return is half a natural size away."""
+    steps = np.arange(parts.BLOCK + 1.0)
+    motion = SimpleNamespace(success=True, sections=np.column_stack((0.5 * steps, 0.0 * steps)) * SCALE, final=np.zeros(2))
+    monkeypatch.setattr(parts, "simulate", lambda system, y, periods: motion)
+    monkeypatch.setattr(parts, "concentric", lambda system: False)
+    monkeypatch.setattr(parts, "from_motion", lambda *asked: pytest.fail(f"asked for {asked}"))
+    monkeypatch.setattr(parts, "sampled", lambda system, y, scale: "a sample")
+    assert parts.examine(None, np.zeros(2), SCALE) == "a sample"
 
 
 def test_states_of_a_continuum_of_rest():
@@ -372,6 +383,16 @@ def test_a_map_given_as_a_function_is_iterated_and_its_losses_are_told():
         Carrier(lambda x: np.hstack([x, x]), grid, 1, 10).images(np.array([[1.0]]))
 
 
+def test_samples_that_are_no_starts_are_not_lost_motions(monkeypatch):
+    """Of the four samples of two cells one lies beyond a stop, one leaves all bounds."""
+    grid = bf.Grid(q0=(0.0, 2.0, 2))
+    outcomes = np.array([0, CellState.OUTSIDE.code, LOST, 0])
+    carrier = SimpleNamespace(grid=grid, states=lambda points: points, images=lambda X: (X, outcomes, np.array([1, -1, -1, 0])))
+    monkeypatch.setattr("bifurc.basins.cells.images._carriers", SimpleNamespace(get=lambda key: carrier))
+    meta, arrays = map_cells({"key": "a", "samples": 2, "cells": (0, 2)})
+    assert meta == {"lost": 1} and arrays["rows"].tolist() == [0, 1, 1] and arrays["columns"].tolist() == [1, -1, 0]
+
+
 def test_a_cell_that_is_reached_but_holds_no_start_is_stood_for_by_what_arrives():
     """x -> x + 1.25 on [0, 5); the cells [2, 3) and [3, 4) hold no samples that are starts."""
     grid = bf.Grid(q0=(0.0, 5.0, 5))
@@ -420,6 +441,29 @@ def test_cycles_of_a_map_are_solved_to_their_least_period():
     assert labels.tolist() == [0, INFINITY, 0, -1]
     assert own.contraction(0, 6) == pytest.approx(abs(4.0 + 2.0 * a - a * a)**3, rel=1e-5)
     assert own.points(0) is own.attractors[0].points
+
+
+def test_the_cycle_of_a_linear_map_is_found_in_one_step_of_newton():
+    """A map that turns and contracts: its derivative is that matrix, no other, and from anywhere near the first step ends there."""
+    matrix, centre = np.array([[0.1, -0.9], [0.8, 0.2]]), np.array([0.3, -0.2])
+    calls = []
+
+    def turned(x):
+        calls.append(len(x))
+        return centre + (x - centre) @ matrix.T
+    own = judge(turned, q0=(-1.0, 1.0, 10), v0=(-1.0, 1.0, 10))
+    found = own.solve(np.array([0.35, -0.1]), 1)
+    np.testing.assert_allclose(found.points, [centre], atol=1e-9)
+    np.testing.assert_allclose(found.multipliers, np.linalg.eigvals(matrix), atol=1e-8)
+    assert len(calls) <= 3
+
+
+def test_an_orbit_contracts_by_its_multiplier_once_in_its_own_period():
+    own = object.__new__(SystemJudge)
+    orbit = SimpleNamespace(multipliers=np.array([0.2, -0.5]), periods=3)
+    still = SimpleNamespace(multipliers=np.array([]), periods=1)
+    own.found = SimpleNamespace(attractors=[orbit, still])
+    assert own.contraction(0, 12) == pytest.approx(0.5**4) and own.contraction(1, 12) == 0.0
 
 
 def test_gaps_go_the_short_way_round_a_periodic_component():
@@ -514,6 +558,34 @@ def test_following_a_boundary_ends_where_it_must():
     search = searching(Line((-0.5, 0), (0.5, 4), (99.0, 1)))
     search.points, search.gap, search.jumps = [], 0.0, 0
     assert search.track(np.array([[-1.0, 0.0], [1.0, 0.0]]), 4) == (None, EdgeStatus.THIRD_BASIN)
+
+
+def test_how_far_two_starts_came_apart_is_the_most_of_all_steps():
+    """The first image is far beyond what is still together, those that follow are just so."""
+    factors = iter([1e10, 1e7, 1e7, 1e7, 1e7, 1e7, 1e7])
+    search = searching(Line((0.0, 0), (99.0, 1)))
+    search.points, search.gap, search.jumps, gaps = [], 0.0, 0, []
+
+    def apply(X):
+        ends = X * [next(factors), 1.0]
+        gaps.append(np.linalg.norm((ends[1] - ends[0]) / SCALE))
+        return images(ends)
+    search.map, search.returned = SimpleNamespace(apply=apply), lambda: None
+    search.track(np.array([[-1.0, 0.0], [1.0, 0.0]]), 4)
+    assert len(gaps) > 1 and gaps[-1] < max(gaps) and search.gap == max(gaps)
+
+
+def test_the_closest_cells_of_two_basins_are_so_in_natural_sizes():
+    """A step of 1 in q0 is half a natural size, one of 0.75 in v0 is one and a half."""
+    grid = bf.Grid(q0=(0.0, 5.0, 5), v0=(0.0, 3.75, 5))
+    labels = np.full(grid.shape, -1)
+    labels[2, 2], labels[3, 2], labels[2, 3] = 0, 1, 1
+    search = searching(None)
+    search.basins = SimpleNamespace(labels=labels, grid=grid)
+    search.map = SimpleNamespace(scene=scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0)], omega=1.0)))
+    np.testing.assert_allclose(search.closest_cells(), [[2.5, 1.875], [3.5, 1.875]])
+    labels[2, 2] = -1
+    assert search.closest_cells() is None
 
 
 # sets of a saddle

@@ -73,6 +73,9 @@ def test_isola_by_the_folds_of_a_higher_load():
     assert len(folds) >= 2  # one branch there
     bounds = {"w": (0.9, 1.1), "f": (0.021, 0.035)}
     starts = [start for point in folds for start in isolas(point, "f", 0.02202, bounds)]
+    for start in starts:  # they solve the equations at that load, and are folds there
+        assert start.f == 0.02202 and np.abs(start.residual(start.x0[:-1], start.x0[-1])).max() < 1e-12
+        assert abs(np.linalg.det(start.jacobian(start.x0[:-1], start.x0[-1])[0])) < 1e-9
     closed = [bf.trace(start, bounds=(0.9, 1.1)).closed for start in starts]
     assert any(closed)
     check_isola(starts[closed.index(True)])

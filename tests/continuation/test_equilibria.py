@@ -47,6 +47,15 @@ def test_fold_of_a_spring_that_snaps():
     assert folds and folds[0].reverses and branch.column("stable").min() == 0.0
 
 
+def test_measures_of_a_mass_that_stands_still():
+    """Maximum and minimum are where it stands, the root of the mean square is its distance from the origin."""
+    branch = bf.trace(bf.find_equilibrium(System(1.0, 0.1, 2.0, [el.ConstantForce(-0.6)])), "force", bounds=(-1.0, 1.0))
+    q = branch.column("force") / 2.0
+    assert q.min() < 0.0 < q.max()
+    for name, wanted in (("q_0", q), ("max_0", q), ("min_0", q), ("rms_0", np.abs(q))):
+        np.testing.assert_allclose(branch.column(name), wanted, atol=1e-15)
+
+
 def test_boundary_equilibria():
     # a load presses a mass against an elastic stop: touches at force = gap
     system = System(1.0, 0.1, 1.0, [el.ElasticStop(0.5, 4.0), el.ConstantForce(0.1)])

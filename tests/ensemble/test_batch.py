@@ -287,6 +287,20 @@ def test_methods_converge_at_their_order(order, rng):
     assert abs(rate - order) <= 0.35
 
 
+def test_the_region_of_a_scene_has_one_length_and_its_velocity_in_any_unit_of_time():
+    """Lengths, and velocities of omega times them; with time in another unit only velocities change, by that unit."""
+    law = {"zeta": 0.1, "omega": 0.9, "amplitude": 0.3, "alpha": 1.0, "beta": 1.0}
+    found = []
+    for unit in (1.0, 8.0):
+        system = bf.System(1.0, 2.0 * law["zeta"] * unit, law["alpha"] * unit**2, [
+            bf.elements.HarmonicForce(law["amplitude"] * unit**2), bf.elements.CubicSpring(law["beta"] * unit**2)],
+            omega=law["omega"] * unit)
+        scene = scene_of(system)
+        found.append(smooth.region(scene, smooth.kind_of(scene)))
+        assert found[-1][1] == pytest.approx(law["omega"] * unit * found[-1][0], rel=1e-12)
+    np.testing.assert_allclose(found[1], found[0] * [1.0, 8.0], rtol=1e-6)
+
+
 def test_the_measured_error_is_one(rng):
     """The step count comes with an error that starts of the region have: against seven times as many steps."""
     system = bf.systems.duffing_oscillator(**DUFFING)

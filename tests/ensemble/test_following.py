@@ -11,7 +11,7 @@ from bifurc.ensemble import initial_conditions, integrator, outcomes
 from bifurc.ensemble.grid import Grid, place_of
 from bifurc.ensemble.integrator import Cells, Images, Integrator, Targets
 from bifurc.ensemble.outcomes import CellState
-from bifurc.ensemble.period_map import PeriodMap
+from bifurc.ensemble.period_map import Kernel, PeriodMap
 from bifurc.ensemble.proximity import boxes
 from bifurc.ensemble.region import Region
 from bifurc.ensemble.section import Section
@@ -161,6 +161,18 @@ def test_too_many_events_are_said_by_either(rng):
             assert system is PLAIN or (images.outcomes == outcomes.CROWDED).any()
 
 
+def test_the_limit_of_events_is_that_of_each_period():
+    """A settled motion with as many events as are allowed, however long it is followed; with one less it ends at once."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.9), RigidStop(0.4, 0.6), Jenkins(0.8, 0.15)], omega=1.2)
+    motion = bf.simulate(system, np.zeros(3), periods=60)
+    y, period = motion.final[None], system.period
+    counts = [sum(k * period < e.time <= (k + 1) * period for e in motion.events) for k in range(40, 60)]
+    most = max(counts)
+    assert set(counts) == {most} and most >= 3 and PeriodMap(system).kernel == Kernel.SCALAR
+    assert PeriodMap(system, max_events=most).apply(y, 12).outcomes.tolist() == [0]
+    assert PeriodMap(system, max_events=most - 1).apply(y, 12).outcomes.tolist() == [CellState.TOO_MANY_EVENTS.code]
+
+
 @pytest.mark.parametrize("given, words", [
     (np.zeros(2), "X has shape .2,.; it must be .N, 2., one start a row"), (np.zeros((3, 4)), "X has shape .3, 4."),
     (np.full((1, 2), np.nan), "X contains states that are not finite")])
@@ -226,6 +238,13 @@ def test_cells_of_which_nothing_is_known():
     assert cells.periods.tolist() == cells.impacts.tolist() == [0] * 3 and np.isinf(cells.speeds).all()
     assert {array.dtype.name for array in cells[:4]} == {"int64"} and Cells.blank(1, 4, 2)[0][0] == 4
     assert [state.code for state in CellState] == list(range(6)) and all(state.sentence.endswith(".") for state in CellState)
+
+
+def test_coded_labels_tell_what_is_no_start_from_what_leaves_all_bounds():
+    states = np.array([CellState.ATTRACTED, CellState.OUTSIDE, CellState.DIVERGED, CellState.UNSETTLED])
+    codes = np.array([CellState(state).code for state in states])
+    assert outcomes.coded(np.array([5, -1, -1, -1]), codes).tolist() == [5, outcomes.NO_START, outcomes.INFINITY, -1]
+    assert len({outcomes.NO_START, outcomes.INFINITY, -1}) == 3 and max(outcomes.NO_START, outcomes.INFINITY) < 0
 
 
 # ---- sections ------------------------------------------------------------------------------------------------------------------

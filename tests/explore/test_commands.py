@@ -9,7 +9,7 @@ import bifurc as bf
 from bifurc.explore import desk as desks
 from bifurc.explore import model
 from bifurc.explore.desk import Desk
-from bifurc.explore.script import Made
+from bifurc.explore.script import Made, Script
 from bifurc.explore.work import Ticket
 
 SYSTEM = bf.systems.impact_oscillator(omega=1.4)
@@ -151,7 +151,7 @@ def test_a_map_takes_the_attractors_of_the_last_map_of_its_system_that_found_new
 
     def basins(system, grid, attractors=None, file=None, executor=None):
         asked.update(grid=grid, attractors=attractors, file=file, executor=executor)
-        return SimpleNamespace(system=system, attractors=["A", "B"], fractions={0: 0.25, 1: 0.5})
+        return SimpleNamespace(system=system, grid=grid, attractors=["A", "B"], fractions={0: 0.25, 1: 0.5})
     monkeypatch.setattr(bf, "basins_of_attraction", basins)
     monkeypatch.setattr(bf.plotting, "describe", lambda item: f"<{item}>")
     window = {"q0": (-1.0, 2.0), "v0": (0.0, 4.0)}
@@ -169,6 +169,23 @@ def test_a_map_takes_the_attractors_of_the_last_map_of_its_system_that_found_new
     assert model.map_here(other)["basins"].needs == () and asked["attractors"] is None
     monkeypatch.setattr(bf, "basins_of_attraction", lambda *a, **k: SimpleNamespace(system=SYSTEM, attractors=[], fractions={}))
     assert model.map_here(page)["message"] == "no attractor was found"
+
+
+def test_a_map_over_the_components_of_the_last_one_lies_in_the_same_slice(monkeypatch):
+    """Values of the other components stay, an angle is one while all of it is mapped; the line of the script says both."""
+    monkeypatch.setattr(bf, "basins_of_attraction", lambda system, grid, **options: SimpleNamespace(
+        system=system, grid=grid, attractors=[], fractions={}))
+    saved = bf.Grid(at={"q1": 0.25}, periodic=("q0",), q0=(0.0, 6.0, 9), v0=(-1.0, 1.0, 9))
+    whole = {"q0": (0.0, 6.0), "v0": (-1.0, 1.0)}
+    page = shown_of(basins=made(SimpleNamespace(system=SYSTEM, grid=saved, attractors=[])), window=whole)
+    closer = {"q0": (0.0, 3.0), "v0": (-1.0, 1.0)}
+    for window, periodic in ((None, ("q0",)), (closer, ()), ({"q0": (0.0, 6.0), "v0": (0.0, 1.0)}, ("q0",))):
+        item = model.map_here(page, window, 4)["basins"]
+        assert item.value.grid.at == {"q1": 0.25} and item.value.grid.periodic == periodic
+        line = item.write(Script([]))
+        assert eval(line[line.index("bf.Grid"):-1], {"bf": bf}) == item.value.grid
+    other = model.map_here(page, {"q1": (0.0, 1.0), "v0": (0.0, 1.0)}, 4)["basins"].value.grid
+    assert other.at == {} and other.periodic == ()
 
 
 def test_a_start_leads_to_the_attractor_of_its_cell():

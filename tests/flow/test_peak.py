@@ -85,3 +85,17 @@ def test_a_rate_that_is_the_rounding_of_its_terms_is_zero():
             x = np.array([0.3, 0.3, speed, speed * (1.0 - share), 1.0])
             assert peak.zeros(scene.tables, m, g, x, 1) == known
             assert peak.zeros(scene.tables, m, g, x, 0) == 0
+
+
+@pytest.mark.parametrize("noise", [1e-13, -1e-13])
+def test_a_touch_at_the_start_is_no_maximum_beyond_it(noise):
+    """A mass on its stop without speed, to rounding, that a force pulls away."""
+    scene = scene_of(bf.System(1.0, 0.0, 1.0, [ConstantForce(-1.0), RigidStop(0.3, 0.8)]))
+    T = scene.tables
+    mode = next(m for m in range(len(scene.keys)) if T.n_holds[m] == 0)
+    guard = next(g for g in range(int(T.n_guards[mode])) if T.kick[mode, g])
+    start = state(T, 0.3 + noise, noise)
+    assert segment_peak(T, mode, guard, start, 0.5, 1, 2)[0] == -np.inf
+    if noise > 0.0:
+        value, at = segment_peak(T, mode, guard, start, 0.5, 1, 0)
+        assert 0.0 < at < 1e-12 and value == pytest.approx(noise, rel=1e-2)

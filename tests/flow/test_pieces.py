@@ -2,6 +2,7 @@
 import itertools
 import logging
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -585,3 +586,12 @@ def test_how_high_a_flight_rises(r, first, push):
     speed = -r + acceleration * np.minimum(t, until) + push * np.maximum(t - until, 0.0)
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))])
     assert chatter.height(r, parts, push) == pytest.approx(-way.min(), rel=1e-6)
+
+
+def test_memory_that_is_left_out_follows_the_walls_at_the_time_of_the_start():
+    """Of a slider on a wall that moves: the virgin slider is where the mass is, seen from the wall at that time."""
+    def relax(x):
+        x[2] = x[0] - x[4]
+    scene = SimpleNamespace(n=1, ns=3, forcing=lambda t: np.column_stack((np.ones_like(t), np.cos(t), np.sin(t))), relax=relax)
+    assert initial.checked_state(scene, (0.5, 0.1), 0.7) == pytest.approx([0.5, 0.1, 0.5 - math.cos(0.7)])
+    assert initial.checked_state(scene, (0.5, 0.1, 9.0), 0.7).tolist() == [0.5, 0.1, 9.0]

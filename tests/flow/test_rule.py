@@ -8,6 +8,8 @@ import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import kernels
 from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.flow import scan
+from bifurc.flow.engine import engine_of
 from bifurc.flow.settle import Rule, decide
 
 M = np.array([[1.0, 0.25], [0.25, 1.44]])
@@ -116,6 +118,22 @@ def test_contacts_that_take_turns_come_to_rest_together():
         assert last.kind == "chatter" and last.end == pytest.approx(end, rel=1e-11) and last.mode_after[1:] == ("rest", "stick")
         counts.add(len(motion.events))
     assert len(counts) == 1 and max(counts) < 60
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.3])
+def test_a_stack_comes_to_rest_after_as_many_impacts_in_any_unit_of_time(restitution):
+    """A mass falls on a wall, another one on it: units that are powers of two leave all roundings as they are."""
+    counts = set()
+    for unit in (1.0, 2.0**-30, 2.0**40):
+        loads = [ConstantForce(1.0 / unit**2), ConstantForce(1.5 / unit**2, dof=1)]
+        stops = [RigidStop(gap=0.7, restitution=restitution), RigidStop(gap=0.3, restitution=restitution, row=(-1.0, 1.0))]
+        motion = bf.simulate(bf.System(np.diag([1.0, 1.5]), np.zeros((2, 2)), np.zeros((2, 2)), [*loads, *stops]),
+                             (0.4, 0.2, 0.0, 0.0), duration=10.0 * unit)
+        assert motion.success and motion.events[-1].mode_after[2:] == ("rest", "rest")
+        np.testing.assert_allclose(motion.final[:2], [0.7, 1.0], rtol=1e-15)
+        np.testing.assert_allclose(motion.final[2:] * unit, 0.0, atol=1e-20)
+        counts.add((len(motion.events), motion.events[-1].time / unit))
+    assert len(counts) == 1
 
 
 @pytest.mark.parametrize("unit", [1.0, 2.0**-30, 2.0**40])
@@ -232,6 +250,23 @@ def test_a_guard_passed_by_another_event_puts_nothing_right_in_any_unit(unit):
     after, y = decide(scene, mode, guard, np.append([1.3 * unit, speed], scene.forcing(np.array([0.2]))[0]), 0.0)
     assert after == scene.index(("always", "slip-"))
     assert y[1] == pytest.approx(speed, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-12])
+def test_the_kernel_keeps_the_speed_that_another_event_carried_beyond_its_zero(unit):
+    """It goes on where the joint rule may leave a motion: in slip, with a speed against it, and slip turns round at once."""
+    scene = scene_of(bf.System(1.0, 0.05, 1.0, (HarmonicForce(unit), Coulomb(0.2 * unit)), omega=1.3))
+    T, engine, mode = scene.tables, engine_of(scene), scene.index(("always", "slip+"))
+    guard, = scene.guards_of(mode, 1)
+    start = np.array([1.3 * unit, 0.1 * unit * np.sign(T.G[mode, guard, 1])])
+    (ints, floats), x = engine.workspace(T), np.append(start, scene.forcing(np.array([0.2]))[0])
+    ints[scan.MODE], floats[scan.TAU] = mode, 0.2
+    rows, record = np.zeros((4, 5), np.int64), np.zeros((4, scan.STATE + 4))
+    engine.run(T, ints, floats, x, 0, 0.2 + 1e-9, 10, rows, record)
+    assert ints[scan.EVENTS] == 1 and scene.keys[rows[0, scan.AFTER]] == ("always", "slip-")
+    assert record[0, scan.TIME] == 0.2
+    for state in record[0, scan.STATE:].reshape(2, 2):
+        np.testing.assert_allclose(state, start, rtol=1e-12)
 
 
 @pytest.mark.parametrize("beyond", [1e-13, 1e-11, 9e-10])

@@ -29,6 +29,20 @@ def test_a_plastic_impact_however_fast_ends_at_rest(speed):
         assert scene.keys[after][2] == "rest" and abs(0.7 * z[2] + 0.1 * z[3]) < 1e-14 * speed
 
 
+@pytest.mark.parametrize("speed", [1.0, 1e7, 1e13])
+def test_an_impact_that_stops_everything_leaves_rest(speed):
+    """Speeds along what the impulse changes: only the rounding of all is left, which holds the stop and lets friction stick."""
+    rows = np.array([0.7, 0.1])
+    scene = scene_of(bf.System(M, 0.01 * M, PAIR.stiffness, [ConstantForce(3.0), RigidStop(0.4, 0.0, row=tuple(rows)),
+                                                             Coulomb(5.0, dof=1)]))
+    for share in (1.0, 1.1, 1.3, 1.7, 1.9):
+        v = share * speed * np.linalg.solve(M, rows)
+        m = scene.index(("always", "free", "slip+" if v[1] > 0.0 else "slip-"))
+        (g,) = scene.guards_of(m, 1)
+        after, z = settle.decide(scene, m, g, joined(scene, [0.4 / 0.7, 0.0, *v]), float(rows @ v))
+        assert scene.keys[after] == ("always", "rest", "stick") and np.abs(z[2:4]).max() < 1e-14 * speed
+
+
 def test_how_far_a_start_lies_beyond_a_ring_is_its_distance_from_the_wall():
     """Of a ring anywhere: a point 3, 4 from the middle of one of radius 4.8 is .2 beyond it."""
     ring = bf.elements.RigidStator(centre_x=-2.0, centre_y=0.5, radius=4.8)

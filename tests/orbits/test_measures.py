@@ -363,6 +363,27 @@ def test_which_values_at_the_start_of_an_interval_are_conditions():
 # ---- along a parameter ---------------------------------------------------------------------------------------------------------
 
 
+def test_a_path_of_all_modes_reaches_as_far_and_has_those_met_since():
+    """Of a scene whose modes are built when they are met; of one without a parameter, too."""
+    stops = [RigidStop(0.3 + 0.1 * i, 0.5, dof=i) for i in range(7)]
+    K = 2.0 * np.eye(7) - np.eye(7, k=1) - np.eye(7, k=-1)
+    chain = bf.System(np.eye(7), 0.1 * np.eye(7), K, [HarmonicForce(0.5), *stops], omega=0.4)
+    scene = scene_of(chain)
+    known = len(scene.keys)
+    along, still = path.parameter_path(scene, chain, "omega", (0.3, 0.7)), path.constant_path(scene, chain)
+    assert path.of_all_modes(scene, along) is along and not scene.complete
+    scene.expand(0, 2)
+    more, other = path.of_all_modes(scene, along), path.of_all_modes(scene, still)
+    assert (more.low, more.high, more.name) == (along.low, along.high, "omega")
+    assert len(more.tables.n_guards) == len(other.tables.n_guards) == len(scene.keys) == known + 1 and other.name is None
+    z = 0.3
+    for part in (along, more):
+        flat = part.tables.flat.copy()
+        flat[part.index] = np.polynomial.chebyshev.chebval(z, part.series.T)
+        moved = chain.with_parameters(omega=0.5 * (part.low + part.high) + 0.5 * z * (part.high - part.low))
+        assert flat[0] == pytest.approx(moved.omega, rel=1e-14)
+
+
 def test_numbers_along_a_parameter_are_those_of_the_system():
     system = bf.systems.jeffcott_rotor(contact_damping=0.3)
     linear = bf.systems.moving_frame_impact_oscillator(damper="ground")
@@ -577,3 +598,28 @@ def test_equations_by_hand_get_their_orders():
     made = Equations(found.scene, path.constant_path(found.scene, BOTH), bare, found.weights)
     assert np.array_equal(made.signature.nodes, divided(found.scene, s.nodes[:, :5]))
     assert np.abs(made.residual(np.append(found.unknowns, 0.0))).max() < 1e-11
+
+
+def test_events_of_a_balance_pass_with_the_speed_of_its_motion():
+    """Contact and separation of an elastic stop: its guard rises with the speed of the mass towards it, and from it, per time."""
+    for omega in (0.5, 1.7):
+        orbit = bf.find_orbit(bf.systems.bilinear_oscillator(omega=omega, amplitude=1.5), method=bf.HarmonicBalance(15))
+        kinds = [str(event.kind) for event in orbit.events]
+        assert orbit.success and kinds.count("contact") == kinds.count("separation") >= 1
+        for event in orbit.events:
+            assert event.speed > 0.0
+            assert event.before[1] == pytest.approx(event.speed if event.kind == "contact" else -event.speed, rel=1e-9)
+
+
+@pytest.mark.parametrize(("first", "third", "half"), [(1.6, 0.7, False), (2.2, 0.9, True)])
+def test_sliders_that_stuck_together_and_come_back_slip_together(first, third, half):
+    """A load with a dip at its top: both stick, both slip again where they did (Masing), but reach their limits one after the other
+    when the load turns round for good. Told together is what has one time, and nothing else."""
+    loads = (HarmonicForce(first), HarmonicForce(third, 3, np.pi))
+    orbit = bf.find_orbit(bf.System(1.0, 1.5, 1.0, [*loads, Jenkins(2.0, 0.3), Jenkins(1.0, 0.4)], omega=0.3))
+    nodes, span = orbit.sequence.nodes, orbit.sequence.span
+    times = orbit.unknowns.reshape(len(nodes), -1)[:, 0]
+    at_once = np.abs(times - np.roll(times, 1) + span * (np.arange(len(nodes)) == 0)) < 1e-9
+    slips = [orbit.scene.event_kind(m, g) == "slip" for m, g in nodes[:, :2].tolist()]
+    assert orbit.success and (orbit.closure < 0) == half and np.count_nonzero(at_once & slips) == (1 if half else 2)
+    np.testing.assert_array_equal(nodes[:, sequence.DIVIDE] == sequence.TOGETHER, at_once)

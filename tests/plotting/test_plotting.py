@@ -125,6 +125,7 @@ def test_curves_of_one_kind_share_a_colour(ax):
 
 @pytest.mark.parametrize(("kinds", "element", "words"), [
     ((), RigidStop(1.0, 0.5), "no impact"), (("impact",), RigidStop(1.0, 0.5), "1 impact"),
+    (("chatter", "release", "impact"), RigidStop(1.0, 0.5), "2 impacts"),
     ((), ElasticStop(1.0, 2.0), "no contact"), (("contact", "separation") * 2, ElasticStop(1.0, 2.0), "2 contacts"),
     (("impact", "contact"), RigidStop(1.0, 0.5), "1 impact, 1 contact"), ((), HarmonicForce(1.0), "no impact")])
 def test_words_for_a_motion_name_what_it_touches(kinds, element, words):

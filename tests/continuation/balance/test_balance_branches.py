@@ -123,3 +123,14 @@ def test_special_points_are_those_of_the_general_search(monkeypatch):
         for one, other in zip(fast, slow, strict=True):
             assert abs(one.parameter - other.parameter) <= one.error + other.error
             assert 0.0 < one.error < 1e-11
+
+
+def test_a_correction_at_a_value_stays_at_it():
+    """Beside a law that is sampled, too: it is how a branch ends at its bound."""
+    for element in (CubicSpring(0.4), ElasticStop(0.2, 2.0)):
+        orbit = bf.find_orbit(System(1.0, 0.1, 1.0, [HarmonicForce(0.3), element], omega=0.5), method=HarmonicBalance(5))
+        problem = bf.trace(orbit, "omega", bounds=(0.4, 0.6), max_steps=2).problems[0]
+        x = problem.x0 + 1e-3 * problem.scale
+        for tangent in (np.ones(x.size) / np.sqrt(x.size), np.eye(x.size)[-1]):
+            c = problem.correct(x, tangent, True)
+            assert c.converged and c.x[-1] == x[-1]

@@ -10,6 +10,7 @@ import pytest
 import bifurc as bf
 from bifurc.continuation.branches.audit import Audit, parity_violations, told_slopes
 from bifurc.continuation.branches.branch import Branch
+from bifurc.continuation.branches.records import to_arrays
 from bifurc.continuation.branches.special import Measures, SpecialPoint, SpecialPoints, special_point, unique
 from bifurc.continuation.branches.stability_changes import circling, confirmed, enclosed, passing
 from bifurc.continuation.kinds import LocationStatus, SpecialPointKind
@@ -292,6 +293,16 @@ def test_a_branch_that_is_read_is_the_branch_that_was_written(tmp_path):
     np.testing.assert_array_equal(missing.column("parameter"), branch.column("parameter"))
     with pytest.raises(ValueError, match="holds no code"):
         missing.extend(bounds=(-1.0, 2.0))
+
+
+def test_what_only_some_rows_recorded_is_kept_and_missing_elsewhere():
+    branch = bf.trace(pitchfork(p0=-1.0, u0=0.0), bounds=(-1.0, -0.5))
+    rows = list(branch.rows())
+    for i, row in enumerate(rows):
+        row.recorded = {0: None, 1: {"a": 1.5}}.get(i, {"b": float(i)})
+    arrays = to_arrays(rows, [0] * len(rows))
+    assert arrays["recorded/a"][1] == 1.5 and np.isnan(np.delete(arrays["recorded/a"], 1)).all()
+    assert np.isnan(arrays["recorded/b"][:2]).all() and arrays["recorded/b"][2:].tolist() == list(range(2, len(rows)))
 
 
 class _Other(Scalar):

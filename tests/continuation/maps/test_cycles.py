@@ -2,8 +2,10 @@
 import numpy as np
 import pytest
 
+from bifurc.continuation.kinds import SpecialPointKind
 from bifurc.continuation.maps import MapOrbit, MapOrbitStatus, NordmarkMap, SmoothMap, SquareRootMap
 from bifurc.continuation.maps.orbit import cycle_equations
+from bifurc.continuation.maps.problem import CycleProblem
 
 
 @pytest.mark.parametrize("made", [SquareRootMap(lam=0.3, mu=0.2), NordmarkMap(alpha=0.6, gamma=0.05, r2=0.5, rho=0.1)])
@@ -76,3 +78,14 @@ def test_a_map_with_another_parameter_and_its_slopes_by_differences(rng):
     np.testing.assert_allclose(SmoothMap(real, 2, a=1.2, b=0.3).slope(x), want, atol=1e-9)
     given = SmoothMap(real, 2, slope=lambda x, a, b: np.broadcast_to(np.eye(2) * a, (*x.shape, 2)), a=1.2, b=0.3)
     np.testing.assert_allclose(given.slope(x), np.broadcast_to(1.2 * np.eye(2), (5, 2, 2)))
+
+
+@pytest.mark.parametrize(("multipliers", "torus"), [
+    ([0.6 + 0.8j, 0.6 - 0.8j], True), ([0.3 + 0.4j, 0.3 - 0.4j], False), ([2.0, 0.5], False), ([1.0, 0.3], False),
+    ([-1.0, 0.3], False), ([0.8j, -0.8j, 1.0], False), ([1j, -1j, 0.2], True)])
+def test_a_torus_begins_where_a_complex_pair_is_on_the_circle(multipliers, torus):
+    """Neither a pair inside it, nor real multipliers on it, nor two whose product is 1."""
+    problem = object.__new__(CycleProblem)
+    problem.pencil = lambda x: np.poly(multipliers).real[::-1]
+    assert problem.confirm(SpecialPointKind.NEIMARK_SACKER, None) is torus
+    assert problem.confirm(SpecialPointKind.FOLD, None) is True

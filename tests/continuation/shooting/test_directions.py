@@ -1,9 +1,11 @@
 """Directions in which solutions leave a point where the equations lose another rank: two lines, or none at a cusp."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from bifurc.continuation import Problem
-from bifurc.continuation.shooting.directions import directions
+from bifurc.continuation.shooting.directions import directions, found_again
 
 
 class TwoDurations(Problem):
@@ -36,3 +38,30 @@ def test_two_lines_of_a_form_of_fourth_order():
 def test_no_direction_at_a_cusp():
     """b^2 = a^3: from either side of one branch Newton comes to the other."""
     assert directions(TwoDurations(lambda a, b: b * b - a**3), np.zeros(3)) == []
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_directions_are_those_in_any_unit_of_time(unit):
+    """Two lines and a cusp, of durations that are long or short."""
+    def in_unit(f):
+        problem = TwoDurations(lambda a, b: f(a / unit, b / unit))
+        problem.scale[:2] = unit
+        return directions(problem, np.zeros(3))
+    lines = in_unit(lambda a, b: a * a - b * b + a**3)
+    assert len(lines) == 2
+    for line in np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]]) / np.sqrt(2.0):
+        assert max(abs(line @ other) for other in lines) == pytest.approx(1.0, abs=1e-6)
+    assert in_unit(lambda a, b: b * b - a**3) == []
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(("left", "back"), [(0.0, True), (0.05, True), (0.2, False), (1.0, False)])
+def test_a_solution_is_found_again_to_a_tenth_of_the_way_aside_in_any_unit(unit, left, back):
+    """Newton that leaves a part of the way aside: 0 where it ends on the line, 1 where everything is a solution."""
+    along = np.array([0.6, 0.8, 0.0])
+
+    def correct(guess, tangent):
+        made = unit * along * (along @ guess) / unit
+        return SimpleNamespace(x=made + left * (guess - made), converged=True, iterations=3)
+    problem = SimpleNamespace(scale=np.full(3, unit), correct=correct)
+    assert found_again(problem, np.zeros(3), along, np.eye(3)[:2]) is back

@@ -1,6 +1,10 @@
 """States, derivatives and series of affine modes against the matrix exponential, where no matrix is symmetric."""
+import math
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 from scipy.linalg import expm
 
 import bifurc as bf
@@ -170,6 +174,26 @@ def test_coasting_from_a_surface(scene, rng, guard):
         assert coast(T, m, x.copy(), 5, orders, np.full(ng, np.nan), room) == 0.0
         orders[guard] = 1
     assert moves > 5
+
+
+@pytest.mark.parametrize(("bend", "free"), [(-2.0, False), (-4.0, False), (-5.2, False), (-5.5, True), (-9.0, True)])
+def test_the_bound_behind_a_surface_is_the_sharp_one(bend, free):
+    """A guard of fourth degree that is farthest from its cubic, 16 e u^2 (1 - u)^2 above it: zero and falling at the start, it has
+    risen beyond zero within the step where the middle coefficient is above -16/3 e, and falls all the way where it is below."""
+    e, slight = 0.25, 1e-6
+    u = Polynomial([0.0, 1.0])
+    guard = 3.0 * -slight * u * (1 - u)**2 + 3.0 * bend * e * u**2 * (1 - u) - 0.3 * u**3 + 16.0 * e * u**2 * (1 - u)**2
+    assert (guard(np.linspace(1e-3, 1.0, 999)).max() < 0.0) == free
+    x = np.append([guard.deriv(k)(0.0) if k else 0.0 for k in range(5)], 1.0)  # the state: the guard and its derivatives
+    E = np.array([[1.0 / math.factorial(j - i) if j >= i else 0.0 for j in range(6)] for i in range(5)])
+    E[:, 5] = 0.0
+    G, rate, G4 = np.zeros((1, 1, 6)), np.zeros((1, 1, 6, ORDER + 1)), np.zeros((1, 1, 6))
+    G[0, 0, 0] = rate[0, 0, 1, 1] = 1.0
+    G4[0, 0, 4] = 1.0 / 384.0
+    T = SimpleNamespace(A=np.zeros((1, 5, 6)), E=E[None], G=G, G4=G4, GT=rate, n_guards=np.array([1]), step=np.array([1.0]),
+                        turn=np.zeros((1, 1)), harmonics=np.zeros(0, np.int64))
+    assert G4[0, 0] @ np.abs(x) == pytest.approx(e)
+    assert coast(T, 0, x, 1, np.array([1]), np.array([np.nan]), np.empty(8)) == float(free)
 
 
 def test_saltation_is_the_derivative_of_the_motion_through_an_impact(scene, rng):

@@ -4,6 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.elements import DelayedFeedback
+from bifurc.flow.delayed.integration import integrate
 from tests.reference.impacting_orbit import impacting
 
 VELOCITY_GAIN = 0.11974245320865
@@ -61,6 +62,22 @@ def test_a_linear_delay_equation_by_the_method_of_steps(repeat):
     system = bf.System(1.0, 0.2, 1.0, (DelayedFeedback(0.7, delay=float(tau), repeat=repeat),))
     motion = bf.simulate(system, (1.0, 0.0), duration=float(steps))
     np.testing.assert_allclose(motion.final, [float(v) for v in y], atol=1e-13)
+
+
+def test_a_jump_of_the_past_arrives_a_delay_later():
+    """A velocity that jumped from 0 to 1 at -0.3 is a step of the force at 0.7, whose answer is known in closed form."""
+    gain, at = 0.6, 0.7
+    system = bf.System(1.0, 0.0, 1.0, (DelayedFeedback(gain, delay=1.0, of="velocity"),))
+
+    def past(t):
+        return np.column_stack((np.zeros_like(t), np.where(t > at - 1.0, 1.0, 0.0)))
+    motion = integrate(system, np.zeros(2), 0.0, 1.0, past, breaks=(at - 1.0,))
+    a, w = 0.5 * gain, np.sqrt(1.0 - 0.25 * gain**2)
+    for t in (0.5, 0.7, 0.8, 0.9, 1.0):
+        s = max(t - at, 0.0)
+        x = gain * (1.0 - np.exp(-a * s) * (np.cos(w * s) + a / w * np.sin(w * s)))
+        v = gain * np.exp(-a * s) * np.sin(w * s) / w
+        np.testing.assert_allclose(motion(t), [x, v], rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("gain, growth", [(0.004, 1.099036), (0.0089, 0.999933)])

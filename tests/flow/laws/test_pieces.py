@@ -8,7 +8,7 @@ from scipy.linalg import expm
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import kernels
-from bifurc.elements import CubicSpring, ElasticStator, Force, HarmonicForce, Jenkins, RigidStator
+from bifurc.elements import ConstantForce, CubicSpring, ElasticStator, Force, HarmonicForce, Jenkins, RigidStator, RigidStop
 from bifurc.flow.laws import calls, engine
 from tests.reference.plain import plain
 
@@ -173,3 +173,18 @@ def test_guards_that_feel_laws_and_their_gradients(elements, rng):
                     assert row[c] == pytest.approx(slope, rel=1e-6, abs=1e-7)
             seen += bool(T.LG[mode, g].any())
     assert seen >= 3
+
+
+@pytest.mark.parametrize("noise", [1e-13, -1e-13])
+def test_a_touch_at_the_start_is_no_maximum_beyond_it(noise):
+    """A mass on its stop without speed, to rounding, that a force pulls away, and a spring that is no line."""
+    scene = scene_of(bf.System(1.0, 0.0, 1.0, [ConstantForce(-1.0), CubicSpring(0.5), RigidStop(0.3, 0.8)]))
+    T, own = scene.tables, kernels(scene, "bifurc.flow.affine.peak")
+    mode = next(m for m in range(len(scene.keys)) if T.n_holds[m] == 0)
+    guard = next(g for g in range(int(T.n_guards[mode])) if T.kick[mode, g])
+    start = np.zeros(T.A.shape[2])
+    start[:3] = 0.3 + noise, noise, 1.0
+    assert own.segment_peak(T, mode, guard, start, 0.5, 1, 2)[0] == -np.inf
+    if noise > 0.0:
+        value, at = own.segment_peak(T, mode, guard, start, 0.5, 1, 0)
+        assert 0.0 < at < 1e-12 and value == pytest.approx(noise, rel=1e-2)

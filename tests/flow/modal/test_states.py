@@ -8,7 +8,7 @@ from bifurc.compose.modal import give_modal, separated
 from bifurc.compose.scene import scene_of
 from bifurc.compose.tables import ORDER
 from bifurc.elements import HarmonicForce, RigidStop
-from bifurc.flow.modal import states, steps
+from bifurc.flow.modal import engine, states, steps
 
 
 def system(kind):
@@ -126,3 +126,23 @@ def test_what_has_no_modal_coordinates():
     assert separated(still.tables, m) is None
     give_modal(still.tables)
     assert still.tables.blocks[m, 3] == -1
+
+
+def test_a_touch_at_the_start_is_no_maximum_beyond_it(modes, rng):
+    """The guard and its rate are zero there to rounding, of whatever sign, and its second derivative is negative."""
+    scene, m, A = modes
+    T, (g,) = scene.tables, [g for g in range(int(scene.tables.n_guards[m])) if scene.tables.kick[m, g]]
+    row, rate = T.G[m, g], T.G[m, g] @ A
+    tried = 0
+    for x in starts(scene, rng, 12):
+        both = np.vstack((row, rate))
+        free = both[:, :scene.ns]
+        for noise in (1e-12, -1e-12):
+            y = x.copy()
+            y[:scene.ns] += np.linalg.lstsq(free, [noise, noise] - both @ y, rcond=None)[0]
+            bend = rate @ A @ y
+            if bend < -1e-2:
+                tried += 1
+                value, _ = engine.segment_peak(T, m, g, y, 1e-3, 1, 2)
+                assert value == -np.inf
+    assert tried > 4
