@@ -40,8 +40,8 @@ def test_branches_are_the_same_from_everywhere(seed):
 
 
 @pytest.mark.parametrize(("kind", "number"), [
-    pytest.param("mixed", 39001, id="a test that is zero at the birth of a stick with the square of the way is not the next boundary"),
-    pytest.param("stop_and_friction", 41002, id="a restitution of zero, on which flights last no time: a bound, met before rounding"),
+    pytest.param("mixed", 39001, id="zero at the birth of a stick with the square of the way is no boundary"),
+    pytest.param("stop_and_friction", 41002, id="a bound on which flights last no time is met before rounding"),
     pytest.param("mixed", 41005, id="a step that begins 2e-8 before a grazing whose contact ends in three events"),
     pytest.param("mixed", 43002, id="a friction that the stick of another one lets slip, with static friction above kinetic"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),

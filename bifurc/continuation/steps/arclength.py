@@ -488,8 +488,9 @@ class Half:
                 continue
             away = float(np.linalg.norm((c.x - row.x) / part.scale))
             new = Row(c, part, row.s + away, 0.0, tests_of(c), self.ds) if c.converged and away <= REACH else None
-            if new is not None and all(new.tests[j] <= part.touch for j in part.boundary) and part.problem.is_motion(c.x) is not False:
-                return new  # a flight of no duration is a double root, of which rounding may leave it the wrong one
+            inside = new is not None and all(new.tests[j] <= part.touch for j in part.boundary)
+            if inside and part.problem.is_motion(c.x) is not False:  # rounding may leave the wrong root of a flight of no duration
+                return new
         return None
 
     @staticmethod

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ...solve import steplaw
 from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
-from .inside import AT_BOUNDARY, beginning, ending, known_to
+from .inside import beginning, ending, known_to
 from .rows import Curve, Row, tests_of
 
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
@@ -306,8 +306,8 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
         kind = part.kinds[j] if j < part.count else SpecialPointKind.BRANCH_POINT
         s = row.s + t * curve.length
         known = any(other[0] == kind.value and abs(other[1] - s) < AT_END * curve.length for other in half.unresolved)
-        beside = max(AT_END, AT_BOUNDARY / curve.length)
-        at_end = (t < beside and on_boundary(half, row)) or (1.0 - t < beside and on_boundary(half, new))
+        at_end = any(at < max(AT_END, 0.0 if edge is None else edge.known / curve.length) and (edge or on_boundary(half, end))
+                     for at, edge, end in ((t, edges[0], row), (1.0 - t, edges[1], new)))
         if not (known or at_end):  # where an event is born, other tests may begin at zero with the square of the way
             half.unresolved.append((kind.value, s, float(curve.place(t)[-1])))
     return None

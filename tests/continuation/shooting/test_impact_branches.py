@@ -396,8 +396,8 @@ def test_branches_that_meet_in_the_touch_of_an_orbit_of_half_the_period_end_ther
     for one in found:
         assert one.audit.ok and [str(end.reason) for end in one.ends] == ["merged", "merged"]
         assert sorted(p.kind.value for p in one.special_points) == sorted(p.kind.value for p in branch.special_points)
-        for a, b in zip(sorted(one.special_points, key=lambda p: p.parameter), sorted(branch.special_points, key=lambda p: p.parameter),
-                        strict=True):
+        ordered = (sorted(points, key=lambda p: p.parameter) for points in (one.special_points, branch.special_points))
+        for a, b in zip(*ordered, strict=True):
             assert abs(a.parameter - b.parameter) <= a.error + b.error
     for row, repeats in ((-1, True), (-4, False)):
         orbit = branch.orbits[row]
