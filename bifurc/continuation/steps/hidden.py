@@ -171,7 +171,7 @@ def beyond(half, row, new):
     (`Problem.leaves`); None if there is none."""
     part, spans = row.part, [(row, new)]
     ends = [j for j in part.boundary if abs(new.tests[j]) <= rounding(half, j)]
-    for t in BEFORE_END if len(ends) > 1 else ():  # which of them ends validity first is seen before they are all zero
+    for t in BEFORE_END if len(ends) > 1 and part.touch < math.inf else ():  # which is first is seen before all are zero
         c = Curve(row, new).at(t)
         if c is not None and any(float(c.monitors[j - 1]) > part.touch for j in ends):
             return Row(c, part, row.s + t * (new.s - row.s), new.angle * t, tests_of(c), (1.0 - t) * (new.s - row.s))
