@@ -33,6 +33,18 @@ def wrong(a):
     return a.nothing_of_that_name
 
 
+@apart(NUMBER)
+def root(a):
+    if a[0] < 0.0:
+        raise ValueError("no root of a negative number")
+    return np.sqrt(a[0])
+
+
+@both
+def twice(a):
+    return 2.0 * root(a)
+
+
 @both
 def width(a, rare):
     if rare > 1:
@@ -117,6 +129,21 @@ def test_fused_functions_keep_order_and_what_is_no_number():
     assert out[:, 1].tolist() == [0.0, 1.0, 0.0, 0.0] and out[2, 2] == -np.inf and np.isnan(out[1, 2])
     assert out[3, 2] == pytest.approx(2.0**-29, rel=1e-8)
     np.testing.assert_array_equal(out[:, 3], a[:, 0] / 3.0)
+
+
+def test_an_error_of_a_function_apart_is_that_of_its_caller(tmp_path):
+    """Also where the function was compiled for an earlier call."""
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    script = "import numpy as np, kernels\n" + "".join(f'''
+try:
+    print(kernels.twice(np.array([{value}])))
+except ValueError as error:
+    print(error)
+''' for value in (-1.0, 4.0, -4.0))
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path,
+                          env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path]),
+                               "NUMBA_CACHE_DIR": str(tmp_path / "cache")})
+    assert done.stdout.splitlines() == ["no root of a negative number", "4.0", "no root of a negative number"]
 
 
 def test_an_interruption_waits_until_a_function_is_compiled(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.notebook import short
+from bifurc.notebook import Table, short
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +36,13 @@ def picture(text):
     found = re.search(r"src=.data:image/png;base64,([^']+)'", text)
     assert found, text[:300]
     return matplotlib.image.imread(io.BytesIO(base64.b64decode(found[1])))
+
+
+def test_what_is_written_is_text_and_no_markup():
+    class Rows(Table):
+        _fields = ("a<b", "name")
+    made = Rows([type("Row", (), {"a<b": "<script>", "name": "x & y"})()])._repr_html_()
+    assert "<td>&lt;script&gt;</td><td>x &amp; y</td>" in made and "<th>a&lt;b</th>" in made
 
 
 def test_numbers_are_written_in_few_digits_with_their_signs():

@@ -136,10 +136,11 @@ def _write(T: Tables, m: int, V, pairs, decays, N, rate) -> None:
     level = ANGLE / np.abs(every).max() * 2.0 ** (0.5 * np.arange(LEVELS))
     growing = every.real.max()
     T.level[m] = level
-    turned = np.exp(np.multiply.outer(level, pairs))
+    many = max(1, int(np.sum((level * growing <= GROWTH) & (level * rate <= TURN))))
+    T.blocks[m] = p, r, d, many
+    used, T.turns[m] = level[:many], 0.0  # on longer steps a growing motion has no number
+    turned = np.exp(np.multiply.outer(used, pairs))
     turned[np.abs(turned) < 1e-60] = 0.0
-    T.turns[m, :, :2 * p:2], T.turns[m, :, 1:2 * p:2] = turned.real, turned.imag
-    faded = np.exp(np.multiply.outer(level, decays))
-    T.turns[m, :, 2 * p:2 * p + r] = np.where(faded < 1e-60, 0.0, faded)
-    allowed = (level * growing <= GROWTH) & (level * rate <= TURN)
-    T.blocks[m] = p, r, d, max(1, int(np.sum(allowed)))
+    T.turns[m, :many, :2 * p:2], T.turns[m, :many, 1:2 * p:2] = turned.real, turned.imag
+    faded = np.exp(np.multiply.outer(used, decays))
+    T.turns[m, :many, 2 * p:2 * p + r] = np.where(faded < 1e-60, 0.0, faded)

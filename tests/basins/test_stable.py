@@ -146,6 +146,15 @@ def test_points_beyond_which_there_is_no_start_say_nothing_of_separation():
     assert found.separates() == 1.0
 
 
+@pytest.mark.parametrize("ends", [(-1.5, -0.5), (0.5, 1.5), (-1.5, 1.5)])
+def test_a_piece_that_leaves_the_grid_is_not_asked(ends):
+    basins = SimpleNamespace(scale=np.ones(2), grid=bf.Grid(q0=(-1, 1, 10), v0=(-1, 1, 10)), labeller=lambda: lambda points: 0)
+    found = StableSet(np.column_stack((np.zeros(2), ends)), np.zeros(2, int), np.zeros(2, int), 0.5, np.array([0.0, 1.0]), 0, 0, 0,
+                      True, SimpleNamespace(basins=basins))
+    with pytest.raises(ValueError, match="has no piece within"):
+        found.separates()
+
+
 def test_friction_and_unknown_laws_are_refused(edge):
     with pytest.raises(ValueError, match="has no motion backwards"):
         reversed_system(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), Coulomb(0.2)], omega=1.0))

@@ -146,6 +146,24 @@ def test_a_motion_that_never_comes_back_is_asked_for_no_orbit(monkeypatch, rng):
     assert parts.examine(None, np.zeros(2), SCALE) == "a sample"
 
 
+@pytest.mark.parametrize(("circle", "periods"), [(False, parts.LONGEST), (True, 1)])
+def test_the_longest_return_is_looked_for(monkeypatch, circle, periods):
+    """Sections on a circle that close after so many periods; where no direction is special an orbit closes after one."""
+    class Asked(Exception):
+        pass
+
+    def from_motion(system, motion, begin, k):
+        raise Asked(begin, k)
+    angle = 2.0 * np.pi * np.arange(parts.BLOCK + 1) / periods
+    motion = SimpleNamespace(success=True, sections=np.column_stack((np.cos(angle), np.sin(angle))) * SCALE, final=np.zeros(2))
+    monkeypatch.setattr(parts, "simulate", lambda system, y, periods: motion)
+    monkeypatch.setattr(parts, "concentric", lambda system: circle)
+    monkeypatch.setattr(parts, "from_motion", from_motion)
+    with pytest.raises(Asked) as asked:
+        parts.examine(None, np.zeros(2), SCALE)
+    assert asked.value.args == (parts.BLOCK - 2 * periods, periods)
+
+
 def test_states_of_a_continuum_of_rest():
     single = rest([1.0, 0.0])
     np.testing.assert_array_equal(members(single, 1e-3, SCALE), [[1.0, 0.0]])

@@ -4,7 +4,7 @@ import pytest
 import scipy.linalg
 
 import bifurc as bf
-from bifurc.compose.modal import separated
+from bifurc.compose.modal import GROWTH, give_modal, separated
 from bifurc.compose.scene import scene_of
 from bifurc.elements import HarmonicForce, RigidStop
 
@@ -66,3 +66,31 @@ def test_every_mode_is_a_pair_two_decays_or_in_the_slow_block(system, pairs, dec
                                    rtol=0, atol=1e-10 * np.abs(known).max())
     resting = np.abs(np.linalg.matrix_power(block, 4)).max() == 0.0
     assert (rate == 0.0) == resting
+
+
+@pytest.mark.parametrize("growth", [0.004, 0.04, 0.3])
+def test_steps_are_no_longer_than_a_growing_motion_allows(growth):
+    """Beside motions that fade fast one grows, as that of a machine with negative damping: it is the one that bounds the steps."""
+    n = 6
+    system = bf.System(np.eye(n), np.diag([-2.0 * growth, 0.3, 0.5, 0.7, 1.0, 1.4]), np.diag(np.arange(1.0, n + 1.0)),
+                       [HarmonicForce(0.7), RigidStop(50.0, dof=1)], omega=0.9)
+    scene = scene_of(system)
+    T = scene.tables
+    give_modal(T)
+    m = next(m for m in range(len(scene.keys)) if T.n_holds[m] == 0)
+    rates = np.linalg.eigvals(T.A[m, :, :scene.ns])
+    assert rates.real.max() == pytest.approx(growth, rel=1e-9) and T.blocks[m, 3] > 0
+    last = T.blocks[m, 3] - 1
+    assert T.level[m, last] * growth <= GROWTH < T.level[m, last + 1] * growth
+
+
+def test_a_chain_that_grows_moves_by_its_matrix_exponential():
+    """Negative damping of its slow modes; numbers that no step needs are not made."""
+    system = chain(N, (-0.06, 0.03), *LOADS, RigidStop(1e3, 0.5))
+    scene = scene_of(system)
+    A = np.vstack([scene.tables.A[0], np.hstack([np.zeros((scene.nw, scene.ns)), scene.frame.W])])
+    assert np.linalg.eigvals(A[:scene.ns, :scene.ns]).real.max() > 0.01
+    motion = bf.simulate(system, np.linspace(-0.2, 0.3, 2 * N), periods=2)
+    x = np.concatenate([np.linspace(-0.2, 0.3, 2 * N), scene.forcing(np.zeros(1))[0]])
+    wanted = (scipy.linalg.expm(A * motion.stop) @ x)[:scene.ns]
+    np.testing.assert_allclose(motion.final, wanted, rtol=0, atol=1e-11 * np.abs(wanted).max())

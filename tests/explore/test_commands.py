@@ -171,6 +171,16 @@ def test_a_map_takes_the_attractors_of_the_last_map_of_its_system_that_found_new
     assert model.map_here(page)["message"] == "no attractor was found"
 
 
+@pytest.mark.parametrize("value", [
+    None, True, 3, 0.1, -1e-300, math.inf, -math.inf, "it's", (), (1.5,), (1, (2,)), [], [0.25], {"a": (1.0,), "b": [None]},
+    np.float64(0.3), np.arange(3.0), np.array([[1, 2]]), bf.elements.RigidStop(0.3, 0.7),
+    bf.elements.LinearSpring(2.0, row=(1.0, -1.0))])
+def test_values_are_written_as_text_that_gives_them_back(value):
+    again = eval(Script([]).literal(value), {"bf": bf})
+    plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    assert again == plain and type(again) is type(plain)
+
+
 def test_a_map_over_the_components_of_the_last_one_lies_in_the_same_slice(monkeypatch):
     """Values of the other components stay, an angle is one while all of it is mapped; the line of the script says both."""
     monkeypatch.setattr(bf, "basins_of_attraction", lambda system, grid, **options: SimpleNamespace(

@@ -1,11 +1,13 @@
 """Loops of prescribed motions against closed forms, tables of the literature derived again, and incremental solves."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import bifurc as bf
 from bifurc.elements import Driven, HarmonicForce, Iwan, Jenkins, MicroSlip
 from bifurc.flow import periodic
-from bifurc.flow.hysteresis import LoopStatus
+from bifurc.flow.hysteresis import LoopStatus, _Integration
 from tests.reference import microslip as reference
 
 # specs: works a cycle of Yang's three cases, 1-D contacts under a shared load
@@ -202,3 +204,12 @@ def test_first_zero_and_integrals_of_sums(rng, harmonics):
         at = start + 1.5 * (1.0 + x)
         exact = 1.5 * weights @ ((periodic.states(harmonics, at) @ a) * (periodic.states(harmonics, at) @ b))
         assert periodic.product_integral(harmonics, a, b, start, end) == pytest.approx(exact, abs=1e-12)
+
+
+def test_sizes_of_constants_are_those_of_the_terms_that_make_them():
+    """Of a slider far away the force that is left says nothing of the rounding."""
+    rows = np.array([[2.0, -3.0, 5.0, 0.5, 0.25], [1.0, 1.0, -7.0, 0.0, 1.0]])  # two of memory, then the constant and a harmonic
+    made = SimpleNamespace(frame=SimpleNamespace(ns=2), z=slice(0, 2))
+    c, size = _Integration.sums(made, rows, np.array([10.0, -4.0]))
+    np.testing.assert_allclose(c, [[37.0, 0.5, 0.25], [-1.0, 0.0, 1.0]])
+    np.testing.assert_allclose(size, [37.0, 21.0])

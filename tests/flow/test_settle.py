@@ -4,7 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
-from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, Jenkins, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, CubicSpring, HarmonicForce, Jenkins, RigidStop
 from bifurc.flow import settle
 
 M = np.array([[1.0, 0.3], [0.3, 2.0]])
@@ -138,6 +138,16 @@ def test_the_rate_of_a_guard_and_its_rounding(rng):
     own = [g for g in range(T.n_guards[m]) if scene.guard(m, g).element == 1]
     rise = np.array([rule.rate(m, g, x)[0] for g in own])
     assert np.abs(rise) == pytest.approx([0.5 * 1.7 * np.sin(1.7 * 0.4)] * 2, abs=1e-12) and rise[0] * rise[1] < 0.0
+
+
+def test_the_rounding_of_a_rate_is_that_of_a_law_as_well():
+    """A slip whose speed changes by -u^3: known to the rounding of that."""
+    scene = scene_of(bf.System(1.0, 0.2, 3.0, [HarmonicForce(0.5), Coulomb(0.3), CubicSpring(1.0)], omega=1.7))
+    rule, m = settle.Rule(scene), scene.index(("always", "slip+", "always"))
+    (g,) = (g for g in scene.guards_of(m, 1) if scene.tables.G[m, g, 1])
+    for u in (1e2, 1e4):
+        found, rounding = rule.rate(m, g, joined(scene, [u, 0.1]))
+        assert abs(found) == pytest.approx(u**3, rel=0.1) and 2e-16 * u**3 < rounding < 1e-9 * u**3
 
 
 @pytest.mark.parametrize("memory, known", [(0.0, 0.85), (0.9, 0.9), (1.05, 1.05), (2.0, 1.15), (-3.0, 0.85)])

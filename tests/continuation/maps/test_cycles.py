@@ -1,4 +1,6 @@
 """Cycles of maps on plain numbers: equations with their derivative, multipliers, symbols, slopes by differences."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -89,3 +91,15 @@ def test_a_torus_begins_where_a_complex_pair_is_on_the_circle(multipliers, torus
     problem.pencil = lambda x: np.poly(multipliers).real[::-1]
     assert problem.confirm(SpecialPointKind.NEIMARK_SACKER, None) is torus
     assert problem.confirm(SpecialPointKind.FOLD, None) is True
+
+
+def test_the_border_of_a_piece_is_as_far_away_in_any_unit_of_length():
+    """In units of the cycle's size: the point that is nearest to the end of its piece counts."""
+    piece = type("Half", (), {"inside": lambda self, u: float(u[0])})()
+    found = []
+    for unit in (1.0, 1e-6, 1e6):
+        problem = object.__new__(CycleProblem)
+        problem.map, problem.itinerary = SimpleNamespace(dimension=1, pieces={"A": piece}), "AAA"
+        problem.scale = np.array([2.0, 2.0, 2.0, 1.0]) * [unit, unit, unit, 1.0]
+        found.append(problem._border(unit * np.array([-3.0, -0.5, -1.0])))
+    assert found == pytest.approx([-0.25] * 3)

@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.compose.writer import differenced, kernels
-from bifurc.elements import Coulomb, CubicSpring, Force, HarmonicForce, RigidStop
+from bifurc.elements import Coulomb, CubicSpring, Force, HarmonicForce, RigidStator, RigidStop
 from bifurc.flow.laws.calls import scratch_of, step
 from bifurc.flow.laws.gauss import NODES
 from tests.flow.taylor import Duffing
@@ -120,6 +120,28 @@ def test_accelerations_of_variations_against_differences_of_steps(rng):
             ends = [stepped(y + d * 1e-5 * np.eye(4)[k], np.empty((0, 4)), 0) for d in (1.0, -1.0)]
             np.testing.assert_allclose(accs[k], (ends[0][0] - ends[1][0]) / 2e-5, atol=1e-8)
             np.testing.assert_allclose(X[k], (ends[0][1] - ends[1][1]) / 2e-5, atol=1e-8)
+
+
+@pytest.mark.parametrize("key", ["slip+", "slip-", "roll"])
+def test_accelerations_of_variations_beside_the_force_of_a_wall(key):
+    """Of a point that slides or rolls on a ring: the wall answers all other forces, along both coordinates."""
+    system = bf.System(np.eye(2), [[0.1, -0.5], [0.6, 0.05]], [[2.0, -0.4], [-0.4, 1.0]], [
+        HarmonicForce(0.5), RigidStator(restitution=0.5, friction=0.3, radius=1.0, surface_speed=0.7)], omega=1.3)
+    _, T, joined = parts(system)
+    m, n, rows, h = scene_of(system).index(("always", key)), 2, T.LU.shape[0], 0.02
+
+    def stepped(y, X, edges):
+        acc, x1, accs = np.empty((n, NODES + 2)), np.empty(T.A.shape[2]), np.full((len(X), n, NODES + 2), np.nan)
+        assert step(T, m, joined(y, 0.4), h, 1e3, x1, acc, np.empty((rows, NODES + 2)), X, edges, accs, scratch_of(T, len(X))) == h
+        return acc, accs
+
+    place = np.array([math.cos(0.6), math.sin(0.6)])
+    y = np.concatenate((place, 0.4 * np.array([-place[1], place[0]])))
+    _, accs = stepped(y, np.eye(4), 1)
+    assert np.abs(accs).max() > 0.5
+    for k in range(4):
+        ends = [stepped(y + d * 1e-5 * np.eye(4)[k], np.empty((0, 4)), 0)[0] for d in (1.0, -1.0)]
+        np.testing.assert_allclose(accs[k], (ends[0] - ends[1]) / 2e-5, atol=1e-8)
 
 
 def test_pendulum_from_a_users_law_with_differenced_derivatives():

@@ -146,3 +146,27 @@ def test_a_touch_at_the_start_is_no_maximum_beyond_it(modes, rng):
                 value, _ = engine.segment_peak(T, m, g, y, 1e-3, 1, 2)
                 assert value == -np.inf
     assert tried > 4
+
+
+def test_coasting_from_a_surface_ends_before_it_is_reached_again(modes, rng):
+    """The zero at the start is divided out of the first step alone; the state is that of the matrix exponential."""
+    scene, m, A = modes
+    T, (g,) = scene.tables, [g for g in range(int(scene.tables.n_guards[m])) if scene.tables.kick[m, g]]
+    both = np.vstack((T.G[m, g], T.G[m, g] @ A))
+    inner, count = expm(A * 0.02), 1000
+    returns = 0
+    for x in starts(scene, rng, 40):
+        x[:scene.ns] *= 200.0
+        x[:scene.ns] += np.linalg.lstsq(both[:, :scene.ns], [0.0, -8.0] - both @ x, rcond=None)[0]
+        values, z = [], x.copy()
+        for _ in range(count):
+            z = inner @ z
+            values.append(T.G[m, g] @ z)
+        beyond = np.flatnonzero(np.array(values) > 0.0)
+        first = 0.02 * (beyond[0] + 1) if beyond.size else np.inf
+        y, orders, slopes = x.copy(), np.zeros(int(T.n_guards[m]), np.int64), np.full(int(T.n_guards[m]), np.nan)
+        orders[g], slopes[g] = 1, -8.0
+        done = steps.modal_coast(T, m, y, 0.02 * count, orders, slopes)
+        assert done < first and y == pytest.approx(expm(A * done) @ x, abs=1e-9 * np.abs(x).max())
+        returns += bool(beyond.size) and done > 0.0
+    assert returns > 3
