@@ -21,6 +21,7 @@ from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
+FARTHEST = 1e-3  # the same where several events are born at once, of which Newton finds the lengths no nearer
 STARTS = 20  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
@@ -552,7 +553,7 @@ class Half:
         Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known.
         """
         made = []
-        for step in (0.0, *ASIDE):
+        for step in (0.0, *ASIDE, FARTHEST):
             c = problem.correct(x + step * problem.scale * tangent, tangent)
             if c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent:
                 return c, step

@@ -155,8 +155,8 @@ def boundary(half, row, new):
         c = found.corrected
         if c.det_sign * row.det_sign < 0.0 and new.det_sign * row.det_sign < 0.0 and found.s - row.s > SHORT:
             return None, (StopReason.DS_MIN, 0.5, "the branch jumps in every step")
-        turn = new.angle * (found.s - row.s) / (new.s - row.s)
-        cut = Cut(Row(c, part, found.s, turn, tests_of(c), half.ds), c, j, found)
+        s = max(found.s, row.s)  # of a row on the boundary itself, rounding may have it behind the row
+        cut = Cut(Row(c, part, s, new.angle * (s - row.s) / (new.s - row.s), tests_of(c), half.ds), c, j, found)
     return cut, None
 
 
