@@ -149,7 +149,7 @@ def boundary(half, row, new):
             if row.tests[j] > 0.0 and half.signs[j] > 0:
                 return None, (StopReason.INADMISSIBLE, 0.5, "the branch does not enter the region of validity")
             return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are valid on neither side")
-        found = zero_between(part, a if a.tests[j] < 0.0 and a.s < end.s else row, end, j)
+        found = zero_between(part, a if a.tests[j] < 0.0 and a.s < end.s else row, end, j, half.bridging)
         if found is None:
             return None, (StopReason.DS_MIN, 0.5, f"the boundary {part.monitors[j - 1].kind!s} could not be located")
         c = found.corrected
@@ -349,8 +349,9 @@ def earlier_pair(half, row, new, j, sign):
     return row, new
 
 
-def zero_between(part, a, b, j):
-    """Locate the zero of test ``j`` between two rows; None if that fails."""
+def zero_between(part, a, b, j, bridging=False):
+    """Locate the zero of test ``j`` between two rows, where ``bridging`` that of a boundary by what lies beside it; None if that
+    fails."""
     curve = Curve(a, b)
     fa, fb = a.tests[j], b.tests[j]
     c = part.problem.locate(part.kinds[j], a, b)
@@ -376,8 +377,10 @@ def zero_between(part, a, b, j):
         root = None if made is None else polish(value, *made)
     else:
         root = found[0]
-    if root is None and j in part.boundary and fa * fb < 0.0:
-        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED) or beside_gap(part, curve, j, fa)
+    if root is None and bridging and fa * fb < 0.0:
+        root = beside_gap(part, curve, j, fa)
+    elif root is None and j in part.boundary and fa * fb < 0.0:
+        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
     return located(part, a, b, j, curve, root)
 
 
@@ -393,8 +396,8 @@ def located(part, a, b, j, curve, root):
 
 
 def beside_gap(part, curve, j, fa):
-    """Return the root of the test ``j`` of a boundary next to which Newton finds no solutions, because several ranks are lost there;
-    None where points on both sides do not tell it.
+    """Return the root of the test ``j`` of a boundary next to which Newton finds no solutions, because several ranks are lost
+    there; None where points on both sides do not tell it.
 
     Solutions, and the test, which is ``fa`` at the start, go on smoothly through it.  The nearer a point, the less it is known: of
     the widths at which points stand on both sides that with the least error counts.
@@ -473,19 +476,17 @@ def parameter_error(part, c, root, j, curve=None):
 def place_error(part, c, root, j, curve=None) -> float:
     """Return the error of the place of a root of test ``j``, as part of the step: that of the search, and the rounding of the test
     over its slope.  A test that is zero with some power of the way hardly has a slope there: then the length at which it is clearly
-    not zero, on both sides where it is known on both."""
-    rounded = part.problem.test_uncertainty(c)
-    place = root.error + rounded / abs(root.slope)
-    if curve is None:
-        return place
-    value = curve.test(j)
-    for length in FLAT:
+    not zero, and more than its slope says, on both sides where it is known on both."""
+    rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
+    place = root.error + rounded / slope
+    for length in FLAT if curve is not None else ():
         if length >= place * curve.length:
             break
-        beside = [value(root.at + sign * length / curve.length) for sign in (1.0, -1.0)]
+        aside = length / curve.length
+        beside = [curve.test(j)(root.at + sign * aside) for sign in (1.0, -1.0)]
         known = [abs(made[0]) for made in beside if made is not None]
-        if known and min(known) > CLEARLY * rounded:
-            return length / curve.length
+        if known and min(known) > CLEARLY * max(rounded, slope * aside):
+            return aside
     return place
 
 

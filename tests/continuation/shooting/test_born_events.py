@@ -12,7 +12,7 @@ from bifurc.continuation.shooting.vanishing import dropped
 from bifurc.elements import Coulomb, HarmonicForce
 from bifurc.elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
 from bifurc.flow.scan import CHATTER, EVENT, GRAZE, PASSED
-from bifurc.orbits.shooting import sequence
+from bifurc.orbits.shooting import instants, sequence
 from bifurc.orbits.shooting.sequence import TOGETHER
 from bifurc.orbits.shooting.signature import Signature, divided
 
@@ -22,7 +22,7 @@ from .test_changes import W, touching
 @pytest.fixture(autouse=True)
 def plain_nodes(monkeypatch):
     """Orders of trivial zeros are none of these tests."""
-    for module in (appearing, successor):
+    for module in (appearing, instants):
         monkeypatch.setattr(module, "divided", lambda scene, nodes, *more: np.asarray(nodes, np.int64))
 
 

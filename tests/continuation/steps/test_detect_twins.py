@@ -151,18 +151,31 @@ def test_the_error_of_a_parameter_is_that_of_the_place_times_its_slope():
     curve = Curve(a, b)
     c = curve.at(0.25)
     for error in (1e-6, 1e-3):
-        root = SimpleNamespace(error=error, slope=0.5, p_curve=0.0, p_noise=0.0)
+        root = SimpleNamespace(at=0.25, error=error, slope=0.5, p_curve=0.0, p_noise=0.0)
         assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.8 * error, rel=1e-6)  # in parts of the step
         assert detect.parameter_error(part, c, root, 1) == pytest.approx(error / SPEED, rel=1e-6)  # in arclength
-        bent = SimpleNamespace(error=error, slope=0.5, p_curve=3.0, p_noise=0.0)
+        bent = SimpleNamespace(at=0.25, error=error, slope=0.5, p_curve=3.0, p_noise=0.0)
         assert detect.parameter_error(part, c, bent, 1) == pytest.approx(error / SPEED + 1.5 * error**2, rel=1e-6)
         assert detect.parameter_error(part, c, bent, 1, curve) == pytest.approx(0.8 * error, rel=1e-6)  # no bend there
-        noisy = SimpleNamespace(error=error, slope=0.5, p_curve=0.0, p_noise=0.5)
+        noisy = SimpleNamespace(at=0.25, error=error, slope=0.5, p_curve=0.0, p_noise=0.5)
         assert detect.parameter_error(part, c, noisy, 1, curve) == pytest.approx(0.5 + 0.8 * error)
     part.problem.uncertainty = lambda x, tangent: 0.25
     assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.25 + 0.8 * error)
     part.problem.test_uncertainty = lambda found: 0.1  # of a test that grows by a half a step
     assert detect.parameter_error(part, c, root, 1, curve) == pytest.approx(0.25 + 0.8 * (error + 0.2))
+
+
+@pytest.mark.parametrize("power", (3, 5))
+def test_the_place_of_a_flat_zero_is_known_to_where_it_is_clear(power):
+    """Of a test that is zero with a power of the way the slope in the root is rounding: what it says of the place is none."""
+    part = Part(Line(user(lambda p: (p - 0.4)**power)), 0)
+    curve = Curve(row_at(part, 0.2), row_at(part, 1.0))
+    c = curve.at(0.25)
+    part.problem.test_uncertainty = lambda found: 1e-16
+    root = SimpleNamespace(at=0.25, error=0.3, slope=1e-16, p_curve=0.0, p_noise=0.0)
+    place = 0.8 * detect.place_error(part, c, root, 1, curve)
+    assert (4e-16)**(1.0 / power) < place * 2.0 and place <= 100.0 * (4e-16)**(1.0 / power)
+    assert detect.place_error(part, c, root, 1) == pytest.approx(1.3)  # along the tangent of a row alone nothing is asked
 
 
 def test_numbers_that_move_a_zero_belong_to_its_error():

@@ -13,8 +13,8 @@ AT = 0.137
 
 
 class Gap(Problem):
-    """u = sin(2 p), valid up to p = `AT`, with a second test that has a corner there; no solution is found within ``gap`` of it, and
-    none is known better than ``noise`` over its distance."""
+    """u = sin(2 p), valid up to p = `AT`, with a second test that has a corner there; no solution is found within ``gap`` of it,
+    and none is known better than ``noise`` over its distance."""
 
     monitors = (Monitor("grazing", "ends", True), Monitor("grazing", "corner", True))
 

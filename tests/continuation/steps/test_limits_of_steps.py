@@ -46,7 +46,7 @@ def step_of(g, slope, low=0.0, high=1.0, **more):
 
 
 def cut_at(new, known=1e-12):
-    return detect.Cut(new, None, 1, SimpleNamespace(low=new.s - known, high=new.s + known))
+    return detect.Cut(new, None, 1, SimpleNamespace(low=new.s - known, high=new.s + known, known=0.0))
 
 
 # where the parameter stands still on a boundary, its slope is the way from there times what may turn

@@ -161,8 +161,9 @@ def test_places_beside_the_ends_of_a_step(part):
     assert near(a, b, 2) == (1e-8, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
     short = row_at(part, 0.41, 1.0 + 5e-3)
     np.testing.assert_allclose(near(a, short, 1), (2e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1), rtol=1e-9)
-    assert known_to(SimpleNamespace(low=1.0, high=1.0)) == 1e-9
-    assert known_to(SimpleNamespace(low=1.0, high=1.5)) == 0.25
+    assert known_to(SimpleNamespace(low=1.0, high=1.0, known=0.0)) == 1e-9
+    assert known_to(SimpleNamespace(low=1.0, high=1.5, known=0.0)) == 0.25
+    assert known_to(SimpleNamespace(low=1.0, high=1.0, known=2e-8)) == 2e-8  # rounding of the test there
     # the parameter stands still at an end whose slope is no more than its change over what is known of the place
     a.tests[0], b.tests[0] = 1.0, 1e-4
     assert stands(a, b, b, 1.1e-4) and not stands(a, b, b, 0.9e-4) and not stands(a, b, a, 0.5)
