@@ -157,8 +157,8 @@ def test_nothing_that_acts_is_left_out():
     assert free.certify().proved
 
 
-def test_an_orbit_that_is_its_own_mirror_image_is_proved_on_half_its_period():
-    """y(t + T/2) = -y(t) closes it; what is an orbit to a thousandth only is proved to be none, or not proved."""
+def test_an_orbit_that_was_solved_on_half_its_period_is_proved():
+    """Its own mirror image, y(t + T/2) = -y(t); what is an orbit to a thousandth only is proved to be none, or not proved."""
     half = bf.find_orbit(bf.systems.two_sided_impact_oscillator(omega=2.0, amplitude=3.0))
     assert half.closure == -1 and certify_orbit(half).exists is Verdict.PROVED
     moved = PeriodicOrbit(half.system, half.sequence, half.unknowns + 1e-3, half.weights)
