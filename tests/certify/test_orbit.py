@@ -155,3 +155,11 @@ def test_nothing_that_acts_is_left_out():
     with pytest.raises(ValueError, match="delay"):
         Model(driven, Rationals(), [])
     assert free.certify().proved
+
+
+def test_an_orbit_that_was_solved_on_half_its_period_is_proved():
+    """Its own mirror image, y(t + T/2) = -y(t); what is an orbit to a thousandth only is proved to be none, or not proved."""
+    half = bf.find_orbit(bf.systems.two_sided_impact_oscillator(omega=2.0, amplitude=3.0))
+    assert half.closure == -1 and certify_orbit(half).exists is Verdict.PROVED
+    moved = PeriodicOrbit(half.system, half.sequence, half.unknowns + 1e-3, half.weights)
+    assert certify_orbit(moved).exists is not Verdict.PROVED

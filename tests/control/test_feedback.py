@@ -293,3 +293,12 @@ def test_stated_errors_of_gains_hold_the_closed_form():
                 assert abs(float(exact - gain)) <= end.error < 1e-12
                 checked += 1
     assert checked > 12
+
+@pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
+@pytest.mark.parametrize("of", ["displacement", "velocity"])
+def test_a_feedback_pushes_by_one_over_the_mass_in_any_unit_of_time(unit, of):
+    """To rounding, however slow or stiff the system is: the push is what a unit gain changes, over the mass."""
+    system = bf.System(2.3, 0.1 / unit, 3.1 / unit**2, [bf.elements.HarmonicForce(0.7 / unit**2), bf.elements.RigidStop(5.0, 0.5)],
+                       omega=0.7 / unit)
+    for piece in linearized(bf.find_orbit(system), of).pieces:
+        np.testing.assert_allclose(piece.b.ravel(), [0.0, -1.0 / 2.3], rtol=1e-12)

@@ -182,3 +182,17 @@ def test_which_top_is_followed_is_told_by_the_latest_points_of_the_curve():
     for x, tau in (((0.1, 15.0), 0.1), ((0.45, 0.0), 0.4), ((0.9, 0.0), 0.7), ((3.0, 15.0), 0.7)):
         asked.clear()
         assert condition.top(problem, np.array(x)) == (0.25, tau) and asked[0] == tau
+
+
+@pytest.mark.parametrize(("system", "closure"), [
+    (bf.systems.two_sided_impact_oscillator(omega=2.0, amplitude=3.0), -1), (bf.systems.impact_oscillator(omega=1.4), 1)])
+def test_a_state_any_number_of_spans_away_is_that_state_or_its_mirror_image(system, closure):
+    orbit = bf.find_orbit(system)
+    problem = bf.trace(orbit, "amplitude", bounds=(0.9 * orbit.system.parameter("amplitude"), 4.0), max_steps=2).problems[0]
+    span, scene = problem.sequence.span, problem.scene
+    assert orbit.closure == closure
+    for tau in (0.1, 0.37):
+        for k in range(-3, 5):
+            found = Touching.joined(None, problem, problem.x0, tau + k * span)
+            np.testing.assert_allclose(found[:scene.ns], closure**k * orbit._states(np.array([tau]))[0], atol=1e-10)
+            np.testing.assert_allclose(found[scene.ns:], scene.forcing(np.array([(tau + k * span) * system.period]))[0], atol=1e-12)
