@@ -474,3 +474,16 @@ def test_modes_that_are_met_later_bring_their_laws_and_addresses(monkeypatch):
     assert scene.bound.tolist() == [20, 21] and scene.tables.bound is scene.bound
     assert texts[1] == writer.law_text(scene.laws, 2) != texts[0]
     assert scene.combine(0, 0, "left") == 1 and len(texts) == 2  # met before
+
+
+def test_the_memory_of_another_system_of_the_same_structure_follows_its_own_numbers():
+    """Where a slider slips it is limit / stiffness behind the mass."""
+    system = System(1.0, 0.1, 1.0, [el.HarmonicForce(0.7), el.Jenkins(2.0, 0.3)], omega=1.3)
+    scene = scene_of(system)
+    m = scene.index(("always", "slip+"))
+    state = np.array([[0.5, 1.0, 9.0]])
+    for limit in (0.3, 0.8, 0.1):
+        other = scene if limit == 0.3 else scene.at(system.with_parameters(limit=limit))
+        assert other.shown(np.array([m]), state, np.zeros(1))[0] == pytest.approx([0.5, 1.0, 0.5 - limit / 2.0], abs=1e-15)
+        (_, row), = other.algebraic(m)
+        assert row[scene.ns] == pytest.approx(-limit / 2.0, abs=1e-15)
