@@ -1,7 +1,7 @@
-"""How far a balance is from the motion: one Newton step in twice the harmonics, whose residual the kept ones leave.
+"""How far a balance is from the motion: one Newton step in more harmonics, whose residual the kept ones leave.
 
 To first order the step is the error (Urabe 1965 bounds it with the same residual), and a tenth more is stated; it holds
-what truncation does to the kept harmonics as well.  What lies beyond the doubled set is estimated from how the step falls
+what truncation does to the kept harmonics as well.  What lies beyond that set is estimated from how the step falls
 towards its end.
 """
 import numpy as np
@@ -12,8 +12,11 @@ from .layout import Layout
 from .status import ContactStatus
 
 LARGE = 700  # unknowns up to which the step is solved with all couplings
+ROUGH = 0.01  # of the motion: a step so large is made twice
 SAFETY = 1.1  # an elastic slider was 7 % farther than the step says, with five harmonics
-NEXT = 2  # the doubled set reaches to this many times the top harmonic
+NEXT = 2  # the doubled set reaches to this many times the top harmonic;
+FAR, FEW = 4, 600  # where there are no more unknowns than these, to so many: what lies beyond twice the top harmonic moved the kept
+# ones of a slider as much again
 
 
 def longer(layout: Layout, factor: int = NEXT) -> Layout:
@@ -35,33 +38,42 @@ def truncation(balance: Balance, x, condensed: Condensed | None = None) -> np.nd
         The same balance in few coordinates, in which the step is then made.
     """
     layout = balance.layout
-    more = longer(layout)
-    samples = balance.samples if balance.samples == 0 or balance.samples > 4 * more.top else 8 * more.top
-    wide = Balance(balance.system, more, samples)
-    moved = layout.moved(x, more)
-    step = _step(wide, moved, layout) if condensed is None else _condensed_step(Condensed(wide, like=condensed), moved)
+    more = longer(layout, FAR if FAR * layout.size <= FEW else NEXT)
+    moved, step = layout.moved(x, more), None
+    for samples in dict.fromkeys((0, balance.samples)):  # events found exactly tell what samples leave out, too
+        wide = Balance(balance.system, more, samples if samples == 0 or samples > 4 * more.top else 8 * more.top)
+        longer_set = None if condensed is None else Condensed(wide, like=condensed)
+        step = _step(wide, moved, layout, longer_set)
+        if step is not None and np.isfinite(step).all():
+            break
     if step is None or not np.isfinite(step).all():
         return None
-    size = np.zeros((len(more.harmonics), layout.n))
-    for i, k in enumerate(more.harmonics):
-        size[i] = [abs(more.phasor(step, k, dof)) for dof in range(layout.n)]
+    sizes = _sizes(more, step)
+    if np.abs(step).max() > ROUGH * np.abs(moved).max():  # far from the motion one step is not all
+        again = _step(wide, moved - step, layout, longer_set)
+        if again is None or not np.isfinite(again).all():
+            return None
+        sizes = sizes + _sizes(more, again)
     new = np.array([k not in layout.harmonics for k in more.harmonics])
-    upper = size[new]
+    upper = sizes[new]
     # the sum beyond the end, as of a series that falls by the same factor from one doubling to the next
     half = len(upper) // 2
     first, last = upper[:half].sum(axis=0), upper[half:].sum(axis=0)
     ratio = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
     tail = last * np.clip(ratio, 0.0, 0.9) / (1.0 - np.clip(ratio, 0.0, 0.9))
-    return SAFETY * (size.sum(axis=0) + tail)
+    return SAFETY * (sizes.sum(axis=0) + tail)
 
 
-def _condensed_step(wide: Condensed, moved) -> np.ndarray:
-    """Return Newton's step (size,) in the larger set, made in the touched coordinates."""
-    return moved - wide.stepped(moved, wide.size <= LARGE)
+def _sizes(layout: Layout, step) -> np.ndarray:
+    """Return the amplitude of every harmonic of every coordinate (harmonics, n) of a step (size,)."""
+    return np.array([[abs(layout.phasor(step, k, dof)) for dof in range(layout.n)] for k in layout.harmonics])
 
 
-def _step(wide: Balance, moved, layout: Layout) -> np.ndarray | None:
-    """Return Newton's step (size,) in the larger set, in new harmonics alone if it is large; None where there is none."""
+def _step(wide: Balance, moved, layout: Layout, condensed: Condensed | None) -> np.ndarray | None:
+    """Return Newton's step (size,) in the larger set, in few coordinates, or in new harmonics alone if it is large; None where
+    there is none."""
+    if condensed is not None:
+        return moved - condensed.stepped(moved, condensed.size <= LARGE)
     more = wide.layout
     status, f, J = wide.linearised(moved, slopes=more.size <= LARGE)
     if status is not ContactStatus.FOLLOWED:

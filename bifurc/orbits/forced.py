@@ -1,4 +1,7 @@
-"""Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit."""
+"""Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit.
+
+One file, because searches from a state, an orbit, the map and a settled motion end in the same solution and its reduction.
+"""
 import numpy as np
 from scipy.optimize import nnls
 
@@ -21,6 +24,7 @@ from .solving import solve
 CHUNK = 40  # forcing periods simulated between attempts
 MOST_PERIODS = 16  # longest period looked for when none is given
 MAP_STEPS = 20
+LOST = 100.0  # times the misfit and the sizes at the first of them: so far off full steps lead nowhere
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
 CLEAR = 0.1  # of the interval before an event, within which it returns after a period
@@ -121,8 +125,9 @@ def from_map(system: System, y0, periods: int, half: bool) -> PeriodicOrbit | No
     """
     for dampings in ((1.0,), (1.0, 0.5, 0.25, 0.125, 0.0625)):
         mapped = period_map(system, np.array(y0, float), periods, half)
+        farthest = np.inf if mapped is None else LOST * (mapped[3] + np.abs(mapped[1]))
         for k in range(MAP_STEPS):
-            if mapped is None:
+            if mapped is None or (np.abs(mapped[1]) > farthest).any():  # exploding: motions under laws would take ages
                 break
             y, gap, M, weights = mapped
             size = float(np.abs(gap / weights).max())

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import Coulomb, Force, HarmonicForce
+from bifurc.elements import Coulomb, ElasticStop, Force, HarmonicForce, Jenkins
 from bifurc.hbm.balance import Balance
 from bifurc.hbm.errors import SAFETY, truncation
 from bifurc.hbm.layout import Layout
@@ -87,3 +87,37 @@ def test_what_lies_beyond_the_doubled_set_is_stated_too(a):
     found = newton(balance.residual, balance.jacobian, balance.linear_response())
     missed = 2.0 * a**(top + 1) / (1.0 - a)
     np.testing.assert_allclose(truncation(balance, found.x), [0.0, SAFETY * missed], rtol=1e-6, atol=1e-12)
+
+
+def chain(seed, kinds, harmonics, aft):
+    """Return a random chain of up to three masses with contacts, and how it is balanced."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    k = rng.uniform(0.5, 2.0, n + 1)
+    M, K = np.diag(rng.uniform(0.5, 2.0, n)), np.diag(k[:n] + k[1:]) - np.diag(k[1:n], 1) - np.diag(k[1:n], -1)
+    rates = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+    load, omega = rng.uniform(0.3, 2.0), float(rates[rng.integers(n)] * rng.uniform(0.3, 1.8))
+    elements = [HarmonicForce(load, dof=int(rng.integers(n)))]
+    for kind in kinds:
+        dof = int(rng.integers(n))
+        if kind == "slider":
+            elements.append(Jenkins(rng.uniform(0.3, 5.0), load * rng.uniform(0.05, 0.6), dof=dof))
+        else:
+            elements.append(ElasticStop(rng.uniform(-0.2, 1.0), 10.0 ** rng.uniform(-0.5, 1.7), dof=dof))
+    return bf.System(M, 0.03 * (M + K), K, elements, omega=omega), bf.HarmonicBalance(harmonics=harmonics, aft=aft)
+
+
+@pytest.mark.parametrize("kinds", [("slider",), ("stop",), ("slider", "stop")])
+@pytest.mark.parametrize("harmonics, aft", [(5, "exact"), (7, "exact"), (21, "sampled"), ("auto", "sampled")])
+def test_stated_errors_of_random_chains_hold(kinds, harmonics, aft):
+    """With few harmonics, and with contacts taken at samples, which miss their events by as much as harmonics that are left out."""
+    for seed in range(12):
+        system, method = chain(seed, kinds, harmonics, aft)
+        found = bf.find_orbit(system, method=method)
+        exact = bf.find_orbit(system, guess=found) if found.success else found
+        if not exact.success or exact.periods != 1 or found.periods != 1:
+            continue
+        away = np.abs(found.sample(801)[1] - exact.sample(801)[1])[:, :system.n].max(axis=0)
+        size = np.abs(exact.sample(801)[1][:, :system.n]).max()
+        if away.max() < 0.1 * size:  # else it may be another motion
+            assert np.all(away <= np.array(found.how["error"]) + 1e-9 * size), (seed, away, found.how["error"])

@@ -16,9 +16,8 @@ def turned(seed):
     @bf.systems.builder
     def system(*, c2: float = 0.05, omega: float = forced) -> bf.System:
         M, C, K = Q.T @ Q, Q.T @ np.diag([2.0 * zeta, c2]) @ Q, Q.T @ np.diag([1.0, own**2]) @ Q
-        row = tuple(Q[0])
-        matrices = (0.5 * (A + A.T) for A in (M, C, K))
-        return bf.System(*matrices, [el.HarmonicForce(1.0, row=row), el.Coulomb(0.3, row=row)], omega=omega)
+        elements = [el.HarmonicForce(1.0, row=tuple(Q[0])), el.Coulomb(0.3, row=tuple(Q[0]))]
+        return bf.System(*(0.5 * (A + A.T) for A in (M, C, K)), elements, omega=omega)
 
     return system, np.exp(2j * np.pi * own / forced)
 

@@ -297,3 +297,27 @@ def test_a_start_at_rest_in_a_narrow_clearance_that_does_not_hold_the_origin():
         HarmonicForce(0.4), RigidStop(-0.07, 0.6, row=(-1.0, 1.0)), RigidStop(0.1, 0.6, side=-1, row=(-1.0, 1.0))], omega=0.8)
     q = forced.resting_start(system)[:2]
     assert -0.1 < q[1] - q[0] < -0.07
+
+
+def test_full_newton_steps_that_explode_are_given_up(monkeypatch):
+    """Under a spring of fifth degree a state so far off moves so fast that one period of it takes minutes."""
+    stiffness = [[1.22492901614305, -0.5310965488652989, 0.0], [-0.5310965488652989, 1.621838490250786, -1.0907419413854873],
+                 [0.0, -1.0907419413854873, 2.1610848442003565]]
+    damping = [[0.017178783466140348, -0.0036723341010297607, 0.0],
+               [-0.0036723341010297607, 0.020057183797410855, -0.007542072783811772],
+               [0.0, -0.007542072783811772, 0.021151078560870066]]
+    spring = bf.elements.PolynomialSpring(c2=0.07885751779936834, c3=0.26784288725605865, c5=0.2525682783978959)
+    stop = ElasticStop(0.028406514900620516, 39.348565043242445, 0.9438336723172844, release="force", dof=2)
+    system = bf.System(np.diag([1.2594834478571741, 1.2788510444445673, 0.8978048209058165]), damping, stiffness,
+                       [HarmonicForce(1.6397808694574136, dof=1), spring, stop], omega=0.4286825864787767)
+    farthest, simulated = [], forced.simulate
+
+    def watched(system, y0, **options):
+        farthest.append(np.abs(y0).max())
+        return simulated(system, y0, **options)
+
+    monkeypatch.setattr(forced, "simulate", watched)
+    start = [1.4115900570545326, 2.6494231362663228, 0.1384215977472097,
+             0.1868445965311857, -0.15418005954760733, -0.011090790305586181]
+    assert bf.find_orbit(system, guess=start).success
+    assert max(farthest) < 1e4
