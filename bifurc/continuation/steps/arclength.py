@@ -435,18 +435,22 @@ class Half:
 
     def bridge(self, row):
         """Whether the branch goes on behind a boundary that steps only creep up to, because next to it Newton finds nothing, where
-        solutions farther away on both sides tell its place."""
+        solutions farther away on both sides tell its place.  The last rows, so near to it, are rounding: a step begins as far
+        before it as it ends beyond."""
         if self.ends_in(row) is StopReason.CHATTERING:
             return False
         for ds in BRIDGES:
-            new, _ = self.attempt(row, ds)
-            if new is None:
-                continue
+            kept = self.rows[:], self.found, self.signs, self.sizes[:], self.steps
+            while len(self.rows) > 1 and self.rows[-2].part is row.part and row.s - self.rows[-1].s < ds:
+                self.take_back()
+            start = self.rows[-1]
+            new, _ = self.attempt(start, ds + row.s - start.s)
             self.bridging = True
-            cause = self.accept(row, new)
+            cause = self.accept(start, new) if new is not None else ()
             self.bridging = False
             if cause is None:
                 return True
+            self.rows, self.found, self.signs, self.sizes, self.steps = kept
         return False
 
     def reach(self, row):

@@ -38,6 +38,7 @@ BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the n
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 GAP, WIDEST = 1e-9, 0.4  # parts of a step in which a zero is enclosed, and by which points beside it are apart at most
+SHARES = (0.5, 0.25, 0.75)  # of what encloses it, where it is asked: the middle may be next to it
 SIX = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.5])  # places of points beside a zero
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
@@ -392,10 +393,11 @@ def beside_gap(part, curve, j, fa):
     """
     value, low, high = curve.test(j), 0.0, 1.0
     while high - low > GAP:
-        made = value(0.5 * (low + high))
+        asked = ((t, value(t)) for t in (low + share * (high - low) for share in SHARES))
+        t, made = next((one for one in asked if one[1] is not None), (0.0, None))
         if made is None:
             break
-        low, high = (0.5 * (low + high), high) if made[0] * fa > 0.0 else (low, 0.5 * (low + high))
+        low, high = (t, high) if made[0] * fa > 0.0 else (low, t)
     else:
         return None  # there is none
     found = []
