@@ -26,7 +26,6 @@ AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unk
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
-BRIDGES = (1e-2, 1e-3, 1e-4, 1e-5)  # lengths of a step over a boundary next to which nothing is found
 BLOCK = 32  # steps that a problem makes in one call at most
 arc_length, judged, next_length = (rule.py_func for rule in (steplaw.arc_length, steplaw.judged, steplaw.next_length))
 
@@ -79,7 +78,6 @@ class Half:
         self.corner = -1  # number of steps at the last corner
         self.edge = None  # arclength to which the boundary is known on which the first row of the last part lies
         self.just_inside = None, {}, {}  # row ahead, rows and points just behind the first one: `inside.beginning`
-        self.bridging = False  # whether a boundary may be located by what lies on both sides of it
         self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
         self.signs = [0] * part.count if signs is None else list(signs)
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
@@ -136,7 +134,7 @@ class Half:
             self.rejected += 1
             self.ds *= cause[1]
             if self.ds < options.ds_min:
-                goes_on = self.turned(row) or self.leap(row) or self.bridge(row) or self.reach(row)
+                goes_on = self.turned(row) or self.leap(row) or self.reach(row)
                 return None if goes_on else self.stop(cause[0], cause[2])
 
     def follow(self):
@@ -432,26 +430,6 @@ class Half:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
         return True
-
-    def bridge(self, row):
-        """Whether the branch goes on behind a boundary that steps only creep up to, because next to it Newton finds nothing, where
-        solutions farther away on both sides tell its place.  The last rows, so near to it, are rounding: a step begins as far
-        before it as it ends beyond."""
-        if self.ends_in(row) is StopReason.CHATTERING:
-            return False
-        for ds in BRIDGES:
-            kept = self.rows[:], self.found, self.signs, self.sizes[:], self.steps
-            while len(self.rows) > 1 and self.rows[-2].part is row.part and row.s - self.rows[-1].s < ds:
-                self.take_back()
-            start = self.rows[-1]
-            new, _ = self.attempt(start, ds + row.s - start.s)
-            self.bridging = True
-            cause = self.accept(start, new) if new is not None else ()
-            self.bridging = False
-            if cause is None:
-                return True
-            self.rows, self.found, self.signs, self.sizes, self.steps = kept
-        return False
 
     def reach(self, row):
         """Whether the branch ends on a bound that steps only creep up to, because it meets it at no angle: it does where the point
