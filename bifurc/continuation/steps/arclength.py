@@ -28,7 +28,6 @@ OVER = 1.1  # of the way to a boundary, the step behind a row before it: none en
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 NOTHING_BEYOND = (StopReason.CHATTERING, StopReason.AT_REST, StopReason.HOMOCLINIC)  # ends behind which no single sequence goes on
-BRIDGES = (1e-2, 1e-3, 1e-4, 1e-5)  # lengths of a step over a boundary next to which nothing is found
 BLOCK = 32  # steps that a problem makes in one call at most
 arc_length, judged, next_length = (rule.py_func for rule in (steplaw.arc_length, steplaw.judged, steplaw.next_length))
 
@@ -81,7 +80,6 @@ class Half:
         self.corner = -1  # number of steps at the last corner
         self.edge = None  # arclength to which the boundary is known on which the first row of the last part lies
         self.just_inside = None, {}, {}  # row ahead, rows and points just behind the first one: `inside.beginning`
-        self.bridging = False  # whether a boundary may be located by what lies on both sides of it
         self.pending = None  # boundary point whose `reverses` the next clear dp/ds decides
         self.signs = [0] * part.count if signs is None else list(signs)
         self.sizes = [0.0] * part.count if sizes is None else list(sizes)
@@ -140,8 +138,7 @@ class Half:
             if self.meets(row):
                 return None
             if self.ds < options.ds_min:
-                goes_on = self.turned(row) or self.leap(row) or self.bridge(row) or self.reach(row)
-                return None if goes_on else self.stop(cause[0], cause[2])
+                return None if self.turned(row) or self.leap(row) or self.reach(row) else self.stop(cause[0], cause[2])
 
     def follow(self):
         """Take the steps that the problem makes in one call; return the correction of the first one that needs a look, or None."""
@@ -451,22 +448,6 @@ class Half:
         if any(self.signs[j] * new.tests[j] < 0.0 for j in range(1, part.count) if j not in part.boundary):
             return False
         return self.ends_on(new)
-
-    def bridge(self, row):
-        """Whether the branch goes on behind a boundary that steps only creep up to, because next to it Newton finds nothing, where
-        solutions farther away on both sides tell its place."""
-        if self.ends_in(row) in NOTHING_BEYOND:
-            return False
-        for ds in BRIDGES:
-            new, _ = self.attempt(row, ds)
-            if new is None:
-                continue
-            self.bridging = True
-            cause = self.accept(row, new)
-            self.bridging = False
-            if cause is None:
-                return True
-        return False
 
     def reach(self, row):
         """Whether the branch ends on a bound that steps only creep up to, because it meets it at no angle: it does where the point

@@ -13,8 +13,6 @@ from itertools import pairwise
 from typing import Any, SupportsFloat
 
 import numpy as np
-from scipy.interpolate import BarycentricInterpolator
-from scipy.optimize import brentq
 
 from ...lazy import Later
 from ...solve import steplaw
@@ -39,8 +37,6 @@ BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the n
 # these where their number is one that the point itself allows
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
-GAP, WIDEST = 1e-9, 0.4  # parts of a step in which a zero is enclosed, and by which points beside it are apart at most
-SIX = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.5])  # places of points beside a zero
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
@@ -149,7 +145,7 @@ def boundary(half, row, new):
             if row.tests[j] > 0.0 and half.signs[j] > 0:
                 return None, (StopReason.INADMISSIBLE, 0.5, "the branch does not enter the region of validity")
             return None, (StopReason.NO_SUCCESSOR, 0.5, "the equations behind the boundary are valid on neither side")
-        found = zero_between(part, a if a.tests[j] < 0.0 and a.s < end.s else row, end, j, half.bridging)
+        found = zero_between(part, a if a.tests[j] < 0.0 and a.s < end.s else row, end, j)
         if found is None:
             return None, (StopReason.DS_MIN, 0.5, f"the boundary {part.monitors[j - 1].kind!s} could not be located")
         c = found.corrected
@@ -349,9 +345,8 @@ def earlier_pair(half, row, new, j, sign):
     return row, new
 
 
-def zero_between(part, a, b, j, bridging=False):
-    """Locate the zero of test ``j`` between two rows, where ``bridging`` that of a boundary by what lies beside it; None if that
-    fails."""
+def zero_between(part, a, b, j):
+    """Locate the zero of test ``j`` between two rows; None if that fails."""
     curve = Curve(a, b)
     fa, fb = a.tests[j], b.tests[j]
     c = part.problem.locate(part.kinds[j], a, b)
@@ -377,9 +372,7 @@ def zero_between(part, a, b, j, bridging=False):
         root = None if made is None else polish(value, *made)
     else:
         root = found[0]
-    if root is None and bridging and fa * fb < 0.0:
-        root = beside_gap(part, curve, j, fa)
-    elif root is None and j in part.boundary and fa * fb < 0.0:
+    if root is None and j in part.boundary and fa * fb < 0.0:
         root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
     return located(part, a, b, j, curve, root)
 
@@ -393,60 +386,6 @@ def located(part, a, b, j, curve, root):
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
                  a.s + root.high * curve.length, Later(partial(parameter_error, part, c, root, j, curve)), part, corrected=c,
                  reach=Later(lambda: curve.length * place_error(part, c, root, j, curve)))
-
-
-def beside_gap(part, curve, j, fa):
-    """Return the root of the test ``j`` of a boundary next to which Newton finds no solutions, because several ranks are lost
-    there; None where points on both sides do not tell it.
-
-    Solutions, and the test, which is ``fa`` at the start, go on smoothly through it.  The nearer a point, the less it is known: of
-    the widths at which points stand on both sides that with the least error counts.
-    """
-    value, low, high = curve.test(j), 0.0, 1.0
-    while high - low > GAP:
-        made = value(0.5 * (low + high))
-        if made is None:
-            break
-        low, high = (0.5 * (low + high), high) if made[0] * fa > 0.0 else (low, 0.5 * (low + high))
-    else:
-        return None  # there is none
-    found = []
-    width = high - low
-    while width <= WIDEST:
-        root = through(part, curve, value, 0.5 * (low + high), width, fa)
-        if root is not None:
-            found.append(root)
-        width *= 2.0
-    best = min(found, key=lambda root: root.error, default=None)
-    return best if best is not None and best.error * curve.length <= AT_BOUNDARY else None
-
-
-def through(part, curve, value, middle, width, fa):
-    """Return the `Root` that three points on either side of the ``middle`` of a gap tell, ``width`` of the step apart; None where
-    there are none.  Other tests may have corners there, and are taken from the side that is valid."""
-    places = middle + width * SIX
-    made = [value(t) for t in places]
-    if any(one is None for one in made) or not made[2][0] * fa > 0.0 > made[3][0] * fa:
-        return None
-    tests, points = np.array([one[0] for one in made]), [one[1] for one in made]
-    x = np.array([c.x for c in points])
-    (at, here), (rough, near) = (interpolated(places[k], tests[k], x[k], places[2:4]) for k in (slice(0, 6), slice(1, 5)))
-    noise = max(c.left for c in points)
-    error = max(abs(at - rough) * curve.length, float(np.abs((here - near) / part.scale).max())) + noise
-    monitors = BarycentricInterpolator(places[:3], np.array([c.monitors for c in points[:3]]))(at)
-    tangent, valid = (x[3] - x[2]) / part.scale, points[2]
-    c = Corrected(here, tangent / float(np.linalg.norm(tangent)), True, CorrectorStatus.CONVERGED, valid.iterations, valid.residual,
-                  0.0, 0.0, valid.det_sign, valid.det_log, monitors)
-    error = float(error) / curve.length + 4e-16
-    own = abs(float(here[-1] - near[-1])) + noise * float(part.scale[-1])
-    return Root(at, c, at - error, at + error, error, float(tests[3] - tests[2]) / width, own, 0.0, False)
-
-
-def interpolated(places, tests, x, between):
-    """Return where the polynomial through ``tests`` (m,) at ``places`` (m,) is zero ``between`` two of them, and the point there of
-    that through ``x`` (m, n + 1)."""
-    at = float(brentq(BarycentricInterpolator(places, tests), *between, xtol=4e-16))
-    return at, BarycentricInterpolator(places, x)(at)
 
 
 def named(part, j, x):

@@ -141,7 +141,7 @@ def test_a_step_beyond_a_boundary_is_cut_or_says_why(monkeypatch):
         return SimpleNamespace(s=s, tests=[0.0, *tests], part=part, det_sign=1.0, angle=0.1)
 
     def half(sign):
-        return SimpleNamespace(signs=[0, sign], sizes=[1.0, 1.0], ds=0.1, bridging=False)
+        return SimpleNamespace(signs=[0, sign], sizes=[1.0, 1.0], ds=0.1)
     monkeypatch.setattr(detect, "beginning", lambda half, row, new, j: row)
     assert detect.boundary(half(-1), row(0.0, -0.5), row(0.1, -0.2)) == (None, None)
     cut, why = detect.boundary(half(1), row(0.0, 0.2), row(0.1, 0.5))
@@ -149,11 +149,11 @@ def test_a_step_beyond_a_boundary_is_cut_or_says_why(monkeypatch):
     for sign, value in ((0, 0.2), (0, -0.2), (1, -0.2)):
         cut, why = detect.boundary(half(sign), row(0.0, value), row(0.1, 0.5))
         assert cut is None and why[0] is StopReason.NO_SUCCESSOR
-    monkeypatch.setattr(detect, "zero_between", lambda part, a, b, j, *more: None)
+    monkeypatch.setattr(detect, "zero_between", lambda part, a, b, j: None)
     assert detect.boundary(half(-1), row(0.0, -0.2), row(0.1, 0.5))[1][0] is StopReason.DS_MIN
     corrected = Corrected(np.zeros(2), np.array([0.0, 1.0]), True, CorrectorStatus.CONVERGED, 1, 0.0, 0.0, 0.0, 1.0, 0.0,
                           np.zeros(1))
-    monkeypatch.setattr(detect, "zero_between", lambda part, a, b, j, *more: SimpleNamespace(corrected=corrected, s=0.03))
+    monkeypatch.setattr(detect, "zero_between", lambda part, a, b, j: SimpleNamespace(corrected=corrected, s=0.03))
     monkeypatch.setattr(detect, "tests_of", lambda c: [0.0, 0.0])
     cut, why = detect.boundary(half(-1), row(0.0, -0.2), row(0.1, 0.5))
     assert why is None and cut.test == 1 and cut.corrected is corrected and cut.row.s == 0.03
