@@ -32,6 +32,10 @@ def audited(seed):
     pytest.param(7017, id="a plastic stop under a full mass matrix"),
     pytest.param(7055, id="memory that is never written keeps its value along a branch"),
     pytest.param(7056, id="memory that a simulated period begins with is stale"),
+    pytest.param(9013, id="a boundary that is zero with some power of the way, beside which a flip was noise"),
+    pytest.param(9021, id="nothing is left of the speed behind a plastic impact"),
+    pytest.param(9030, id="a slider that an impact stopped at its limit"),
+    pytest.param(9060, id="events of one instant in one order: a fold of the motion of one period"),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):

@@ -44,7 +44,7 @@ SHORT = 1e-6  # step below which a sign change that cannot be polished is taken 
 @dataclass(slots=True, eq=False)
 class Found:
     """A special point on the way; ``s`` and the bracket in the direction of travel, ``bound`` what gives its error as a float, and
-    ``reach`` the arclength to which its place is known, where rounding makes that more than the bracket."""
+    ``reach`` the arclength to which the place of a flat test is known, where that is more than the bracket."""
 
     kind: SpecialPointKind
     name: str
@@ -385,7 +385,7 @@ def located(part, a, b, j, curve, root):
     s = a.s + root.at * curve.length
     return Found(*named(part, j, c.x), c.x, c.tangent, s, a.s + root.low * curve.length,
                  a.s + root.high * curve.length, Later(partial(parameter_error, part, c, root, j, curve)), part, corrected=c,
-                 reach=Later(lambda: curve.length * place_error(part, c, root, j, curve)))
+                 reach=Later(lambda: curve.length * flat_to(part, c, root, j, curve)))
 
 
 def named(part, j, x):
@@ -414,19 +414,27 @@ def parameter_error(part, c, root, j, curve=None):
 
 def place_error(part, c, root, j, curve=None) -> float:
     """Return the error of the place of a root of test ``j``, as part of the step: that of the search, and the rounding of the test
-    over its slope.  A test that is zero with some power of the way hardly has a slope there: then the length at which it is clearly
-    not zero, and more than its slope says, on both sides where it is known on both."""
+    over its slope, or to where a flat one is not clear."""
+    return flat_to(part, c, root, j, curve) or root.error + part.problem.test_uncertainty(c) / abs(root.slope)
+
+
+def flat_to(part, c, root, j, curve=None) -> float:
+    """Return the part of the step at which a test that is zero with some power of the way, and hardly has a slope at its root, is
+    clearly not zero, and more than its slope says: on both sides where it is known on both; 0 of others.
+
+    The rounding of a flat test differs from point to point; that of others is shared by neighbours (`Problem.test_uncertainty`),
+    whose distances from the root are known better than its place.
+    """
     rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
-    place = root.error + rounded / slope
     for length in FLAT if curve is not None else ():
-        if length >= place * curve.length:
-            break
         aside = length / curve.length
+        if aside >= root.error + rounded / slope:
+            break
         beside = [curve.test(j)(root.at + sign * aside) for sign in (1.0, -1.0)]
         known = [abs(made[0]) for made in beside if made is not None]
         if known and min(known) > CLEARLY * max(rounded, slope * aside):
             return aside
-    return place
+    return 0.0
 
 
 def number_error(part, c, root, j, length):
