@@ -48,6 +48,7 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("stop_and_friction", 41002, id="a bound on which flights last no time is met before rounding"),
     pytest.param("mixed", 41005, id="a step that begins 2e-8 before a grazing whose contact ends in three events"),
     pytest.param("mixed", 43002, id="a friction that the stick of another one lets slip, with static friction above kinetic"),
+    pytest.param("stop_and_slider", 43038, id="a slider that comes back to the stop at its limit begins no slip"),
     pytest.param("mixed", 43027, id="a row beside the birth of two slips, where Newton finds no equations nearer than 1e-3"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])

@@ -8,8 +8,10 @@ import numpy as np
 
 from ...compose.scene import Scene
 from ...compose.writer import kernels
-from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
+from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, STARTS, TOGETHER
 from .signature import Signature, divided
+
+AT_ONCE = 1e-9  # periods between a slip that is rounding and its impact
 
 
 def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=0.0) -> tuple[Signature, np.ndarray]:
@@ -19,7 +21,7 @@ def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=
     Events that another one makes, as an impact does, stay behind it.  ``span`` and ``clock`` are those of a `Signature`; where the
     span is known the first node begins an instant.
     """
-    nodes, rows = divided(scene, nodes), np.reshape(U, (len(nodes), -1)).copy()
+    nodes, rows = without_implied(scene, divided(scene, nodes), np.reshape(U, (len(nodes), -1)).copy(), span)
     first = next((k for k, node in enumerate(nodes) if node[DIVIDE] != TOGETHER), 0) if span else 0
     rows[:first, 0] += span
     nodes, rows = np.roll(nodes, -first, axis=0), np.roll(rows, -first, axis=0)
@@ -33,6 +35,29 @@ def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=
                 nodes, changed = made, True
                 rows[k, 1:] = behind(scene, nodes[k - 1], rows[k - 1])
     return Signature(nodes, np.zeros(len(nodes)), span, clock=clock), rows.ravel()
+
+
+def without_implied(scene: Scene, nodes: np.ndarray, rows: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and unknowns (m, 1 + ns) without the slips that begin with an impact that ends them, where they would always do
+    so: a slider comes back to the stop at which an impact ended its slip, and whether it is beyond its limit there is rounding."""
+    k = 0
+    while k < len(nodes):
+        later = (k + 1) % len(nodes)
+        (mode, guard), (during, strikes, after) = nodes[k, :AFTER].tolist(), nodes[later, :DIVIDE].tolist()
+        wait = rows[later, 0] - rows[k, 0] + (span if later == 0 else 0.0)
+        k += 1
+        if min(guard, strikes) < 0 or scene.tables.kick[mode, guard] or not scene.tables.kick[during, strikes] or wait > AT_ONCE:
+            continue
+        owner = scene.guard(during, strikes)
+        guards = scene.guards_of(mode, owner.element)
+        if owner.number >= len(guards) or scene.combine(mode, owner.element, scene.keys[after][owner.element]) != after:
+            continue
+        plain = nodes[:, :ENDING].copy()
+        plain[later, [BEFORE, GUARD]] = mode, guards[owner.number]
+        made = divided(scene, np.delete(plain, k - 1, axis=0))
+        if len(made) and made[k - 2 if k > 1 else -1, STARTS + guard] == FOREVER:
+            return without_implied(scene, made, np.delete(rows, k - 1, axis=0), span)
+    return nodes, rows
 
 
 def exchanged(scene: Scene, nodes: np.ndarray, k: int) -> np.ndarray | None:

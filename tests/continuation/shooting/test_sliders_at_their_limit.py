@@ -66,3 +66,24 @@ def test_along_the_gap_its_limit_is_none_of_the_impacts(branch):
     along = {name: orbit_problem(orbit, name, bounds) for name, bounds in ((LOAD, BOUNDS), ("rigid_stop.gap", (0.15, 0.25)))}
     marked = [np.count_nonzero(problem.sequence.nodes[:, STARTS:] == FOREVER) for problem in along.values()]
     assert marked[0] > marked[1]
+
+
+def test_a_slider_that_an_impact_stopped_begins_no_slip_in_the_next_one():
+    """Beyond the end of its slip between two impacts the slider comes back to the stop at its limit: whether it slips there before
+    the impact turns it round is rounding, which a simulation may list.  The branch goes on, and is found from beyond; there the
+    force of the slider is its limit in both impacts."""
+    def system(stiffness):
+        return bf.System(1.0, 0.0298, 1.0, [HarmonicForce(1.14), RigidStop(0.392, 0.749), Jenkins(stiffness, 0.21)], omega=0.813)
+
+    found = []
+    for start in (0.7, 0.62):
+        branch = bf.trace(bf.find_orbit(system(start)), "jenkins.stiffness", bounds=(0.6, 0.72))
+        assert branch.audit.ok and [str(end.reason) for end in branch.ends] == ["bound", "bound"]
+        found.append([p.parameter for p in branch.special_points if p.kind == "slip_onset"])
+    assert len(found[0]) == len(found[1]) == 1 and abs(found[0][0] - found[1][0]) < 1e-11
+    orbit = bf.find_orbit(system(0.64))
+    assert [event.kind.value for event in orbit.events].count("slip") == 2
+    motion = bf.simulate(orbit.system, orbit.state, periods=1)
+    for event in (event for event in orbit.events if event.kind == "impact"):
+        x, _, slider = motion(event.time)
+        assert abs(0.64 * (x - slider)) == pytest.approx(0.21, abs=1e-12) and x == pytest.approx(0.392, abs=1e-12)
