@@ -30,7 +30,7 @@ from .least import closed, half_of, mark_trains
 from .orbit import PeriodicOrbit
 from .shooting.instants import in_order
 from .shooting.sequence import AFTER, BEFORE, GUARD
-from .shooting.signature import Signature, sections
+from .shooting.signature import Signature, divided, sections
 from .solving import solve
 
 CHUNK = 24  # slowest periods simulated between attempts
@@ -270,6 +270,7 @@ def between(system: System, chosen: list[Return], T: float, weights) -> Periodic
         plane = section(scene, first.dof, weights)
         signature = dataclasses.replace(sections(first.node[AFTER], 0.0), fixed=plane, clock=T)
     else:
+        nodes = divided(scene, nodes)
         mark_trains(nodes, np.array([item.speed for item in chosen]))
         signature, rows = in_order(scene, nodes, rows, 0.0, T)
     found = solution(system, signature, rows.ravel(), weights, {"guess": "simulation"})

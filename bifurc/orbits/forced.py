@@ -18,7 +18,7 @@ from .orbit import PeriodicOrbit
 from .shooting.instants import in_order
 from .shooting.resting import middle, resting_intervals
 from .shooting.sequence import AFTER, BEFORE, GUARD
-from .shooting.signature import sections, sticking
+from .shooting.signature import divided, sections, sticking
 from .solving import solve
 
 CHUNK = 40  # forcing periods simulated between attempts
@@ -229,7 +229,7 @@ def read_motion(scene: Scene, motion: Trajectory, first: int, periods: int):
     if not chosen:
         mode = int(R.rows[np.searchsorted(R.rows[:, 4] + R.times / period, first, side="right") - 1, 2])
         return sections(mode, periods), np.concatenate([[0.0], start]), weights
-    nodes = np.array([item[1] for item in chosen], np.int64)
+    nodes = divided(scene, np.array([item[1] for item in chosen], np.int64))
     mark_trains(nodes, np.array([item[3] for item in chosen]))
     return *in_order(scene, nodes, np.array([[item[0], *item[2]] for item in chosen]), float(periods)), weights
 

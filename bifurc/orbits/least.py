@@ -19,22 +19,24 @@ def mark_trains(nodes, speeds):
 
     Their speeds fall, each by nearly the same factor as the next: an impact before them, out of the geometric sequence, may become
     a graze along a branch, however fast it is here.  Between two of them another element may have an event, as friction does where
-    the speed turns: it is marked too.
+    the speed turns, or several of one instant: they are marked too.
     """
     count = len(nodes)
     for end in np.flatnonzero(nodes[:, CLOSES] == 1):
         at, factor = end, None
         for _ in range(count - 1):
-            between = before = (at - 1) % count
-            if nodes[between, AFTER] == nodes[end, BEFORE] != nodes[between, BEFORE]:
-                before = (between - 1) % count
+            between = before = first = (at - 1) % count
+            while nodes[first, DIVIDE] == TOGETHER and first != end:
+                first = (first - 1) % count
+            if nodes[between, AFTER] == nodes[end, BEFORE] != nodes[first, BEFORE]:
+                before = (first - 1) % count
             if nodes[before, GUARD] != nodes[end, GUARD] or nodes[before, BEFORE] != nodes[end, BEFORE] \
                     or speeds[before] <= speeds[at] or nodes[before, CLOSES] or nodes[between, CLOSES]:
                 break
             own = speeds[at] / speeds[before]
             if factor and not factor / GEOMETRIC < own < factor * GEOMETRIC:
                 break
-            nodes[[between, before], CLOSES] = 2
+            nodes[(before + np.arange((between - before) % count + 1)) % count, CLOSES] = 2
             at, factor = before, own
 
 

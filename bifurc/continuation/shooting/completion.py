@@ -35,7 +35,7 @@ from ...orbits.shooting.signature import Signature, divided
 from ..conditions import Condition, difference
 
 IMPACTS = 6  # of a train, at least
-UNITS = (1, 2)  # nodes of a flight of a train: friction may have an event in each
+UNITS = (1, 2, 3)  # nodes of a flight of a train: one friction or two may have an event in each
 DEEP = 1e-7, 1e-9  # periods left at the last impact whose ratio is used, of which rounding of times is 1e-9; and at the last one
 # that is written out
 DEEP_SLIPS = 1e-4, 1e-6  # the same where friction has an event in every flight: its end is no longer divided by its duration, and

@@ -364,8 +364,10 @@ class OrbitProblem(Problem):
         worst = -np.inf
         for i in np.flatnonzero(s.nodes[:, CLOSES] == 1):
             worst = max(worst, self._excess(s.nodes[i], rows[i]))
-            earlier = next((k for k in (i - 1, i - 2) if s.nodes[k, CLOSES] == 2 and self._kicks(s.nodes[k])), None)
-            if earlier is not None:  # one impact less closes it as well: soon the last ones are nothing but rounding
+            earlier = i - 1
+            while s.nodes[earlier, CLOSES] == 2 and not self._kicks(s.nodes[earlier]):  # frictions that turn round in every flight
+                earlier -= 1
+            if s.nodes[earlier, CLOSES] == 2:  # one impact less closes it as well: soon the last ones are nothing but rounding
                 worst = max(worst, math.exp(SLACK - SPARE) / max(self._excess(s.nodes[earlier], rows[earlier]), 1e-30))
         return math.log(min(max(worst, 1e-30), 1e30)) - SLACK
 

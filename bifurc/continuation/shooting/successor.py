@@ -26,7 +26,7 @@ from ...orbits.orbit import HELD
 from ...orbits.repetition import middles, repetition
 from ...orbits.shooting.instants import in_order
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, RESTS, TOGETHER
-from ...orbits.shooting.signature import repeated, sections, translated
+from ...orbits.shooting.signature import divided, repeated, sections, translated
 from ...solve.bordered import least_solution
 from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
@@ -423,7 +423,7 @@ def sequence_of(orbit, motion, first):
     times[:turn + 1] += whole.span
     times = times[order] + first
     times -= np.floor(times[0] / whole.span) * whole.span
-    nodes = nodes[order]
+    nodes = divided(scene, nodes[order])
     mark_trains(nodes, R.speeds[listed][order])
     return in_order(scene, nodes, np.column_stack([times, remembered(R, listed, scene.n)[order]]), float(whole.span), whole.clock)
 

@@ -508,6 +508,12 @@ def measure(T, nodes, span, U, weights, i, x, f, dw, row):
     following = U[(i + 1) * size] if i < count - 1 else U[0] + span
     lasted = duration(U, size, span, i)
     if nodes[i, CLOSES] == 2:  # friction in every flight of a chattering, which its event neither begins nor ends
+        if order == TOGETHER:
+            return np.inf
+        k = i + 1
+        while k < count and nodes[k, DIVIDE] == TOGETHER:
+            k += 1
+            following = U[k * size] if k < count else U[0] + span
         flight = abs(lasted) + abs(following - tau)
         least = lasted if kick[before, g] == 1 else min(lasted, following - tau)
         return least / flight if flight > CLOCK * (1.0 + abs(tau)) else np.inf

@@ -7,7 +7,7 @@ from bifurc.continuation.kinds import StopReason
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.least import mark_trains
 from bifurc.orbits.repetition import repetition
-from bifurc.orbits.shooting.sequence import AFTER, CLOSES, FOREVER, STARTS
+from bifurc.orbits.shooting.sequence import AFTER, CLOSES, FOREVER, STARTS, TOGETHER
 
 
 def clearances(omega):
@@ -78,3 +78,10 @@ def test_impacts_between_turns_of_friction_are_one_train():
     slower = np.array([[1, 0, 2, 0, 0], [2, 1, 1, 0, 0], [1, 0, 3, 0, 1]])
     mark_trains(slower, np.array([0.001, 0.0, 0.01]))  # the one before is slower: no train
     assert slower[:, CLOSES].tolist() == [0, 0, 1]
+
+
+def test_two_frictions_that_turn_round_at_one_instant_belong_to_each_flight_of_a_train():
+    flight = [[3, 0, 9, 0, 0], [9, 1, 5, 0, 0], [5, 3, 3, TOGETHER, 0]]
+    nodes = np.array([[8, 0, 3, 0, 0], *flight, *flight, *flight, [3, 0, 8, 0, 1]])
+    mark_trains(nodes, np.array([0.0, 0.9, 0.0, 0.0, 0.3, 0.0, 0.0, 0.1, 0.0, 0.0, 0.033]))
+    assert nodes[:, CLOSES].tolist() == [0, *[2] * 9, 1]
