@@ -106,18 +106,18 @@ def numbers_beside(problem, x, tangent, room):
     """Return (step, numbers of multipliers) beside ``x`` (n + 1,), where the next row is ``room`` away; numbers None: not told.
 
     Too near, rounding decides: where a branch ends in its parent the multiplier leaves 1 with the square of the step.  The
-    nearest two successive points that agree are believed.
+    nearest three successive points that agree are believed: of two both may be rounding.
     """
-    before = None
+    before, earlier = None, None
     for length in BESIDE:
         if length > abs(room) / 2.0:
             break
         step = np.copysign(length, room)
         at = beside(problem, x, tangent, step)
         numbers = None if at is None else numbers_at(problem, at)
-        if numbers is not None and numbers == before:
+        if numbers is not None and numbers == before == earlier:
             return step, numbers
-        before = numbers
+        before, earlier = numbers, before
     return 0.0, None
 
 

@@ -611,8 +611,8 @@ def test_events_of_a_balance_pass_with_the_speed_of_its_motion():
             assert event.before[1] == pytest.approx(event.speed if event.kind == "contact" else -event.speed, rel=1e-9)
 
 
-@pytest.mark.parametrize(("first", "third", "half"), [(1.6, 0.7, False), (2.2, 0.9, True)])
-def test_sliders_that_stuck_together_and_come_back_slip_together(first, third, half):
+@pytest.mark.parametrize(("first", "third"), [(1.6, 0.7), (2.2, 0.9)])
+def test_sliders_that_stuck_together_and_come_back_slip_together(first, third):
     """A load with a dip at its top: both stick, both slip again where they did (Masing), but reach their limits one after the other
     when the load turns round for good. Told together is what has one time, and nothing else."""
     loads = (HarmonicForce(first), HarmonicForce(third, 3, np.pi))
@@ -621,5 +621,5 @@ def test_sliders_that_stuck_together_and_come_back_slip_together(first, third, h
     times = orbit.unknowns.reshape(len(nodes), -1)[:, 0]
     at_once = np.abs(times - np.roll(times, 1) + span * (np.arange(len(nodes)) == 0)) < 1e-9
     slips = [orbit.scene.event_kind(m, g) == "slip" for m, g in nodes[:, :2].tolist()]
-    assert orbit.success and (orbit.closure < 0) == half and np.count_nonzero(at_once & slips) == (1 if half else 2)
+    assert orbit.success and orbit.closure < 0 and np.count_nonzero(at_once & slips) == 1  # in half a period
     np.testing.assert_array_equal(nodes[:, sequence.DIVIDE] == sequence.TOGETHER, at_once)

@@ -112,8 +112,8 @@ def generic(scene, path: ParameterPath, signature: Signature) -> Signature:
 
 
 def along(path: ParameterPath, value: float):
-    """Yield the tables of a path at a value of its parameter, and at one that is not special."""
-    for at in (value, BETWEEN * path.low + (1.0 - BETWEEN) * path.high):
+    """Yield the tables of a path at a parameter that is not special, and at a value of it."""
+    for at in (BETWEEN * path.low + (1.0 - BETWEEN) * path.high, value):
         sequence.set_parameter(path.tables, path.index, path.series, path.low, path.high, at)
         yield path.tables
 
@@ -168,6 +168,8 @@ class OrbitProblem(Problem):
         self.sequence = sequence = at_limits(self.scene, sequence, np.array(x0[1:1 + self.scene.ns]), along(path, float(x0[-1])))
         self.equations = Equations(self.scene, path, sequence, weights, parameter_scale)
         self._refusal = Refusal(self.equations, self._earlier, BETWEEN * path.low + (1.0 - BETWEEN) * path.high)
+        if self._earlier:
+            self.equations.numbers_at(float(x0[-1]))  # what is asked before the first correction is asked there
         self.weights = self.equations.weights
         self.size, self.scale = self.equations.size, self.equations.scale
         self.x0 = np.array(x0, float)

@@ -182,24 +182,18 @@ def test_how_many_impacts_may_be_those_of_a_sequence(restitution, want):
     assert changes.resolved(problem, at((0.1, g(0, IMPACT)))[0].sequence) == changes.TRAIN
 
 
-@pytest.mark.parametrize("more", [0.0, 1e-3])
-def test_a_motion_listed_twice_repeats_unless_its_halves_come_apart(more):
-    """Ahead both halves move by .1 of the step, one of them by a part of that more; the second is listed a period later."""
-    problem, x = at((0.2, 0), (0.7, 1), (1.2, 0), (1.7, 1), span=2.0)
-    problem.scale = np.ones(x.size)
-
-    def correct(guess, tangent):
-        ahead = x + 0.1 * (guess - x)
-        ahead[6:12] += more * np.array([0.0, 0.1, 0.0] * 2)
-        return SimpleNamespace(x=ahead, converged=True)
-    problem.correct = correct
-    assert changes.repeats(problem, x, np.ones(x.size)) is (more == 0.0)
-    other, y = at((0.2, 0), (0.7, 1), (1.2, 1), (1.7, 0), span=2.0)
-    other.scale, other.correct = problem.scale, correct
-    assert not changes.repeats(other, y, np.ones(x.size))
-    single, z = at((0.2, 0), (0.7, 0), span=1.0)  # half a forcing period is none
-    single.scale, single.correct = np.ones(7), lambda guess, tangent: SimpleNamespace(x=guess, converged=True)
-    assert not changes.repeats(single, z, np.ones(7))
+@pytest.mark.parametrize(("at_the_end", "behind", "span", "closure", "told"), [
+    (1e-9, 1e-3, 2.0, 1, True), (1e-4, 1e-3, 2.0, 1, False), (1e-9, 1e-3, 1.0, 1, False), (1e-9, 1e-3, 1.0, -1, True),
+    (0.0, 0.0, 2.0, 1, False), (1e-14, 1e-10, 2.0, 1, False)])
+def test_a_motion_of_two_periods_merges_where_its_halves_come_together(monkeypatch, at_the_end, behind, span, closure, told):
+    """At the boundary the halves differ by much less than a step behind it, and there by more than rounding."""
+    def apart(problem, x, part):
+        assert part == 1
+        return at_the_end if x[0] == 0.0 else behind
+    monkeypatch.setattr(changes, "unlike", apart)
+    problem = SimpleNamespace(sequence=SimpleNamespace(span=span, closure=closure, clock=0.0), scale=np.ones(3),
+                              correct=lambda guess, tangent: SimpleNamespace(x=guess, converged=True))
+    assert changes.merges(problem, np.zeros(3), np.ones(3)) is told
 
 
 # orbits of unknown period
