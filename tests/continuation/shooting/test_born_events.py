@@ -22,7 +22,7 @@ from .test_changes import W, touching
 @pytest.fixture(autouse=True)
 def plain_nodes(monkeypatch):
     """Orders of trivial zeros are none of these tests."""
-    for module in (appearing, instants):
+    for module in (appearing, instants, successor):
         monkeypatch.setattr(module, "divided", lambda scene, nodes, *more: np.asarray(nodes, np.int64))
 
 
