@@ -46,7 +46,7 @@ def without_implied(scene: Scene, nodes: np.ndarray, rows: np.ndarray, span: flo
         (mode, guard), (during, strikes, after) = nodes[k, :AFTER].tolist(), nodes[later, :DIVIDE].tolist()
         wait = rows[later, 0] - rows[k, 0] + (span if later == 0 else 0.0)
         k += 1
-        if min(guard, strikes) < 0 or scene.tables.kick[mode, guard] or not scene.tables.kick[during, strikes] or wait > AT_ONCE:
+        if wait > AT_ONCE or min(guard, strikes) < 0 or scene.tables.kick[mode, guard] or not scene.tables.kick[during, strikes]:
             continue
         owner = scene.guard(during, strikes)
         guards = scene.guards_of(mode, owner.element)
