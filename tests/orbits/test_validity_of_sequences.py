@@ -8,7 +8,7 @@ import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.orbits.shooting import sequence
 from bifurc.orbits.shooting.sequence import FOREVER, SHORT, STARTS, TOGETHER
-from bifurc.orbits.shooting.signature import start_orders
+from bifurc.orbits.shooting.signature import divided, start_orders
 from tests.reference.plain import plain
 
 # guards 0 and 1 are stops that throw back, 2 and 3 contacts without an impact
@@ -179,3 +179,11 @@ def test_a_plastic_impact_leaves_no_speed_whatever_the_mass_matrix():
     images = [[bf.simulate(system, orbit.state + sign * h * e, periods=1).final for sign in (1, -1)] for e in np.eye(6)]
     differenced = np.linalg.eigvals(np.array([(a - b) / (2 * h) for a, b in images]).T)
     np.testing.assert_allclose(np.sort(np.abs(differenced)), np.sort(np.abs(orbit.multipliers)), atol=1e-6)
+
+
+def test_a_sequence_of_one_event_has_orders_too():
+    """A window of a motion that still settles may hold one event of a slider, which does not come back to its mode."""
+    scene = scene_of(bf.System(1.0, 0.05, 1.0, [bf.elements.HarmonicForce(1.0), bf.elements.Jenkins(1.0, 0.3)], omega=0.8))
+    slip = [key[1] for key in scene.keys].index("slip+")
+    nodes = divided(scene, np.array([[0, 0, slip, 0, 0]]))
+    assert nodes.shape == (1, STARTS + scene.tables.G.shape[1]) and nodes[0, :3].tolist() == [0, 0, slip]

@@ -299,7 +299,7 @@ def mark_returns(scene: Scene, T, whole: np.ndarray, closure: int, facts: list[n
         if min(node[GUARD], opening[GUARD]) < 0 or node[DIVIDE] != 0:
             continue
         mode, first, before = (int(value) for value in opening[:DIVIDE])
-        guard, known = int(node[GUARD]), facts[i - 2]
+        guard, known = int(node[GUARD]), facts[(i - 2) % len(whole)]
         if closure < 0 and i == 0:
             guard = scene.mirror_guard(int(node[BEFORE]), guard)
         elif closure < 0 and i == 1:
