@@ -7,6 +7,7 @@ from bifurc.continuation.shooting.problem import orbit_problem
 from bifurc.elements import Coulomb, EventKind, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.shooting.instants import behind, in_order
 from bifurc.orbits.shooting.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, TOGETHER
+from bifurc.orbits.shooting.signature import divided
 
 FRICTIONS = Jenkins(4.801778624055402, 0.11265964200863075), Coulomb(0.07629062913200309)
 
@@ -44,11 +45,12 @@ def test_any_order_is_brought_into_one(orbit):
         other[k - 1] = first[BEFORE], scene.guards_of(int(first[BEFORE]), two.element)[two.number], middle, 0, 0
         other[k] = middle, scene.guards_of(middle, one.element)[one.number], second[AFTER], 0, 0
         states[k, 1:] = behind(scene, other[k - 1], rows[k - 1])
-        signature, unknowns = in_order(scene, other, states, 1.0)
+        signature, unknowns = in_order(scene, divided(scene, other), states, 1.0)
         assert one.element < two.element
         np.testing.assert_array_equal(signature.nodes, nodes)
         np.testing.assert_allclose(unknowns, orbit.unknowns, rtol=0.0, atol=1e-12)
-    begun = in_order(scene, np.roll(nodes[:, :ENDING], 1, axis=0), np.roll(rows, 1, axis=0), 1.0)[0]
+    turned = divided(scene, np.roll(nodes[:, :ENDING], 1, axis=0))
+    begun = in_order(scene, turned, np.roll(rows, 1, axis=0), 1.0)[0]
     assert begun.nodes[0, DIVIDE] != TOGETHER
 
 

@@ -114,11 +114,12 @@ def merges(problem, x, tangent) -> bool:
     return False
 
 
-def unlike(problem, x, part) -> float:
-    """Return the scaled difference of the orbit at ``x`` (n + 1,) from itself ``part`` forcing periods later."""
+def unlike(problem, x, part, sign=1.0) -> float:
+    """Return the scaled difference of the orbit at ``x`` (n + 1,) from itself ``part`` forcing periods later, or with the ``sign``
+    -1 from its mirror image."""
     orbit = problem.motion(x)
     at = middles(orbit)[0]
-    return float((np.abs(orbit._states(at + part) - orbit._states(at)) / orbit.weights).max())
+    return float((np.abs(orbit._states(at) - sign * orbit._states(at + part)) / orbit.weights).max())
 
 
 def mirrors(problem, x, tangent) -> bool:
@@ -132,10 +133,7 @@ def mirrors(problem, x, tangent) -> bool:
         c = problem.correct(x + step * problem.scale * tangent, tangent)
         if not (c.converged and allowed(problem, c.p)):
             continue
-        orbit = problem.motion(c.x)
-        at = middles(orbit)[0]
-        apart = np.abs((orbit._states(at) + orbit._states(at + 0.5 * s.span)) / orbit.weights).max()
-        return bool(apart <= nothing(problem, x, c.x))
+        return unlike(problem, c.x, 0.5 * s.span, -1.0) <= nothing(problem, x, c.x)
     return False
 
 

@@ -15,13 +15,13 @@ AT_ONCE = 1e-9  # periods between a slip that is rounding and its impact
 
 
 def in_order(scene: Scene, nodes: np.ndarray, U: np.ndarray, span: float, clock=0.0) -> tuple[Signature, np.ndarray]:
-    """Return signature and unknowns (m (1 + ns),) of events ``nodes`` (m, 5) with the unknowns ``U`` (m (1 + ns),), those of each
-    instant in the order of their elements, as far as each of them may come first.
+    """Return signature and unknowns (m (1 + ns),) of events ``nodes``, as `divided` gives them, with the unknowns ``U``
+    (m (1 + ns),), those of each instant in the order of their elements, as far as each of them may come first.
 
     Events that another one makes, as an impact does, stay behind it.  ``span`` and ``clock`` are those of a `Signature`; where the
     span is known the first node begins an instant.
     """
-    nodes, rows = without_implied(scene, divided(scene, nodes), np.reshape(U, (len(nodes), -1)).copy(), span)
+    nodes, rows = without_implied(scene, nodes, np.reshape(U, (len(nodes), -1)).copy(), span)
     first = next((k for k, node in enumerate(nodes) if node[DIVIDE] != TOGETHER), 0) if span else 0
     rows[:first, 0] += span
     nodes, rows = np.roll(nodes, -first, axis=0), np.roll(rows, -first, axis=0)
