@@ -52,7 +52,7 @@ def test_points_without_a_partner_are_seen():
                                               ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042),
                                               ("two_stops", 11038), ("clearances", 15028),
                                               ("stop_and_friction", 15019), ("clearances", 16076), ("two_stops", 17036),
-                                              ("belt", 12073),
+                                              ("belt", 12073), ("mixed", 44001),
                                               pytest.param("clearances", 11028, marks=pytest.mark.slow),
                                               pytest.param("clearances", 11030, marks=pytest.mark.slow)])
 def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
@@ -62,8 +62,8 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     beside such a birth, whose equations have all but lost a rank, goes along their null vector.
     A sequence that lives for 3e-8 of the frequency begins where the shortest of its intervals does; a multiplier that comes to -1
     and goes back within two steps flips twice; orbits that become those of their parent where a contact ends merge there, also when
-    the parameter is one of that contact.  Where dp/ds = 0 on the end of a sequence that lives for 9e-9, the old equations know that
-    place to less.
+    the parameter is one of that contact.  A moment of slip in which another contact begins to slip is a slip.  Where dp/ds = 0 on
+    the end of a sequence that lives for 9e-9, the old equations know that place to less.
     """
     row = branch_audit.audited(kind, number)
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])

@@ -25,6 +25,7 @@ from . import autonomous
 from .appearing import NEAR, SHARP, inserted, parted
 from .completion import UNITS, ratio
 from .directions import directions
+from .several import goes_on, star
 from .successor import LISTED, SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
 
@@ -47,9 +48,13 @@ ENDS = {EventKind.STICK: SpecialPointKind.SLIP_ONSET, EventKind.SLIP: SpecialPoi
 def through_grazing(problem, point, monitor):
     """Return (problem, x, tangent) behind a change of the event signature, or a sentence why none goes on.
 
-    The usual changes of one event are constructed; what simulation does not repeat, and everything else, is left to
-    `successor`.
+    The usual changes of one event are constructed, and those of several impacts at once; what simulation does not repeat, and
+    everything else, is left to `successor`.
     """
+    meeting = [] if monitor.silent or problem.system.symmetry == -1 else star(problem, point, admissible_side)
+    answer = goes_on(problem, meeting) if meeting else None
+    if answer is not None and verified(problem, point, *answer):
+        return answer
     tried = [cycle(problem)]
     for found in constructed(problem, point.x, monitor.name):
         new = problem.with_sequence(*found)
@@ -213,7 +218,7 @@ def changed(problem, x, other):
     if kinds == {EventKind.STICK}:
         return beside_stick(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.STICK})
     if kinds == {EventKind.STICK, EventKind.SLIP}:
-        return shortest(richer, at)
+        return shortest(richer, at, {element for element, _ in apart})
     if kinds == {EventKind.CONTACT, EventKind.SEPARATION}:
         return brief_contact(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.CONTACT})
     return None
@@ -239,7 +244,7 @@ def cut_short(problem, x):
 
 def beside_stick(problem, x, elements):
     """Return what one more end of slip at ``x`` (n + 1,) is, of one of the ``elements``: the onset of stick or of slip,
-    whichever the contact does in the shortest interval beside such an end.
+    whichever the contact does in its shortest stay beside such an end.
 
     Two boundaries are zero there, the direction in which the contact goes on and a duration: which one a branch meets first is
     decided by rounding, what begins is not.
@@ -249,8 +254,9 @@ def beside_stick(problem, x, elements):
     for i, (mode, guard, after, *_) in enumerate(nodes):
         element = scene.guard(mode, guard).element if guard >= 0 else None
         if element in elements and scene.event_kind(mode, guard) is EventKind.STICK:
-            found += [(spans[i], scene.keys[mode][element] == STICK),
-                      (spans[(i + 1) % len(nodes)], scene.keys[after][element] == STICK)]
+            end = next(k for k in range(i + 1, i + 1 + len(nodes)) if is_left(scene, nodes, k, element)) % len(nodes)
+            found += [(stay(scene, nodes, spans, i, element), scene.keys[mode][element] == STICK),
+                      (stay(scene, nodes, spans, end, element), scene.keys[after][element] == STICK)]
     return SpecialPointKind.STICK_ONSET if min(found)[1] else SpecialPointKind.SLIP_ONSET
 
 
@@ -265,12 +271,34 @@ def brief_contact(problem, x, elements):
     return SpecialPointKind.GRAZING if is_surface(scene, T, mode, guard, x[place:place + ns]) else SpecialPointKind.SEPARATION
 
 
-def shortest(problem, x):
-    """Return stick or slip onset after the shortest interval of ``x`` (n + 1,) that ends in slip or stick; None without one."""
-    scene = problem.scene
-    ending = [(span, ENDS[kind]) for span, node in zip(intervals(problem, x), problem.sequence.nodes.tolist(), strict=True)
-              if node[GUARD] >= 0 and (kind := scene.event_kind(*node[:AFTER])) in (EventKind.STICK, EventKind.SLIP)]
+def shortest(problem, x, elements):
+    """Return stick or slip onset after the shortest stay of ``x`` (n + 1,) in a mode of one of the ``elements`` that ends in slip
+    or stick; None without one.
+
+    Other contacts may have events meanwhile: where one begins to slip just as the stick of another breaks for a moment, the two
+    parts of this moment are as long as rounding says, the whole is a slip.
+    """
+    scene, nodes, spans = problem.scene, problem.sequence.nodes.tolist(), intervals(problem, x)
+    ending = []
+    for i, (mode, guard, *_) in enumerate(nodes):
+        element = scene.guard(mode, guard).element if guard >= 0 else None
+        if element in elements and (kind := scene.event_kind(mode, guard)) in (EventKind.STICK, EventKind.SLIP):
+            ending.append((stay(scene, nodes, spans, i, element), ENDS[kind]))
     return min(ending)[1] if ending else None
+
+
+def stay(scene, nodes, spans, i, element) -> float:
+    """Return how long an element has been in the mode that node ``i`` ends, of the intervals ``spans`` (nodes,) before the nodes;
+    inf where that is always nothing."""
+    begin = next(k for k in range(i - 1, i - 1 - len(nodes), -1) if is_left(scene, nodes, k, element))
+    found = [spans[k] for k in range(begin + 1, i + 1)]
+    return sum(span for span in found if span < math.inf) if min(found) < math.inf else math.inf
+
+
+def is_left(scene, nodes, k, element) -> bool:
+    """Whether an element has an event, or another mode than before, at the node ``k`` of a cycle."""
+    mode, guard, after = nodes[k % len(nodes)][:AFTER + 1]
+    return guard >= 0 and scene.guard(mode, guard).element == element or scene.keys[mode][element] != scene.keys[after][element]
 
 
 def exchanged(problem, x, other, trains=False):

@@ -92,10 +92,23 @@ def test_the_last_event_is_followed_by_the_first():
 
 def test_of_sticks_and_slips_the_shortest_interval_says_what_begins():
     slip, stick = g(0, SLIP), g(0, STICKS)
-    assert changes.shortest(*at((0.1, stick), (0.12, slip), (0.5, stick), (0.9, slip))) is Kind.STICK_ONSET
-    assert changes.shortest(*at((0.1, stick), (0.4, slip), (0.42, stick), (0.9, slip))) is Kind.SLIP_ONSET
-    assert changes.shortest(*at((0.1, stick), (0.4, slip), (0.41, g(1, IMPACT)))) is Kind.STICK_ONSET
-    assert changes.shortest(*at((0.1, g(1, IMPACT)), (0.4, g(1, IMPACT)))) is None
+    assert changes.shortest(*at((0.1, stick), (0.12, slip), (0.5, stick), (0.9, slip)), {0}) is Kind.STICK_ONSET
+    assert changes.shortest(*at((0.1, stick), (0.4, slip), (0.42, stick), (0.9, slip)), {0}) is Kind.SLIP_ONSET
+    assert changes.shortest(*at((0.1, stick), (0.4, slip), (0.41, g(1, IMPACT))), {0}) is Kind.STICK_ONSET
+    assert changes.shortest(*at((0.1, g(1, IMPACT)), (0.4, g(1, IMPACT))), {0}) is None
+
+
+@pytest.mark.parametrize("parts", [(2e-9, 5e-9), (5e-9, 2e-9)])
+def test_a_moment_in_which_another_contact_begins_to_slip_is_one_slip(parts):
+    """Element 0 sticks, slips for a moment and sticks again; element 1 begins to slip in this moment, early or late."""
+    slip, stick, other = g(0, SLIP), g(0, STICKS), g(1, SLIP)
+    events = ((0.3, slip), (0.3 + parts[0], other), (0.3 + sum(parts), stick), (0.8, g(1, STICKS)))
+    keys = ((STICK, STICK), (SLIP_UP, STICK), (SLIP_UP, SLIP_UP), (STICK, SLIP_UP))
+    problem, x = at(*events, keys=keys, modes=[(0, 1), (1, 2), (2, 3), (3, 0)])
+    assert changes.shortest(problem, x, {0}) is Kind.SLIP_ONSET
+    spans = changes.intervals(problem, x)
+    assert changes.stay(problem.scene, problem.sequence.nodes.tolist(), spans, 2, 0) == pytest.approx(sum(parts))
+    assert changes.stay(problem.scene, problem.sequence.nodes.tolist(), spans, 0, 0) == pytest.approx(1.0 - sum(parts))
 
 
 # what changes places
