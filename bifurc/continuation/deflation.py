@@ -10,7 +10,8 @@ bounds them.
 import numpy as np
 
 from ..orbits.find import find_orbit
-from ..orbits.forced import period_map, resting_start
+from ..orbits.forced import period_map
+from ..orbits.standing import resting_start
 from .curves.tracing import trace_curve
 from .kinds import CorrectorStatus, SpecialPointKind
 

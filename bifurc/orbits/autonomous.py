@@ -24,7 +24,6 @@ from ..flow.trajectory import Trajectory
 from ..system import System
 from .energy import conservative, corrected, energy
 from .equilibria.equilibrium import find_equilibrium
-from .forced import resting_start
 from .kinds import OrbitStatus
 from .least import closed, half_of, mark_trains
 from .orbit import PeriodicOrbit
@@ -32,6 +31,7 @@ from .shooting.instants import in_order
 from .shooting.sequence import AFTER, BEFORE, GUARD
 from .shooting.signature import Signature, divided, sections
 from .solving import solve
+from .standing import resting_start
 
 CHUNK = 24  # slowest periods simulated between attempts
 LONGEST = 2**20  # of them, in which something must come again

@@ -49,8 +49,8 @@ def find_orbit(system: System, guess=None, periods: int | None = None, *, closur
     Raises
     ------
     ValueError
-        A guess of wrong shape or not finite, a start beyond a stop, ``periods`` for an autonomous system or ``period`` for a
-        forced one.
+        A guess of wrong shape or not finite, a start beyond a stop, rigid stops that leave no room at some time, ``periods`` for
+        an autonomous system or ``period`` for a forced one.
 
     Examples
     --------

@@ -3,9 +3,7 @@
 One file, because searches from a state, an orbit, the map and a settled motion end in the same solution and its reduction.
 """
 import numpy as np
-from scipy.optimize import nnls
 
-from ..compose.natural import natural_length
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
 from ..flow.scan import CHATTER, GRAZE, KIND, PASSED, PERIODS
@@ -20,6 +18,7 @@ from .shooting.resting import middle, resting_intervals
 from .shooting.sequence import AFTER, BEFORE, GUARD
 from .shooting.signature import divided, sections, sticking
 from .solving import solve
+from .standing import resting_start
 
 CHUNK = 40  # forcing periods simulated between attempts
 MOST_PERIODS = 16  # longest period looked for when none is given
@@ -31,8 +30,6 @@ CLEAR = 0.1  # of the interval before an event, within which it returns after a 
 NEAR = 0.05  # scaled distance of the settled motion from the orbit that is accepted for it
 CENTRED = 1e-12  # of the motion's size: a slider so near the middle stays
 CENTRINGS = 12
-ASIDE = (0.1, 0.01, 1e-3, 0.0)  # of the farthest reach of a stop: how far a start at rest keeps off all of them
-FEASIBLE = 1e-12  # of 1: what inequalities that contradict each other leave
 
 
 def finished(orbit: PeriodicOrbit, closure: int | None) -> PeriodicOrbit:
@@ -313,43 +310,3 @@ def unfound(system: System, y, how: dict) -> PeriodicOrbit:
     y = np.concatenate([y, np.zeros(scene.ns - len(y))])
     return PeriodicOrbit(system, sections(0, 1.0), np.concatenate([[0.0], y]), np.maximum(np.abs(y), 1.0),
                          {"method": "simulation", **how}, OrbitStatus.NOT_FOUND)
-
-
-def resting_start(system: System) -> np.ndarray:
-    """Return the state of rest, moved out of stops that it would penetrate, a tenth further than they reach where there is room."""
-    scene = scene_of(system)
-    T, length, stops = scene.tables, natural_length(scene.tables), {}
-    y = np.zeros(scene.ns)
-    for _ in range(8):
-        clear = True
-        for m in range(len(scene.keys)):
-            for g in range(int(T.n_guards[m])):
-                direction = T.D[m, g]
-                if T.kick[m, g] and np.any(direction):
-                    row = T.G[m, g]
-                    reach = row[scene.ns] + np.hypot(row[scene.ns + 1::2], row[scene.ns + 2::2]).sum()  # at any phase
-                    depth = row[:scene.ns] @ y + reach
-                    stops[row[:scene.n].tobytes(), reach] = row[:scene.n]
-                    if depth >= 0.0:
-                        clear = False
-                        y = y - direction * (depth + 0.1 * (length + abs(depth)))
-        if clear:
-            return y
-    least = between(system.mass, np.array(list(stops.values())), np.array([reach for _, reach in stops]))
-    return y if least is None else np.append(least, y[scene.n:])
-
-
-def between(mass: np.ndarray, rows: np.ndarray, reach: np.ndarray) -> np.ndarray | None:
-    """Return the coordinates q (n,) next to 0, by inertia, with ``rows`` (k, n) @ q + ``reach`` (k,) <= 0, by a part of the
-    farthest reach where there is room; None where there are none.
-
-    Least distance programming: Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.
-    """
-    L = np.linalg.cholesky(mass)
-    G, one = -np.linalg.solve(L, rows.T), np.append(np.zeros(len(mass)), 1.0)
-    for part in ASIDE:
-        E = np.vstack([G, reach + part * np.abs(reach).max()])
-        left = one - E @ nnls(E, one)[0]
-        if left[-1] > FEASIBLE:
-            return np.linalg.solve(L.T, -left[:-1] / left[-1])
-    return None

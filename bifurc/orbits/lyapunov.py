@@ -22,9 +22,9 @@ from ..notebook import Notebook
 from ..system import System, require_system
 from .autonomous import slowest
 from .base import Orbit
-from .forced import resting_start
 from .orbit import PeriodicOrbit
 from .shooting.signature import coincide
+from .standing import resting_start
 
 CHUNK = 256  # forcing periods of one recorded piece
 TURNED = 64  # last periods of the transient in which directions are carried along, not measured

@@ -36,12 +36,17 @@ EARLIER, LATEST, CLEARLY, SIZE, TOUCHED, TESTS = range(6)
 # numbers behind point, tangent and tests in a row: length, angle and misfit of the step, length of the next, iterations, residual,
 # sign and logarithm of the determinant
 TOLD = 8
+ON_BOUND = 8.0 * float(np.finfo(float).eps)  # of an arclength: scaled distance of the parameter from a bound that is none
 BEYOND, LAST_ROW = 2, 3  # status of a run: the next step leaves the bounds; all rows are filled
 
 
 def run_of(before, row, ds, limits, origin, corner) -> np.ndarray:
-    """Return the ``run`` array of a run that begins behind two rows; arguments as of `Problem.follow`."""
-    return np.array([ds, limits.ds_max, limits.low, limits.high, origin, row.turn, corner, row.bend, row.s - before.s,
+    """Return the ``run`` array of a run that begins behind two rows; arguments as of `Problem.follow`.
+
+    What comes so near to a bound that it lies on it, to rounding, is left to the single step.
+    """
+    room = ON_BOUND * (1.0 + row.s) * float(row.part.scale[-1])
+    return np.array([ds, limits.ds_max, limits.low + room, limits.high - room, origin, row.turn, corner, row.bend, row.s - before.s,
                      before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, Iwan, Jenkins, MicroSlip, RigidStop
-from bifurc.flow.settle import Penetration
+from bifurc.orbits.standing import NoRoom
 
 SETTLED, PERIODS = 1e-9, 400  # part of the motion by which a section returns; forcing periods until then
 
@@ -57,7 +57,7 @@ def judged(seeds):
         system = drawn(seed)
         try:
             orbit = bf.find_orbit(system)
-        except Penetration:  # stops that contradict each other
+        except NoRoom:  # stops that contradict each other
             continue
         if orbit.success:
             again = bf.simulate(system, orbit.state, periods=orbit.periods)

@@ -7,7 +7,7 @@ import bifurc as bf
 from bifurc.compose.scene import scene_of
 from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, RigidStop
 from bifurc.hbm.status import BalanceStatus
-from bifurc.orbits import forced
+from bifurc.orbits import forced, standing
 from bifurc.orbits.balance import find
 from bifurc.orbits.balance.find import HarmonicBalance
 from bifurc.orbits.kinds import OrbitStatus
@@ -119,12 +119,12 @@ HIT = bf.System(
 
 def test_rest_moved_out_of_stops():
     for gap, side in ((-0.4, 1), (0.4, -1), (0.3, 1), (-0.3, -1)):
-        y = forced.resting_start(bf.System(M, C, K, [HarmonicForce(1.0), RigidStop(gap, side=side, dof=1)], omega=1.1))
+        y = standing.resting_start(bf.System(M, C, K, [HarmonicForce(1.0), RigidStop(gap, side=side, dof=1)], omega=1.1))
         assert y.shape == (4,) and not y[2:].any() and y[0] == pytest.approx(-0.15 * y[1], abs=1e-14)  # an impulse moves both
         clear = abs(y[1]) + gap  # a tenth of the gap and of the length that the load makes, which is below 1 here
         assert 0.1 * abs(gap) < clear < 0.1 * (1.0 + abs(gap)) if gap < 0.0 else y[1] == 0.0
         assert y[1] * side <= 0.0
-    touching = forced.resting_start(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), RigidStop(0.0)], omega=1.1))
+    touching = standing.resting_start(bf.System(1.0, 0.1, 1.0, [HarmonicForce(1.0), RigidStop(0.0)], omega=1.1))
     assert -0.2 < touching[0] < -0.05 and touching[1] == 0.0
 
 
@@ -286,16 +286,16 @@ def test_where_loads_cannot_be_raised_parts_of_the_linear_response_are_tried(bal
 
 def test_a_start_at_rest_in_a_narrow_clearance_that_does_not_hold_the_origin():
     """On a line, along the inverse mass, and where stops contradict each other; a tenth of the farthest reach is kept off."""
-    line = forced.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.09]))
+    line = standing.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.09]))
     assert line == pytest.approx([-0.059], abs=1e-12)
-    narrow = forced.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.0502]))
+    narrow = standing.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.0502]))
     assert narrow == pytest.approx([-0.05 - 0.001 * 0.0502], abs=1e-12)
-    plane = forced.between(np.diag([1.0, 3.0]), np.array([[1.0, -1.0]]), np.array([0.4]))
+    plane = standing.between(np.diag([1.0, 3.0]), np.array([[1.0, -1.0]]), np.array([0.4]))
     assert plane == pytest.approx([-0.33, 0.11], abs=1e-12)
-    assert forced.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.04])) is None
+    assert standing.between(np.eye(1), np.array([[1.0], [-1.0]]), np.array([0.05, -0.04])) is None
     system = bf.System(np.eye(2), 0.1 * np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], [
         HarmonicForce(0.4), RigidStop(-0.07, 0.6, row=(-1.0, 1.0)), RigidStop(0.1, 0.6, side=-1, row=(-1.0, 1.0))], omega=0.8)
-    q = forced.resting_start(system)[:2]
+    q = standing.resting_start(system)[:2]
     assert -0.1 < q[1] - q[0] < -0.07
 
 

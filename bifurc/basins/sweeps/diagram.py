@@ -15,7 +15,7 @@ from ...jobs.progress import Progress
 from ...jobs.resumable import resumable
 from ...jobs.store import ChunkStore
 from ...notebook import Notebook
-from ...orbits.forced import resting_start
+from ...orbits.standing import resting_start
 from ...system import System, require_system
 from .attractor_sweep import _values
 from .sections import period_of, settled

@@ -16,7 +16,7 @@ from ...elements.checks import state, whole
 from ...flow.simulate import simulate
 from ...jobs.progress import Progress
 from ...notebook import Notebook, Table
-from ...orbits.forced import resting_start
+from ...orbits.standing import resting_start
 from ...system import System, require_system
 from .diagram import DIRECTIONS
 

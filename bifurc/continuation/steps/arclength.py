@@ -15,6 +15,7 @@ import numpy as np
 
 from ...solve import steplaw
 from ...solve.steplaw import MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
+from ...solve.steprun import ON_BOUND
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
 from .inside import known_to
@@ -182,7 +183,8 @@ class Half:
         except part.problem.errors as error:
             return None, (StopReason.EXCEPTION, 0.25, f"{type(error).__name__}: {error}")
         new, cause = self.judge(row, c, ds, fixed)
-        if new is not None and not fixed and not options.low <= new.p <= options.high:
+        beside = new is not None and not fixed and options.low < new.p < options.high and outward(new, options)
+        if beside or new is not None and not fixed and not options.low <= new.p <= options.high:
             if options.low < row.p < options.high:
                 return self.onto_bound(row, new)
             return None, (StopReason.BOUND, 0.5, "the branch leaves through the bound on which it starts")
@@ -219,9 +221,8 @@ class Half:
         return new, None
 
     def onto_bound(self, row, beyond):
-        """Replace a row beyond a bound by the first point on it; returns as `attempt`."""
-        options = self.options
-        bound = options.high if beyond.p > options.high else options.low
+        """Replace a row on or beyond a bound by the first point on it; returns as `attempt`."""
+        bound = self.options.high if beyond.p > row.p else self.options.low
         curve = Curve(row, beyond)
         low, high = 0.0, 1.0
         rising = beyond.p > row.p
@@ -608,6 +609,6 @@ class Half:
 
 
 def outward(row, options):
-    """Whether a row lies on a bound and its branch leaves through it."""
-    slope = row.tests[0]
-    return (row.p >= options.high and slope > SLOPE) or (row.p <= options.low and slope < -SLOPE)
+    """Whether a row lies on a bound, but for the rounding of the arclength, and its branch leaves through it."""
+    room, slope = ON_BOUND * (1.0 + row.s) * float(row.part.scale[-1]), row.tests[0]
+    return bool(row.p >= options.high - room and slope > SLOPE or row.p <= options.low + room and slope < -SLOPE)

@@ -234,8 +234,10 @@ def test_a_first_clear_slope_behind_a_boundary_tells_whether_the_parameter_turns
 def test_a_row_leaves_through_the_bound_on_which_it_lies():
     options = SimpleNamespace(low=-1.0, high=2.0)
     for p, slope, leaves in ((2.0, 0.1, True), (2.0, -0.1, False), (-1.0, -0.1, True), (-1.0, 0.1, False), (0.0, 0.1, False),
-                             (2.0, 1e-12, False), (-1.0, -1e-12, False)):
-        assert arclength.outward(SimpleNamespace(p=p, tests=[slope]), options) is leaves
+                             (2.0, 1e-12, False), (-1.0, -1e-12, False), (2.0 - 1e-15, 0.1, True), (1e-15 - 1.0, -0.1, True),
+                             (2.0 - 1e-11, 0.1, False)):
+        row = SimpleNamespace(p=p, s=0.0, tests=[slope], part=SimpleNamespace(scale=np.ones(2)))
+        assert arclength.outward(row, options) is leaves
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -250,3 +252,20 @@ def test_the_point_on_a_bound_is_looked_for_where_the_step_crosses_it(way):
     new, cause = half.onto_bound(row, beyond)
     assert cause is None and new.p == way * 0.75 and new.s == pytest.approx(0.75 * math.sqrt(2.0))
     np.testing.assert_allclose(asked[0], [way * 0.75] * 2, atol=1e-8)
+
+
+@pytest.mark.parametrize("ulps", [-5000, -7, -1, 0, 1, 7, 5000])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_bound_that_a_row_misses_by_rounding_is_that_row(ulps, direction):
+    """Along u = p steps have round lengths: where the next one would be shorter than the rounding of the arclength there is none."""
+    def line():
+        return Scalar(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 3.0, 3.0, scale_u=1.0, scale_p=1.0)
+
+    rows = trace(line(), bounds=(-6.0, 9.0)).column("p")
+    aim = rows[np.argsort(abs(rows - 3.0 - direction * 2.0))[0]]
+    bound = aim + ulps * np.spacing(aim)
+    bounds = (-6.0, bound) if direction > 0 else (bound, 9.0)
+    branch = trace(line(), bounds=bounds)
+    assert [end.reason.value for end in branch.ends] == ["bound", "bound"]
+    ends = branch.column("p")[[0, -1]]
+    assert ends == pytest.approx(bounds, abs=1e-12) and (np.diff(branch.column("s")) > 0.0).all()

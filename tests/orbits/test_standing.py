@@ -1,0 +1,57 @@
+"""Starts at rest between stops whose walls move, and stops that leave no room, against the clearance written out."""
+import numpy as np
+import pytest
+
+import bifurc as bf
+from bifurc.elements import ConstantForce, HarmonicForce, RigidStop
+from bifurc.orbits.standing import NoRoom, resting_start
+
+
+def between_walls(gap, other, amplitude, phase, moves=0.0):
+    """Return a mass with -other + amplitude cos(w t + phase) <= q <= gap + moves cos(w t + phase)."""
+    upper = {"amplitude": moves, "harmonic": 1, "phase": phase} if moves else {}
+    return bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.5), RigidStop(gap, 0.5, **upper), RigidStop(
+        other, 0.5, side=-1, amplitude=amplitude, harmonic=1, phase=phase)], omega=1.3)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_clearance_that_a_wall_closes_for_a_time_is_named(seed):
+    """There is room where gap + other - amplitude > 0; the time that is named lies where there is none."""
+    rng = np.random.default_rng([seed, 83])
+    amplitude, gap = rng.uniform(0.1, 0.6), rng.uniform(-0.3, 0.3)
+    room = rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.2)
+    system = between_walls(gap, amplitude + room - gap, amplitude, rng.uniform(0.0, 6.0))
+    wall = system.elements[2]
+    least = gap + wall.gap + np.array([1.0, -1.0]) * amplitude
+    assert (least.min() > 0.0) == (room > 0.0)
+    if room > 0.0:
+        assert -(wall.gap - amplitude) <= resting_start(system)[0] <= gap
+        bf.find_orbit(system, transient=0)
+        return
+    with pytest.raises(NoRoom, match="'rigid_stop' and 'rigid_stop_2' leave no room .* of the forcing period") as caught:
+        bf.find_orbit(system)
+    phase = float(str(caught.value).split("leave no room ")[1].split()[0])
+    assert gap + wall.gap - amplitude * np.cos(2.0 * np.pi * phase + wall.phase) < 1e-3
+    with pytest.raises(NoRoom):
+        bf.lyapunov_exponents(system)
+
+
+def test_walls_that_move_together_leave_the_room_between_them():
+    """Each of them takes all of the clearance at some time, both together none of it."""
+    system = between_walls(0.1, 0.2, 0.5, 0.4, moves=0.5)
+    start = resting_start(system)
+    upper, lower = 0.1 + 0.5 * np.cos(0.4), -0.2 + 0.5 * np.cos(0.4)
+    assert lower < start[0] < upper
+    assert bf.simulate(system, start, periods=3).success
+
+
+def test_stops_that_stand_and_contradict_each_other():
+    """Of three stops the two that leave no room are named; of the third there is no word, nor of a phase where nothing moves."""
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), np.eye(2), [
+        HarmonicForce(0.5), RigidStop(-0.2, 0.5), RigidStop(0.1, 0.5, side=-1), RigidStop(-0.3, 0.5, dof=1)], omega=1.3)
+    with pytest.raises(NoRoom, match="'rigid_stop' and 'rigid_stop_2' leave no room; see") as caught:
+        bf.find_orbit(system)
+    assert "rigid_stop_3" not in str(caught.value).split("has no motion")[1]
+    free = bf.System(1.0, 0.1, 1.0, [ConstantForce(0.2), RigidStop(-0.2, 0.5), RigidStop(0.1, 0.5, side=-1)])
+    with pytest.raises(NoRoom, match="leave no room; see"):
+        bf.find_orbit(free)
