@@ -215,7 +215,7 @@ def rate(T, m):
 @njit
 def unit_of_time(T):
     """Return the time in which the constant loads of a scene without rates pass its largest length or reach its largest speed;
-    without loads, in which that speed passes that length; 1 where its numbers tell no time.
+    without loads, in which that speed passes that length; 0 where its numbers tell no time: a motion does, see `paced`.
 
     Steps of such a scene are exact at any size, but rounding is measured by what is added up in one (`flow.rule.sizes`).
     """
@@ -236,7 +236,20 @@ def unit_of_time(T):
                 speed = max(speed, abs(G[m, g, ns]) / of_speeds)
     if load > 0.0 and max(length, speed) > 0.0:
         return max(np.sqrt(length / load), speed / load)
-    return length / speed if length > 0.0 and speed > 0.0 else 1.0
+    return length / speed if length > 0.0 and speed > 0.0 else 0.0
+
+
+def paced(T, x):
+    """Give a scene whose numbers tell no time that of a motion from ``x`` (nx,): in which its loads stop its speed or pass its
+    distance from zero, or without loads in which that speed passes that distance."""
+    ns, n = T.A.shape[1], T.LP.shape[2]
+    if T.flat[0] > 0.0 or any(rate(T, m) > 0.0 for m in range(T.n_guards.size)) or unit_of_time(T) > 0.0:
+        return
+    load, length, speed = (float(np.abs(part).max(initial=0.0)) for part in (T.A[:, n:2 * n, ns], x[:n], x[n:2 * n]))
+    unit = max(np.sqrt(length / load), speed / load) if load > 0.0 else length / speed if speed > 0.0 else 0.0
+    if 0.0 < unit < np.inf and (T.step != unit).any():
+        T.step[:] = unit
+        rebuild(T)
 
 
 @both
@@ -266,6 +279,8 @@ def rebuild_mode(T, m, whole):
             top = max(top, rate(T, k))
     if top == 0.0:
         h = unit_of_time(T)
+        if h == 0.0:
+            h = step[m] if step[m] > 0.0 else 1.0
     elif omega > 0.0:  # a whole number of steps a period, so that undisturbed flights end on a step
         period = 2.0 * np.pi / omega
         h = period / np.ceil(period * top / TURN)

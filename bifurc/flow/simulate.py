@@ -3,6 +3,7 @@ import numpy as np
 
 from ..compose.modal import give_modal
 from ..compose.scene import scene_of
+from ..compose.tables import paced
 from ..models.cost import warn_if_slow
 from ..system import System, require_system
 from . import settle
@@ -110,6 +111,8 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     x = np.zeros(scene.ns + scene.nw)
     x[:scene.ns] = y0
     _forcing(scene, begin[1], x)
+    given = x.copy()
+    _paced(scene, given)
     mode, x = settle.start(scene, x)
     first = x[:scene.ns].copy()
     T = scene.tables
@@ -132,6 +135,7 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
             record = np.concatenate((record, np.zeros_like(record)))
         elif code == NEED:
             T = scene.expand(m, g)
+            _paced(scene, given)
             give_modal(T)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
@@ -154,6 +158,7 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
                 status, message = Status.INCONSISTENT, f"{Status.INCONSISTENT.sentence} {error}"
                 break
             T = scene.tables
+            _paced(scene, given)
             give_modal(T)
             engine = engine_of(scene)
             ints, floats = _resize(engine, T, ints, floats)
@@ -178,6 +183,12 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
     final = x[None, :scene.ns].copy()
     scene.show(int(ints[MODE]), final, floats[TAU:TAU + 1])
     return Trajectory(scene.system, begin[0] * period + begin[1], stop, final[0], status, message, recorded)
+
+
+def _paced(scene, x: np.ndarray) -> None:
+    """Give a scene that knows no unit of time that of the motion from ``x`` (nx,)."""
+    if scene.period is None and not scene.laws:
+        paced(scene.tables, x)
 
 
 def _split(t: float, period: float) -> tuple[int, float]:

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from ..compose.natural import natural_length
 from ..compose.scene import Scene, scene_of
-from ..compose.tables import TURN
+from ..compose.tables import TURN, paced
 from ..elements.checks import state
 from ..flow.scan import CHATTER, GRAZE, PASSED
 from ..flow.simulate import simulate
@@ -68,6 +68,8 @@ def autonomous_orbit(system: System, guess, closure, transient: int, period: flo
     elif guess is not None:
         scene = scene_of(system)
         y0 = state("guess", guess, (2 * scene.n, scene.ns))
+        if not scene.laws:
+            paced(scene.tables, y0)
         found = from_state(system, y0, period)
         done = found.success or found.status is OrbitStatus.AT_REST or period is not None or conservative(system)
         if not done:  # far from the orbit: it may lead there all the same

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import Coulomb, CubicSpring, ElasticStop, HarmonicForce, RigidStop, Stribeck
+from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, RigidStop, Stribeck
 
 UNITS = [(1e6, 1.0, 1.0), (1.0, 1.0, 1e-9), (1e-3, 1e4, 1e-6), (3e-5, 2e3, 7e2)]  # of time, mass, length
 
@@ -122,3 +122,45 @@ def test_a_duffing_branch_with_a_stop(units):
         points.append([(point.kind.value, point.parameter * u[0]) for point in branch.special_points])
     assert points[0] and [kind for kind, _ in points[0]] == [kind for kind, _ in points[1]]
     assert np.array([p for _, p in points[1]]) == pytest.approx(np.array([p for _, p in points[0]]), rel=1e-9)
+
+
+BOUNCES = [2.0**-30, 2.0**-20, 1e-3, 1.0, 2.0**20, 2.0**30]
+
+
+@pytest.mark.parametrize("unit", BOUNCES)
+@pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
+def test_a_ball_on_a_floor_knows_no_time_but_that_of_its_motion(unit, restitution):
+    """Let fall from .5 under 1: impacts at 1, 1 + 2 r, 1 + 2 r + 2 r^2, ..., speeds 1, r, r^2, ...; the last at (1 + r)/(1 - r)."""
+    system = bf.System(1.0, 0.0, 0.0, [ConstantForce(1.0 / unit**2), RigidStop(0.0, restitution)])
+    motion = bf.simulate(system, (-0.5, 0.0), duration=4.7 * unit)
+    assert motion.success
+    flights = 2.0 * restitution**np.arange(60)
+    impacts = np.append(1.0, 1.0 + np.cumsum(flights[1:]))
+    if restitution == 0.5:  # all of them are over at 3
+        assert motion.final * (1.0, unit) == pytest.approx([0.0, 0.0], abs=1e-12)
+        assert [event.kind for event in motion.events][-1] == "chatter" and motion.events[-1].time / unit <= 3.0
+        return
+    times = np.array([event.time for event in motion.events]) / unit
+    assert times == pytest.approx(impacts[impacts < 4.7], abs=1e-12)
+    k = len(times)
+    lasted = 4.7 - times[-1]
+    speed = restitution**k
+    assert motion.final * (1.0, unit) == pytest.approx([-speed * lasted + 0.5 * lasted**2, lasted - speed], abs=1e-12)
+
+
+@pytest.mark.parametrize("unit", BOUNCES)
+def test_two_free_masses_that_meet_know_no_time_but_that_of_their_motion(unit):
+    """No load: at a distance of 1 with a relative speed of 1 they meet after 1, and exchange their speeds."""
+    system = bf.System(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [RigidStop(0.0, 1.0, row=(1.0, -1.0))])
+    motion = bf.simulate(system, (-1.0, 0.0, 1.0 / unit, 0.0), duration=3.0 * unit)
+    event, = motion.events
+    assert event.time / unit == pytest.approx(1.0, abs=1e-14)
+    assert motion.final * (1.0, 1.0, unit, unit) == pytest.approx([0.0, 2.0, 0.0, 1.0], abs=1e-14)
+
+
+@pytest.mark.parametrize("unit", BOUNCES)
+def test_the_period_of_a_ball_that_bounces_for_ever(unit):
+    """2 v / g = 2 sqrt(2 h / g)."""
+    system = bf.System(1.0, 0.0, 0.0, [ConstantForce(1.0 / unit**2), RigidStop(0.0, 1.0)])
+    orbit = bf.find_orbit(system, (-0.5, 0.0))
+    assert orbit.success and orbit.period / unit == pytest.approx(2.0, abs=1e-13)

@@ -257,7 +257,7 @@ def test_the_point_on_a_bound_is_looked_for_where_the_step_crosses_it(way):
 @pytest.mark.parametrize("ulps", [-5000, -7, -1, 0, 1, 7, 5000])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_bound_that_a_row_misses_by_rounding_is_that_row(ulps, direction):
-    """Along u = p steps have round lengths: where the next one would be shorter than the rounding of the arclength there is none."""
+    """Along u = p steps have round lengths: one that would be shorter than the rounding of the arclength is none."""
     def line():
         return Scalar(lambda u, p: u - p, lambda u, p: (1.0, -1.0), 3.0, 3.0, scale_u=1.0, scale_p=1.0)
 
