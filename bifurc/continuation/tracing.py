@@ -293,7 +293,7 @@ def begin_on_boundary(half):
         if reached is not None and reached[0] < 0.0:  # small but clear, as behind a slow impact: the boundary lies ahead
             continue
         root = None if row.singular else boundary_at(row, j)  # a branch point is known better than what Newton finds next to it
-        if root is None and not (row.singular or silent(row, j)):
+        if root is None and not (row.singular or silent(row, j) or abs(row.tests[j]) <= part.touch < math.inf):
             continue
         cut = cut_at(row, j, root)
         if not cut.silent:

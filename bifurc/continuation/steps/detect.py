@@ -126,6 +126,18 @@ def remember(half, row, before, fresh=False):
         signs[j] = 1 if value > 0.0 else -1
 
 
+def zero_band(half, new, j):
+    """Return the value at which the boundary test ``j`` counts as zero in the step to ``new``.
+
+    A test that was never more than what an orbit may touch is zero by itself, as of a slider that stands at its limit where nothing
+    moves it: the sign of its rounding tells nothing.
+    """
+    touch = half.rows[-1].part.touch
+    if half.sizes[j] <= touch < np.inf:
+        return touch
+    return min(max(rounding(half, j), MONITOR_BAND * abs(new.tests[j])), touch)
+
+
 def boundary(half, row, new):
     """Return ``(cut, None)`` where a boundary is crossed, ``(None, None)`` if none is, ``(None, cause)`` to reject."""
     part = row.part
@@ -135,8 +147,7 @@ def boundary(half, row, new):
     for _ in range(2 * len(part.boundary)):  # the earliest of several: locate one, look at the others before it
         end = new if cut is None else cut.row
         for j in part.boundary:
-            band = min(max(rounding(half, j), MONITOR_BAND * abs(new.tests[j])), part.touch)
-            if end.tests[j] > band and (cut is None or j != cut.test):
+            if end.tests[j] > zero_band(half, new, j) and (cut is None or j != cut.test):
                 break
         else:
             return cut, None
