@@ -37,6 +37,7 @@ def audited(seed):
     pytest.param(9030, id="a slider that an impact stopped at its limit"),
     pytest.param(9060, id="events of one instant in one order: a fold of the motion of one period"),
     pytest.param(10041, id="two sliders at their limits, where nothing moves one of them: its guard is zero by itself"),
+    pytest.param(10050, id="a stop that comes to where a mass stands"),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):

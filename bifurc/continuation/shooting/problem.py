@@ -46,6 +46,7 @@ from .vanishing import listed_speeds
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
 RESTING, BESIDE = 1e-2, 1e-4  # share of a period for which a mass rests behind a chattering that may just complete; and how far
 # from there it does, of the natural size of the parameter
+STILL, TOUCHED = 1e-12, 1e-9  # scaled: what moves a guard of a mass that stands; its distance from a stop that touches it
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
@@ -565,7 +566,7 @@ class OrbitProblem(Problem):
                 return StopReason.HOMOCLINIC, ""
             if self._train(x) or self._completing(x):
                 return StopReason.CHATTERING, message
-            if self._slip(x) < STUCK:
+            if self._slip(x) < STUCK or self._stands_in_the_way(x):
                 return StopReason.STICKING, message
         return reason, message
 
@@ -600,6 +601,20 @@ class OrbitProblem(Problem):
         shares = [float(spans[[word != "stick" for word in words]].sum()) / s.span for words in zip(*keys, strict=True)
                   if "stick" in words and any(word != "stick" for word in words)]
         return min(shares, default=1.0)
+
+    def _stands_in_the_way(self, x) -> bool:
+        """Whether a stop that does not move touches, at ``x`` (n + 1,), what stands all the time where it once came to stand."""
+        rows, T, ns = self._labels.rows, self.equations.numbers_at(float(x[-1])), self.scene.ns
+        y = self.sequence.written_out(x[:-1])[1][1:1 + ns]
+        for mode in np.unique(self.sequence.nodes[:, AFTER]).tolist() if len(rows) else ():
+            for guard in np.flatnonzero(T.kick[mode, :int(T.n_guards[mode])]).tolist():
+                row = T.G[mode, guard]
+                left = row[:ns] - np.linalg.lstsq(rows.T, row[:ns])[0] @ rows
+                size = float(np.abs(row[:ns]) @ self.weights)
+                if not row[ns + 1:].any() and float(np.abs(left) @ self.weights) <= STILL * size and abs(
+                        float(row[:ns] @ y + row[ns])) <= TOUCHED * size:
+                    return True
+        return False
 
     def _released(self, x) -> bool:
         """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""

@@ -263,3 +263,14 @@ def test_an_event_is_led_to_by_what_is_not_held():
                 after = int(scene.expand(before, guard).then[before, guard].max())
                 nodes = divided(scene, np.array([[before, guard, after, 0, 0]]))
                 assert bool(Signature(nodes, np.zeros(1), 1.0).unmoved(scene)) is stands
+
+
+@pytest.mark.parametrize("place", [0.05, -0.2, 0.13])
+def test_a_stop_that_comes_to_where_a_mass_stands(place):
+    """Friction 2 holds the second mass where it was put, against .2 times the other's motion: a stop can be moved up to there."""
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[1.2, -0.2], [-0.2, 1.2]], [
+        HarmonicForce(0.5), Coulomb(2.0, dof=1), RigidStop(0.4, 0.5, dof=1)], omega=1.4)
+    branch = bf.trace(bf.find_orbit(system, (0.0, place, 0.0, 0.0)), "rigid_stop.gap", bounds=(-0.4, 0.6))
+    low, high = branch.ends
+    assert (low.reason, high.reason) == (StopReason.STICKING, StopReason.BOUND) and low.p == pytest.approx(place, abs=1e-12)
+    assert branch.special_points[0].parameter == pytest.approx(place, abs=1e-12) and branch.audit.ok
