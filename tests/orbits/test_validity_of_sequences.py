@@ -74,12 +74,12 @@ def test_impacts_that_may_overtake_what_comes_before_them(order, holds, first, s
     assert bool(plain(sequence.overtakes)(T, nodes, 1)) is want
 
 
-def measured(nodes, times, i, speed=0.8, span=1.0):
+def measured(nodes, times, i, speed=0.8, span=1.0, starts=()):
     """Return the measure of a node whose guard, with the gradient (3, 4, 0), has a rate ``speed``; frequency 2."""
     def gradient(T, mode, guard, x, row):
         row[:] = 3.0, 4.0, 0.0
     return plain(sequence.measure, guard_gradient=gradient, field=lambda T, m, x, f: None, forcing_rate=lambda T, x, dw: None,
-                 guard_rate=lambda row, f, dw: speed)(tables(), listed(nodes), span, unknowns(times), np.array([0.5, 0.25]), i,
+                 guard_rate=lambda row, f, dw: speed)(tables(), listed(nodes, starts), span, unknowns(times), np.array([0.5, 0.25]), i,
                                                       np.zeros(3), np.zeros(2), np.zeros(1), np.zeros(3))
 
 
@@ -95,6 +95,16 @@ def test_events_are_measured_by_their_speed_or_their_duration():
     born = [(0, 2, 1), (1, 3, 0, 1)]
     assert measured(born, (0.2, 0.2 + 0.5 * SHORT), 1, 1e-9) == pytest.approx(0.5 * SHORT)  # its duration alone
     assert measured(born, (0.2, 0.2 + 2.0 * SHORT), 1, 1e-9) == pytest.approx(1e-9 / 5.0)
+
+
+def test_a_contact_that_an_impact_lets_go_on_where_it_stopped_is_measured_as_a_part_of_its_stay():
+    """A slider stops, e later an impact drives it on, and after the square of e it is back where it stopped."""
+    rows, e = [(0, 2, 0), (0, 0, 0), (0, 3, 0)], 1e-4
+    times = (0.2, 0.2 + e, 0.2 + e + e * e)
+    overtaken = [(0, 3, 2)]
+    assert measured(rows, times, 1, starts=overtaken) == pytest.approx(e)
+    assert measured(rows, times, 2, starts=overtaken) == pytest.approx(e * SHORT, rel=1e-6)
+    assert measured(rows, times, 2) == pytest.approx(e * e, rel=1e-6)  # an impact that comes when it comes
 
 
 def test_of_a_complete_chattering_flights_with_friction_are_measured_by_their_parts():

@@ -532,7 +532,7 @@ def measure(T, nodes, span, U, weights, i, x, f, dw, row):
     if lasts(kick, nodes, i):
         later, beside = i + 1 if i < count - 1 else 0, np.inf
         for k in (previous, later):
-            if k != i and lasts(kick, nodes, k):
+            if k != i and (lasts(kick, nodes, k) or overtakes(T, nodes, k)):
                 beside = min(beside, duration(U, size, span, k))
         speed = min(speed, evened(lasted, beside))
     elif overtakes(T, nodes, i):
@@ -551,7 +551,8 @@ def evened(lasted, beside):
     """Measure of a short duration where the shortest ``beside`` it is short, too.
 
     Where both vanish one can be of the order of the other squared: a slip that begins before another friction turns round and ends
-    soon behind that.  The part of its neighbour that it makes is linear along a branch, with the same zero.
+    soon behind that; a slider that stops just before an impact drives it on, which it follows where it stopped.  The part of its
+    neighbour that it makes is linear along a branch, with the same zero.
     """
     return lasted * SHORT / min(max(beside, abs(lasted)), SHORT) if abs(lasted) < SHORT else lasted
 
