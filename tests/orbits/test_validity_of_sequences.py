@@ -79,8 +79,8 @@ def measured(nodes, times, i, speed=0.8, span=1.0, starts=()):
     def gradient(T, mode, guard, x, row):
         row[:] = 3.0, 4.0, 0.0
     return plain(sequence.measure, guard_gradient=gradient, field=lambda T, m, x, f: None, forcing_rate=lambda T, x, dw: None,
-                 guard_rate=lambda row, f, dw: speed)(tables(), listed(nodes, starts), span, unknowns(times), np.array([0.5, 0.25]), i,
-                                                      np.zeros(3), np.zeros(2), np.zeros(1), np.zeros(3))
+                 guard_rate=lambda row, f, dw: speed)(tables(), listed(nodes, starts), span, unknowns(times), np.array([0.5, 0.25]),
+                                                      i, np.zeros(3), np.zeros(2), np.zeros(1), np.zeros(3))
 
 
 def test_events_are_measured_by_their_speed_or_their_duration():
