@@ -1,6 +1,4 @@
 """Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit.
-
-One file, because searches from a state, an orbit, the map and a settled motion end in the same solution and its reduction.
 """
 import numpy as np
 
