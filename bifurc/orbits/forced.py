@@ -1,5 +1,4 @@
-"""Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit.
-"""
+"""Orbits of systems with excitation: from a state, from a motion that settles, from the period map, from another orbit."""
 import numpy as np
 
 from ..compose.scene import Scene, scene_of

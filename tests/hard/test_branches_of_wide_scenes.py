@@ -54,6 +54,7 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("mixed", 43002, id="a friction that the stick of another one lets slip, with static friction above kinetic"),
     pytest.param("stop_and_slider", 43038, id="a slider that comes back to the stop at its limit begins no slip"),
     pytest.param("mixed", 43027, id="a row beside the birth of two slips, where Newton finds no equations nearer than 1e-3"),
+    pytest.param("stop_and_friction", 45017, id="a stick at a reversal beside a train of which one more impact is listed"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])
 def test_branches_of_the_audited_kinds_are_the_same_from_everywhere(kind, number):

@@ -198,7 +198,7 @@ def changed(problem, x, other):
     if not apart and (kind := exchanged(problem, x, other)) is not None:
         return kind
     completes = complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0
-    if completes and {kind for _, kind in apart} <= {EventKind.IMPACT.value}:
+    if completes and EventKind.IMPACT.value in {kind for _, kind in apart}:
         told = differ(problem, other, as_long(problem, other))
         if told[2]:  # between impacts that lead to the completion: which events are told to belong to them differs
             one, two, apart = told
