@@ -198,9 +198,10 @@ def changed(problem, x, other):
     if not apart and (kind := exchanged(problem, x, other)) is not None:
         return kind
     completes = complete_chatters(problem.sequence) == complete_chatters(other.sequence) > 0
-    if completes and EventKind.IMPACT.value in {kind for _, kind in apart}:
+    if completes:
         told = differ(problem, other, as_long(problem, other))
-        if told[2]:  # between impacts that lead to the completion: which events are told to belong to them differs
+        impacts = {kind for _, kind in apart} <= {EventKind.IMPACT.value}
+        if told[2] and (impacts or len(told[2]) < len(apart)):  # which events are told to lead to the completion differs, too
             one, two, apart = told
     if not apart:
         return None
