@@ -150,8 +150,12 @@ def test_a_train_of_impacts_that_become_ever_slower(speeds, guards, found, monke
 
 
 def test_ends_are_named_by_what_lies_near(monkeypatch):
-    problem, x = made([[0, 0, 0, 0, 0]], (0.1,), _train=lambda x: False, _completing=lambda x: False, _slip=lambda x: 1.0)
+    problem, x = made([[0, 0, 0, 0, 0]], (0.1,), _train=lambda x: False, _completing=lambda x: False, _slip=lambda x: 1.0,
+                      _stands_in_the_way=lambda x: False)
     assert problem.named_end(x, StopReason.DS_MIN, "m") == (StopReason.DS_MIN, "m")
+    problem._stands_in_the_way = lambda x: True
+    assert problem.named_end(x, StopReason.NO_SUCCESSOR, "m") == (StopReason.STICKING, "m")
+    problem._stands_in_the_way = lambda x: False
     problem._slip = lambda x: 1e-4
     assert problem.named_end(x, StopReason.DS_MIN, "m") == (StopReason.STICKING, "m")
     problem._completing = lambda x: True
