@@ -11,12 +11,9 @@ from ...compose.scene import Scene
 from ...compose.tables import Tables
 from ...compose.writer import bind
 from ..initial_conditions import begin
-from . import law_modes
-from . import tables as plan
+from .law_modes import ONE, Acts, Kind, modes_text, pattern_of, seen, step_numbers
 from .packing import Numbers, fits
-from .several_modes import spaces
-from .stages import Acts, Kind, pattern_of, seen
-from .writing import SIZE, written
+from .writing import written
 
 MOST_STEPS = 20000  # of a period
 MOST_MASSES, MOST_MODES, MOST_GUARDS = 2, 16, 4
@@ -42,25 +39,22 @@ def kind_of(scene: Scene, order: int = 8) -> Kind | None:
             bind(scene)  # what is deferred is integrated by the compiled laws
     except LawError:
         return None
-    acts = [Acts(tuple(np.flatnonzero(T.acts[m]).tolist()), pattern_of(T.LP[m]), bool(T.LG[m].any()))
-            for m in range(len(T.n_guards))]
+    acts = [Acts(tuple(np.flatnonzero(T.acts[m]).tolist()), pattern_of(T.LP[m])) for m in range(len(T.n_guards))]
     known = tuple(dict.fromkeys(acts))
     moving = tuple((which, r) for which, rows in enumerate((U, S)) for r in range(len(U)) if np.any(rows[r, 2 * n:]))
     return Kind(order, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
-                tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
-                tuple(map(known.index, acts)), int(T.n_guards.max()), scene.nw)
+                tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n], ONE), pattern_of(S[:, n:2 * n]), moving, known,
+                tuple(map(known.index, acts)), int(T.n_guards.max()))
 
 
 def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
     """Return what the kernels read; ``steps`` a period."""
-    return Numbers(T, plan.plan_of(T, kind.guards), *law_modes.step_numbers(T, kind, steps))
+    return Numbers(T, *step_numbers(T, kind, steps))
 
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    if not kind.guards:
-        return written(law_modes.smooth_text(kind, SIZE), 2 * kind.n, (0, 0, 0, 0), laws=True)
-    return written(law_modes.modes_text(kind, SIZE), 2 * kind.n, spaces(law_modes.rows_of(kind, SIZE)), laws=True)
+    return written(modes_text(kind), laws=True)
 
 
 def images(scene: Scene, kind: Kind, steps: int, X: np.ndarray, periods: int = 1) -> np.ndarray:
