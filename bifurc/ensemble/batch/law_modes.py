@@ -1,8 +1,8 @@
 """The text of a one-period batch step of one or two masses under laws, with or without modes: stops and dry friction beside them.
 
 A mode moves by v' = K q + D v + load(t) + sum over rows of P f, with forces f = law(u, s) of the rows' coordinates u = U q + ...
-and speeds s = S v + ....  A substep is one Runge-Kutta step of fixed length h, in its own unit of time: speeds w = h v and
-accelerations h^2 v', with numbers to match.  Coefficients that are zero are not written; a new pattern of them is a new text.
+and speeds s = S v + ....  Coefficients of U, S, P that are 0 or 1 are not written; a new pattern of them is a new text.
+A substep is one Runge-Kutta step of fixed length h.
 
 Lists and events are those of `several_modes`; the way to an event and on from it is a Runge-Kutta step, too, of a length r h.  The
 distance between a guard and its cubic is h^4/384 times the fourth derivative (Birkhoff and Priver 1967), which is not bounded but
@@ -25,7 +25,7 @@ Pattern = tuple[tuple[int, ...], ...]
 SAFETY = 3.0  # of the estimated fourth derivative
 WITHIN, FINAL = 1e-2, 1e-6  # of a substep are the two steps to a zero; the last leaves its cube, by the series of second order
 SAMPLED = (0.0, 0.25, 0.6, 1.0)  # of a step: accelerations there are those of stages that are nearly as accurate as its end
-STEP = ("begun", "ended", "second", "third")  # accelerations at both ends of a step, bounds on their derivatives, in h
+STEP = ("begun", "ended", "second", "third")  # accelerations at both ends of a step, bounds on their derivatives over u = s / h
 
 
 class Nystrom(NamedTuple):
@@ -39,6 +39,13 @@ class Nystrom(NamedTuple):
     c: np.ndarray  # (stages + 1,) times, the last one 1
     position: np.ndarray  # (stages + 1, stages) a^2, then b a
     velocity: np.ndarray  # (stages + 1, stages) a, then b
+
+    @property
+    def weights(self) -> dict[tuple[int, float], str]:
+        """Names of its coefficients, each with the power of the step that it goes with: equal ones once."""
+        parts = ((1, self.c), (1, self.velocity), (2, self.position))
+        known = {(power, weight): None for power, array in parts for weight in array.ravel().tolist() if weight != 0.0}
+        return {weight: f"mode_weights_{i}" for i, weight in enumerate(known)}
 
     def nearest(self, time: float) -> int:
         """Return the last of the stages that are nearest to a part of the step."""
@@ -82,20 +89,22 @@ class Kind(NamedTuple):
     def records(self) -> Records:
         """What the step reads of a mode, and of a mode on a substep: see `several_modes.guard_records`.
 
-        ``field``, ``u``, ``s`` and ``p`` are (K, D), U, S and P in the substep's unit of time.  On a substep what time alone gives,
-        at all stages, and as polynomials in time: accelerations, then coordinates and speeds of sites that move.
+        ``field``, ``u``, ``s`` and ``p`` are (K, D), U, S and P; the method's weights are multiplied with powers of the step: the
+        compiler takes them faster from there.  On a substep what time alone gives, at all stages, and as polynomials in time:
+        accelerations, then coordinates and speeds of sites that move.
         """
-        rows, n, loads = (sum(self.rows), self.n), self.n, self.n + len(self.moving)
+        rows, n, loads, method = (sum(self.rows), self.n), self.n, self.n + len(self.moving), nystrom(self.order)
         guard, forced = guard_records(n)
         mode = [("h", float), ("count", np.int64), ("field", float, (n, 2 * n)), ("values", float, (sum(self.values),)),
-                ("u", float, rows), ("s", float, rows), ("p", float, rows), ("guards", guard, (self.guards,))]
-        return np.dtype(mode), np.dtype([("stages", float, (len(nystrom(self.order).c) - 1, loads)), ("loads", float, (loads, MANY)),
+                ("u", float, rows), ("s", float, rows), ("p", float, rows), ("weights", float, len(method.weights)),
+                ("guards", guard, (self.guards,))]
+        return np.dtype(mode), np.dtype([("stages", float, (len(method.c) - 1, loads)), ("loads", float, (loads, MANY)),
                                          ("guards", forced, (self.guards,))])
 
 
-def pattern_of(matrix: np.ndarray, one: int = NUMBER) -> Pattern:
-    """Return what is written of each coefficient; ``one`` of those that are 1."""
-    return tuple(tuple(NONE if value == 0.0 else one if value == 1.0 else NUMBER for value in row) for row in matrix.tolist())
+def pattern_of(matrix: np.ndarray) -> Pattern:
+    """Return what is written of each coefficient."""
+    return tuple(tuple(NONE if value == 0.0 else ONE if value == 1.0 else NUMBER for value in row) for row in matrix.tolist())
 
 
 def seen(T: Tables) -> tuple[np.ndarray, np.ndarray]:
@@ -115,8 +124,9 @@ def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndar
             values += T.law[first:first + count].tolist()
             at += count * keys
         own["h"], own["count"], own["values"], own["u"] = h, T.n_guards[m], values, U[:, :n]
-        own["field"], own["s"], own["p"] = T.A[m, n:ns, :ns] * np.repeat([h * h, h], n), S[:, n:ns] / h, T.LP[m, :len(U)] * h * h
-        loads = np.vstack([T.A[m, n:ns, ns:] * h * h, *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
+        own["field"], own["s"], own["p"] = T.A[m, n:ns, :ns], S[:, n:ns], T.LP[m, :len(U)]
+        own["weights"] = [weight * h**power for power, weight in nystrom(kind.order).weights]
+        loads = np.vstack([T.A[m, n:ns, ns:], *((U, S)[which][row:row + 1, ns:] for which, row in kind.moving)])
         on_grid["stages"] = phases_of(T, unit * (angles + nystrom(kind.order).c[:-1])) @ loads.T
         on_grid["loads"] = _polynomials(T, loads, steps, h)
         for g in range(T.n_guards[m]):
@@ -125,8 +135,8 @@ def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndar
             rise[1::2], rise[2::2] = rates * row[ns + 2::2], -rates * row[ns + 1::2]
             fourth = np.hypot(row[ns + 1::2], row[ns + 2::2]) @ rates**4
             event_numbers(T, m, g, guard)
-            guard["slope"] = row[:ns] * np.repeat([h / 3.0, 1.0 / (3.0 * h)], n)
-            guard["bound"], guard["bound_all"] = SAFETY / 384.0 * np.abs(row[:ns]) * np.repeat([1.0, 1.0 / h], n), SAFETY / 384.0 * fourth * h**4
+            guard["slope"], guard["bound_all"] = h / 3.0 * row[:ns], SAFETY / 384.0 * h**4 * fourth
+            guard["bound"] = SAFETY / 384.0 * np.abs(row[:ns]) * np.repeat([h * h, h], n)
             guard["noise"], guard["noise_all"] = NOISE * np.abs(row[:ns]), NOISE * np.abs(row[ns:]).sum()
             if T.LG[m, g].any():
                 guard["bound_all"] = guard["noise_all"] = np.inf
@@ -170,33 +180,32 @@ def _step(kind: Kind, name: str, v: int) -> str:
             for c in range(n + len(kind.moving)):
                 load = f"forcing_stages_{i}_{c}"
                 lines += horner(f"forcing_loads_{c}", "s", load) if first == i else [f"{load} = forcing_stages_{first}_{c}"]
-    lines += [*_stages(kind, v, name == "along"), *(f"{new}[{c} * AT_CAP + l] = z{c}" for c in range(ns))]
+    lines += [*_stages(kind, v, name == "along"), *(f"{new}[{c} * AT_CAP + l] = x{c}" for c in range(ns))]
     if not smooth:
         lines += [*_ends(kind, v), *(f"W[AT_{part.upper()} + {c} * AT_CAP + l] = {part}_{c}" for part in STEP for c in range(n))]
-    head = ["h = mode.h", "per = 1.0 / h", "r = over = 1.0", "LOAD mode field values u s p",
-            "LOAD forcing stages" if name == "fixed" else "LOAD forcing loads", "for l in range(full):"]
+    head = ["h = mode.h", "LOAD mode field values u s p weights",
+            *(["LOAD forcing stages", "r = over = 1.0"] if name == "fixed" else ["LOAD forcing loads"]), "for l in range(full):"]
     return "\n".join(["@fused", f"def {name}_{v}(W, full, old, new, mode, forcing):",
                       '    """Carry rows of states; write accelerations and bounds."""', *(f"    {line}" for line in head),
                       *(f"        {line}" for line in lines)])
 
 
 def _stages(kind: Kind, v: int, scaled: bool) -> list[str]:
-    """Lines that take y0, y1, ... to z0, z1, ... by a step r h, ``scaled``, or h, with the stages' accelerations f0_0, ...."""
-    n, method = kind.n, nystrom(kind.order)
-    lines = [line for c in range(n) for line in (f"w{c} = h * y{n + c}", f"rw{c} = r * w{c}")]
-    lines += field(kind, v, [*(f"y{c}" for c in range(n)), *(f"w{c}" for c in range(n))], "f0", 0)
+    """Lines that take y0, y1, ... to x0, x1, ... by a step r h, ``scaled``, or h, with the stages' accelerations f0_0, ...."""
+    n, method, known = kind.n, nystrom(kind.order), nystrom(kind.order).weights
+    lines = [*(f"w{c} = r * y{n + c}" for c in range(n)), *field(kind, v, [f"y{c}" for c in range(2 * n)], "f0", 0)]
 
-    def moved(start: str, factor: str, weights: np.ndarray, c: int) -> str:
-        terms = [f"{weight!r} * f{j}_{c}" for j, weight in enumerate(weights.tolist()) if weight != 0.0]
+    def moved(start: str, power: int, weights: np.ndarray, c: int) -> str:
+        factor, terms = " * ".join("r" * power), [f"{known[power, weight]} * f{j}_{c}" for j, weight in enumerate(weights.tolist()) if weight]
         return f"{start} + {factor} * ({' + '.join(terms)})" if scaled and terms else " + ".join([start, *terms])
 
     for i, time in enumerate(method.c.tolist()[1:], 1):
         for c in range(n):
-            lines += [f"x{c} = {moved(f'y{c} + {time!r} * rw{c}', 'r * r', method.position[i], c)}",
-                      f"x{n + c} = {moved(f'w{c}', 'r', method.velocity[i], c)}"]
+            lines += [f"x{c} = {moved(f'y{c} + {known[1, time]} * w{c}', 2, method.position[i], c)}",
+                      f"x{n + c} = {moved(f'y{n + c}', 1, method.velocity[i], c)}"]
         if i < len(method.c) - 1:
             lines += field(kind, v, [f"x{c}" for c in range(2 * n)], f"f{i}", i)
-    return [*lines, *(f"z{c}, z{n + c} = x{c}, per * x{n + c}" for c in range(n))]
+    return lines
 
 
 def _ends(kind: Kind, v: int) -> list[str]:
@@ -230,8 +239,9 @@ def field(kind: Kind, v: int, state: list[str], name: str, stage: int) -> list[s
         row, value = row + rows, value + values
     for c in range(n):
         text = dot([f"mode_field_{c}_{j} * {state[j]}" for j in range(2 * n)], f"forcing_stages_{stage}_{c}")
-        pushes = [f" + mode_p_{r}_{c} * {made}" for r, made in force.items() if acts.pushes[r][c] != NONE]
-        lines.append(f"{name}_{c} = {text}{''.join(pushes)}")
+        for r, made in force.items():
+            text += ("", f" + {made}", f" + mode_p_{r}_{c} * {made}")[acts.pushes[r][c]]
+        lines.append(f"{name}_{c} = {text}")
     return lines
 
 
@@ -311,8 +321,7 @@ def refine(W, full, g, within, mode, forcing):
         AT_S
         step = -value / (3.0 * per * rise)
         s = s + step
-        m{i} = m{i} + step * (m{n+i} + 0.5 * step * per * per * ended_{i})
-        m{n+i} = m{n+i} + step * per * per * ended_{i}
+        m{i}, m{n+i} = m{i} + step * (m{n+i} + 0.5 * step * ended_{i}), m{n+i} + step * ended_{i}
         AT_S
         speed = 3.0 * per * rise
         close = (abs(step) <= within * h) & (s >= 0.0) & (s <= h) & (speed > 0.0)

@@ -11,7 +11,7 @@ from ...compose.scene import Scene
 from ...compose.tables import Tables
 from ...compose.writer import bind
 from ..initial_conditions import begin
-from .law_modes import ONE, Acts, Kind, modes_text, pattern_of, seen, step_numbers
+from .law_modes import Acts, Kind, modes_text, pattern_of, seen, step_numbers
 from .packing import Numbers, fits
 from .writing import written
 
@@ -43,7 +43,7 @@ def kind_of(scene: Scene, order: int = 8) -> Kind | None:
     known = tuple(dict.fromkeys(acts))
     moving = tuple((which, r) for which, rows in enumerate((U, S)) for r in range(len(U)) if np.any(rows[r, 2 * n:]))
     return Kind(order, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
-                tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n], ONE), pattern_of(S[:, n:2 * n]), moving, known,
+                tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
                 tuple(map(known.index, acts)), int(T.n_guards.max()))
 
 

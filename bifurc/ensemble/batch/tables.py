@@ -10,7 +10,7 @@ from .several_modes import CANDIDATES, NOISE, records
 from .writing import MANY
 
 SAME = 1e-12  # of the terms that are added up: what differs by less is the same
-SAMPLES = 64  # states that meet a guard
+SAMPLES, LARGEST = 64, 100.0  # states that meet a guard: how many, and in what range of sizes
 
 
 def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -122,10 +122,15 @@ def candidates(T: Tables, m: int, g: int) -> list[int]:
 
 
 def meeting(T: Tables, m: int, g: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return random states x (SAMPLES, nx) of mode ``m`` on the surface of guard ``g``, and what was added up to them (nx,)."""
-    rng, ns = np.random.default_rng(0), T.A.shape[1]
-    rows = np.vstack([T.G[m, g], T.H[m, :T.n_holds[m]], T.S[m, :T.n_holds[m]]])
-    X = np.hstack([rng.normal(size=(SAMPLES, ns)), phases_of(T, rng.uniform(0.0, 2.0 * np.pi, SAMPLES))])
-    moves = np.zeros_like(X)
-    moves[:, :ns] = X @ rows.T @ np.linalg.pinv(rows[:, :ns]).T
-    return X - moves, np.abs(X).max(axis=0) + np.abs(moves).max(axis=0)
+    """Return random x (SAMPLES, nx) in mode ``m`` on the surface of guard ``g``, and the size of their entries (nx,).
+
+    Forcing states are any numbers, but for the one that is 1; all others are of the size that the surfaces ask for, or larger.
+    """
+    one, nx = T.A.shape[1:]
+    rows, free = np.vstack([T.G[m, g], T.H[m, :T.n_holds[m]], T.S[m, :T.n_holds[m]]]), np.arange(nx) != one
+    onto = np.linalg.pinv(rows[:, free])
+    place, moves = -onto @ rows[:, one], np.random.default_rng(0).normal(size=(SAMPLES, nx - 1))
+    moves *= (np.abs(place).max() or 1.0) * np.geomspace(1.0, LARGEST, SAMPLES)[:, None]
+    X, sizes = np.ones((SAMPLES, nx)), np.ones(nx)
+    X[:, free], sizes[free] = place + moves - moves @ rows[:, free].T @ onto.T, np.abs(moves).max()
+    return X, sizes
