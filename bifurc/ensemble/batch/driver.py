@@ -11,20 +11,7 @@ from ...flow.scan import LIMIT, LOST
 from ..outcomes import ASK, CROWDED, DIVERGED, REACHED, UNSETTLED, Cells
 from ..proximity import Targets, boxed
 from ..scalar import room
-from .step import (
-    AT_BEGUN,
-    AT_CAP,
-    AT_EVENTS,
-    AT_FOUND,
-    AT_HITS,
-    AT_IDS,
-    AT_LEAST,
-    AT_LISTS,
-    AT_STATE,
-    NS,
-    SIZE,
-    period_step,
-)
+from .step import AT_BEGUN, AT_CAP, AT_EVENTS, AT_FOUND, AT_HITS, AT_IDS, AT_LEAST, AT_LISTS, AT_STATE, NS, SIZE, period_step
 
 FAR = 1e150  # of a state; beyond it the motion is lost
 START, MODE, BEGAN, VISITS, GUEST, WHOLES = range(6)  # rows of what is known of those under way

@@ -184,7 +184,8 @@ def _step(kind: Kind, name: str, v: int) -> str:
     if not smooth:
         lines += [*_ends(kind, v), *(f"W[AT_{part.upper()} + {c} * AT_CAP + l] = {part}_{c}" for part in STEP for c in range(n))]
     head = ["h = mode.h", "LOAD mode field values u s p weights",
-            *(["LOAD forcing stages", "r = over = 1.0"] if name == "fixed" else ["LOAD forcing loads"]), "for l in range(full):"]
+            *(["LOAD forcing stages", "r = over = 1.0"] if name == "fixed" else ["LOAD forcing loads"]),
+            f"for l in range({'(full + 63) // 64 * 64' if smooth else 'full'}):"]  # of which no part is left to a slower loop
     return "\n".join(["@fused", f"def {name}_{v}(W, full, old, new, mode, forcing):",
                       '    """Carry rows of states; write accelerations and bounds."""', *(f"    {line}" for line in head),
                       *(f"        {line}" for line in lines)])
@@ -196,8 +197,8 @@ def _stages(kind: Kind, v: int, scaled: bool) -> list[str]:
     lines = [*(f"w{c} = r * y{n + c}" for c in range(n)), *field(kind, v, [f"y{c}" for c in range(2 * n)], "f0", 0)]
 
     def moved(start: str, power: int, weights: np.ndarray, c: int) -> str:
-        factor, terms = " * ".join("r" * power), [f"{known[power, weight]} * f{j}_{c}" for j, weight in enumerate(weights.tolist()) if weight]
-        return f"{start} + {factor} * ({' + '.join(terms)})" if scaled and terms else " + ".join([start, *terms])
+        terms = [f"{known[power, weight]} * f{j}_{c}" for j, weight in enumerate(weights.tolist()) if weight != 0.0]
+        return f"{start} + {' * '.join('r' * power)} * ({' + '.join(terms)})" if scaled and terms else " + ".join([start, *terms])
 
     for i, time in enumerate(method.c.tolist()[1:], 1):
         for c in range(n):
@@ -281,7 +282,7 @@ def period_step(W, index, count, given, modes, limit, spare):
     """Carry the first ``count`` starts of ``W`` over a forcing period in its only mode: 1.1 times as fast as in a list."""
     numbers, grid = given.numbers, given.grid
     for k in range(grid.shape[1]):
-        fixed(W, 0, (count + 7) // 8 * 8, W, W, numbers[0], grid[0, k])
+        fixed(W, 0, count, W, W, numbers[0], grid[0, k])
 '''
 _TEXT = '''@leaf
 def screen(W, m, full, old, new, mode, forcing):

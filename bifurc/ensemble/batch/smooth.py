@@ -1,7 +1,7 @@
 """Batch of one or two degrees of freedom under laws: Runge-Kutta steps of fixed length, the laws' own text inside.
 
 Starts are independent, so that the steps of many of them are in flight at once and the chain of a method's stages costs
-nothing.  The number of steps is measured, not assumed: see `measured`.  Guards and events are those of `law_modes`.
+nothing.  The number of steps is measured, not assumed: see `steps_for`.  Guards and events are those of `law_modes`.
 """
 import numpy as np
 
@@ -81,19 +81,20 @@ def region(scene: Scene, kind: Kind) -> np.ndarray:
     return (1.5 * size or 1.0) * unit
 
 
-def measured(scene: Scene, kind: Kind, X: np.ndarray, scale: np.ndarray, wish: float) -> tuple[int, float]:
+def steps_for(scene: Scene, kind: Kind, wish: float = WISH) -> tuple[int, float]:
     """Return steps a period with which the error of one period is at most ``wish``, and that error.
 
-    The error is that of the starts ``X`` (N, ns) and of their images after one period, in units of ``scale`` (ns,), against
-    twice as many steps; its 99th percentile counts, since a step count for the rarest start would be paid by all.
+    The error is that of starts in the `region` and of their images after one period, in units of the region, against twice as many
+    steps; its 99th percentile counts, since a step count for the rarest start would be paid by all.
 
     Raises
     ------
     ArithmeticError
         When `MOST_STEPS` do not suffice.
     """
-    steps = COARSE
-    starts = np.concatenate((X, images(scene, kind, 4 * COARSE, X)))
+    steps, scale = COARSE, region(scene, kind)
+    starts = np.random.default_rng(1).uniform(-1.0, 1.0, (SAMPLE, scale.size)) * scale
+    starts = np.concatenate((starts, images(scene, kind, 4 * COARSE, starts)))
     starts = starts[np.isfinite(starts).all(axis=1)]
     near = images(scene, kind, steps, starts)
     while steps <= MOST_STEPS:
@@ -107,10 +108,3 @@ def measured(scene: Scene, kind: Kind, X: np.ndarray, scale: np.ndarray, wish: f
         steps = max(int(np.ceil(steps * rate)), steps + 1)
         near = twice if rate == 2.0 else images(scene, kind, steps, starts)
     raise ArithmeticError(f"{MOST_STEPS} steps a period leave an error of {error:.1e} where {wish:g} is asked for")
-
-
-def steps_for(scene: Scene, kind: Kind, wish: float = WISH) -> tuple[int, float]:
-    """Return steps a period, and the error of one period that is measured with them, for starts in the `region`."""
-    scale = region(scene, kind)
-    starts = np.random.default_rng(1).uniform(-1.0, 1.0, (SAMPLE, scale.size)) * scale
-    return measured(scene, kind, starts, scale, wish)

@@ -49,7 +49,8 @@ def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarr
 def phases_of(T: Tables, angles: np.ndarray) -> np.ndarray:
     """Return the forcing states (..., nw) at phases of the excitation."""
     turns = np.multiply.outer(angles, T.harmonics)
-    return np.concatenate([np.ones((*angles.shape, 1)), np.stack([np.cos(turns), np.sin(turns)], -1).reshape(*angles.shape, -1)], -1)
+    turning = np.stack([np.cos(turns), np.sin(turns)], axis=-1).reshape(*angles.shape, -1)
+    return np.concatenate([np.ones((*angles.shape, 1)), turning], axis=-1)
 
 
 def fourth(rows: np.ndarray, h: float) -> np.ndarray:
