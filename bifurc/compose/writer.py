@@ -247,7 +247,7 @@ def _definitions(law, i: int, names: list[str]) -> list[str]:
         text.append(f"@njit\ndef law_{i}({arguments}):\n{local}    fn, ft = own_law_{i}{call}\n"
                     "    return nx * fn - ny * ft, ny * fn + nx * ft\n")
         back = (f"    fn, ft = own_law_{i}{call}\n    a, _, b, c, d, _, e, f = own_slope_{i}{call}\n"
-                "    return vector_slope(nx, ny, r, sn, w, fn, ft, a + p4 * c, b, c, d + p4 * f, e, f)\n")
+                "    return vector_slope(nx, ny, r, sn, w, fn, ft, (a + p4 * c, b, c), (d + p4 * f, e, f))\n")
     if law.law.jacobian is not None:
         text.append(f"@njit\ndef slope_{i}({arguments}):\n{local}{back}")
     return text

@@ -59,7 +59,7 @@ def test_slopes_of_functions_of_depth_and_speeds():
         return n * g(r, sn, w) + t * (r * w - sn)
 
     assert curve.scalar_slope(*n, r, sn, w, *by) == pytest.approx(slopes(value, X, V)[0], abs=1e-8)
-    found = curve.vector_slope(*n, r, sn, w, g(r, sn, w), r * w - sn, *by, w, -1.0, r)
+    found = curve.vector_slope(*n, r, sn, w, g(r, sn, w), r * w - sn, by, (w, -1.0, r))
     assert np.reshape(found, (2, 4)) == pytest.approx(slopes(force, X, V), abs=1e-8)
 
 

@@ -8,6 +8,8 @@ Lists and events are those of `several_modes`; the way to an event and on from i
 distance between a guard and its cubic is h^4/384 times the fourth derivative (Birkhoff and Priver 1967), which is not bounded but
 estimated, from accelerations at four stages, and counts `SAFETY` times.  A zero is first that of the cubic, then found by Newton's
 method on Runge-Kutta steps from the start of the substep.  A guard that feels a law has no bound: the scalar integrator is asked.
+
+One file, because it is the text of one kernel, with the numbers that it reads.
 """
 from typing import NamedTuple
 
