@@ -10,8 +10,8 @@ PUBLIC = {  # options by keyword, each documented
     "basins/sweeps/chart.py:parameter_chart", "basins/sweeps/diagram.py:bifurcation_diagram", "continuation/tracing.py:trace",
     "systems/dampers.py:micro_slip_ring", "systems/dampers.py:micro_slip_strip",
 }
-STEPS = {  # a C function takes addresses and sizes, and its arrays go on from there
-    "flow/laws/collocation.py:_step", "flow/laws/collocation.py:attempt", "flow/laws/collocation.py:solve",
+STEPS = {  # a C function takes addresses and sizes one by one
+    "flow/laws/collocation.py:_step",
 }
 
 
