@@ -36,10 +36,10 @@ def scalar_slope(nx, ny, r, sn, w, g_u, g_n, g_t):
 
 
 @njit
-def vector_slope(nx, ny, r, sn, w, fn, ft, n_u, n_n, n_t, t_u, t_n, t_t):
-    """Derivatives (x, y, vx, vy) of both components of n fn + t ft, from those of fn and ft by |p|, n . v, t . v."""
-    a0, a1, a2, a3 = scalar_slope(nx, ny, r, sn, w, n_u, n_n, n_t)
-    b0, b1, b2, b3 = scalar_slope(nx, ny, r, sn, w, t_u, t_n, t_t)
+def vector_slope(nx, ny, r, sn, w, fn, ft, by_n, by_t):
+    """Derivatives (x, y, vx, vy) of both components of n fn + t ft, from those of fn and ft (3 each) by |p|, n . v, t . v."""
+    a0, a1, a2, a3 = scalar_slope(nx, ny, r, sn, w, by_n[0], by_n[1], by_n[2])
+    b0, b1, b2, b3 = scalar_slope(nx, ny, r, sn, w, by_t[0], by_t[1], by_t[2])
     turn = turned(r)
     kx, ky = -ny * turn, nx * turn  # the angle by x and by y
     gx, gy = -ny * fn - nx * ft, nx * fn - ny * ft  # what the angle does to the force: t fn - n ft
@@ -84,12 +84,14 @@ def affine_pair_slope(u, none, sn, st, c, by_u, by_n, by_t, d, e_u, e_n, e_t):
 
 
 @njit
-def multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt):
+def multipliers(x, y, vx, vy, ax, ay, held):
     """Return the multipliers (two) that keep a row of the circle at rest, and the force (2) they give.
 
     ``rows`` = 0: n . v stays, the reaction has the direction n dn + t dt; 1: t . v stays, same direction; 2: both stay, the
-    multipliers are the radial and the tangential force.  ``a`` is the acceleration without them, ``w`` = R M^-1 R^T.
+    multipliers are the radial and the tangential force.  ``a`` is the acceleration without them, ``w`` = R M^-1 R^T.  ``held`` are
+    the values of a `reaction`: centre (2), drift, spin, rows, w (xx, xy, yy), direction (2).
     """
+    cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt = held
     nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
     turn = turned(r)
     if rows == 2.0:
@@ -109,8 +111,9 @@ def multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, 
 
 
 @njit
-def varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, k):
+def varied(x, y, vx, vy, ax, ay, held, k):
     """Return the derivative of `multipliers` by argument number ``k`` of the first six."""
+    cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt = held
     nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
     turn = turned(r)
     ex, ey = 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0
@@ -149,43 +152,47 @@ def varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, d
 
 
 @njit
-def reaction(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt):
+def reaction(x, y, vx, vy, ax, ay, *held):
     """Force (2) of a constraint, see `multipliers`."""
-    _, _, fx, fy = multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt)
+    _, _, fx, fy = multipliers(x, y, vx, vy, ax, ay, held)
     return fx, fy
 
 
 @njit
-def reaction_slope(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt):
+def reaction_slope(x, y, vx, vy, ax, ay, *held):
     """Derivatives of `reaction` by (x, y, vx, vy, ax, ay), the first force first."""
-    _, _, a0, b0 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 0)
-    _, _, a1, b1 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 1)
-    _, _, a2, b2 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 2)
-    _, _, a3, b3 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 3)
-    _, _, a4, b4 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 4)
-    _, _, a5, b5 = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 5)
+    _, _, a0, b0 = varied(x, y, vx, vy, ax, ay, held, 0)
+    _, _, a1, b1 = varied(x, y, vx, vy, ax, ay, held, 1)
+    _, _, a2, b2 = varied(x, y, vx, vy, ax, ay, held, 2)
+    _, _, a3, b3 = varied(x, y, vx, vy, ax, ay, held, 3)
+    _, _, a4, b4 = varied(x, y, vx, vy, ax, ay, held, 4)
+    _, _, a5, b5 = varied(x, y, vx, vy, ax, ay, held, 5)
     return a0, a1, a2, a3, a4, a5, b0, b1, b2, b3, b4, b5
 
 
 @njit
-def limit(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, radius, c, by_u, by_n, by_t, by_0, by_1):
-    """Affine expression in depth, speeds and the multipliers of a constraint."""
+def limit(x, y, vx, vy, ax, ay, *values):
+    """Affine expression in depth, speeds and the multipliers of a constraint, whose values are the first ten."""
+    held, (radius, c, by_u, by_n, by_t, by_0, by_1) = values[:10], values[10:]
+    cx, cy, drift, spin = held[:4]
     _, _, r, sn, w = polar(x - cx, y - cy, vx, vy)
-    l0, l1, _, _ = multipliers(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt)
+    l0, l1, _, _ = multipliers(x, y, vx, vy, ax, ay, held)
     return c + by_u * (r - radius) + by_n * sn + by_t * (w + drift + spin * r) + by_0 * l0 + by_1 * l1
 
 
 @njit
-def limit_slope(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, radius, c, by_u, by_n, by_t, by_0, by_1):
+def limit_slope(x, y, vx, vy, ax, ay, *values):
     """Derivatives of `limit` by (x, y, vx, vy, ax, ay)."""
+    held, (_, _, by_u, by_n, by_t, by_0, by_1) = values[:10], values[10:]
+    cx, cy, _, spin = held[:4]
     nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
     g0, g1, g2, g3 = scalar_slope(nx, ny, r, sn, w, by_u + spin * by_t, by_n, by_t)
-    l0, m0, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 0)
-    l1, m1, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 1)
-    l2, m2, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 2)
-    l3, m3, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 3)
-    l4, m4, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 4)
-    l5, m5, _, _ = varied(x, y, vx, vy, ax, ay, cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt, 5)
+    l0, m0, _, _ = varied(x, y, vx, vy, ax, ay, held, 0)
+    l1, m1, _, _ = varied(x, y, vx, vy, ax, ay, held, 1)
+    l2, m2, _, _ = varied(x, y, vx, vy, ax, ay, held, 2)
+    l3, m3, _, _ = varied(x, y, vx, vy, ax, ay, held, 3)
+    l4, m4, _, _ = varied(x, y, vx, vy, ax, ay, held, 4)
+    l5, m5, _, _ = varied(x, y, vx, vy, ax, ay, held, 5)
     return (g0 + by_0 * l0 + by_1 * m0, g1 + by_0 * l1 + by_1 * m1, g2 + by_0 * l2 + by_1 * m2, g3 + by_0 * l3 + by_1 * m3,
             by_0 * l4 + by_1 * m4, by_0 * l5 + by_1 * m5)
 

@@ -35,7 +35,7 @@ def slope(law: SceneLaw, local: np.ndarray, values: np.ndarray, sizes: np.ndarra
         return np.reshape(scalar_slope(nx, ny, r, sn, w, a + spin * c, b, c), (1, 4))
     fn, ft = law.law.function(*arguments)
     a, _, b, c, d, _, e, f = law.law.jacobian(*arguments)
-    return np.reshape(vector_slope(nx, ny, r, sn, w, fn, ft, a + spin * c, b, c, d + spin * f, e, f), (2, 4))
+    return np.reshape(vector_slope(nx, ny, r, sn, w, fn, ft, (a + spin * c, b, c), (d + spin * f, e, f)), (2, 4))
 
 
 def _differences(law: SceneLaw, local, values, sizes) -> np.ndarray:

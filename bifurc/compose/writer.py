@@ -98,13 +98,13 @@ def step_module(text: str):
     laws, step = f"bifurc_laws_{key}", f"bifurc_step_{key}"
     folder = _folder() / key
     written.load(laws, folder / "laws.py", text)
-    around = _redirected(STEP_MODULE, lambda source, imported: laws if source == LAW_MODULE else source)
+    around = redirected(STEP_MODULE, lambda source, imported: laws if source == LAW_MODULE else source)
     return written.load(step, folder / "step.py", around)
 
 
 def law_key(text: str) -> str:
     """Return what names the modules written around laws with this text: 20 hexadecimal digits."""
-    return _key(STEP_MODULE, __name__, text)
+    return text_key(STEP_MODULE, __name__, text)
 
 
 def differenced(laws) -> tuple[str, ...]:
@@ -247,7 +247,7 @@ def _definitions(law, i: int, names: list[str]) -> list[str]:
         text.append(f"@njit\ndef law_{i}({arguments}):\n{local}    fn, ft = own_law_{i}{call}\n"
                     "    return nx * fn - ny * ft, ny * fn + nx * ft\n")
         back = (f"    fn, ft = own_law_{i}{call}\n    a, _, b, c, d, _, e, f = own_slope_{i}{call}\n"
-                "    return vector_slope(nx, ny, r, sn, w, fn, ft, a + p4 * c, b, c, d + p4 * f, e, f)\n")
+                "    return vector_slope(nx, ny, r, sn, w, fn, ft, (a + p4 * c, b, c), (d + p4 * f, e, f))\n")
     if law.law.jacobian is not None:
         text.append(f"@njit\ndef slope_{i}({arguments}):\n{local}{back}")
     return text
@@ -341,7 +341,7 @@ def twin(name: str, engine: Engine):
     if not changed:
         return importlib.import_module(name)
     names = _names(engine)
-    own = f"bifurc_{engine.name}_{name.removeprefix('bifurc.').replace('.', '_')}_{_key(name, __name__, *engine.modules)}"
+    own = f"bifurc_{engine.name}_{name.removeprefix('bifurc.').replace('.', '_')}_{text_key(name, __name__, *engine.modules)}"
 
     def place(source: str, imported: str) -> str:
         if imported in names:
@@ -349,7 +349,7 @@ def twin(name: str, engine: Engine):
         return twin(source, engine).__name__ if imported in _changed(source, engine) else source
 
     kept = {function.name for function in _functions(name) if function.name in names or function.name not in changed}
-    text = _redirected(name, place, kept)
+    text = redirected(name, place, kept)
     # references are counted: functions of these engines make arrays, and what a leaf calls is compiled as it is
     text = re.sub(r"^(from bifurc\._jit import .*)\bleaf\b", r"\1njit as leaf", text, flags=re.MULTILINE)
     return written.load(own, _folder() / f"{own}.py", text)
@@ -392,14 +392,14 @@ def _folder() -> pathlib.Path:
     return pathlib.Path(cache_folder()) / "written"
 
 
-def _key(*parts: str) -> str:
+def text_key(*parts: str) -> str:
     """Return 20 hexadecimal digits that change with the versions, the sources of the modules among the parts, and the text."""
     modules = [part for part in parts if part.startswith("bifurc.") and "\n" not in part]
     whole = "\n".join((numba.__version__, sys.version, closure_hash(*modules), *parts))
     return hashlib.sha256(whole.encode()).hexdigest()[:20]
 
 
-def _redirected(name: str, place: Callable[[str, str], str], left_out: Container[str] = ()) -> str:
+def redirected(name: str, place: Callable[[str, str], str], left_out: Container[str] = ()) -> str:
     """Return the text of a module with imports redirected and some functions imported instead of defined.
 
     Parameters

@@ -59,7 +59,7 @@ def test_slopes_of_functions_of_depth_and_speeds():
         return n * g(r, sn, w) + t * (r * w - sn)
 
     assert curve.scalar_slope(*n, r, sn, w, *by) == pytest.approx(slopes(value, X, V)[0], abs=1e-8)
-    found = curve.vector_slope(*n, r, sn, w, g(r, sn, w), r * w - sn, *by, w, -1.0, r)
+    found = curve.vector_slope(*n, r, sn, w, g(r, sn, w), r * w - sn, by, (w, -1.0, r))
     assert np.reshape(found, (2, 4)) == pytest.approx(slopes(force, X, V), abs=1e-8)
 
 
@@ -96,7 +96,7 @@ def held(x, v, a, rows):
 def test_reactions_keep_rows_at_rest(rows):
     numbers = (*CENTRE, DRIFT, SPIN, float(rows), W[0, 0], W[0, 1], W[1, 1], *PUSHES[rows])
     multipliers, force = held(X, V, A, rows)
-    assert curve.multipliers(*X, *V, *A, *numbers) == pytest.approx((*multipliers, *force), rel=1e-12, abs=1e-14)
+    assert curve.multipliers(*X, *V, *A, numbers) == pytest.approx((*multipliers, *force), rel=1e-12, abs=1e-14)
     assert curve.reaction(*X, *V, *A, *numbers) == pytest.approx(tuple(force), rel=1e-12)
     n, t, r, sn, w = frame(X, V)  # the rates of n . v and t . v + spin r along the motion, by differences
     acceleration, h = A + W @ force, 1e-6
@@ -107,9 +107,9 @@ def test_reactions_keep_rows_at_rest(rows):
         assert (later[4] + SPIN * later[2] - before[4] - SPIN * before[2]) / (2.0 * h) == pytest.approx(0.0, abs=1e-8)
     for k in range(6):
         d = 1e-6 * np.eye(6)[k]
-        ends = [curve.multipliers(*(np.concatenate([X, V, A]) + way * d), *numbers) for way in (1.0, -1.0)]
+        ends = [curve.multipliers(*(np.concatenate([X, V, A]) + way * d), numbers) for way in (1.0, -1.0)]
         known = (np.array(ends[0]) - ends[1]) / 2e-6
-        assert curve.varied(*X, *V, *A, *numbers, k) == pytest.approx(known, abs=1e-7)
+        assert curve.varied(*X, *V, *A, numbers, k) == pytest.approx(known, abs=1e-7)
     more = (RADIUS, 0.4, 1.1, -0.3, 0.6, 0.8, -0.5)
 
     def limit(x, v, a):

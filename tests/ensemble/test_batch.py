@@ -9,7 +9,7 @@ import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
 from bifurc.ensemble import scalar
-from bifurc.ensemble.batch import driver, packing, several_modes, smooth
+from bifurc.ensemble.batch import driver, packing, several_modes, smooth, writing
 from bifurc.ensemble.batch.tables import economised
 from bifurc.ensemble.outcomes import CellState
 from tests.basins.second import SectionMap
@@ -229,7 +229,7 @@ def test_economised_polynomials_of_a_cosine_have_its_values_and_slopes():
     h, s = several_modes.TURN, np.linspace(0.0, several_modes.TURN, 101)
     series = np.array([[0.0 if j % 2 else (-1.0) ** (j // 2) / math.factorial(j) for j in range(17)]])
     made = economised(series, h)[0]
-    assert made.size == several_modes.MANY
+    assert made.size == writing.MANY
     np.testing.assert_allclose(np.polynomial.polynomial.polyval(s, made), np.cos(s), rtol=0, atol=4e-16)
     slopes = np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(made))
     np.testing.assert_allclose(slopes, -np.sin(s), rtol=0, atol=1e-15)
@@ -363,7 +363,7 @@ def test_what_is_packed_bounds_the_guards(elements, rng):
     """The cubic through both ends of a substep errs by no more than the packed bound, in any phase of the forcing."""
     scene = scene_of(bf.System(1.0, 0.1, 1.0, [FORCE, *elements], omega=1.3))
     T, kind = scene.tables, packing.kind_of(scene)
-    numbers = packing.numbers_of(T, kind).numbers.view(several_modes.records(1, kind.guards)[0])
+    numbers = packing.numbers_of(T, kind).numbers
     h, tightest, t = numbers["h"][0], 0.0, np.linspace(0.0, 1.0, 41)
     for m, guards in enumerate(T.n_guards):
         for g in range(guards):
@@ -389,14 +389,16 @@ def test_the_batch_step_itself_takes_most_starts_round(stops, most):
     scene = scene_of(bf.System(1.0, 0.04, 1.0, [FORCE, *stops], omega=1.3))
     kind = packing.kind_of(scene)
     module, given = packing.module_of(kind), packing.numbers_of(scene.tables, kind)
-    count = module.SIZE
-    W = np.zeros(module.ROWS + module.FLOATS + module.FLOATS_A_MODE * given.I.shape[0])
-    index = np.zeros(count + 8 + module.WHOLES_USED + module.WHOLES_A_MODE * given.I.shape[0], np.uint32)
-    W[:count], W[count:2 * count] = np.random.default_rng(2).uniform((-0.45, -1.5), (0.55, 1.5), (count, 2)).T
-    modes = np.full(count, next(m for m in range(len(scene.tables.n_guards)) if scene.tables.n_holds[m] == 0))
-    module.period_step(W, index, count, given, modes, 2000, module.room(given.T))
-    left = W[module.AT_TAKEN:][:count] >= 0.0
-    assert np.count_nonzero(left) <= most * count
+    count, row, many = module.SIZE, module.AT_CAP, given.numbers.size
+    free, left = next(m for m in range(many) if scene.tables.n_holds[m] == 0), []
+    for _ in range(2):
+        W = np.zeros(module.AT_LISTS + 2 * module.AT_STATE * many)
+        index = np.zeros(module.AT_IDS + (row + 1) * many, np.uint32)
+        W[:count], W[row:row + count] = np.random.default_rng(2).uniform((-0.45, -1.5), (0.55, 1.5), (count, 2)).T
+        module.period_step(W, index, count, given, np.full(count, free), -1, module.room(given.T))  # to which any event is too many
+        left.append(np.count_nonzero(W[module.AT_FOUND:][:count]))
+        given.numbers["guards"]["many"] = 0  # now all is left
+    assert left[0] <= most * count and left[1] > 0.5 * count
 
 
 def test_rows_of_a_batch_begin_on_cache_lines():

@@ -50,7 +50,7 @@ def alone(integrator, X, periods):
 @pytest.mark.parametrize("name", SCENES)
 def test_names_of_a_written_step_mean_one_thing(name):
     """What a function of the text loads before its loop over starts, it loads once and the loop leaves alone."""
-    tree = ast.parse(law_modes.modes_text(smooth.kind_of(scene_of(SCENES[name])), 512))
+    tree = ast.parse(law_modes.modes_text(smooth.kind_of(scene_of(SCENES[name]))))
 
     def named(statements):
         return [node.id for line in statements if isinstance(line, ast.Assign) for node in ast.walk(line)

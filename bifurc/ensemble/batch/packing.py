@@ -6,11 +6,10 @@ import numpy as np
 from ...compose.scene import Scene
 from ...compose.tables import Tables, rate
 from . import several_modes
-from . import tables as plan
-from .writing import SIZE, written
+from .tables import step_numbers
+from .writing import written
 
-MOST_MASSES = 3
-MOST_GUARDS, MOST_MODES = 8, 64
+MOST_MASSES, MOST_MODES, MOST_GUARDS = 3, 64, 8
 MOST_HARMONICS = 8
 MOST_SUBSTEPS = 4096
 
@@ -26,9 +25,8 @@ class Numbers(NamedTuple):
     """What the kernels of a written module read."""
 
     T: Tables
-    I: np.ndarray  # (modes, ...) int64, see `bifurc.ensemble.batch.tables.plan_of`
-    numbers: np.ndarray  # of the batch step, flat, see `several_modes.records`
-    grid: np.ndarray  # the same on every substep
+    numbers: np.ndarray  # (modes,) records, see `several_modes.records` and `law_modes.Kind.records`
+    grid: np.ndarray  # (modes, substeps) records of what forcing adds
 
 
 def fits(scene: Scene, masses: int, modes: int, guards: int) -> bool:
@@ -49,17 +47,15 @@ def kind_of(scene: Scene) -> Kind | None:
 
 def substeps(T: Tables) -> int:
     """Return the substeps of a period: on none of them the scaled motion of any mode turns by more than `several_modes.TURN`."""
-    top = max(rate(T, m) for m in range(len(T.n_guards)))
-    count = 2.0 * np.pi / T.flat[0] * top / several_modes.TURN
+    count = 2.0 * np.pi / T.flat[0] * max(rate(T, m) for m in range(len(T.n_guards))) / several_modes.TURN
     return max(int(np.ceil(count - 1e-9)), 8) if np.isfinite(count) and count < 1e9 else -1
 
 
 def numbers_of(T: Tables, kind: Kind) -> Numbers:
     """Return what the kernels read of the tables of a scene."""
-    return Numbers(T, plan.plan_of(T, kind.guards), *plan.step_numbers(T, kind.guards, substeps(T)))
+    return Numbers(T, *step_numbers(T, kind.guards, substeps(T)))
 
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    text, numbers = several_modes.modes_text(kind.n, kind.guards, SIZE), several_modes.layout(kind.n, kind.guards, SIZE)
-    return written(text, 2 * kind.n, several_modes.spaces(numbers))
+    return written(several_modes.modes_text(*kind))

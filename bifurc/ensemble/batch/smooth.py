@@ -1,7 +1,7 @@
 """Batch of one or two degrees of freedom under laws: Runge-Kutta steps of fixed length, the laws' own text inside.
 
 Starts are independent, so that the steps of many of them are in flight at once and the chain of a method's stages costs
-nothing.  The number of steps is measured, not assumed: see `measured`.  Guards and events are those of `law_modes`.
+nothing.  The number of steps is measured, not assumed: see `steps_for`.  Guards and events are those of `law_modes`.
 """
 import numpy as np
 
@@ -11,12 +11,9 @@ from ...compose.scene import Scene
 from ...compose.tables import Tables
 from ...compose.writer import bind
 from ..initial_conditions import begin
-from . import law_modes
-from . import tables as plan
+from .law_modes import Acts, Kind, modes_text, pattern_of, seen, step_numbers
 from .packing import Numbers, fits
-from .several_modes import spaces
-from .stages import Acts, Kind, pattern_of, seen
-from .writing import SIZE, written
+from .writing import written
 
 MOST_STEPS = 20000  # of a period
 MOST_MASSES, MOST_MODES, MOST_GUARDS = 2, 16, 4
@@ -42,25 +39,22 @@ def kind_of(scene: Scene, order: int = 8) -> Kind | None:
             bind(scene)  # what is deferred is integrated by the compiled laws
     except LawError:
         return None
-    acts = [Acts(tuple(np.flatnonzero(T.acts[m]).tolist()), pattern_of(T.LP[m]), bool(T.LG[m].any()))
-            for m in range(len(T.n_guards))]
+    acts = [Acts(tuple(np.flatnonzero(T.acts[m]).tolist()), pattern_of(T.LP[m])) for m in range(len(T.n_guards))]
     known = tuple(dict.fromkeys(acts))
     moving = tuple((which, r) for which, rows in enumerate((U, S)) for r in range(len(U)) if np.any(rows[r, 2 * n:]))
     return Kind(order, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
                 tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
-                tuple(map(known.index, acts)), int(T.n_guards.max()), scene.nw)
+                tuple(map(known.index, acts)), int(T.n_guards.max()))
 
 
 def numbers_of(T: Tables, kind: Kind, steps: int) -> Numbers:
     """Return what the kernels read; ``steps`` a period."""
-    return Numbers(T, plan.plan_of(T, kind.guards), *law_modes.step_numbers(T, kind, steps))
+    return Numbers(T, *step_numbers(T, kind, steps))
 
 
 def module_of(kind: Kind):
     """Return the written module of a kind."""
-    if not kind.guards:
-        return written(law_modes.smooth_text(kind, SIZE), 2 * kind.n, (0, 0, 0, 0), laws=True)
-    return written(law_modes.modes_text(kind, SIZE), 2 * kind.n, spaces(law_modes.rows_of(kind, SIZE)), laws=True)
+    return written(modes_text(kind), laws=True)
 
 
 def images(scene: Scene, kind: Kind, steps: int, X: np.ndarray, periods: int = 1) -> np.ndarray:
@@ -87,19 +81,20 @@ def region(scene: Scene, kind: Kind) -> np.ndarray:
     return (1.5 * size or 1.0) * unit
 
 
-def measured(scene: Scene, kind: Kind, X: np.ndarray, scale: np.ndarray, wish: float) -> tuple[int, float]:
+def steps_for(scene: Scene, kind: Kind, wish: float = WISH) -> tuple[int, float]:
     """Return steps a period with which the error of one period is at most ``wish``, and that error.
 
-    The error is that of the starts ``X`` (N, ns) and of their images after one period, in units of ``scale`` (ns,), against
-    twice as many steps; its 99th percentile counts, since a step count for the rarest start would be paid by all.
+    The error is that of starts in the `region` and of their images after one period, in units of the region, against twice as many
+    steps; its 99th percentile counts, since a step count for the rarest start would be paid by all.
 
     Raises
     ------
     ArithmeticError
         When `MOST_STEPS` do not suffice.
     """
-    steps = COARSE
-    starts = np.concatenate((X, images(scene, kind, 4 * COARSE, X)))
+    steps, scale = COARSE, region(scene, kind)
+    starts = np.random.default_rng(1).uniform(-1.0, 1.0, (SAMPLE, scale.size)) * scale
+    starts = np.concatenate((starts, images(scene, kind, 4 * COARSE, starts)))
     starts = starts[np.isfinite(starts).all(axis=1)]
     near = images(scene, kind, steps, starts)
     while steps <= MOST_STEPS:
@@ -113,10 +108,3 @@ def measured(scene: Scene, kind: Kind, X: np.ndarray, scale: np.ndarray, wish: f
         steps = max(int(np.ceil(steps * rate)), steps + 1)
         near = twice if rate == 2.0 else images(scene, kind, steps, starts)
     raise ArithmeticError(f"{MOST_STEPS} steps a period leave an error of {error:.1e} where {wish:g} is asked for")
-
-
-def steps_for(scene: Scene, kind: Kind, wish: float = WISH) -> tuple[int, float]:
-    """Return steps a period, and the error of one period that is measured with them, for starts in the `region`."""
-    scale = region(scene, kind)
-    starts = np.random.default_rng(1).uniform(-1.0, 1.0, (SAMPLE, scale.size)) * scale
-    return measured(scene, kind, starts, scale, wish)

@@ -6,44 +6,51 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from ...compose.tables import ORDER, Tables
 from ...elements import EventKind
-from .several_modes import CANDIDATES, KICKS, MANY, NOISE, NOTHING, STOPS, UNKNOWN, records
+from .several_modes import CANDIDATES, NOISE, records
+from .writing import MANY
 
-PARALLEL = 1e-12  # rows that differ by less are the same row
+SAME = 1e-12  # of the terms that are added up: what differs by less is the same
+SAMPLES, LARGEST = 64, 100.0  # states that meet a guard: how many, and in what range of sizes
 
 
 def step_numbers(T: Tables, most: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the `several_modes.records` of all modes, and of all modes on the substeps of a period, flat; ``most`` guards."""
+    """Return the `several_modes.records` of modes (modes,), and of modes on substeps (modes, steps); ``most`` guards."""
     modes, ns, n = len(T.n_guards), T.A.shape[1], T.LP.shape[2]
-    mode, substep = records(n, most)
-    numbers, grid = np.zeros(modes, mode), np.zeros((modes, steps), substep)
-    grid["guards"]["ends"][..., 0] = -1.0  # a place without a guard
-    h, angles, phases = 2.0 * np.pi / float(T.flat[0]) / steps, 2.0 * np.pi * np.arange(steps + 1) / steps, np.ones((steps + 1, 1))
-    for k in T.harmonics:
-        phases = np.column_stack((phases, np.cos(k * angles), np.sin(k * angles)))
+    mode, forcing = records(n, most)
+    numbers, grid = np.zeros(modes, mode), np.zeros((modes, steps), forcing)
+    h, phases = 2.0 * np.pi / float(T.flat[0]) / steps, phases_of(T, 2.0 * np.pi * np.arange(steps + 1) / steps)
     phases[-1] = phases[0]
     before, after, powers = phases[:-1], phases[1:], h ** np.arange(ORDER + 1)
     for m in range(modes):
         own, forced, states, flow = numbers[m], grid[m], T.YT[m], T.YT[m] @ powers
         place = economised(states[:n], h)
-        own["h"], own["flow"], own["place"] = h, flow[:, :ns], place[:, :ns]
+        own["h"], own["count"], own["flow"], own["place"] = h, T.n_guards[m], flow[:, :ns], place[:, :ns]
         own["back"] = economised((-1.0) ** np.arange(ORDER + 1) * states[:n, :ns], h)
         forced["flow"], forced["place"] = before @ flow[:, ns:].T, np.einsum("kc,icj->kij", before, place[:, ns:])
         for g in range(T.n_guards[m]):
             guard, on_grid, whole = own["guards"][g], forced["guards"][:, g], T.GT[m, g]
+            event_numbers(T, m, g, guard)
             value, slope, series = T.G[m, g], whole[:, 1] * (h / 3.0), economised(whole, h)
             rates = np.pad(whole[:, 1:] * np.arange(1, ORDER + 1), ((0, 0), (0, 1))) * (h / 3.0)
-            guard["value"], guard["slope"], guard["constant"], guard["added"] = value[:ns], slope[:ns], value[ns], added(T, m, g)
             bound = fourth(whole, h)
             for name, size in (("bound", bound), ("noise", NOISE * (np.abs(whole) @ powers))):
                 guard[name], guard[f"{name}_all"] = size[:ns], size[ns:].sum()  # forcing counts with its amplitude
-            guard["series"], guard["kicked"] = series[:ns], np.tensordot(guard["added"], own["place"], (0, 1))
+            guard["slope"], guard["series"] = slope[:ns], series[:ns]
+            guard["kicked"] = np.tensordot(guard["added"], own["place"], (0, 1))
             guard["reach"][:T.n_guards[m]] = np.abs(np.tensordot(guard["added"], T.GT[m, :T.n_guards[m], :ns], (0, 1))) @ powers
             guard["reach"][g] = np.abs(guard["added"]) @ bound[:ns]
             on_grid["ends"] = np.stack([phase @ np.stack((value, slope))[:, ns:].T for phase in (before, after)], axis=1)
             on_grid["series"] = before @ series[ns:]
             for name, along, row in (("value", whole, value), ("slope", rates, slope)):
                 on_grid[name] = before @ economised(along[ns:] - np.tensordot(row[:ns], states[:, ns:], 1), h)
-    return numbers.view(float).ravel(), grid.view(float).ravel()
+    return numbers, grid
+
+
+def phases_of(T: Tables, angles: np.ndarray) -> np.ndarray:
+    """Return the forcing states (..., nw) at phases of the excitation."""
+    turns = np.multiply.outer(angles, T.harmonics)
+    turning = np.stack([np.cos(turns), np.sin(turns)], axis=-1).reshape(*angles.shape, -1)
+    return np.concatenate([np.ones((*angles.shape, 1)), turning], axis=-1)
 
 
 def fourth(rows: np.ndarray, h: float) -> np.ndarray:
@@ -53,69 +60,32 @@ def fourth(rows: np.ndarray, h: float) -> np.ndarray:
     return (np.abs(rows[:, 4:]) * falling[4:] * h ** (j[4:] - 4.0)).sum(axis=1) * h**4 / 384.0
 
 
-def economised(series: np.ndarray, h: float, order: int = MANY - 1) -> np.ndarray:
-    """Return the power series (..., terms) in s cut to an order on [0, h]: by Chebyshev polynomials, from the last term on.
+def economised(series: np.ndarray, h: float) -> np.ndarray:
+    """Return the power series (..., terms) in s with fewer terms, MANY, on [0, h]: what its Chebyshev series begins with.
 
     Lanczos (1938): each term that goes leaves the error 2^(1 - 2k) of itself, of the k-th power.
     """
     terms = series.shape[-1]
-    return series * h ** np.arange(terms) @ _cut(terms, order) / h ** np.arange(order + 1)
+    return series * h ** np.arange(terms) @ _cut(terms) / h ** np.arange(MANY)
 
 
 @cache
-def _cut(terms: int, order: int) -> np.ndarray:
-    """Return the coefficients (terms, order + 1) of what the powers become on [0, 1]."""
-    powers = np.eye(terms)
-    for k in range(terms - 1, order, -1):
-        shape = Chebyshev.basis(k, domain=(0.0, 1.0)).convert(kind=Polynomial, domain=(-1.0, 1.0)).coef
-        powers[:, :k + 1] -= powers[:, k:k + 1] / shape[k] * shape
-    return powers[:, :order + 1]
+def _cut(terms: int) -> np.ndarray:
+    """Return the coefficients (terms, MANY) of what the powers become on [0, 1]."""
+    rows = [Polynomial.basis(k).convert(kind=Chebyshev, domain=(0.0, 1.0)).truncate(MANY).convert(kind=Polynomial).coef
+            for k in range(terms)]
+    return np.array([np.pad(row, (0, MANY - row.size)) for row in rows])
 
 
-def plan_of(T: Tables, most: int) -> np.ndarray:
-    """Return the integers (modes, ...) of the step: guards, and for each what it does, whether it is a hit, its candidates."""
-    modes = len(T.n_guards)
-    plan = np.zeros((modes, 1 + most * (3 + CANDIDATES)), np.int64)
-    for m in range(modes):
-        plan[m, 0] = T.n_guards[m]
-        for g in range(T.n_guards[m]):
-            at = 1 + g * (3 + CANDIDATES)
-            what, known = _does(T, m, g), _known(T, m, g)
-            if what == UNKNOWN or not known or len(known) > CANDIDATES:
-                what, known = UNKNOWN, []
-            plan[m, at:at + 3] = what, is_hit(T, m, g), len(known)
-            plan[m, at + 3:at + 3 + len(known)] = known
-    return plan
-
-
-def is_hit(T: Tables, m: int, g: int) -> bool:
-    """Return whether an event counts as an impact or elastic contact."""
-    return bool(T.kick[m, g] == 1 or T.kind[m, g] == EventKind.CONTACT.code)
-
-
-def _does(T: Tables, m: int, g: int) -> int:
-    """Return what an event does to the speeds."""
+def event_numbers(T: Tables, m: int, g: int, guard: np.ndarray) -> None:
+    """Write what the record of a guard holds of its value, and of its event: what it adds, and the modes that may follow."""
     n, ns = T.LP.shape[2], T.A.shape[1]
-    if T.kick[m, g] == 1:
-        return KICKS if rebounds(T, m, g) else UNKNOWN
-    if not _only(T, m, g, 0.0):
-        return UNKNOWN
-    if T.D[m, g, n:2 * n].any():
-        return STOPS if not T.G[m, g, ns + 1:].any() else UNKNOWN
-    return NOTHING
-
-
-def rebounds(T: Tables, m: int, g: int) -> bool:
-    """Return whether an event is an impact with restitution, whose kick is all that changes the state."""
-    return bool(T.kick[m, g] == 1 and T.ratio[m, g] > 0.0 and T.B[m, g].any()
-                and _only(T, m, g, np.outer(added(T, m, g), T.GT[m, g, :, 1])))
-
-
-def _only(T: Tables, m: int, g: int, change) -> bool:
-    """Return whether the state jumps by ``change`` (ns, nx) times x alone, but for what is put on the guard's surface."""
-    jump = T.R[m, g] - np.eye(*T.R[m, g].shape) - change
-    near = PARALLEL * max(1.0, float(np.abs(change).max()))
-    return any(np.allclose(jump, put, rtol=PARALLEL, atol=near) for put in (0.0, -np.outer(T.D[m, g], T.G[m, g])))
+    kicks, known = bool(T.kick[m, g] == 1), candidates(T, m, g)
+    guard["value"], guard["constant"], guard["added"] = T.G[m, g, :ns], T.G[m, g, ns], added(T, m, g)
+    guard["kicks"], guard["stops"] = kicks, not kicks and T.D[m, g, n:2 * n].any()
+    guard["hit"] = kicks or T.kind[m, g] == EventKind.CONTACT.code
+    guard["many"] = len(known) if len(known) <= CANDIDATES and not (guard["stops"] and T.G[m, g, ns + 1:].any()) else 0
+    guard["modes"][:guard["many"]] = known[:guard["many"]]
 
 
 def added(T: Tables, m: int, g: int) -> np.ndarray:
@@ -123,61 +93,45 @@ def added(T: Tables, m: int, g: int) -> np.ndarray:
     return -(1.0 + T.ratio[m, g]) * T.B[m, g] if T.kick[m, g] == 1 else T.D[m, g]
 
 
-def _known(T: Tables, m: int, g: int) -> list[int]:
-    """Return the candidates that the step may try in turn; none where one of them is out of its reach."""
-    kicks, found = T.kick[m, g] == 1, []
-    for c in followers(T, m, g):
+def candidates(T: Tables, m: int, g: int) -> list[int]:
+    """Return the modes that the step may try in turn after an event; none: the scalar integrator decides.
+
+    What jumps, and which rows are at rest, is linear: random states that meet the guard tell.  A kick may turn friction round,
+    whose guard is then outside and fires at once: the modes behind that guard follow those of the stop.
+    """
+    X, sizes = meeting(T, m, g)
+    ns, kicks, after = T.A.shape[1], T.kick[m, g] == 1, X.copy()
+    after[:, :ns] = X @ T.R[m, g].T
+    known = X[:, :ns] + np.outer(X @ T.GT[m, g, :, 1], added(T, m, g)) if kicks else X[:, :ns]
+    if kicks and T.ratio[m, g] == 0.0 or np.any(np.abs(after[:, :ns] - known) > SAME * sizes[:ns]):
+        return []
+    found, tried = [], [int(c) for c in T.then[m, g] if c != -1]
+    for c in tried:  # grows while it is walked
         if c < 0:
             return []
-        new = [k for k in range(T.n_holds[c]) if not _kept(T, m, g, T.H[c, k], T.S[c, k])]
-        if new and kicks:  # a rebound does not rest
-            continue
-        if new and not (len(new) == 1 and T.D[m, g].any() and _same_row(T.G[m, g], T.H[c, new[0]]) and not T.S[c, new[0]].any()):
+        rows = np.vstack([T.H[c, :T.n_holds[c]], T.S[c, :T.n_holds[c]]])
+        rest = np.all(np.abs(after @ rows.T) <= SAME * (np.abs(rows) @ sizes), axis=1)
+        if rest.all():
+            found.append(c)
+            for k in range(T.n_guards[c] if kicks else 0):
+                turned = (X @ T.G[c, k] < 0.0) & (after @ T.G[c, k] > 0.0)
+                if T.element[c, k] != T.element[m, g] and T.kick[c, k] == 0 and turned.any():
+                    tried += [int(d) for d in T.then[c, k] if d >= 0 and d not in tried]
+        elif rest.any():
             return []
-        found.append(c)
     return found
 
 
-def _kept(T: Tables, m: int, g: int, row: np.ndarray, surface: np.ndarray) -> bool:
-    """Return whether mode ``m`` holds a row on the same surface, and the event leaves it held."""
-    if not any(_same_row(row, T.H[m, k]) and _same_surface(surface, T.S[m, k]) for k in range(T.n_holds[m])):
-        return False
-    change = added(T, m, g)
-    return bool(abs(row[:change.size] @ change) <= PARALLEL * np.abs(row[:change.size]) @ np.abs(change))
+def meeting(T: Tables, m: int, g: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return random x (SAMPLES, nx) in mode ``m`` on the surface of guard ``g``, and the size of their entries (nx,).
 
-
-def followers(T: Tables, m: int, g: int) -> list[int]:
-    """Return the modes that may follow an event, in the order they are tried; -2: one is not built yet.
-
-    A rebound also turns the friction on its row round, whose guard the general integration finds outside and lets fire at once:
-    the modes of the other direction follow the stop's own.
+    Forcing states are any numbers, but for the one that is 1; all others are of the size that the surfaces ask for, or larger.
     """
-    found = [int(c) for c in T.then[m, g] if c != -1]
-    if T.kick[m, g] != 1:
-        return found
-    for c in found:  # grows while it is walked
-        if c < 0 or T.n_holds[c] or not _same_guard(T, m, c, g):
-            continue
-        for k in range(T.n_guards[c]):
-            turns = T.element[c, k] != T.element[m, g] and T.kick[c, k] == 0 and T.D[c, k, T.LP.shape[2]:].any()
-            whole = T.R[c, k] + np.outer(T.D[c, k], T.G[c, k])  # nothing jumps but what is put on the surface
-            if turns and np.allclose(whole, np.eye(*whole.shape), rtol=0.0, atol=PARALLEL):
-                found += [int(d) for d in T.then[c, k]
-                          if d >= 0 and d not in found and T.n_holds[d] == 0 and _same_guard(T, m, d, g)]
-    return found
-
-
-def _same_guard(T: Tables, m: int, c: int, g: int) -> bool:
-    """Return whether guard number ``g`` of two modes is one: its element, value, and slope."""
-    return bool(g < T.n_guards[c] and T.element[m, g] == T.element[c, g] and T.kick[m, g] == T.kick[c, g]
-                and np.array_equal(T.GT[m, g, :, :2], T.GT[c, g, :, :2]))
-
-
-def _same_row(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two rows vanish together."""
-    return bool(np.abs(a / np.abs(a).max() * np.abs(b).max() * np.sign(a @ b) - b).max() <= PARALLEL * np.abs(b).max())
-
-
-def _same_surface(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether rows of positions vanish together; both may be none."""
-    return _same_row(a, b) if a.any() and b.any() else not (a.any() or b.any())
+    one, nx = T.A.shape[1:]
+    rows, free = np.vstack([T.G[m, g], T.H[m, :T.n_holds[m]], T.S[m, :T.n_holds[m]]]), np.arange(nx) != one
+    onto = np.linalg.pinv(rows[:, free])
+    place, moves = -onto @ rows[:, one], np.random.default_rng(0).normal(size=(SAMPLES, nx - 1))
+    moves *= (np.abs(place).max() or 1.0) * np.geomspace(1.0, LARGEST, SAMPLES)[:, None]
+    X, sizes = np.ones((SAMPLES, nx)), np.ones(nx)
+    X[:, free], sizes[free] = place + moves - moves @ rows[:, free].T @ onto.T, np.abs(moves).max()
+    return X, sizes

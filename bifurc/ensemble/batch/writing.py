@@ -1,50 +1,93 @@
-"""The written module of a kind of scene: templates of the package around its batch step, kept in the kernel cache."""
-import hashlib
-import importlib.util
+"""The text of a batch step, from words and records, and the module written around it, kept in the kernel cache."""
 import pathlib
 import re
-import sys
 from functools import cache
 
-import numba
+import numpy as np
 
-from ..._cache import cache_folder, closure_hash
-from ...compose.writer import LAWS, twin
-from ...compose.written import load, source
+from ..._cache import cache_folder
+from ...compose.writer import LAWS, redirected, text_key, twin
+from ...compose.written import load
 
-SIZE = 576  # side by side: rows fill most of a first-level cache, and are not whole pages apart, where stores hold up loads
-DRIVER, SCALAR = "bifurc.ensemble.batch.driver", "bifurc.ensemble.scalar"
-REST = "# what is the same for all kinds\n"  # of the driver: what stands before it is written for each kind
+ORDER = 11  # of the polynomials in time on a substep
+MANY = ORDER + 1
+DRIVER, STEP, SCALAR = "bifurc.ensemble.batch.driver", "bifurc.ensemble.batch.step", "bifurc.ensemble.scalar"
+HEAD = f"import numpy as np\n\nfrom bifurc._jit import fused, leaf, njit\nfrom {SCALAR} import DONE, substep\n\n"
+_WORD = re.compile(r"^([A-Z0-9_]+):\n(.*?)(?=^[A-Z0-9_]+:$|\Z)", re.MULTILINE | re.DOTALL)
+_SUM = re.compile(r"SUM\[ (.*?)(?: ; (.*?))? \]")
+Records = tuple[np.dtype, np.dtype]  # what a step reads of a mode, and of a mode on a substep of the forcing
 
 
 @cache
-def written(step: str, states: int, spaces: tuple[int, ...], laws: bool = False):
-    """Return the module around a batch step, imported; its kernels are cached on disk like those of the package.
+def written(step: str, laws: bool = False):
+    """Return the driver's module around the text of a batch step, imported; under ``laws`` what it defers moves by them."""
+    scalar = twin(SCALAR, LAWS).__name__ if laws else SCALAR
+    step = step.replace(SCALAR, scalar)
+    key, folder = text_key(DRIVER, step), pathlib.Path(cache_folder()) / "written"
+    own, sources = f"bifurc_batch_step_{key}", {STEP: f"bifurc_batch_step_{key}", SCALAR: scalar}
+    load(own, folder / f"batch_step_{key}.py", step)
+    around = redirected(DRIVER, lambda source, imported: sources.get(source, source))
+    return load(f"bifurc_batch_{key}", folder / f"batch_{key}.py", around)
 
-    Parameters
-    ----------
-    step : str
-        Source of ``period_step``, and of what it calls.
-    states : int
-        Of a start.
-    spaces : tuple of int
-        Scratch of the step, see `bifurc.ensemble.batch.driver`.
-    laws : bool
-        Whether what is deferred moves under laws.
+
+def filled(text: str, words: str, read: Records, n: int, numbers: dict[str, float], head: str = "") -> str:
+    """Return the source: names of ``numbers``, ``head``, then ``text`` for ``n`` masses, which reads the records ``read``.
+
+    A line with {k} is written for every state, with {i} and {n+i} for every coordinate and its velocity, with {j} for every power
+    of a polynomial.  SUM[ term ; last ] is a sum over states {c}, or coordinates {p} and velocities {n+p}, added from its end.
+    LOAD names the numbers of parts of a record, see `loaded`; HORNER stands for the lines of `horner`; a word in capitals for the
+    lines below it in ``words``, where the last one of that name counts.
     """
-    head, _, rest = source(DRIVER).partition(REST)
-    text = "\n\n".join([f'"""Batch of one kind of scene, written by {__name__}."""', _imports(head),
-                        f"SIZE, NS = {SIZE}, {states}\nFLOATS, FLOATS_A_MODE, WHOLES_USED, WHOLES_A_MODE = {spaces}", step, rest])
-    if laws:
-        text = text.replace(f"from {SCALAR} import", f"from {twin(SCALAR, LAWS).__name__} import")
-    whole = "\n".join((numba.__version__, sys.version, closure_hash(DRIVER), text))
-    key = hashlib.sha256(whole.encode()).hexdigest()[:20]
-    name = f"bifurc_written_batch_{key}"
-    return load(name, pathlib.Path(cache_folder()) / "written" / f"batch_{key}.py", text)
+    lines = {name: inside.splitlines() for name, inside in _WORD.findall(words)}
+
+    def at(line: str, index: str, v: int) -> str:
+        return line.replace(f"{{{index}}}", str(v)).replace(f"{{n+{index}}}", str(n + v))
+
+    def summed(found: re.Match) -> str:
+        index, many = ("c", 2 * n) if "{c}" in found[1] else ("p", n)
+        return dot([at(found[1], index, v) for v in range(many)], found[2])
+
+    def spelled(line: str) -> list[str]:
+        for index, many in (("k", 2 * n), ("i", n), ("j", MANY)):
+            if f"{{{index}}}" in line or f"{{n+{index}}}" in line:
+                return [made for v in range(many) for made in spelled(at(line, index, v))]
+        word, *rest = line.split() or [""]
+        inside = loaded(read, *rest) if word == "LOAD" else horner(*rest) if word == "HORNER" else lines.get(line.strip())
+        if inside is None:
+            return [_SUM.sub(summed, line)]
+        indent = line[:len(line) - len(line.lstrip())]
+        return [made for inner in inside for made in spelled(indent + inner)]
+
+    named = (f"AT_{name} = {value!r}" for name, value in numbers.items())
+    return "\n".join([HEAD, *named, "\n", head, *(made for line in text.split("\n") for made in spelled(line))])
 
 
-def _imports(head: str) -> str:
-    """Return the imports of the driver with full names."""
-    package = DRIVER.rpartition(".")[0]
-    return "\n".join(re.sub(r"^from (\.\S*)", lambda found: f"from {importlib.util.resolve_name(found[1], package)}", line)
-                     for line in re.findall(r"^(?:from|import) .*$", head, re.MULTILINE))
+def loaded(read: Records, owner: str, *parts: str) -> list[str]:
+    """Return lines that name the numbers of parts of a record by owner, part and index: guard_value_0 = guard.value[0].
+
+    ``owner`` is mode, forcing, which is a mode on a substep, or a guard of either: guard, forced.
+    """
+    record = read[owner.startswith("forc")]
+    record = record["guards"].base if owner in ("guard", "forced") else record
+    return [f"{'_'.join((owner, part, *map(str, index)))} = {owner}.{part}{list(index) or ''}"
+            for part in parts for index in np.ndindex(record[part].shape)]
+
+
+def dot(terms: list[str], last: str | None = None) -> str:
+    """Return the text of a sum, added from its end."""
+    *terms, text = terms if last is None else [*terms, last]
+    for term in reversed(terms):
+        text = f"{term} + ({text})"
+    return text
+
+
+def horner(name: str, at: str, value: str, slope: str = "", bend: str = "") -> list[str]:
+    """Lines for the value of a polynomial, and for slope and half the second derivative if they have names."""
+    lines = [f"{made} = {name}_{ORDER}" for made in (value, slope, bend) if made]
+    for j in range(ORDER - 1, 0, -1):
+        lines.append(f"{value} = {value} * {at} + {name}_{j}")
+        if slope:
+            lines.append(f"{slope} = {slope} * {at} + {value}")
+        if bend and j > 1:
+            lines.append(f"{bend} = {bend} * {at} + {slope}")
+    return [*lines, f"{value} = {value} * {at} + {name}_0"]

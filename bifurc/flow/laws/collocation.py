@@ -204,13 +204,15 @@ def largest(a):
 
 
 @separate
-def solve(A, m, LU, LS, LP, law, acts, x, h, f0, stiff, turn, local, q, v, a, base, free):
+def solve(motion, m, x, h, f0, stiff, turn, local, room):
     """Accelerations ``a`` at the nodes of the step ``h`` from ``x`` (nx,), ``f0`` (ns,) the field there.
 
-    ``local`` (6, rows, NODES): coordinates, speeds, forces, accelerations of the law rows, and what forcing adds to the
-    first two; ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns the number of iterations, 0 where they do not
-    converge, and the largest acceleration.
+    ``motion`` are the tables that `rate` takes, ``local`` (6, rows, NODES) coordinates, speeds, forces, accelerations of the law
+    rows, and what forcing adds to the first two, ``room`` the arrays ``q``, ``v``, ``a``, ``base``, ``free`` (n, NODES).  Returns
+    the number of iterations, 0 where they do not converge, and the largest acceleration.
     """
+    A, LU, LS, LP, law, acts = motion
+    q, v, a, base, free = room
     n, rows = DOFS, ROWS
     excite(A, m, LU, LS, x, turn, base, local)
     for i in range(n):
@@ -407,17 +409,20 @@ def vary(A, m, x, X, row, h, K, D, iterations, room):
 
 
 @separate
-def attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, stiff, h, fresh, now, moved, f0, f1, turn, local, one, q, v, a,
-            base, free):
+def attempt(motion, m, clock, h, fresh, now, moved, ends, turn, local, one, room):
     """Solve the step ``h`` from ``now`` (nx,) to ``moved``; return iterations (0: failed) and the defect at its ends.
 
-    ``f0`` (ns,) is the field at the start, ``f1`` receives that at the end; ``fresh``: the turns fit this ``h`` already.
+    ``clock`` are harmonics, frequency of the forcing and the square of the largest rate of the motion; ``ends`` the field (ns,) at
+    the start, and room for that at the end; ``fresh``: the turns fit this ``h`` already.  The others see `solve`.
     """
+    A, LU, LS, LP, law, acts = motion
+    q, v, a, base, free = room
+    (harmonics, omega, stiff), (f0, f1) = clock, ends
     n = DOFS
     ns = A.shape[1]
     if not fresh:
         prepare(harmonics, omega, h, turn)
-    iterations, top = solve(A, m, LU, LS, LP, law, acts, now, h, f0, stiff, turn, local, q, v, a, base, free)
+    iterations, top = solve(motion, m, now, h, f0, stiff, turn, local, room)
     if iterations == 0:
         return 0, np.inf
     for i in range(ns):
@@ -485,7 +490,7 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
     Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     edge, at = carray(offset(scratch_, at), (3, rows, WIDTH, 1)), at + 3 * rows * WIDTH
-    room = carray(offset(scratch_, at), (ns,))
+    variation, room, motion = carray(offset(scratch_, at), (ns,)), (q, v, a, base, free), (A, LU, LS, LP, law, acts)
     watches(law, acts, m, 1, one)
     for r in range(rows):
         force[r, 0] = one[2, r, 0]
@@ -494,10 +499,10 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
         linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         most = FAST / max(frequency(Ke, De), 1e-300)
         h = min(h, most) if h > 0.0 else max(h, -most)
+    clock = harmonics, omega, (TURN / unit) ** 2
     while True:
         fresh = abs(h - scratch[TABLED]) <= 1e-14 * abs(h)
-        iterations, e = attempt(A, m, LU, LS, LP, law, acts, harmonics, omega, (TURN / unit) ** 2, h, fresh, x, x1, f0, f1,
-                                turn, local, one, q, v, a, base, free)
+        iterations, e = attempt(motion, m, clock, h, fresh, x, x1, (f0, f1), turn, local, one, room)
         scratch[TABLED] = h
         scratch[ERROR] = e
         scratch[WISH] = min(wished(abs(h), e, aim), most)
@@ -527,12 +532,12 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
         for k in range(count):
             if end == 1:
-                vary(A, m, room, X, k, h, K, D, iterations, (q, v, a, base, free))
+                vary(A, m, variation, X, k, h, K, D, iterations, room)
             if edges:
                 for c in range(ns):
-                    room[c] = X[k, c]
+                    variation[c] = X[k, c]
                 for i in range(n):
-                    total = remembered(A, m, i, n, room)
+                    total = remembered(A, m, i, n, variation)
                     for c in range(n):
                         total += Ke[i, c, 0] * X[k, c] + De[i, c, 0] * X[k, n + c]
                     accs[k, i, end * (NODES + 1)] = total
