@@ -8,7 +8,7 @@ from bifurc.flow.modal import steps
 
 
 def flown(r, first, second, t, eps):
-    """Return the duration, the arriving speed and the lowest place of a flight: w' is a law of time and both speeds, small by eps."""
+    """Return duration, arriving speed and depth of a flight: accelerations vary with time and both speeds, by eps."""
     a, rate, by_speed, by_slip, loss, loss_rate, loss_by_speed, loss_by_slip, slip = first
     push, rise, by = second
 
@@ -31,7 +31,8 @@ def flown(r, first, second, t, eps):
     stops.direction, arrives.direction, turns.direction = -1.0, 1.0, 1.0
     at, z, lowest = 0.0, np.array([0.0, -r, slip]), 0.0
     for part in (0, 1) if slip > 0.0 else (1,):
-        run = solve_ivp(rates, (at, 50.0), z, "DOP853", args=(part,), rtol=1e-12, atol=1e-14, events=[(stops, arrives)[part], turns])
+        events = (stops, arrives)[part], turns
+        run = solve_ivp(rates, (at, 50.0), z, "DOP853", args=(part,), rtol=1e-12, atol=1e-14, events=events)
         at, z = run.t[-1], run.y[:, -1]
         lowest = min([lowest, *(y[0] for y in run.y_events[1])])
     return np.array([at, z[1], -lowest])
