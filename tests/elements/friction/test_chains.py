@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from bifurc.elements import LoadedMicroSlip, MicroSlip
-from bifurc.elements.friction.loaded_slip import APART, STUCK, _speeds
+from bifurc.elements.friction.loaded_slip import APART, STUCK, _speeds, _Then
 from bifurc.elements.friction.microslip import along, chain_stiffness
 from bifurc.elements.local import Core
 
@@ -114,3 +114,55 @@ def test_the_response_of_a_chain_is_the_equilibrium_of_its_blocks(n, closed, rng
         x = blocks(K, drive, grips, -limits * slip)
         assert slope * drive + rest == pytest.approx(x, abs=1e-12)
         assert line[0] * drive + line[1] == pytest.approx((K @ x + grips * x + limits * slip)[0], abs=1e-12)
+
+
+def test_a_contact_that_stops_sticks_and_the_others_go_on(rng):
+    """Forces inside the limits where contacts stick, slips that are not over: only the letter of the slip that ends changes."""
+    seen, n, k = set(), 4, 1.3
+    for _ in range(400):
+        limits, phases = rng.uniform(0.3, 1.0, n), rng.uniform(0.0, 6.0, n)
+        amplitudes, t, drive = rng.uniform(0.0, 0.8, n), rng.uniform(0.0, 6.0), rng.normal()
+        chain = LoadedMicroSlip(2.5, k, tuple(limits), tuple(amplitudes), tuple(phases))
+        letters = rng.choice([STUCK, "+", "-"], n)
+        i = int(rng.integers(n))
+        letters[i] = rng.choice(["+", "-"])
+        key, K = "".join(letters), springs(n, 2.5, False)
+        sign = np.array([{"+": 1.0, "-": -1.0}.get(letter, 0.0) for letter in key])
+        load, change = limits * (1.0 + amplitudes * np.cos(t + phases)), -limits * amplitudes * OMEGA * np.sin(t + phases)
+        grips = k * (sign == 0.0)
+        by, rest = blocks(K, 1.0, grips, np.zeros(n)), blocks(K, 0.0, grips, -sign * change)
+        speed = (sign[i] * change[i] / k - rest[i]) / by[i]  # the slip of contact i is over
+        over = sign * (by * speed + rest) - change / k
+        if not all(over[j] > 1e-3 for j in range(n) if sign[j] and j != i):
+            continue
+        force = np.where(sign == 0.0, rng.uniform(-0.9, 0.9, n), sign) * load
+        x = blocks(K, drive, np.zeros(n), -force)
+        known = {("u", 0): drive, ("s", 0): speed, ("one", 0): 1.0, ("cos", 1): np.cos(t), ("sin", 1): np.sin(t)}
+        known |= {("z", j): x[j] - force[j] / k for j in range(n)}
+        guard = next(g for g in chain.mode(key, CORE).guards if str(g.kind) == "stick" and g.then.fired == i)
+        found = guard.then(lambda expression, known=known: sum(weight * known[name] for name, weight in expression.terms.items()))
+        assert found == (key[:i] + STUCK + key[i + 1:],)
+        seen.add((i, key[i]))
+    assert len(seen) == 2 * n
+
+
+@pytest.mark.parametrize("n", [3, 12])
+def test_words_of_ties(n, rng):
+    """Contacts whose rates are clear have one letter; of many in a tie all stop, or one goes on, or one stops, else all words."""
+    key = "".join(rng.choice(["+", "-"], n))
+    chain = LoadedMicroSlip(2.5, 1.3, (1.0,) * n, (0.5,) * n)
+    then = _Then(chain, key, OMEGA, (), 0)
+    low, high, clear = -np.ones(n), np.ones(n), n // 3
+    pull = np.array([1.0 if letter == "+" else -1.0 for letter in key]) * (1.0 + 1e-12)
+    pull[:clear] = [0.0, 1.5, -1.5, 0.0][:clear]
+    words = then._words(pull, low, high, np.arange(n) == 3, 1e-9)
+    first = [STUCK, "+", "-", APART][:clear]
+    stopped = first + [STUCK] * (n - clear)
+    if n == 3:
+        expected = {"".join([*first, a, b]) for a in (STUCK, key[1]) for b in (STUCK, key[2])}
+    else:
+        expected = {"".join(stopped)}
+        for i in range(clear, n):
+            expected.add("".join([*stopped[:i], key[i], *stopped[i + 1:]]))
+            expected.add("".join([*first, *key[clear:i], STUCK, *key[i + 1:]]))
+    assert set(words) == expected and words[0] == "".join(stopped)
