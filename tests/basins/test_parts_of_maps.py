@@ -170,3 +170,28 @@ def test_a_saddle_is_returned_where_the_motion_comes_back_and_newton_agrees(monk
 def test_an_unstable_set_needs_a_saddle_of_one_unstable_direction(saddle, count):
     with pytest.raises(ValueError, match="exactly one"):
         unstable.unstable_set(SimpleNamespace(saddle=saddle, unstable_directions=count))
+
+
+@pytest.mark.parametrize("ranges, cells", [({}, None), ({"v0": (0.0, 1.0)}, None), ({"q0": (0.5, 1.0)}, 7),
+                                           ({"v0": (0.0, 1.0), "q1": (-0.5, 0.5)}, 3)])
+def test_a_zoom_is_a_map_of_the_part_that_was_asked_for(ranges, cells, monkeypatch):
+    """Ranges that are named change, the others stay, with the number of cells; what is a circle remains one while it is whole."""
+    grid = bf.Grid(q0=(-3.0, 3.0, 6), v0=(-2.0, 2.0, 4), q1=(-1.0, 1.0, 5), at={"v1": 0.3}, periodic=["q0", "q1"])
+    asked = {}
+
+    def map_of(system, grid, **options):
+        asked.update(options, system=system, grid=grid)
+        return "map"
+
+    monkeypatch.setattr(bf, "basins_of_attraction", map_of)
+    whole = SimpleNamespace(system="system", grid=grid, attractors="attractors", section="section", options={"max_periods": 9})
+    assert BasinMap.zoom(whole, cells=cells, **ranges) == "map"
+    part = asked.pop("grid")
+    assert asked == {"system": "system", "attractors": "attractors", "section": "section", "max_periods": 9}
+    known = {"q0": (-3.0, 3.0, 6), "v0": (-2.0, 2.0, 4), "q1": (-1.0, 1.0, 5)}
+    for axis, name in enumerate(part.names):
+        low, high, count = known[name]
+        assert (part.low[axis], part.high[axis]) == ranges.get(name, (low, high))
+        assert part.shape[axis] == (cells or count)
+    assert part.names == grid.names and part.at == grid.at
+    assert set(part.periodic) == {"q0", "q1"} - set(ranges)
