@@ -250,3 +250,16 @@ def test_a_mass_is_symmetric_beside_its_largest_entry(unit):
         System(unit * np.array([[1.0, 0.25 + 1e-12], [0.25, 2.0]]), np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match="positive definite"):
         System(unit * np.array([[1.0, 2.0], [2.0, 1.0]]), np.eye(2), np.eye(2))
+
+
+def test_images_of_elements_are_elements_each_of_one(rng):
+    """Of stops on both sides, some of them equal: each has a partner of its own, or the system is not symmetric."""
+    for _ in range(40):
+        gaps = rng.choice([0.2, 0.5], 2)
+        stops = [RigidStop(gap, 0.6, side=side) for gap in gaps for side in (1, -1)]
+        elements = [(HarmonicForce(1.0), *stops)[i] for i in rng.permutation(5)]
+        order = System(1.0, 0.1, 1.0, elements, omega=1.2).mirror_order
+        assert sorted(order) == list(range(5))
+        assert all(elements[k] == element.mirrored() for element, k in zip(elements, order, strict=True))
+    two = [RigidStop(0.2, 0.6), RigidStop(0.2, 0.6), RigidStop(0.2, 0.6, side=-1)]
+    assert System(1.0, 0.1, 1.0, two, omega=1.2).mirror_order is None

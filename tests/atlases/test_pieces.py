@@ -14,6 +14,7 @@ from bifurc.atlases.identity import (
     apart,
     mirrored_points,
     nodes_of,
+    periods_of,
     points_of,
     same_orbit,
     same_points,
@@ -280,3 +281,15 @@ def test_the_status_of_a_search(monkeypatch):
     assert of(branches=[], probes=[probe(1.0, counts=(0,))]).status is AtlasStatus.NO_MOTION
     assert of(branches=[]).status is AtlasStatus.NOTHING_NEW and of(probes=[]).status is AtlasStatus.NOTHING_NEW
     assert results.SURE == 0.95
+
+
+@pytest.mark.parametrize("spans, closure, periods", [((1.0, 3.0, 1.0), 1, 3), ((0.5, 1.5, 0.5), -1, 3), ((2.0, 2.0, 4.0), 1, 2)])
+def test_periods_of_a_branch_are_those_of_its_middle_row_half_orbits_counted_twice(spans, closure, periods):
+    problems = [SimpleNamespace(sequence=SimpleNamespace(span=span, closure=closure)) for span in spans]
+
+    class Branch(SimpleNamespace):
+        def __len__(self):
+            return 5
+
+    branch = Branch(problems=problems, _arrays={"part": np.array([0, 0, 1, 2, 2])})
+    assert periods_of(branch) == periods

@@ -8,13 +8,15 @@ from scipy.sparse import csr_matrix
 
 import bifurc as bf
 from bifurc.basins.boundaries import search, unstable
-from bifurc.basins.cells import cell_map
+from bifurc.basins.cells import cell_map, images
 from bifurc.basins.cells.cell_map import CellFate, CellMap, Group, GroupKind
 from bifurc.basins.cells.images import Carrier, offsets_of
 from bifurc.basins.maps import basin_map
 from bifurc.basins.maps.basin_map import BasinMap
 from bifurc.basins.maps.compute import _known
 from bifurc.ensemble.outcomes import DIVERGED, OUTSIDE, REACHED, UNSETTLED, CellState
+from bifurc.jobs.progress import Progress
+from bifurc.jobs.store import ChunkStore
 
 SYSTEM = bf.systems.impact_oscillator(omega=0.7, amplitude=0.1)
 
@@ -170,3 +172,48 @@ def test_a_saddle_is_returned_where_the_motion_comes_back_and_newton_agrees(monk
 def test_an_unstable_set_needs_a_saddle_of_one_unstable_direction(saddle, count):
     with pytest.raises(ValueError, match="exactly one"):
         unstable.unstable_set(SimpleNamespace(saddle=saddle, unstable_directions=count))
+
+
+@pytest.mark.parametrize("ranges, cells", [({}, None), ({"v0": (0.0, 1.0)}, None), ({"q0": (0.5, 1.0)}, 7),
+                                           ({"v0": (0.0, 1.0), "q1": (-0.5, 0.5)}, 3)])
+def test_a_zoom_is_a_map_of_the_part_that_was_asked_for(ranges, cells, monkeypatch):
+    """Ranges that are named change, the others stay, with the number of cells; what is a circle remains one while it is whole."""
+    grid = bf.Grid(q0=(-3.0, 3.0, 6), v0=(-2.0, 2.0, 4), q1=(-1.0, 1.0, 5), at={"v1": 0.3}, periodic=["q0", "q1"])
+    asked = {}
+
+    def map_of(system, grid, **options):
+        asked.update(options, system=system, grid=grid)
+        return "map"
+
+    monkeypatch.setattr(bf, "basins_of_attraction", map_of)
+    whole = SimpleNamespace(system="system", grid=grid, attractors="attractors", section="section", options={"max_periods": 9})
+    assert BasinMap.zoom(whole, cells=cells, **ranges) == "map"
+    part = asked.pop("grid")
+    assert asked == {"system": "system", "attractors": "attractors", "section": "section", "max_periods": 9}
+    known = {"q0": (-3.0, 3.0, 6), "v0": (-2.0, 2.0, 4), "q1": (-1.0, 1.0, 5)}
+    for axis, name in enumerate(part.names):
+        low, high, count = known[name]
+        assert (part.low[axis], part.high[axis]) == ranges.get(name, (low, high))
+        assert part.shape[axis] == (cells or count)
+    assert part.names == grid.names and part.at == grid.at
+    assert set(part.periodic) == {"q0", "q1"} - set(ranges)
+
+
+@pytest.mark.parametrize("piece", [4, 12, 1000])
+def test_images_of_all_cells_do_not_depend_on_how_they_are_shared_out(piece, monkeypatch):
+    """A map of the plane that loses what starts to the right: rows, columns and losses of every sample, chunk by chunk."""
+    grid = bf.Grid(q0=(-1.0, 1.0, 6), q1=(-1.0, 1.0, 5))
+
+    def moved(X):
+        return np.where(X[:, :1] > 0.3, np.inf, X @ np.array([[0.6, 0.5], [-0.7, 0.8]]))
+
+    monkeypatch.setattr(images, "PIECE", piece)
+    with Progress("cells", float(grid.size), False) as bar:
+        found = images.cell_images(Carrier(moved, grid, 1, 10), 2, 10, ChunkStore(None, {}), {"workers": 1, "executor": None}, bar)
+    samples = images.spread(grid, np.arange(grid.size), offsets_of(grid, 2))
+    ends = moved(samples)
+    lost = ~np.isfinite(ends).all(axis=1)
+    assert found.lost == np.count_nonzero(lost) > 0
+    assert np.array_equal(found.rows, np.repeat(np.arange(grid.size), len(samples) // grid.size))
+    assert np.array_equal(found.columns, np.where(lost, -1, grid.cells_of(np.where(lost[:, None], np.nan, ends))))
+    assert found.starts.all() and not found.special

@@ -346,3 +346,17 @@ def test_coordinates_that_several_constraints_hold_feel_nothing(seed):
     scene = scene_of(system)
     mode = scene.index(("stick", "stick", "always", "slip+", "contact"))
     np.testing.assert_array_equal(scene.tables.A[mode, 3:5], 0.0)
+
+
+def test_what_an_impulse_leaves_of_its_own_row_is_exactly_nothing(rng):
+    """Rows that move as the row of a contact does lose all of it, whatever rounding says; others keep what is beside it."""
+    from bifurc.compose.numbers import unmoved
+
+    for _ in range(20):
+        direction, row = rng.normal(size=3), rng.normal(size=5) * 10.0 ** rng.integers(-6, 6)
+        moved = direction[:, None] * row
+        beside = rng.normal(size=(3, 5)) * (rng.random((3, 5)) < 0.5) * np.abs(moved)
+        rounded = moved * (1.0 + 2.2e-16 * rng.integers(-1, 2, (3, 5)))
+        left = unmoved(np.where(beside == 0.0, rounded, moved + beside), direction, row)
+        assert np.array_equal(left == 0.0, beside == 0.0)
+        np.testing.assert_allclose(left, beside, rtol=1e-12, atol=1e-15 * np.abs(moved).max())

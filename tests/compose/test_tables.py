@@ -1,4 +1,6 @@
 """Taylor tables against the matrix exponential, their steps, and the bound on fourth derivatives of guards."""
+import copy
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -89,3 +91,15 @@ def test_fourth_derivatives_of_guards_are_bounded(system, rng):
                          + slope[0] * s * (1 - s)**2 - slope[1] * (1 - s) * s**2)
                 bound = T.G4[m, g] @ np.abs(x)
                 assert np.abs(cubic - value).max() <= bound + 1e-13 * np.abs(value).max()
+
+
+def test_a_deep_copy_shares_nothing_and_a_copy_everything():
+    scene = scene_of(systems.impact_oscillator())
+    T = scene.tables
+    deep, shallow = copy.deepcopy(T), copy.copy(T)
+    for name in T.layout:
+        own = getattr(T, name)
+        if name == "bound" or not own.size:
+            continue
+        assert np.array_equal(getattr(deep, name), own) and not np.shares_memory(getattr(deep, name), own), name
+        assert np.shares_memory(getattr(shallow, name), own), name

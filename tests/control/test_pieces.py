@@ -175,6 +175,10 @@ def test_crossings_of_the_circle():
     turned = SimpleNamespace(transition=lambda kappa: -np.exp(a - np.asarray(kappa))[:, None, None], reduced=lambda M: M)
     angle, gain, error = Characteristic(turned).crossing(np.pi - 1e-8, 0.4, 0.4)
     assert angle == np.pi and gain == pytest.approx(a / 2.0, abs=1e-12) and error < 1e-12
+    made, h = Characteristic(turned), 1e-4
+    slope = complex(made(np.array([-1.0]), np.array([gain + h]))[0] - made(np.array([-1.0]), np.array([gain - h]))[0]) / (2.0 * h)
+    largest = np.abs(made(np.exp(1j * np.linspace(0.0, np.pi, 5)), np.full(5, gain))).max()
+    assert error == pytest.approx(64.0 * 2.2e-16 * largest / abs(slope), rel=0.05)  # what the rounding of the function makes of it
     pair = Characteristic(Scalar(0.3, 2.0))  # mu = e^(-i t): 1 = e^(-i t) exp(2 (a - K (1 - e^(-i t))))
     angle, gain, _ = pair.crossing(2.0, -1.0, 1.0) or (None, None, None)
     if angle is not None:

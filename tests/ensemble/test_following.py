@@ -465,3 +465,22 @@ def test_without_a_clock_the_limit_of_events_is_one_of_a_natural_period():
     for limit, state in ((3, CellState.UNSETTLED), (1, CellState.TOO_MANY_EVENTS)):
         integrator = SectionIntegrator(scene_of(system), limit, Section("v0", direction=1), 2.0 * math.pi)
         assert integrator.label(np.array([[-0.5, 0.3]]), Targets.none(2), 16).states[0] == state.code
+
+
+@pytest.mark.parametrize("system, by", [(PLAIN, "batch"), (RICH, "scalar"), (PLAIN, "simulation")],
+                         ids=["batch", "scalar", "simulation"])
+def test_labels_and_images_of_starts_beyond_a_stop_say_so(system, by, rng):
+    """Every other start is no start; the others are followed as they are alone."""
+    found = Integrator(scene_of(system), 2000)
+    if by == "simulation":
+        found._module = found._scalar = None
+    gap = next(element.gap for element in system.elements if isinstance(element, RigidStop))
+    good = drawn(system, rng, 6)
+    X = np.repeat(good, 2, axis=0)
+    X[1::2, 0] = gap + rng.uniform(0.1, 1.0, 6)
+    alone, carried = good.copy(), X.copy()
+    whole, apart = found.label(X, Targets.none(X.shape[1]), 4), found.label(alone, Targets.none(X.shape[1]), 4)
+    assert (whole.states[1::2] == outcomes.OUTSIDE).all() and np.array_equal(whole.states[::2], apart.states)
+    assert (apart.states == outcomes.UNSETTLED).all() and np.array_equal(X[::2], alone)
+    images = found.carry(carried, 4)
+    assert (images.outcomes[1::2] == outcomes.OUTSIDE).all() and (images.outcomes[::2] == outcomes.REACHED).all()

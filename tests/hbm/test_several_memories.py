@@ -11,6 +11,7 @@ from bifurc.hbm.contacts.common import Contact, Segments
 from bifurc.hbm.layout import Layout
 from bifurc.hbm.status import ContactStatus
 from bifurc.hbm.tables import GUARDS, PAIRS, THEN, TRIAL
+from bifurc.hbm.waves import powers
 from tests.reference.plain import plain
 
 STIFFNESSES, REACHES = (1.0, 2.0, 3.0), (0.5, 0.2, 0.3)  # the second slips first, then the third, then the first
@@ -30,9 +31,9 @@ def balance_of(harmonics):
     return Balance(system, Layout(tuple(range(harmonics + 1)), 1), 0)
 
 
-def along(x, omega=1.3):
-    """The contact along a motion of its coordinate, from the tables of a balance."""
-    balance = balance_of(len(x) // 2)
+def along(x, omega=1.3, balance=None):
+    """The contact along a motion of its coordinate, from the tables of a balance; of the set if none is given."""
+    balance = balance or balance_of(len(x) // 2)
     S, flat = balance.parts.structure, balance.parts.flat
     waves, _, excited, contacts = plain(tables.structure)(S)
     X, loose = plain(tables.expressions)(S, flat)
@@ -135,6 +136,53 @@ def test_virgin_memory_is_the_mean_and_sticks_until_the_first_limit():
     assert KEYS[mode] == "slip+1"
     mode, _ = plain(common.begin)(along(np.array([0.4, -0.21, -0.1])), 0.0, z, p, np.empty(3))
     assert KEYS[mode] == "slip-1"
+
+
+def one(x):
+    """The contact of one slider, of stiffness 2 and reach .3, along a motion of its coordinate."""
+    system = System(1.0, 0.1, 1.0, (HarmonicForce(1.0), Iwan(stiffnesses=(2.0,), limits=(0.6,))), omega=1.3)
+    return along(x, balance=Balance(system, Layout(tuple(range(len(x) // 2 + 1)), 1), 0))
+
+
+def test_a_motion_begins_on_the_side_on_which_its_slider_left_the_virgin_place(rng):
+    """Within its reach of the mean it sticks there; beyond, it was dragged, and sticks where that left it if it comes back."""
+    keys, seen = ("stick", "slip+1", "slip-1"), set()
+    for _ in range(200):
+        x = rng.normal(size=5) * (0.4, 0.3, 0.3, 0.1, 0.1)
+        away, speed = x[1] + x[3], x[2] + 2.0 * x[4]
+        if min(abs(abs(away) - 0.3), abs(speed)) < 1e-3:
+            continue
+        z, way = np.full(1, np.nan), np.sign(away)
+        mode, wrote = plain(common.begin)(one(x), 0.0, z, np.empty((3, 2)), np.empty(5))
+        if abs(away) < 0.3:
+            expected, place = ("stick", -1), x[0]
+        else:
+            slip = keys.index("slip+1" if way > 0.0 else "slip-1")
+            expected, place = (keys[slip] if way * speed > 0.0 else "stick", slip), x[0] + away - 0.3 * way
+        assert (keys[mode], wrote) == expected and z == pytest.approx([place], abs=1e-14)
+        seen.add((expected, way))
+    assert len(seen) == 6
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_a_mode_may_hold_where_its_guards_are_negative_just_after(order, rng):
+    """Sticking at a phase at which the slider is at its reach with ``order`` rates zero: decided by the next one."""
+    seen = set()
+    for _ in range(60):
+        theta, k = rng.uniform(0.0, 6.0), np.arange(1, 4)
+        size, way = rng.uniform(0.02, 0.05), rng.choice([-1.0, 1.0])
+        rows = np.array([[1.0 * (j == 0), *np.real(np.outer((1j * k) ** j * np.exp(1j * k * theta), (1.0, -1.0j))).ravel()]
+                         for j in range(4)])  # value and rates of the motion at theta
+        wanted = np.zeros(4)
+        wanted[order] = size if order else 0.05
+        wanted[order] *= rng.choice([-1.0, 1.0])
+        wanted[order + 1:] = rng.normal(size=3 - order) * 0.01
+        x, z, p = np.linalg.lstsq(rows, way * wanted + (0.3 * way, 0.0, 0.0, 0.0), rcond=None)[0], np.zeros(1), np.empty((4, 2))
+        powers(theta, 4, p)
+        mode = plain(common.admissible)(one(x), 0, z, p, 0.0, np.empty(7))
+        assert mode == bool(wanted[order] < 0.0)
+        seen.add((mode, way))
+    assert len(seen) == 4
 
 
 def played(u, mean):

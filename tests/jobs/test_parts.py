@@ -130,7 +130,8 @@ def own_builder(*, gap: float = 1.0) -> bf.System:
 
 
 def test_names_tell_nested_values_apart():
-    values = [[1, [2]], [[1], 2], {"a": 1}, {"a": "1"}, "1", 1, 1.0, True, None, [], {}, [[]], {"a": [1]}, {"b": 1}, float("nan"),
+    values = [[1, [2]], [[1], 2], [[1, 2]], [[1], [2]], [[[1]], 2],
+              {"a": 1}, {"a": "1"}, "1", 1, 1.0, True, None, [], {}, [[]], {"a": [1]}, {"b": 1}, float("nan"),
               np.arange(2), np.arange(2.0), [0, 1], own_law, OwnStop, "x"]
     assert len({fingerprint(value) for value in values}) == len(values) - 0
     assert fingerprint(np.int64(3)) == fingerprint(3) and fingerprint((1, 2)) == fingerprint([1, 2])

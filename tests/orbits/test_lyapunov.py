@@ -162,3 +162,11 @@ def test_stated_errors_of_linear_systems_hold_the_decays_of_their_modes(unit):
         apart += list(np.abs(found.values - exact) / found.errors)
     apart = np.array(apart)
     assert apart.max() < 6.0 and (apart < 2.0).mean() > 0.95
+
+
+@pytest.mark.parametrize("value, error, chaotic", [(0.1, 0.02, True), (0.1, 0.03, False), (-0.1, 0.0, False), (0.0, 0.0, False)])
+def test_chaos_is_an_exponent_above_zero_by_four_of_its_errors(value, error, chaotic):
+    from bifurc.orbits.lyapunov import LyapunovExponents
+
+    found = LyapunovExponents(np.array([value, -1.0]), np.array([error, 0.1]), np.zeros(2), 0.0, -1.0, np.zeros(2), 10)
+    assert found.chaotic is chaotic

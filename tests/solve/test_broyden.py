@@ -245,3 +245,19 @@ def test_a_small_step_is_judged_by_the_residual():
     assert loose.success and loose.increment < 1e-9 and loose.residual < 1e-6
     scaled = broyden(lambda x: rosenbrock(x / 1e3), [-1.2e3, 1e3], increment=1e-9, scale=1e3)
     assert scaled.iterations == found.iterations and scaled.increment == pytest.approx(found.increment, rel=1e-2)
+
+
+@pytest.mark.parametrize("unit", [1e-30, 1.0, 1e30])
+def test_factors_know_no_unit(unit, rng):
+    """Solutions, products and updates of a Jacobian in any unit; singular is one whose columns depend on each other."""
+    from bifurc.solve.broyden import Factors
+
+    J, b, u, v = rng.normal(size=(4, 4)), rng.normal(size=4), rng.normal(size=4), rng.normal(size=4)
+    factors = Factors(unit * J)
+    assert not factors.singular
+    assert factors.solve(unit * b) == pytest.approx(np.linalg.solve(J, b), rel=1e-10)
+    assert factors.times(b) == pytest.approx(unit * (J @ b), rel=1e-10)
+    factors.update(unit * u, v)
+    assert factors.times(b) == pytest.approx(unit * ((J + np.outer(u, v)) @ b), rel=1e-9)
+    J[:, 2] = J[:, 0] - J[:, 3]
+    assert Factors(unit * J).singular

@@ -354,3 +354,24 @@ def test_the_inside_must_be_held_by_the_kept_coordinates():
 
 def test_the_package_gives_these_helpers():
     assert bf.rayleigh_damping is rayleigh_damping and bf.modal_damping is modal_damping
+
+
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_what_is_not_skew_is_seen_on_either_side(turned):
+    with pytest.raises(ValueError, match="not skew-symmetric"):
+        checked(np.eye(2), None, np.eye(2), turned * np.array([[1.0, 2.0], [-2.0, 0.0]]), None, True)
+
+
+@pytest.mark.parametrize("unit", [1e-18, 1.0, 1e18])
+@pytest.mark.parametrize("method", ["craig-bampton", "rubin", "massless"])
+def test_a_reduction_knows_no_unit(method, unit):
+    """A free chain in other units of stiffness: the same shapes and errors, frequencies times the root, one rigid body."""
+    n = 6
+    K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    K[0, 0] = K[-1, -1] = 1.0
+    plain, scaled = (reduce(np.eye(n), factor * K, (0, 5), 3, method) for factor in (1.0, unit))
+    assert scaled[1] == pytest.approx(unit * plain[1], rel=1e-9, abs=1e-9 * unit)
+    assert scaled[2].errors == pytest.approx(plain[2].errors, abs=1e-7)
+    assert scaled[2].full_frequencies / np.sqrt(unit) == pytest.approx(plain[2].full_frequencies, abs=1e-6)
+    with pytest.raises(ValueError, match="1 rigid-body modes" if method != "craig-bampton" else "with modes = -1"):
+        reduce(np.eye(n), unit * K, (0, 5), 0 if method != "craig-bampton" else -1, method)

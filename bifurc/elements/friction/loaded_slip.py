@@ -105,16 +105,15 @@ class LoadedMicroSlip(Sliders):
         return tuple(dict.fromkeys(words))
 
     def statics(self, key: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return places x = drive u + held w + pushed f for a word: shapes (n,), (n, n), (n, n); f of the slipping."""
+        """Return places x = drive u + held w + pushed f for a word: shapes (n,), (n, n), (n, n); f of those that slip."""
         n, k = self.count, self.contact
         K = chain_stiffness(n, self.spring, self.closed)
         stuck = np.array([letter == STUCK for letter in key], float)
-        slips = np.array([letter in (UP, DOWN) for letter in key], float)
         drive, held, pushed = np.ones(n), np.zeros((n, n)), np.zeros((n, n))
         flexible = along(np.diagonal(K)[1:] + k * stuck[1:], -self.spring, np.eye(n - 1))
         drive[1:] = -flexible @ K[1:, 0]
         held[1:, 1:] = flexible * (k * stuck[1:])
-        pushed[1:, 1:] = -flexible * slips[1:]
+        pushed[1:, 1:] = -flexible
         return drive, held, pushed
 
     def mode(self, key, core):

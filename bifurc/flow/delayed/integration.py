@@ -31,7 +31,7 @@ SAME = 4e-16  # relative distance of times that are one
 CORRECTIONS, NEAR = 4, 1e-3  # of an event's time on a curve, and their largest size, of a step
 ON_SURFACE = 64 * 2.2e-16  # of the sizes of its terms: a guard so small at the start of a piece is zero there
 ORDERS = 3  # rates of a guard that may vanish with it at the start of a piece
-SHARE = 1e-9  # of the terms of a guard's rate: what the rounding of the guard may hide of it at most, however short a piece is
+SHARE = 1e-9  # of the terms of a guard's unknown rate: what rounding may hide of it at most, however short a piece is
 
 
 def integrate(system: System, y0: np.ndarray, start: float, stop: float, history=None, breaks=(),
@@ -169,7 +169,7 @@ class _Integration:
         """Return how long the next piece may be, and the breaking point at its end, if there is one."""
         while self.breaks and self.breaks[0][0] <= t * (1.0 + math.copysign(SAME, t)):
             self._carry_on(heapq.heappop(self.breaks))
-        h = min(float(self.T.step[mode]) * ANGLE / 0.8, stop - t)
+        h = min(float(self.T.step[mode]) * ANGLE / 0.8, self.delay, stop - t)  # what is fed back must have been
         if self.breaks and self.breaks[0][0] <= t + h:
             broken = heapq.heappop(self.breaks)
             return broken[0] - t, broken
@@ -186,6 +186,10 @@ class _Integration:
         force = seen + self.repeat * (delayed - seen)
         return np.where(known[:, None], force, 0.0)
 
+    def _after(self, t: float) -> float:
+        """Return ``t`` and a rounding: what arrives at the end of its delay has arrived."""
+        return t + 4 * SAME * (abs(t) + self.delay)
+
     def _joined(self, t: np.ndarray, states: np.ndarray) -> np.ndarray:
         period = self.scene.period
         return np.hstack((states, self.scene.forcing(t if period is None else t % period)))
@@ -197,7 +201,7 @@ class _Integration:
         ns, T = y.size, self.T
         times = t + h * c
         delayed = self._past(t + h * points())
-        delayed[0] = self._past(np.array([t + h * 1e-9 * c[0]]))[0] if h > 0.0 else delayed[0]  # just after a jump at the start
+        delayed[0] = self._past(np.array([min(self._after(t), t + h)]))[0]
         drive = delayed[1:] @ self.push[mode].T
         forcing = self._joined(times, np.zeros((COUNT, 0)))
         A = T.A[mode, :, :ns]
@@ -239,18 +243,31 @@ class _Integration:
     def _first(self, mode: int, t: float, h: float, y: np.ndarray, values: np.ndarray, delayed: np.ndarray):
         """Return (part of the piece, guard) of the first guard that fires, or None."""
         c, _, _ = collocation()
+        ns = y.size
         inside = self._joined(t + h * c, values)
         begin = self._joined(np.array([t]), y[None])[0]
-        first, gradient = None, np.empty(begin.size)
+        plain = settle.plain(begin, ns)
+        gradient, rates, moved = np.empty(begin.size), np.empty(begin.size), np.zeros(begin.size)
+        self._rates(mode, begin, delayed[0], rates)
+        moved[:ns] = np.abs(self.T.A[mode]) @ plain + np.abs(self.push[mode]) @ np.abs(delayed[0])
+        first = None
         for g in range(self.T.n_guards[mode]):
             value = np.array([self.engine.guard_value(self.T, mode, g, x) for x in inside]) + delayed[1:] @ self.felt[mode, g]
             start = float(self.engine.guard_value(self.T, mode, g, begin)) + float(delayed[0] @ self.felt[mode, g])
             self.engine.guard_gradient(self.T, mode, g, begin, gradient)  # guards on curves have no row of their own
-            size = float(np.abs(gradient) @ settle.plain(begin, self.scene.ns))
-            root = first_root(value, start, ON_SURFACE * size)
+            sizes = np.abs(gradient)
+            rate = None if self.felt[mode, g].any() else (h * float(gradient @ rates), h * ON_SURFACE * float(sizes @ moved))
+            root = first_root(value, start, ON_SURFACE * float(sizes @ (plain + h * moved)), rate)
             if root is not None and (first is None or root < first[0]):
                 first = root, g
         return first
+
+    def _rates(self, mode: int, x: np.ndarray, delayed: np.ndarray, rates: np.ndarray) -> None:
+        """Write the rates (nx,) of states and forcing at ``x`` (nx,) under delayed forces (m,)."""
+        ns = self.scene.ns
+        self.engine.field(self.T, mode, x, rates[:ns])
+        rates[:ns] += self.push[mode] @ delayed
+        self.engine.forcing_rate(self.T, x, rates[ns:])
 
     def _until(self, mode: int, g: int, t: float, h: float, y: np.ndarray):
         """Return the duration after which a guard vanishes, and the piece that ends there.
@@ -258,7 +275,7 @@ class _Integration:
         Guards on curves are no polynomials of the degree of a piece: the root of the interpolated one is corrected by Newton.
         """
         ns, T = y.size, self.T
-        gradient, rates, forcing = np.empty(T.G.shape[2]), np.empty(ns), np.empty(T.G.shape[2] - ns)
+        gradient, rates = np.empty(T.G.shape[2]), np.empty(T.G.shape[2])
         for _ in range(CORRECTIONS):
             piece = self._piece(mode, t, h, y)
             if piece is None or self.felt[mode, g].any():  # reactions are affine
@@ -268,9 +285,8 @@ class _Integration:
             value = float(self.engine.guard_value(T, mode, g, x))
             if abs(value) <= 0.25 * ON_SURFACE * float(np.abs(gradient) @ settle.plain(x, ns)):
                 break
-            self.engine.field(T, mode, x, rates)
-            self.engine.forcing_rate(T, x, forcing)
-            slope = gradient[:ns] @ (rates + self.push[mode] @ (interpolation(np.ones(1)) @ piece[2])[0]) + gradient[ns:] @ forcing
+            self._rates(mode, x, (interpolation(np.ones(1)) @ piece[2])[0], rates)
+            slope = float(gradient @ rates)
             change = -value / slope if slope else 0.0
             if not (abs(change) < NEAR * float(T.step[mode]) and h + change > 0.0):  # a touch, or no simple root: as interpolated
                 break
@@ -307,7 +323,7 @@ class _Integration:
 
     def _settled(self, decide, t: float, x: np.ndarray):
         """Return what ``decide(t, x)`` says while the delayed parts of the forces act as constant ones."""
-        force = self._past(np.array([t]))[0]
+        force = self._past(np.array([self._after(t)]))[0]
         if force.any():
             self.T.flat[:] = self.still + force @ self.change
             rebuild(self.T)
@@ -321,23 +337,29 @@ class _Integration:
                 self._take()
 
 
-def first_root(value: np.ndarray, start: float, noise: float) -> float | None:
+def first_root(value: np.ndarray, start: float, noise: float, rate: tuple[float, float] | None = None) -> float | None:
     """Return where in (0, 1] a guard first becomes positive, from its values (COUNT,) at the Gauss points of a piece.
 
     ``start`` is its value at 0: within ``noise`` it is zero there (a mass that has just hit its stop), which is divided out, and so
-    is its rate where that is zero too (a slider that has just stopped).  0 where it is positive, or becomes so at once.
+    is its rate where that is zero too (a slider that has just stopped).  0 where it is positive, or becomes so at once.  ``rate``
+    are the rate at 0, of a unit of the piece, and its noise, if known: a short piece hides it in the rounding of its values.
     """
     c, _, _ = collocation()
     if start > noise:
         return 0.0
     first, level, terms = start, noise, _legendre() @ value
-    for _ in range(ORDERS):
+    for order in range(ORDERS):
         if abs(first) > level:
             break
         value = value / c
         terms = _legendre() @ value
-        first = float(np.polynomial.legendre.legval(-1.0, terms))
-        level = min(level / c[0], SHARE * float(np.abs(terms).sum()))
+        if order == 0 and rate is not None:
+            first, level = rate
+        else:
+            first = float(np.polynomial.legendre.legval(-1.0, terms))
+            level = noise / c[0]**(order + 1)
+            if rate is None:
+                level = min(level, SHARE * float(np.abs(terms).sum()))
     if first > level:
         return 0.0
     if terms[0] + np.abs(terms[1:]).sum() < 0.0:
@@ -349,8 +371,8 @@ def first_root(value: np.ndarray, start: float, noise: float) -> float | None:
             continue
         at = float(root.real)
         for _ in range(3):
-            rate = np.polynomial.legendre.legval(at, slope)
-            at -= float(np.polynomial.legendre.legval(at, terms) / rate) if rate else 0.0
+            rise = np.polynomial.legendre.legval(at, slope)
+            at -= float(np.polynomial.legendre.legval(at, terms) / rise) if rise else 0.0
         if -1.0 < at <= 1.0 and np.polynomial.legendre.legval(at, slope) > 0.0:
             found.append(0.5 * (at + 1.0))
     if start < -noise and value[0] > 0.0 and min(found, default=1.0) > c[0]:  # it crosses before the first point, hidden by the

@@ -26,7 +26,7 @@ from bifurc.continuation.conditions import (
 )
 from bifurc.continuation.curves.problem import ROUNDINGS, CurveProblem
 from bifurc.continuation.curves.unfolding import Crossed, Unfolded, UnfoldedFamily, unfolded
-from bifurc.continuation.families import family_of
+from bifurc.continuation.families import family_of, orbit_family
 from bifurc.continuation.kinds import SpecialPointKind
 
 SCALE = np.array([2.0, 0.5, 3.0, 0.25])  # of u0, u1, a, b
@@ -360,3 +360,26 @@ def test_a_condition_is_not_asked_where_equations_have_no_value():
     curve.family = SimpleNamespace(at=lambda b: SimpleNamespace(residual=lambda u, a: np.array([a * b, np.nan])))
     found = curve.residual(np.array([1.0, 2.0, 3.0]), 2.0)
     assert found[0] == 6.0 and np.isnan(found[1:]).all() and found.shape == (3,)
+
+
+@pytest.mark.parametrize("bounds", [(-1.0, 1.0), (0.5, 3.0)])
+def test_what_a_builder_refuses_at_either_bound_is_said_before_anything_is_computed(bounds):
+    class Built:
+        def parameter_name(self, name):
+            return name
+
+        def parameter(self, name):
+            return 0.7
+
+        def with_parameters(self, **values):
+            if not 0.0 <= values["gap"] <= 2.0:
+                raise ValueError("the wall stands between 0 and 2")
+            return self
+
+    problem = SimpleNamespace(system=Built(), parameter="omega", scene=SimpleNamespace(flat_of=None))
+    with pytest.raises(ValueError, match="the wall stands between 0 and 2"):
+        orbit_family(problem, "gap", bounds)
+    with pytest.raises(ValueError, match="must differ, got 'omega' twice"):
+        orbit_family(problem, "omega", (0.5, 1.0))
+    with pytest.raises(ValueError, match="bounds of 'gap' must be finite"):
+        orbit_family(problem, "gap", (0.5, np.inf))

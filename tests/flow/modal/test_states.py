@@ -51,6 +51,16 @@ def test_coordinates_there_and_back(modes, rng):
         assert xi == pytest.approx(T.L[m] @ x, abs=1e-11) and y == pytest.approx(x, abs=1e-10)
 
 
+def test_amplitudes_are_moduli_of_pairs(modes, rng):
+    """The pairs of oscillating modes come first; what else there is counts by itself."""
+    scene, m, _ = modes
+    pairs, x, size = int(scene.tables.blocks[m, 0]), rng.normal(size=scene.ns + scene.nw), np.full(scene.ns + scene.nw, np.nan)
+    steps.amplitudes(scene.tables, m, x, size)
+    assert pairs > 0
+    assert size[:2 * pairs:2] == pytest.approx(np.abs(x[:2 * pairs:2] + 1j * x[1:2 * pairs:2]), rel=1e-14)
+    assert not size[1:2 * pairs:2].any() and size[2 * pairs:] == pytest.approx(np.abs(x[2 * pairs:]))
+
+
 def test_a_step_is_the_longest_whose_series_is_good(modes, rng):
     """The next level, longer by the root of 2, would be wrong by more; where none is good the first, where all are the last one."""
     scene, m, _ = modes
