@@ -8,6 +8,8 @@ In every mode the motion is linear with periodic forcing.  With the state ``y`` 
 Forcing enters as further linear states, so that undamped resonance, free masses and missing stiffness are no special
 cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by at most ``TURN``, the Taylor rows of the
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
+
+One file, because what rebuilds the tables fills nearly all arrays of their layout.
 """
 import array
 import dataclasses
