@@ -8,6 +8,8 @@ In every mode the motion is linear with periodic forcing.  With the state ``y`` 
 Forcing enters as further linear states, so that undamped resonance, free masses and missing stiffness are no special
 cases.  ``rebuild`` fills, for a step ``h`` on which the scaled motion turns by at most ``TURN``, the Taylor rows of the
 flow; their truncation ``TURN**(ORDER+1)/(ORDER+1)!`` = 6e-17 is below rounding.
+
+One file, because what rebuilds the tables fills nearly all arrays of their layout.
 """
 import array
 import dataclasses
@@ -16,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import NOTHING, apart, both, leaf, njit
+from .._jit import NOTHING, apart, both, leaf, njit, separate_leaf
 from .pointer import WORD, Pointer, directory, seen_as
 
 ORDER = 16  # of the Taylor rows
@@ -291,38 +293,60 @@ def rebuild_mode(T, m, whole):
     for k in range(harmonics.size):
         turn[m, 1 + 2 * k] = np.cos(harmonics[k] * omega * h)
         turn[m, 2 + 2 * k] = np.sin(harmonics[k] * omega * h)
-    new = np.empty(nx)
-    for i in range(flights):
-        for c in range(nx):
-            YT[m, i, c, 0] = 1.0 if c == i else 0.0
-    for g in range(n_guards[m]):
-        for c in range(nx):
-            GT[m, g, c, 0] = G[m, g, c]
-    for j in range(1, ORDER + 1):  # row by row in turn: one waits for its last term, and there are others meanwhile
-        for i in range(flights):
-            next_term(A, harmonics, omega, m, YT, i, j, new)
+    if whole and stand(T, m):  # the frequency is all that has changed
         for g in range(n_guards[m]):
-            if still[m, g] == 0 or j < still[m, g]:
-                next_term(A, harmonics, omega, m, GT, g, j, new)
-            else:
-                for c in range(nx):
-                    GT[m, g, c, j] = 0.0
+            for c in range(ns + 1, nx):
+                GT[m, g, c, 0] = G[m, g, c]
+        for q in range(harmonics.size):
+            for i in range(ns):
+                forced_terms(A[m], harmonics[q] * omega, ns + 1 + 2 * q, YT[m, i], ORDER + 1)
+            for g in range(n_guards[m]):
+                forced_terms(A[m], harmonics[q] * omega, ns + 1 + 2 * q, GT[m, g], still[m, g] if still[m, g] > 0 else ORDER + 1)
+    else:
+        new = np.empty(nx)
+        for i in range(flights):
+            for c in range(nx):
+                YT[m, i, c, 0] = 1.0 if c == i else 0.0
+        for g in range(n_guards[m]):
+            for c in range(nx):
+                GT[m, g, c, 0] = G[m, g, c]
+        for j in range(1, ORDER + 1):  # row by row in turn: one waits for its last term, and there are others meanwhile
+            for i in range(flights):
+                next_term(A, harmonics, omega, m, YT, i, j, new)
+            for g in range(n_guards[m]):
+                if still[m, g] == 0 or j < still[m, g]:
+                    next_term(A, harmonics, omega, m, GT, g, j, new)
+                else:
+                    for c in range(nx):
+                        GT[m, g, c, j] = 0.0
     for i in range(flights):
         for c in range(nx):
-            new[c] = YT[m, i, c, ORDER]
-        for j in range(ORDER - 1, -1, -1):
-            for c in range(nx):
-                new[c] = new[c] * h + YT[m, i, c, j]
-        for c in range(nx):
-            E[m, i, c] = new[c]
+            total = YT[m, i, c, ORDER]
+            for j in range(ORDER - 1, -1, -1):
+                total = total * h + YT[m, i, c, j]
+            E[m, i, c] = total
+    fourth = h**4
     for g in range(n_guards[m] if whole else 0):
         for c in range(nx):
-            new[c] = 0.0
-        for j in range(ORDER, 3, -1):
-            for c in range(nx):
-                new[c] = new[c] * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
-        for c in range(nx):
-            G4[m, g, c] = new[c] * h**4 / 384.0
+            total = 0.0
+            for j in range(ORDER, 3, -1):
+                total = total * h + abs(GT[m, g, c, j]) * (j * (j - 1) * (j - 2) * (j - 3))
+            G4[m, g, c] = total * fourth / 384.0
+
+
+@leaf
+def stand(T, m):
+    """Whether the Taylor rows of mode ``m`` over states and constant are those of its present numbers: their first terms are."""
+    A, G, GT, YT = T.A, T.G, T.GT, T.YT
+    ns = A.shape[1]
+    for c in range(ns + 1):
+        for i in range(ns):
+            if YT[m, i, c, 0] != (1.0 if c == i else 0.0) or YT[m, i, c, 1] != A[m, i, c]:
+                return False
+        for g in range(T.n_guards[m]):
+            if GT[m, g, c, 0] != G[m, g, c]:
+                return False
+    return True
 
 
 @leaf
@@ -345,3 +369,17 @@ def next_term(A, harmonics, omega, m, rows, i, j, new):
         new[c] += rate_k * rows[m, i, c + 1, j - 1]
     for c in range(nx):
         rows[m, i, c, j] = new[c] / j
+
+
+@separate_leaf
+def forced_terms(A, rate, c, row, count):
+    """Do what `next_term` does for the first ``count`` terms of one row (nx, ORDER+1), in the columns ``c`` and ``c + 1`` of the
+    harmonic that turns with ``rate``; the columns of the states are there."""
+    of_cos, of_sin = row[c, 0], row[c + 1, 0]
+    for j in range(1, count):
+        new_cos, new_sin = 0.0, 0.0
+        for k in range(A.shape[0]):
+            new_cos += row[k, j - 1] * A[k, c]
+            new_sin += row[k, j - 1] * A[k, c + 1]
+        of_cos, of_sin = (new_cos + rate * of_sin) / j, (new_sin - rate * of_cos) / j
+        row[c, j], row[c + 1, j] = of_cos, of_sin

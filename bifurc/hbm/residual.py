@@ -6,6 +6,8 @@ Derivatives are exact, also that by a parameter of the system, given the derivat
 
 One file, because following contacts, summing their forces and joining them to the linear part is one evaluation.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from .._jit import both, leaf, njit
@@ -30,7 +32,7 @@ from .contacts.common import (
 from .contacts.event_driven import crest, exact, followed_on, overshoot
 from .contacts.sampled import sampled
 from .contacts.spectra import Scratch, Slopes, Sums, divisors, gather, joined, signals
-from .tables import MEMORIES, MEMORY, MODES, PAIRED, Grid, Room, core, expressions, structure
+from .tables import HEAD, INTERNAL, MEMORIES, MEMORY, MODES, MOST_GUARDS, PAIRED, Grid, Room, core, expressions, structure
 from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
@@ -109,11 +111,11 @@ def arose(contact, grid, rates, segments, n, a):
     return max(value(waves, a, stop + i * h)[0], value(waves, a, stop + (i + 1.0) * h)[0]) / bound
 
 
-@njit
-def threshold(contact, grid, rates, segments, wanted):
-    """Return the height up to which events are ignored so that about ``wanted`` of them are left."""
+@leaf
+def threshold(contact, grid, rates, segments, wanted, a, heights):
+    """Return the height up to which events are ignored so that about ``wanted`` of them are left; ``a`` (mi,) and ``heights``, one
+    an event, are overwritten."""
     events = segments.counts[0] - 1
-    a, heights = np.empty(contact.waves.size), np.empty(events)
     for n in range(events):
         heights[n] = arose(contact, grid, rates, segments, n, a)
     for i in range(1, events):  # by insertion
@@ -126,6 +128,26 @@ def threshold(contact, grid, rates, segments, wanted):
     return min(top, 0.5 * (heights[drop - 1] + heights[drop])) if drop < events else top
 
 
+class Work(NamedTuple):
+    """Arrays that are overwritten while contacts are followed."""
+
+    half: np.ndarray  # these two: see `synthesised`
+    factors: np.ndarray
+    scratch: np.ndarray  # these three: see `contacts.common.Space`
+    flags: np.ndarray
+    p: np.ndarray
+    heights: np.ndarray  # of events, see `threshold`
+
+
+@njit
+def work(S, grid: Grid, room: Room):
+    """Return arrays to follow contacts with."""
+    M, G, mi, (waves, nodes) = S[MODES], S[MOST_GUARDS], S[INTERNAL], grid.cosines.shape
+    scratch, flags = np.empty((8, max(mi, M, G, room.zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
+    return Work(np.empty((6, nodes // 2 + 1)), np.empty((6, waves)), scratch, flags, np.empty((S[HEAD + mi - 1] + 1, 2)),
+                np.empty(room.ends.shape[1]))
+
+
 @both
 def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     """Follow all contacts along rows with coefficients ``c``, ``v``, into ``room``; return the code of a `ContactStatus`.
@@ -134,6 +156,12 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     ignored; where it has fewer, the guards that come nearest to firing count as touches: so the equations of an order of
     events go on smoothly beyond the point where the order changes, as far as a corrector looks.
     """
+    return followed_in(S, flat, grid, c, v, listed, room, work(S, grid, room))
+
+
+@leaf
+def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
+    """Do what `followed` says, without counting references to arrays."""
     samples, cosines, sines, excite, dexcite = grid
     zs, sources, counts = room.zs, room.sources, room.counts
     nr, nodes = len(c), cosines.shape[1]
@@ -144,7 +172,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     U, dU, ddU, V = room.grids[0], room.grids[1], room.grids[2], room.grids[3]
-    synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0, np.empty((6, nodes // 2 + 1)), np.empty((6, len(cosines))))
+    synthesised(waves, cosines, sines, c, U, dU, ddU, samples == 0, work.half, work.factors)
     rate = flat[0]
     for row in range(nr):
         for n in range(nodes):
@@ -152,11 +180,8 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
         if samples == 0:
             for n in range(nodes):
                 ddU[row, n] *= rate
-    M, G = contacts.shape[1] - 1, contacts.shape[2] - 1
-    scratch, flags = np.empty((8, max(waves.size, M, G, zs.shape[2]))), np.empty((3, max(M, G)), np.int64)
-    p = np.empty((waves[-1] + 1, 2))
     tabulated = Tabulated(U, V, dU, ddU, excite, dexcite)
-    space = Space(scratch, flags, p, room.tables)
+    space = Space(work.scratch, work.flags, work.p, room.tables)
     for k in range(len(contacts)):
         skip, touch, contact = 0.0, 0.0, Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
         segments = Segments(room.paths[k], room.ends[k], zs[k], sources[k], counts[k])
@@ -180,7 +205,7 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
                 if wanted == 0 and by < 0:
                     new = ALL
                 else:
-                    new = threshold(contact, grid, room.rates[k], segments, wanted)
+                    new = threshold(contact, grid, room.rates[k], segments, wanted, work.scratch[0, :waves.size], work.heights)
                 if new <= skip:
                     break
                 skip = new
@@ -191,13 +216,13 @@ def followed(S, flat, grid: Grid, c, v, listed, room: Room):
     return FOLLOWED
 
 
-@njit
-def followed_again(S, flat, c, v, room: Room, far):
+@leaf
+def followed_again(S, flat, c, v, room: Room, far, scratch, p):
     """Follow all contacts along rows that are next to those along which they were followed last; return whether that is possible:
-    it is with the same events, each moved by less than ``far``, see `event_driven.followed_on`."""
+    it is with the same events, each moved by less than ``far``, see `event_driven.followed_on`; the last two arguments are those
+    of `Work`."""
     waves, _, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
-    scratch, p = np.empty((3, max(waves.size, room.zs.shape[2]))), np.empty((waves[-1] + 1, 2))
     for k in range(len(contacts)):
         Z = contacts[k, contacts.shape[1] - 1, 0, MEMORY]
         if not followed_on(Contact(waves, excited, contacts[k], X[k], loose[k], c, v),
@@ -224,7 +249,7 @@ def kept(listed, sources, counts):
     return True
 
 
-@njit
+@leaf
 def assembled(S, R, flat, dflat, x, F, J, slopes, f, wide):
     """Write residual ``f`` (slots n,) and with ``slopes`` derivatives ``wide`` (slots n, slots n + 1), last by the parameter."""
     waves, place, _, _ = structure(S)
@@ -291,6 +316,12 @@ def assembled(S, R, flat, dflat, x, F, J, slopes, f, wide):
 @both
 def motion(S, R, flat, dflat, x, c, v, cp, vp):
     """Write the coefficients (nr, mi) of the rows' coordinates and speeds, and their derivatives by the parameter."""
+    moved_rows(S, R, flat, dflat, x, c, v, cp, vp, np.empty(S[INTERNAL]))
+
+
+@leaf
+def moved_rows(S, R, flat, dflat, x, c, v, cp, vp, line):
+    """Do what `motion` says; ``line`` (mi,) is overwritten."""
     _, place, _, _ = structure(S)
     n = R.shape[1]
     c[:] = 0.0
@@ -300,7 +331,7 @@ def motion(S, R, flat, dflat, x, c, v, cp, vp):
             if weight != 0.0:
                 for i in range(place.size):
                     c[r, place[i]] += weight * x[i * n + a]
-    signals(S, flat, dflat, c, v, cp, vp)
+    signals(S, flat, dflat, c, v, cp, vp, line)
 
 
 def order_of(room: Room) -> np.ndarray:
@@ -338,28 +369,34 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far
     int
         Code of a `ContactStatus`; `NOT_SETTLED` where they cannot have those events.
     """
+    L, Q, M, mi = room.spectra.shape[3], S[PAIRED], S[MODES], S[INTERNAL]
+    space = work(S, grid, room)
+    scratch = Scratch(np.empty((4, Q * mi + 1)), space.p, np.empty((M, L, 2)), np.empty((3, L, 2)),
+                      np.empty((S[MEMORIES], Q * mi + 1)))
+    return linearised_in(S, R, flat, dflat, x, grid, slopes, listed, room, far, space, scratch, np.empty((L, 2)), np.empty(mi),
+                         np.empty((2, 2 * L - 1)))
+
+
+@leaf
+def linearised_in(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far, space: Work, scratch: Scratch, D, line, ways):
+    """Do what `linearised` says, without counting references to arrays; the last five arguments are overwritten."""
     waves, place, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     dX, dloose = expressions(S, dflat)
     c, v, cp, vp = room.rows[0], room.rows[1], room.rows[2], room.rows[3]
-    motion(S, R, flat, dflat, x, c, v, cp, vp)
+    moved_rows(S, R, flat, dflat, x, c, v, cp, vp, line)
     if far > 0.0:
-        status = FOLLOWED if followed_again(S, flat, c, v, room, far) else NOT_SETTLED
+        status = FOLLOWED if followed_again(S, flat, c, v, room, far, space.scratch, space.p) else NOT_SETTLED
     else:
-        status = followed(S, flat, grid, c, v, listed, room)
+        status = followed_in(S, flat, grid, c, v, listed, room, space)
     if status != FOLLOWED:
         return status
-    mi, L = waves.size, room.spectra.shape[3]
-    D, p, line = np.empty((L, 2)), np.empty((waves[-1] + 1, 2)), np.empty(mi)
-    Q = S[PAIRED]
-    scratch = Scratch(np.empty((4, Q * mi + 1)), p, np.empty((S[MODES], L, 2)), np.empty((3, L, 2)),
-                      np.empty((S[MEMORIES], Q * mi + 1)))
     sums = Sums(room.spectra, room.F, room.J)
-    divisors(L, grid.samples, D)
+    divisors(len(D), grid.samples, D)
     for k in range(len(contacts)):
         gather(Contact(waves, excited, contacts[k], X[k], loose[k], c, v), Slopes(dX[k], dloose[k], flat[0], cp, vp), place,
                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid.samples, D, slopes, sums,
                scratch)
-    joined(waves, place, flat[0], room.rows, slopes, sums, line, np.empty((2, 2 * L - 1)))
+    joined(waves, place, flat[0], room.rows, slopes, sums, line, ways)
     assembled(S, R, flat, dflat, x, room.F, room.J, slopes, room.f, room.wide)
     return FOLLOWED

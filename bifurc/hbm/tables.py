@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import both, njit
+from .._jit import both, inlined
 
 # the head of the vector of structure: sizes, see `parts.Shape`
 DOFS, SLOTS, ROWS_ALL, INTERNAL, EXCITED, CONTACTS, MODES, PAIRED, MOST_GUARDS, MEMORIES, COLUMNS, HEAD = range(12)
@@ -81,7 +81,7 @@ def packed(shape) -> np.ndarray:
     return np.concatenate([head, shape.waves, shape.place, shape.excited, own.ravel()]).astype(np.int64)
 
 
-@njit
+@inlined
 def structure(S):
     """Return harmonics (mi,), slots of the balance (slots,) and the excitation (nx,), and contacts (nc, M + 1, G + 1, columns)."""
     i = HEAD
@@ -94,7 +94,7 @@ def structure(S):
     return waves, place, excited, S[i:].reshape(S[CONTACTS], S[MODES] + 1, S[MOST_GUARDS] + 1, S[COLUMNS])
 
 
-@njit
+@inlined
 def expressions(S, flat):
     """Return the expressions of all modes (nc, M, Q + G + Z, columns) and of virgin starts (nc, Z, 2 Q), of a flat vector."""
     n, nr, nx, nc, M, Q, Z = S[DOFS], S[ROWS_ALL], S[EXCITED], S[CONTACTS], S[MODES], S[PAIRED], S[MEMORIES]
@@ -104,7 +104,7 @@ def expressions(S, flat):
     return flat[i:i + size].reshape(nc, M, count, wide), flat[i + size:i + size + 2 * nc * Z * Q].reshape(nc, Z, 2 * Q)
 
 
-@njit
+@inlined
 def core(S, flat):
     """Return mass, damping and stiffness (3, n, n) and load (slots, n) of a flat vector."""
     n = S[DOFS]
@@ -112,7 +112,7 @@ def core(S, flat):
     return flat[1:i].reshape(3, n, n), flat[i:i + S[SLOTS] * n].reshape(S[SLOTS], n)
 
 
-@njit
+@inlined
 def moved(S, flat):
     """Return what is added to the rows: motion (nr, nx) and speed (nr,)."""
     n, nr, nx = S[DOFS], S[ROWS_ALL], S[EXCITED]

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from bifurc import elements as el
 from bifurc import systems
 from bifurc.compose import scene_of
-from bifurc.compose.tables import ORDER
+from bifurc.compose.tables import ORDER, rebuild
 from bifurc.system import System
 
 SCENES = {
@@ -53,6 +53,43 @@ def test_taylor_rows_are_the_derivatives(system):
     T = scene.tables
     for m in range(len(scene.keys)):
         X = joined(scene, m)
+        rows, guards = np.eye(scene.ns, scene.ns + scene.nw), T.G[m, :T.n_guards[m]]
+        for j in range(ORDER + 1):
+            assert T.YT[m, :, :, j] == pytest.approx(rows, rel=1e-12, abs=1e-300)
+            assert T.GT[m, :T.n_guards[m], :, j] == pytest.approx(guards, rel=1e-12, abs=1e-300)
+            rows, guards = rows @ X / (j + 1), guards @ X / (j + 1)
+
+
+@each
+@pytest.mark.parametrize("changed", ["frequency", "stiffness", "gap"])
+def test_rows_that_stand_are_those_of_new_tables(system, changed):
+    """Where the frequency alone has changed only the columns of the harmonics are made again: nothing is left of the numbers
+    before, whatever has changed since."""
+    scene = scene_of(system)
+    T = copy.deepcopy(scene.tables)
+    if changed == "frequency":
+        T.flat[0] *= 1.37
+    elif changed == "stiffness":
+        T.A[:, scene.n:2 * scene.n, :scene.n] *= 1.21
+    else:
+        T.G[:, :, scene.ns] += 0.125
+    rebuild(T)
+    new = copy.deepcopy(T)
+    for name in ("YT", "GT", "E", "G4", "F", "turn", "step"):
+        getattr(new, name)[:] = np.nan
+    for m in range(len(new.n_guards)):  # of derivatives that vanish, and of places without a guard
+        new.GT[m, new.n_guards[m]:] = T.GT[m, new.n_guards[m]:]
+        new.G4[m, new.n_guards[m]:] = T.G4[m, new.n_guards[m]:]
+    rebuild(new)
+    for name in ("YT", "GT", "E", "G4", "F", "turn", "step"):
+        assert np.array_equal(getattr(T, name), getattr(new, name)), name
+    omega = T.flat[0]
+    for m in range(len(scene.keys)):
+        X = joined(scene, m)
+        X[:scene.ns] = T.A[m]
+        for k, harmonic in enumerate(scene.harmonics):
+            c = scene.ns + 1 + 2 * k
+            X[c, c + 1], X[c + 1, c] = -harmonic * omega, harmonic * omega
         rows, guards = np.eye(scene.ns, scene.ns + scene.nw), T.G[m, :T.n_guards[m]]
         for j in range(ORDER + 1):
             assert T.YT[m, :, :, j] == pytest.approx(rows, rel=1e-12, abs=1e-300)

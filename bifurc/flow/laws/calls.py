@@ -5,7 +5,7 @@ A scene with laws compiles two functions of its own, a step of the collocation a
 """
 import numpy as np
 
-from ..._jit import njit
+from ..._jit import leaf, njit
 from ...compose.pointer import call
 from .gauss import NODES
 
@@ -20,7 +20,7 @@ WORST = 3.0  # times the defect aimed at is still accepted
 ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
 
 
-@njit
+@leaf
 def longest(harmonics, omega):
     """Longest step on which the forcing is one Taylor series."""
     return ANGLE / (harmonics[-1] * omega) if harmonics.size > 0 and omega > 0.0 else np.inf
@@ -38,7 +38,7 @@ def scratch_of(T, count):
     return scratch
 
 
-@njit
+@leaf
 def address(T, place):
     """Return the address of a C function of the scene."""
     if T.bound[place] == 0:
@@ -46,7 +46,7 @@ def address(T, place):
     return T.bound[place]
 
 
-@njit
+@leaf
 def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
     """One step of at most ``h`` from ``x`` (nx,) to ``x1`` with a defect near ``aim``; return its length.
 

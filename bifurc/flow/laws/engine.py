@@ -5,7 +5,7 @@ step, is small; the state errs like its square.  Guards become polynomials on sh
 """
 import numpy as np
 
-from ..._jit import njit
+from ..._jit import leaf, njit
 from .calls import WISH, longest, rate, scratch_of, step
 from .gauss import NODES
 
@@ -23,17 +23,23 @@ def field(T, m, x, f):
 def travel(T, m, x, s, x1, X):
     """Joined state after the time ``s`` from ``x`` (nx,) into ``x1`` (nx,); rows of ``X`` (count, ns) are carried along."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
-    acc, force, accs = np.empty((n, NODES + 2)), np.empty((rows, NODES + 2)), np.empty((0, n, NODES + 2))
-    scratch = scratch_of(T, X.shape[0])
-    now = x.copy()
+    travelled(T, m, x, s, x1, X, scratch_of(T, X.shape[0]), np.empty((n + rows) * (NODES + 2)), np.empty(nx))
+
+
+@leaf
+def travelled(T, m, x, s, x1, X, scratch, room, now):
+    """Do what `travel` says; ``scratch`` is that of `step`, ``room`` takes its accelerations and forces, ``now`` (nx,) is
+    overwritten."""
+    nx = x.size
+    acc, force = room, room[T.LP.shape[2] * (NODES + 2):]
     for c in range(nx):
-        x1[c] = x[c]
+        now[c] = x1[c] = x[c]
     top = longest(T.harmonics, T.flat[0])
     left = s
     count = int(np.ceil(abs(s) / min(top, T.step[m])))
     while count > 0:
         tried = left / count
-        h = step(T, m, now, tried, DEFECT, x1, acc, force, X, 0, accs, scratch)
+        h = step(T, m, now, tried, DEFECT, x1, acc, force, X, 0, room, scratch)
         left -= h
         count -= 1
         if h == tried and count == 0 or not abs(x1[0]) < np.inf:

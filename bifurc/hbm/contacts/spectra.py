@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._jit import njit, separate_leaf
+from ..._jit import leaf, separate_leaf
 from ...solve.dense import inner
 from ..tables import ALGEBRAIC, FORGETS, MEMORY, PAIRS, ROWS, SILENT, WIDTH, moved, structure
 from ..waves import both_ways, height, jet, powers, size, spectrum_row, turned
@@ -388,13 +388,13 @@ def joined(waves, place, rate, signals, wanted, sums, line, ways):
                             J[row, i, target, b + 1] += turn * line[b]
 
 
-@njit
-def signals(S, flat, dflat, c, v, cp, vp):
-    """Add base motion and drift to the rows' coordinates ``c``; write speeds ``v`` and both derivatives by the parameter."""
+@leaf
+def signals(S, flat, dflat, c, v, cp, vp, a):
+    """Add base motion and drift to the rows' coordinates ``c``; write speeds ``v`` and both derivatives by the parameter; ``a``
+    (mi,) is overwritten."""
     waves, _, excited, _ = structure(S)
     base, drift = moved(S, flat)
     dbase, ddrift = moved(S, dflat)
-    a = np.empty(waves.size)
     rate, drate = flat[0], dflat[0]
     for row in range(len(c)):
         for j in range(a.size):

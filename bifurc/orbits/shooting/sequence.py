@@ -25,7 +25,7 @@ One file, because residual, Jacobian and corrector are compiled as one call and 
 """
 import numpy as np
 
-from ..._jit import FLAG, NOTHING, NUMBER, WHOLE, apart, both, inlined, njit
+from ..._jit import FLAG, NOTHING, NUMBER, WHOLE, apart, both, inlined, leaf, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
     advance,
@@ -142,8 +142,16 @@ def reset(T, m, g, closes, x, xp, P):
     no unknowns of the orbit.
     """
     ns, nx = P.shape
-    if g >= 0 and T.n_holds[m] == 0:
-        jump(T, m, g, closes == 1, x, xp, P)
+    if T.n_holds[m] == 0:
+        if g >= 0:
+            jump(T, m, g, closes == 1, x, xp, P)
+            return
+        for i in range(ns):
+            for c in range(nx):
+                P[i, c] = 1.0 if i == c else 0.0
+        for c in range(nx):
+            xp[c] = x[c]
+        curved_hold(T, m, xp, P)
         return
     Q, held = np.empty((ns, nx)), x.copy()
     for i in range(ns):
@@ -153,11 +161,10 @@ def reset(T, m, g, closes, x, xp, P):
     for k in range(T.n_holds[m]):
         clear(T.S[m, k], done, 2 * k, Q)
         clear(T.H[m, k], done, 2 * k + 1, Q)
-    if T.n_holds[m] > 0:
-        for i in range(ns):
-            held[i] = 0.0
-            for c in range(nx):
-                held[i] += Q[i, c] * x[c]
+    for i in range(ns):
+        held[i] = 0.0
+        for c in range(nx):
+            held[i] += Q[i, c] * x[c]
     if g < 0:
         P[:] = Q
         xp[:] = held
@@ -226,24 +233,24 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     Jacobian with the factor mu on it is ``J + (mu - 1) C``.  With ``span`` = 0 its last column is the derivative in the time at
     which node 0 begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
     """
+    ns, nx = T.A.shape[1], T.A.shape[2]
+    room, P, square = np.empty((9, nx)), np.empty((ns, nx)), np.empty((2, ns, ns))
+    assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, room, P, square)
+
+
+@leaf
+def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, room, P, square):
+    """Do what `assemble` says, without counting references to arrays; the last three are overwritten."""
     step = T.step
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
     size = 1 + ns
     period = 2.0 * np.pi / T.flat[0]
     unit = 2.0**(10.0 * np.round(0.1 * np.log2(T.flat[0])))  # of rates: the frequency, coarse, so that branches over it keep theirs
-    x = np.empty(nx)  # before the event
-    xp = np.empty(nx)  # after it
-    xe = np.empty(nx)  # at the end of the interval
-    f = np.empty(ns)
-    dw = np.empty(nx - ns)
-    row = np.empty(nx)
-    y1 = np.empty(ns)
-    start = np.empty(ns)  # d y+ / d tau at fixed y, without what the later start takes away
-    move = np.empty(ns)
-    P = np.empty((ns, nx))
-    Phi = np.empty((ns, ns))
-    PhiP = np.empty((ns, ns))
+    x, xp, xe = room[0], room[1], room[2]  # before the event, after it, at the end of the interval
+    f, dw, row, y1 = room[3, :ns], room[4, :nx - ns], room[5], room[6, :ns]
+    start, move = room[7, :ns], room[8, :ns]  # d y+ / d tau at fixed y, without and with what the later start takes away
+    Phi, PhiP = square[0], square[1]
     if want > 0.0:
         for r in range(J.shape[0]):
             for c in range(J.shape[1]):
