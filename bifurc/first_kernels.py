@@ -24,7 +24,7 @@ def motions() -> None:
     integrator = Integrator(scene_of(system), 100)
     integrator.label(np.zeros((2, 2)), targets, 2)
     starts = np.stack(np.meshgrid(np.linspace(-3.0, 1.0, 12), np.linspace(-4.0, 4.0, 12)), axis=-1).reshape(-1, 2)
-    integrator.carry(starts, 4)  # so many that the batch step defers some
+    integrator.propagate(starts, 4)  # so many that the batch step defers some
 
 
 def orbits() -> None:

@@ -134,7 +134,7 @@ def side_by_side(module, numbers, X: np.ndarray, periods: int, modes: np.ndarray
     """Carry the starts ``X`` (N, ns) in place in a batch; return those left to the caller."""
     codes = np.full(len(X), 6)
     modes = np.zeros(len(X), np.int64) if modes is None else modes
-    module.carry(numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
+    module.propagate(numbers, modes, X, 2000, periods, codes, np.zeros(len(X), np.int64), np.full(len(X), np.inf))
     return int(np.count_nonzero(codes))
 
 
@@ -187,13 +187,13 @@ class Result:
         return self.rate(kernel) / statistics.median(found) if found else None
 
 
-def errors(setting: Setting, periods: int, X: np.ndarray, carry) -> np.ndarray:
+def errors(setting: Setting, periods: int, X: np.ndarray, propagate) -> np.ndarray:
     """Return the errors (N,) of a kernel at random cells."""
     exact = Oscillator(**NUMBERS)
     many = CHECKED[setting][0 if periods == 1 else 1]
     starts = X[np.random.default_rng(7).choice(len(X), many, replace=False)]
     right = np.array([[float(value) for value in exact.march(q, v, 0, periods * exact.period)[:2]] for q, v in starts])
-    carry(starts, periods)
+    propagate(starts, periods)
     return np.abs(starts - right).max(axis=1)
 
 
@@ -248,7 +248,7 @@ def law_kernels(cells: int, scenes: int | None = None) -> tuple[dict, dict]:
         integrator = PeriodMap(system)._integrator
 
         def batch(Y, periods, integrator=integrator):
-            return int(np.count_nonzero(integrator.carry(Y, periods).outcomes))
+            return int(np.count_nonzero(integrator.propagate(Y, periods).outcomes))
 
         def simulations(Y, periods, system=system):
             return sum(not bf.simulate(system, y, periods=periods).success for y in Y)

@@ -142,7 +142,7 @@ class Integrator:
                 self._follow(i, X, cells, targets, most)
         return cells
 
-    def carry(self, X: np.ndarray, periods: int) -> Images:
+    def propagate(self, X: np.ndarray, periods: int) -> Images:
         """Carry the starts ``X`` (N, ns), in place, over forcing periods."""
         outcomes, impacts = (np.full(len(X), value, np.int64) for value in (ASK, 0))
         images = Images(X, outcomes, impacts, np.full(len(X), np.inf))
@@ -150,15 +150,15 @@ class Integrator:
         T, modes = self.begin(X)
         images.outcomes[modes == BEYOND] = OUTSIDE
         if self._module is not None:
-            self._module.carry(self._numbers, modes, X, self.limit, periods, *images[1:])
+            self._module.propagate(self._numbers, modes, X, self.limit, periods, *images[1:])
         elif self._scalar is not None:
             self._scalar.map_starts(T, self._followers(T), self._candidates, modes, X, self.limit, periods, *images[1:])
         for i in np.flatnonzero(images.outcomes == ASK).tolist():
             with nullcontext() if self.scene.complete else self._lock:
-                self._carry(i, starts[i], images, periods)
+                self._propagate(i, starts[i], images, periods)
         return images
 
-    def _carry(self, i: int, start: np.ndarray, images: Images, periods: int) -> None:
+    def _propagate(self, i: int, start: np.ndarray, images: Images, periods: int) -> None:
         """Carry one start with all decisions open to Python."""
         y, images.impacts[i], images.speeds[i], images.ends[i] = start, 0, np.inf, start
         for first in range(0, periods, BLOCK):

@@ -101,4 +101,4 @@ class PeriodMap:
             raise ValueError("X contains states that are not finite")
         if isinstance(periods, bool) or periods != int(periods) or periods < 1:
             raise ValueError(f"periods = {periods!r} is not allowed; it must be a whole number of at least 1")
-        return self._integrator.carry(X, int(periods))
+        return self._integrator.propagate(X, int(periods))

@@ -1,7 +1,7 @@
 """Motion through events: the compiled integration that finds every event with a bound and applies it.
 
 Steps of the mode's length run freely from any time.  A step is passed when a bound proves that no guard reaches zero
-(`coast`); otherwise the guards become polynomials and their first zero is isolated (`polynomial.first_zero`).  After an
+(`free_steps`); otherwise the guards become polynomials and their first zero is isolated (`polynomial.first_zero`).  After an
 event the candidates of the fired guard are tried in order by `bifurc.flow.rule`; what they leave open goes back to
 `bifurc.flow.settle`.  A complete chattering ends in closed form, `bifurc.flow.chatter`.
 """
@@ -11,7 +11,7 @@ from .._jit import NOTHING, apart, leaf, njit
 from .._jit import WHOLE as STATUS
 from ..compose.tables import ORDER
 from .affine.engine import all_series, arrival, curved_project, forcing, land, terms_size
-from .affine.event_free import coast
+from .affine.event_free import free_steps
 from .affine.polynomial import EPS, first_zero, horner
 from .chatter import UNSEEN, closing, multiple
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
@@ -139,7 +139,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
         count = int(min(left / h, 1e9))
         if period < np.inf:
             count = min(count, int((period - tau) / h) + 1)
-        hit = coast(T, m, x, count, orders, slopes, bounds) if count > 0 else 0.0
+        hit = free_steps(T, m, x, count, orders, slopes, bounds) if count > 0 else 0.0
         passed = hit > 0.0
         g, chosen, what = -1, m, PASSED
         arrive = span = 0.0

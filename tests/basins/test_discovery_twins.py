@@ -290,7 +290,7 @@ def test_a_set_does_not_depend_on_the_units(scale, tear, strict):
         scale = np.array(scale)
         direction, multiplier = direction_of(bent(scale), scale, np.zeros(2), 1)
         sides = both_sides(bent(scale, tear), scale, np.zeros(2), direction, multiplier, strict)
-        return multiplier, sides, [side.carry(15, gap, 3000) for side in sides], [[piece / scale for piece in side.pieces]
+        return multiplier, sides, [side.propagate(15, gap, 3000) for side in sides], [[piece / scale for piece in side.pieces]
                                                                                for side in sides]
     multiplier, sides, whole, pieces = grown([1.0, 1.0], 0.02)
     again = grown(scale, 0.02)
@@ -315,7 +315,7 @@ def test_where_motions_end_the_set_is_carried_up_to_the_end():
         direction, multiplier = direction_of(bent(scale), scale, np.zeros(2), 1)
         ended = []
         for side in both_sides(bent(scale, end=0.06), scale, np.zeros(2), direction, multiplier):
-            side.carry(15, 0.02, 3000)
+            side.propagate(15, 0.02, 3000)
             ended.append((dict(side.ended), [len(piece) for piece in side.pieces], side.breaks, side.corners))
             if side.ended:  # the piece before the last ends where the next would be lost
                 top = max((piece / scale)[:, 0].max() for piece in side.pieces)

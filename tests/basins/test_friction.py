@@ -72,8 +72,8 @@ def test_memory_is_a_coordinate_of_a_cell_map():
 @pytest.mark.parametrize("friction", [Coulomb(0.1), Coulomb(0.1, belt_speed=0.2, friction_negative=0.15, static_ratio=1.2)])
 def test_rebounds_turn_friction_round_in_a_batch(friction, rng, monkeypatch):
     """A stop on the row that slides: every rebound turns the friction; the simulation has only those that come to rest there."""
-    left, carry = [], Integrator._carry
-    monkeypatch.setattr(Integrator, "_carry", lambda self, i, *rest: (left.append(i), carry(self, i, *rest)))
+    left, propagate = [], Integrator._propagate
+    monkeypatch.setattr(Integrator, "_propagate", lambda self, i, *rest: (left.append(i), propagate(self, i, *rest)))
     system = bf.System(1.0, 0.1, 1.0, (HarmonicForce(1.0), friction, RigidStop(gap=0.2, restitution=0.7)), omega=2.0)
     period_map = PeriodMap(system)
     X = np.column_stack((rng.uniform(-2.0, 0.19, 200), rng.uniform(-1.5, 1.5, 200)))
@@ -98,7 +98,7 @@ def test_rebounds_turn_friction_round_in_a_batch(friction, rng, monkeypatch):
 
 def test_starts_that_slide_with_a_load_on_the_limit_of_stick(rng, monkeypatch):
     """Their mode is the sign of their speed, whatever the guards of stick say: none is left to the simulation."""
-    monkeypatch.setattr(Integrator, "_carry", lambda *_: pytest.fail("left to the simulation"))
+    monkeypatch.setattr(Integrator, "_propagate", lambda *_: pytest.fail("left to the simulation"))
     v = np.concatenate((rng.uniform(0.1, 2.0, 20), rng.uniform(-2.0, -0.1, 20)))
     X = np.column_stack((rng.choice([-1.0, 1.0], 40) - 0.2 * v, v))  # x + 2 zeta v is the limit, 1
     images = PeriodMap(DRY).apply(X)

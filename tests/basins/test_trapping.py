@@ -18,7 +18,7 @@ class Spiral:
         turn = factor * np.array([[np.cos(0.9), -np.sin(0.9)], [np.sin(0.9), np.cos(0.9)]])
         self.map = SCALE[:, None] * turn / SCALE
 
-    def carry(self, starts, periods):
+    def propagate(self, starts, periods):
         ends = CENTRE + (starts - CENTRE) @ np.linalg.matrix_power(self.map, periods).T
         return SimpleNamespace(ends=ends, outcomes=np.full(len(starts), REACHED))
 
@@ -41,7 +41,7 @@ def test_a_spiral_has_a_trapping_union_that_holds_its_sample():
     assert len(boxes) == len(centres) and touches(centres, width, SCALE, points)
     sides = np.linspace(-0.5, 0.5, 5)
     starts = (centres[:, None, None] + np.stack(np.meshgrid(sides, sides), -1) * width * SCALE).reshape(-1, 2)
-    ends = Spiral(0.8).carry(starts, 1).ends / SCALE / width
+    ends = Spiral(0.8).propagate(starts, 1).ends / SCALE / width
     for shift in ((0.0, 0.0), (MARGIN, -MARGIN), (-MARGIN, -MARGIN), (MARGIN, MARGIN), (-MARGIN, MARGIN)):
         assert {tuple(box) for box in np.floor(ends + shift).astype(int).tolist()} <= boxes
 

@@ -39,7 +39,7 @@ class Carries:
     def __init__(self, step, period=1.0, fails=lambda X: np.zeros(len(X), bool)):
         self.step, self.fails, self.scene = step, fails, SimpleNamespace(period=period, ns=2)
 
-    def carry(self, X, periods):
+    def propagate(self, X, periods):
         out = np.zeros(len(X), int)
         for _ in range(periods):
             out = np.maximum(out, np.where(self.fails(X), LOST, 0))
@@ -634,7 +634,7 @@ def test_both_sides_of_an_unstable_set_grow_along_its_direction():
         start = side.start(np.array([0.0, 0.5, 1.0])) / SCALE
         size = sign * (start @ direction)
         np.testing.assert_allclose(size, 1e-5 * multiplier**np.array([0.0, 0.5, 1.0]), rtol=1e-6)
-        assert side.carry(16, 0.01, 5000)
+        assert side.propagate(16, 0.01, 5000)
         points = np.concatenate(side.pieces) / SCALE
         along = sign * (points @ direction)
         np.testing.assert_allclose(points - sign * along[:, None] * direction, 0.0, atol=1e-6 * along.max())
@@ -645,7 +645,7 @@ def test_both_sides_of_an_unstable_set_grow_along_its_direction():
     points, owner, number = joined(sides)
     assert len(points) == len(owner) == len(number) and set(owner) == {0, 1} and number.max() == 33
     assert [owner[number == k][0] for k in range(34)] == [0] * 17 + [1] * 17
-    assert not Side(saddle_map, SCALE, np.zeros(2), 1e-5 * direction * SCALE, multiplier).carry(16, 0.01, 40)  # too many points
+    assert not Side(saddle_map, SCALE, np.zeros(2), 1e-5 * direction * SCALE, multiplier).propagate(16, 0.01, 40)  # too many points
     least = both_sides(saddle_map, SCALE, np.zeros(2), direction, 1e3)[0].start(np.array([0.0])) / SCALE
     assert np.linalg.norm(least) == pytest.approx(1e-7, rel=1e-6)  # its first piece ends at 1e-4
 
@@ -659,7 +659,7 @@ def test_what_a_set_meets_on_its_way_is_counted():
     direction, multiplier = direction_of(saddle_map, SCALE, np.zeros(2), 1)
     direction = direction * np.sign(direction[0])
     side, other = both_sides(apply, SCALE, np.zeros(2), direction, multiplier)
-    assert side.carry(16, 0.002, 5000) and other.carry(16, 0.02, 5000)
+    assert side.propagate(16, 0.002, 5000) and other.propagate(16, 0.02, 5000)
     assert side.corners == 1 and side.merging > 0 and side.breaks == 1 and set(side.ended) == {LOST}
     assert max(piece[:, 0].max() for piece in side.pieces) == pytest.approx(0.04, abs=0.002 * 0.2)
     assert other.corners == other.merging == other.breaks == 0 and isinstance(other.ended, Counter)

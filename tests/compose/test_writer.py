@@ -142,7 +142,7 @@ def test_written_modules_take_the_engine_of_the_laws():
     scene, other = (scene_of(bf.System(1.0, 0.1, 1.0, (spring,), omega=1.0)) for spring in springs)
     engine = writer.kernels(scene)
     scan = writer.kernels(scene, "bifurc.flow.scan")
-    for name in ("coast", "inside", "all_series", "land"):
+    for name in ("free_steps", "inside", "all_series", "land"):
         assert getattr(scan, name).__module__ == "bifurc.flow.laws.guards", name
     assert engine.land is scan.land and engine.arc.__module__ == "bifurc.flow.laws.engine"
     assert engine.forcing is affine.forcing and scan.first_zero is polynomial.first_zero  # what reaches no law stays
@@ -158,7 +158,8 @@ def test_many_degrees_of_freedom_take_the_engine_of_modal_coordinates_and_few_do
     many = scene_of(bf.System(np.eye(5), 0.1 * K, K, (bf.elements.RigidStop(1.0, 0.5),), omega=1.0))
     few = scene_of(bf.System(np.eye(4), 0.1 * K[:4, :4], K[:4, :4], (bf.elements.RigidStop(1.0, 0.5),), omega=1.0))
     engine, scan = writer.kernels(many), writer.kernels(many, "bifurc.flow.scan")
-    assert engine.arc is modal_engine.arc and scan.coast is modal_engine.coast and scan.land is engine.land is not affine.land
+    assert engine.arc is modal_engine.arc and scan.free_steps is modal_engine.free_steps
+    assert scan.land is engine.land is not affine.land
     assert engine.guard_value is affine.guard_value and writer.kernels(many, "bifurc.flow.rule") is rule
     assert writer.kernels(few) is affine
 

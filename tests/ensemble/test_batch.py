@@ -66,7 +66,7 @@ def carried(system, X, periods, alone=False):
         followers, none = integrator._followers(T), np.zeros(0, np.int64)
         scalar.map_starts(T, followers, none, modes, Y, 2000, periods, codes, impacts, speeds)
     else:
-        packing.module_of(kind).carry(packing.numbers_of(T, kind), modes, Y, 2000, periods, codes, impacts, speeds)
+        packing.module_of(kind).propagate(packing.numbers_of(T, kind), modes, Y, 2000, periods, codes, impacts, speeds)
     return Y[kept], codes[kept], impacts[kept], speeds[kept]
 
 

@@ -118,7 +118,7 @@ def test_a_simulation_goes_on_from_block_to_block(rng, monkeypatch):
         found._module = found._scalar = None
         X = drawn(system, rng, 12)
         ends, carried = X.copy(), X.copy()
-        cells, images = found.label(ends, Targets.none(X.shape[1]), 8), found.carry(carried, 8)
+        cells, images = found.label(ends, Targets.none(X.shape[1]), 8), found.propagate(carried, 8)
         for i, x in enumerate(X):
             motion = bf.simulate(system, x, periods=9)
             hits = [(e.time / system.period, 0.0 if e.kind == "chatter" else e.speed) for e in motion.events
@@ -434,7 +434,7 @@ def test_a_complete_chattering_arrives_without_speed_and_counts_once():
         for periods in (1, 2, 33):
             blank = [np.full(1, value, np.int64) for value in (outcomes.ASK, 7)]
             images = Images(np.zeros((1, 3)), *blank, np.full(1, 3.0))
-            Integrator(scene, 2000)._carry(0, np.array(y), images, periods)
+            Integrator(scene, 2000)._propagate(0, np.array(y), images, periods)
             motion = bf.simulate(system, y, periods=periods)
             hits = [event for event in motion.events if event.kind in ("impact", "chatter")]
             chatters = any(event.kind == "chatter" for event in hits)
@@ -482,5 +482,5 @@ def test_labels_and_images_of_starts_beyond_a_stop_say_so(system, by, rng):
     whole, apart = found.label(X, Targets.none(X.shape[1]), 4), found.label(alone, Targets.none(X.shape[1]), 4)
     assert (whole.states[1::2] == outcomes.OUTSIDE).all() and np.array_equal(whole.states[::2], apart.states)
     assert (apart.states == outcomes.UNSETTLED).all() and np.array_equal(X[::2], alone)
-    images = found.carry(carried, 4)
+    images = found.propagate(carried, 4)
     assert (images.outcomes[1::2] == outcomes.OUTSIDE).all() and (images.outcomes[::2] == outcomes.REACHED).all()

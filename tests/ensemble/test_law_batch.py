@@ -151,7 +151,7 @@ def test_labels_are_those_of_the_scalar_integrator(name, rng):
     """The attractors that starts come to, as targets: every start gets the same label, in the same number of periods."""
     system = SCENES[name]
     integrator = Integrator(scene_of(system), 2000)
-    settled = np.unique(np.round(integrator.carry(rng.uniform(-0.5, 0.5, (1500, integrator.scene.ns)), 200).ends, 5), axis=0)
+    settled = np.unique(np.round(integrator.propagate(rng.uniform(-0.5, 0.5, (1500, integrator.scene.ns)), 200).ends, 5), axis=0)
     points = [settled[0]]
     for point in settled[1:]:
         if min(np.abs(point - other).max() for other in points) > 1e-3:

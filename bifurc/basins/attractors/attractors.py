@@ -297,7 +297,7 @@ def settled(carrier: Integrator, y: np.ndarray, scale: np.ndarray) -> np.ndarray
     X = y + CLOUD_SIZE * scale * np.random.default_rng(0).normal(size=(CLOUD, y.size))
     points = np.empty((CLOUD, -(-(SAMPLE + PROBE) // CLOUD), y.size))
     for k in range(points.shape[1]):
-        images = carrier.carry(X, COMPARED if k == 0 else 1)
+        images = carrier.propagate(X, COMPARED if k == 0 else 1)
         if np.any(images.outcomes != REACHED):
             return None
         X = points[:, k] = images.ends
@@ -310,12 +310,12 @@ def largest_exponent(carrier: Integrator, y: np.ndarray, scale: np.ndarray) -> t
     Many motions from near ``y`` are followed side by side, each with a neighbour whose distance is reset every period.
     """
     rng = np.random.default_rng(1)
-    X = carrier.carry(y + CLOUD_SIZE * scale * rng.normal(size=(CLOUD, y.size)), COMPARED).ends
+    X = carrier.propagate(y + CLOUD_SIZE * scale * rng.normal(size=(CLOUD, y.size)), COMPARED).ends
     away = rng.normal(size=X.shape)
     logs = np.zeros((COMPARED, CLOUD))
     for k in range(-SETTLING, COMPARED):
         away *= APART / np.linalg.norm(away, axis=1)[:, None]
-        both = carrier.carry(np.concatenate((X, X + away * scale)), 1)
+        both = carrier.propagate(np.concatenate((X, X + away * scale)), 1)
         if np.any(both.outcomes != REACHED):
             return 0.0, np.inf
         X = both.ends[:CLOUD]

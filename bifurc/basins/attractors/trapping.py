@@ -55,7 +55,7 @@ def _closed(carrier, points: np.ndarray, scale: np.ndarray, width: float) -> np.
         if len(known) > most:
             return None
         starts = ((_places(new)[:, None, :] + grid) * width * scale).reshape(-1, 2)
-        images = carrier.carry(starts, 1)
+        images = carrier.propagate(starts, 1)
         if np.any(images.outcomes != REACHED):
             return None
         ends = images.ends / scale / width
@@ -82,13 +82,13 @@ def _one(carrier, boxes: np.ndarray, points: np.ndarray, scale: np.ndarray, widt
     side = np.arange(-1, 2)
     around = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
     home = np.unique(_numbers((np.floor(points / scale / width)[:, None] + around).reshape(-1, 2)))
-    images = carrier.carry((boxes + 0.5) * width * scale, SETTLING)
+    images = carrier.propagate((boxes + 0.5) * width * scale, SETTLING)
     for _ in range(LOOKED):
         if np.any(images.outcomes != REACHED):
             return False
         if not np.isin(_numbers(np.floor(images.ends / scale / width)), home).all():
             return False
-        images = carrier.carry(images.ends, 1)
+        images = carrier.propagate(images.ends, 1)
     return True
 
 

@@ -128,7 +128,7 @@ def stable_set(edge: "EdgeState", *, periods: int = 60, gap: float = 0.01, most:
     direction, inverse = direction_of(back.apply, search.scale, x, k)
     growth = abs(inverse) ** (1 if inverse > 0.0 else 2)
     sides = both_sides(back.apply, search.scale, x, direction, growth, strict=False)
-    complete = all([side.carry(periods, gap, most) for side in sides])
+    complete = all([side.propagate(periods, gap, most) for side in sides])
     merging = sum(side.ended[CellState.INCONSISTENT.code] for side in sides)
     return StableSet(*joined(sides), 1.0 / inverse, direction, sum(side.corners for side in sides), merging,
                      sum(side.breaks for side in sides), complete, edge)

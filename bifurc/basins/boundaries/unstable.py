@@ -127,7 +127,7 @@ def unstable_set(edge: "EdgeState", *, periods: int = 60, gap: float = 0.01, mos
     turns = k if multiplier > 0.0 else 2 * k
     growth = abs(multiplier) ** (turns // k)
     sides = both_sides(search.map.apply, scale, x, direction, growth)
-    complete = all([side.carry(periods, gap, most) for side in sides])
+    complete = all([side.propagate(periods, gap, most) for side in sides])
     labels = tuple(tuple(reaches(search.targets, search.integrator, side.start(np.linspace(0.0, 1.0, 64)),
                                  edge.basins.options["max_periods"])) for side in sides)
     return UnstableSet(*joined(sides), labels, multiplier, sum(side.corners for side in sides), sum(side.merging for side in sides),
@@ -186,7 +186,7 @@ class Side:
         """Return points (len(s), ns) of the beginning."""
         return self.x + self.growth ** s[:, None] * self.d
 
-    def carry(self, periods: int, gap: float, most: int) -> bool:
+    def propagate(self, periods: int, gap: float, most: int) -> bool:
         """Grow the pieces period by period; where neighbours part, starts are put between them."""
         s = np.linspace(0.0, 1.0, 9)
         ends, alive, whole = self.start(s), np.ones(9, bool), True

@@ -55,7 +55,7 @@ def half_difference(signature: Signature, x, scale):
     return apart / scale[:half]
 
 
-def parting(directions):
+def splitting(directions):
     """Return those of unit ``directions`` (m, n + 1), scaled unknowns, along which the halves of a doubled orbit come apart."""
     half = (directions.shape[1] - 1) // 2
     apart = np.linalg.norm(directions[:, :half] - directions[:, half:-1], axis=1) > APART

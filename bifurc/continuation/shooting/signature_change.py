@@ -98,8 +98,8 @@ def accumulates(signature, other) -> bool:
 
 
 def resolved(problem, signature) -> float:
-    """Return how many impacts a period, `TRAIN` at most, may be those of an infinite sequence that ``signature`` completes: as many
-    as bring the times left to the release of a just completed one down to `LEFT`."""
+    """Return how many impacts a period, `TRAIN` at most, may be those of a complete chattering that ``signature`` completes: as
+    many as bring the times left to the release of a just completed one down to `LEFT`."""
     T = problem.equations.numbers_at(float(problem.x0[-1]))
     ends = signature.nodes[signature.nodes[:, CLOSES] == 1][:, :AFTER]
     ratios = [float(T.ratio[mode, guard]) for mode, guard in ends]
@@ -307,7 +307,7 @@ def exchanged(problem, x, other, trains=False):
 
     Those that change places are as few as can be: two neighbours, a pair in each half of a period, or an event that overtakes
     several of one instant.  Of several choices it is that of the events nearest to each other in time at ``x`` (n + 1,).  With
-    ``trains`` the impacts that lead to the end of an infinite sequence count as well, as many on both sides: which of the events
+    ``trains`` the impacts that lead to the end of a complete chattering count as well, as many on both sides: which of the events
     before them are told to belong to it differs, and how many are listed.
     """
     masks = as_long(problem, other) if trains else [listed(problem), listed(other)]

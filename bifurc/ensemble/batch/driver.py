@@ -118,7 +118,7 @@ def label(given, modes, X, limit, most, targets, cells):
             own[:, l] = own[:, active]
 
 
-def carry(given, modes, X, limit, periods, outcomes, impacts, speeds):
+def propagate(given, modes, X, limit, periods, outcomes, impacts, speeds):
     """Carry the starts ``X`` (N, ns), in place, over forcing periods; write what became of each: `label` without attractors."""
     cells = Cells(np.empty_like(outcomes), np.empty_like(outcomes), impacts, outcomes, speeds)
     label(given, modes, X, limit, periods, Targets.none(NS), cells)

@@ -63,7 +63,7 @@ def images(scene: Scene, kind: Kind, steps: int, X: np.ndarray, periods: int = 1
     codes, impacts = (np.full(len(Y), value, np.int64) for value in (6, 0))
     modes = np.empty(len(Y), np.int64)
     begin(T, np.array(list(scene.start_modes()), np.int64), Y, modes)
-    module_of(kind).carry(numbers_of(T, kind, steps), modes, Y, 2000, periods, codes, impacts, np.full(len(Y), np.inf))
+    module_of(kind).propagate(numbers_of(T, kind, steps), modes, Y, 2000, periods, codes, impacts, np.full(len(Y), np.inf))
     Y[codes != 0] = np.nan
     return Y
 

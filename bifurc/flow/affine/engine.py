@@ -72,7 +72,7 @@ def integrate(T, m, x, k):
 
 
 @apart(NOTHING, python=True)
-def carry(T, m, x, s, out):
+def propagate(T, m, x, s, out):
     """Write the joined state (state and forcing) after ``0 <= s <= step`` into ``out`` (nx,)."""
     A, flat, harmonics, step = T.A, T.flat, T.harmonics, T.step
     ns, nx = A.shape[1], A.shape[2]
@@ -245,7 +245,7 @@ def all_series(T, m, x, orders, a):
 @leaf
 def land(T, m, g, x, hit, out):
     """Write the joined state after ``0 <= hit <= step`` into ``out`` (nx,); return ``hit``: affine guards are zero there."""
-    carry(T, m, x, hit, out)
+    propagate(T, m, x, hit, out)
     return hit
 
 

@@ -8,7 +8,7 @@ from ..._jit import NUMBER, apart
 
 
 @apart(NUMBER, counted=False)
-def coast(T, m, x, count, orders, slopes, room):
+def free_steps(T, m, x, count, orders, slopes, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps; return the time that was proved free of events.
 
     ``orders`` (guards,) are the orders of the zeros that the guards are known to have at the start, ``slopes`` their

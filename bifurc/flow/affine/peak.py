@@ -3,7 +3,7 @@ import numpy as np
 
 from ..._jit import PAIR, apart, njit
 from ...compose.tables import ORDER
-from .engine import carry, guard_series
+from .engine import guard_series, propagate
 from .polynomial import EPS, highest
 
 NOISE = 4.0 * EPS  # of the sum of its terms: a smaller rate is zero
@@ -52,7 +52,7 @@ def segment_peak(T, m, g, x, s, closing, low):
         slope = 0.0
     while t < s:
         h = min(step[m], s - t)
-        carry(T, m, now, h, after)
+        propagate(T, m, now, h, after)
         value1, slope1, e = 0.0, 0.0, 0.0
         for c in range(nx):
             value1 += G[m, g, c] * after[c]

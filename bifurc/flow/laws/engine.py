@@ -9,7 +9,7 @@ from ..._jit import leaf, njit
 from .calls import WISH, longest, rate, scratch_of, step
 from .gauss import NODES
 
-ENGINE = ("field", "advance", "carry", "arc")
+ENGINE = ("field", "advance", "propagate", "arc")
 DEFECT = 2e-8  # aimed at in a step
 
 
@@ -20,15 +20,15 @@ def field(T, m, x, f):
 
 
 @njit
-def travel(T, m, x, s, x1, X):
+def integrate(T, m, x, s, x1, X):
     """Joined state after the time ``s`` from ``x`` (nx,) into ``x1`` (nx,); rows of ``X`` (count, ns) are carried along."""
     n, rows, nx = T.LP.shape[2], T.LU.shape[0], x.size
-    travelled(T, m, x, s, x1, X, scratch_of(T, X.shape[0]), np.empty((n + rows) * (NODES + 2)), np.empty(nx))
+    integrated(T, m, x, s, x1, X, scratch_of(T, X.shape[0]), np.empty((n + rows) * (NODES + 2)), np.empty(nx))
 
 
 @leaf
-def travelled(T, m, x, s, x1, X, scratch, room, now):
-    """Do what `travel` says; ``scratch`` is that of `step`, ``room`` takes its accelerations and forces, ``now`` (nx,) is
+def integrated(T, m, x, s, x1, X, scratch, room, now):
+    """Do what `integrate` says; ``scratch`` is that of `step`, ``room`` takes its accelerations and forces, ``now`` (nx,) is
     overwritten."""
     nx = x.size
     acc, force = room, room[T.LP.shape[2] * (NODES + 2):]
@@ -52,16 +52,16 @@ def travelled(T, m, x, s, x1, X, scratch, room, now):
 
 
 @njit
-def carry(T, m, x, s, out):
+def propagate(T, m, x, s, out):
     """Write the joined state (state and forcing) after ``s`` into ``out`` (nx,)."""
-    travel(T, m, x, s, out, np.empty((0, 2)))
+    integrate(T, m, x, s, out, np.empty((0, 2)))
 
 
 @njit
 def advance(T, m, x, s, y1):
     """Write the state at time ``s`` after ``x`` (nx,) into ``y1`` (ns,); ``x`` is kept."""
     x1 = np.empty(x.size)
-    travel(T, m, x, s, x1, np.empty((0, 2)))
+    integrate(T, m, x, s, x1, np.empty((0, 2)))
     for i in range(y1.size):
         y1[i] = x1[i]
 
@@ -71,7 +71,7 @@ def arc(T, m, x, s, y1, Phi):
     """Like `advance`, with the derivative ``Phi`` (ns, ns) of the state in the state at the start."""
     ns = y1.size
     x1, X = np.empty(x.size), np.eye(ns)
-    travel(T, m, x, s, x1, X)
+    integrate(T, m, x, s, x1, X)
     for i in range(ns):
         y1[i] = x1[i]
         for c in range(ns):

@@ -42,10 +42,10 @@ from .calls import (
     step,
     values,
 )
-from .engine import DEFECT, carry, field, travel
+from .engine import DEFECT, field, integrate, propagate
 from .gauss import DOUBLE, MOMENTS, NODES, POWERS, SINGLE, WEIGHTS, C
 
-ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "coast", "inside",
+ENGINE = ("reach", "guard_series", "guard_value", "guard_gradient", "guard_divided", "state_series", "free_steps", "inside",
           "bend", "curved_closure", "segment_peak", "land", "terms_size", "arrival",
           "curved_jump", "curved_kick", "curved_rest", "curved_project", "curved_hold", "all_series")
 TIGHT = 1e-10  # defect aimed at in the steps of polynomials, and 3 times that allowed
@@ -336,7 +336,7 @@ def guard_divided(T, m, g, x, s, order, row):
             row[c] = e
     else:
         f, end = np.empty(ns), np.empty(nx)
-        travel(T, m, x, s, x1, start)
+        integrate(T, m, x, s, x1, start)
         field(T, m, x1, f)
         value = guard_and_gradient(T, m, g, x1, end) / s**order
         forcing_rate(T, x1, dw)
@@ -362,7 +362,7 @@ def guard_divided(T, m, g, x, s, order, row):
 
 
 @njit
-def coast(T, m, x, count, orders, slopes_known, room):
+def free_steps(T, m, x, count, orders, slopes_known, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events.
 
     Inside such a step go as many long steps of the collocation as are needed; on each the guards' polynomials must stay
@@ -509,7 +509,7 @@ def land(T, m, g, x, hit, out):
 
     A zero on the polynomial of a law is as good as its interpolation; Newton in time on the law itself takes it to rounding.
     """
-    carry(T, m, x, hit, out)
+    propagate(T, m, x, hit, out)
     if g < 0 or hit == 0.0 or not weighed(T, m, g):
         return hit
     f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
@@ -522,7 +522,7 @@ def land(T, m, g, x, hit, out):
         if not abs(change) <= 1e-6 * T.step[m] or not hit + change > 0.0:
             break
         hit += change
-        carry(T, m, x, hit, out)
+        propagate(T, m, x, hit, out)
     return hit
 
 

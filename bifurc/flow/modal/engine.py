@@ -12,7 +12,7 @@ from ..affine import event_free, peak
 from .states import modal_arc, modal_reach, modal_state_series
 from .steps import modal_coast, modal_land, modal_peak, modal_series
 
-ENGINE = ("advance", "all_series", "arc", "carry", "coast", "reach", "segment_peak", "state_series")
+ENGINE = ("advance", "all_series", "arc", "propagate", "free_steps", "reach", "segment_peak", "state_series")
 
 
 @njit
@@ -22,12 +22,12 @@ def is_modal(T, m):
 
 
 @njit
-def carry(T, m, x, s, out):
+def propagate(T, m, x, s, out):
     """Write the joined state (state and forcing) after ``s >= 0`` into ``out`` (nx,); by the tables up to a step."""
     if is_modal(T, m):
         modal_land(T, m, x, s, out)
     else:
-        affine.carry(T, m, x, s, out)
+        affine.propagate(T, m, x, s, out)
 
 
 @njit
@@ -73,11 +73,11 @@ def all_series(T, m, x, orders, a):
 
 
 @njit
-def coast(T, m, x, count, orders, slopes, room):
+def free_steps(T, m, x, count, orders, slopes, room):
     """Advance ``x`` (nx,) in place by up to ``count`` steps of the tables; return the time that was proved free of events."""
     if is_modal(T, m):
         return modal_coast(T, m, x, count * T.step[m], orders, slopes)
-    return event_free.coast(T, m, x, count, orders, slopes, room)
+    return event_free.free_steps(T, m, x, count, orders, slopes, room)
 
 
 @both

@@ -170,7 +170,7 @@ def modal_land(T, m, x, s, out):
 def modal_coast(T, m, x, limit, orders, slopes):
     """Advance ``x`` (nx,) in place by up to ``limit``; return the time that was proved free of events and of touches.
 
-    ``orders`` (guards,) and ``slopes`` as for `coast`; zeros of any known order are divided out.
+    ``orders`` (guards,) and ``slopes`` as for `free_steps`; zeros of any known order are divided out.
     """
     nx, guards, first = x.size, T.n_guards[m], T.level[m, 0]
     xi, size, out, stack = np.empty(nx), np.empty(nx), np.empty(3), np.empty(64)

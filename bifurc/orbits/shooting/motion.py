@@ -7,7 +7,7 @@ import numpy as np
 
 from ..._jit import both
 from ...compose.tables import ORDER
-from ...flow.affine.engine import advance, arc, carry, forcing, reach, state_series
+from ...flow.affine.engine import advance, arc, forcing, propagate, reach, state_series
 from ...flow.affine.polynomial import highest
 from ...flow.saltation import joined, premultiply, saltation
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER, reset
@@ -84,7 +84,7 @@ def measures(T, nodes, span, U, dof, h, out):
                 square += WEIGHTS[k] * step * q * q
                 cosine += WEIGHTS[k] * step * q * np.cos(angle)
                 sine += WEIGHTS[k] * step * q * np.sin(angle)
-            carry(T, m, x, step, after)
+            propagate(T, m, x, step, after)
             for c in range(nx):
                 x[c] = after[c]
             t += step

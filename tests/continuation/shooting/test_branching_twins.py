@@ -80,11 +80,11 @@ def test_directions_along_which_the_halves_come_apart(rng):
     along, apart = rng.normal(size=3), rng.normal(size=3)
     same, other = np.concatenate([along, along, [0.5]]), np.concatenate([apart, -apart, [0.0]])
     given = np.array([same / np.linalg.norm(same), other / np.linalg.norm(other)])
-    np.testing.assert_array_equal(branching.parting(given), given[1:])
-    np.testing.assert_array_equal(branching.parting(given[::-1]), given[1:])
-    np.testing.assert_array_equal(branching.parting(given[:1]), given[:1])  # none: all
+    np.testing.assert_array_equal(branching.splitting(given), given[1:])
+    np.testing.assert_array_equal(branching.splitting(given[::-1]), given[1:])
+    np.testing.assert_array_equal(branching.splitting(given[:1]), given[:1])  # none: all
     mixed = np.array([(given[0] + given[1]) / math.sqrt(2.0), given[0]])
-    np.testing.assert_array_equal(branching.parting(mixed), mixed[:1])
+    np.testing.assert_array_equal(branching.splitting(mixed), mixed[:1])
 
 
 def test_a_difference_that_turns_is_told_from_one_that_passes_zero():

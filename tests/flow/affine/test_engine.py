@@ -17,7 +17,7 @@ from bifurc.flow.rule import jump
 from bifurc.flow.saltation import joined as with_it
 from bifurc.flow.saltation import order_gap, saltation
 
-coast = event_free.coast.py_func  # only compiled functions call it: it has no door
+free_steps = event_free.free_steps.py_func  # only compiled functions call it: it has no door
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_state_and_derivative_after_any_time(scene, rng, steps):
         assert Phi == pytest.approx(E[:scene.ns, :scene.ns], abs=2e-13 * size)
         if steps <= 1.0:
             out = np.empty(x.size)
-            engine.carry(T, m, x, s, out)
+            engine.propagate(T, m, x, s, out)
             assert out == pytest.approx(E @ x, abs=2e-13 * np.abs(x).max())
 
 
@@ -143,7 +143,7 @@ def test_coasting_ends_before_any_guard_is_reached(scene, rng):
         while (G @ z < 0.0).all() and free < 8 * 30:
             z, free = inner @ z, free + 1
         moved = x.copy()
-        s = coast(T, m, moved, 30, np.zeros(ng, np.int64), none, room)
+        s = free_steps(T, m, moved, 30, np.zeros(ng, np.int64), none, room)
         assert s <= free * h / 8.0
         assert moved == pytest.approx(expm(A * s) @ x, abs=1e-12 * max(1.0, np.abs(moved).max()))
         hits += free < 8 * 30
@@ -165,13 +165,13 @@ def test_coasting_from_a_surface(scene, rng, guard):
         x[:3] -= row[:3] * (row @ x) / (row[:3] @ row[:3])
         rate = row @ A @ x
         moved = x.copy()
-        s = coast(T, m, moved, 5, orders, np.array([rate if g == guard else np.nan for g in range(ng)]), room)
+        s = free_steps(T, m, moved, 5, orders, np.array([rate if g == guard else np.nan for g in range(ng)]), room)
         assert moved == pytest.approx(expm(A * s) @ x, abs=1e-12 * max(1.0, np.abs(moved).max()))
         times = np.linspace(0.0, s, 40)[1:]
         assert s == 0.0 or rate < 0.0 and max((T.G[m, :ng] @ expm(A * t) @ x).max() for t in times) < 0.0
         moves += s > h
         orders[guard] = 2
-        assert coast(T, m, x.copy(), 5, orders, np.full(ng, np.nan), room) == 0.0
+        assert free_steps(T, m, x.copy(), 5, orders, np.full(ng, np.nan), room) == 0.0
         orders[guard] = 1
     assert moves > 5
 
@@ -193,7 +193,7 @@ def test_the_bound_behind_a_surface_is_the_sharp_one(bend, free):
     T = SimpleNamespace(A=np.zeros((1, 5, 6)), E=E[None], G=G, G4=G4, GT=rate, n_guards=np.array([1]), step=np.array([1.0]),
                         turn=np.zeros((1, 1)), harmonics=np.zeros(0, np.int64))
     assert G4[0, 0] @ np.abs(x) == pytest.approx(e)
-    assert coast(T, 0, x, 1, np.array([1]), np.array([np.nan]), np.empty(8)) == float(free)
+    assert free_steps(T, 0, x, 1, np.array([1]), np.array([np.nan]), np.empty(8)) == float(free)
 
 
 def test_saltation_is_the_derivative_of_the_motion_through_an_impact(scene, rng):

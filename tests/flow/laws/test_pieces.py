@@ -43,7 +43,7 @@ def tables(step=0.3, omega=1.0, harmonics=(1, 3)):
                            harmonics=np.array(harmonics), flat=np.array([omega]), step=np.full(3, step))
 
 
-def travelled(s, T, steps):
+def integrated(s, T, steps):
     """Follow the engine's `arc`; return the lengths of the steps, having checked where they lead."""
     x, y, Phi = START.copy(), np.empty(4), np.empty((4, 4))
     plain(engine.arc, step=steps)(T, 2, x, s, y, Phi)
@@ -61,36 +61,36 @@ def test_steps_cover_the_time_and_are_as_long_as_is_wished(way):
     top = plain(calls.longest)(np.array([1, 3]), 1.0)
     assert top == pytest.approx(0.4) and plain(calls.longest)(np.array([1, 3]), 2.0) == pytest.approx(0.2)
     assert plain(calls.longest)(np.array([2]), 0.0) == plain(calls.longest)(np.zeros(0, int), 1.0) == np.inf
-    even = travelled(way * 1.0, tables(), Steps(wish=lambda n: 0.25))
+    even = integrated(way * 1.0, tables(), Steps(wish=lambda n: 0.25))
     assert even == pytest.approx(np.full(4, way * 0.25))
-    known = travelled(way * 1.0, tables(0.5), Steps(wish=lambda n: 0.4))  # the forcing is a series on shorter steps
+    known = integrated(way * 1.0, tables(0.5), Steps(wish=lambda n: 0.4))  # the forcing is a series on shorter steps
     assert known == pytest.approx(np.full(3, way / 3.0))
-    free = travelled(way * 10.0, tables(0.1), Steps())
+    free = integrated(way * 10.0, tables(0.1), Steps())
     assert free == pytest.approx(way * np.array([0.1, *np.full(25, 9.9 / 25)]))
-    careful = travelled(way * 1.0, tables(), Steps(wish=lambda n: 0.1))
+    careful = integrated(way * 1.0, tables(), Steps(wish=lambda n: 0.1))
     assert careful == pytest.approx(way * np.array([0.25, *np.full(8, 0.75 / 8)]))
-    nearly = travelled(way * 1.0, tables(), Steps(wish=lambda n: 0.21 if n else 0.39))  # neither is worth a change
+    nearly = integrated(way * 1.0, tables(), Steps(wish=lambda n: 0.21 if n else 0.39))  # neither is worth a change
     assert nearly == pytest.approx(np.full(4, way * 0.25))
-    unforced = travelled(way * 3.0, tables(0.1, omega=0.0), Steps(wish=lambda n: 100.0))
+    unforced = integrated(way * 3.0, tables(0.1, omega=0.0), Steps(wish=lambda n: 100.0))
     assert unforced == pytest.approx(way * np.array([0.1, 2.9]))
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_what_a_shorter_step_leaves_is_made_up_for(way):
-    cut = travelled(way * 1.0, tables(), Steps(longest=lambda n: 0.21, wish=lambda n: 0.21))
+    cut = integrated(way * 1.0, tables(), Steps(longest=lambda n: 0.21, wish=lambda n: 0.21))
     assert cut == pytest.approx(way * np.array([0.21, *np.full(4, 0.1975)]))
-    once = travelled(way * 1.0, tables(), Steps(longest=lambda n: 0.05 if n == 1 else np.inf,
+    once = integrated(way * 1.0, tables(), Steps(longest=lambda n: 0.05 if n == 1 else np.inf,
                                                 wish=lambda n: 0.2 if n == 1 else 0.25))
     assert once == pytest.approx(way * np.array([0.25, 0.05, *np.full(4, 0.175)]))
-    last = travelled(way * 1.0, tables(), Steps(longest=lambda n: 0.1 if n == 3 else np.inf, wish=lambda n: 0.25))
+    last = integrated(way * 1.0, tables(), Steps(longest=lambda n: 0.1 if n == 3 else np.inf, wish=lambda n: 0.25))
     assert last == pytest.approx(way * np.array([0.25, 0.25, 0.25, 0.1, 0.15]))
 
 
 def test_no_time_and_a_lost_state():
     steps, x1 = Steps(lost=2), np.empty(7)
-    plain(engine.carry, step=steps)(tables(), 2, START, 0.0, x1)
+    plain(engine.propagate, step=steps)(tables(), 2, START, 0.0, x1)
     assert np.array_equal(x1, START) and not steps.tried
-    plain(engine.carry, step=steps)(tables(), 2, START, 5.0, x1)
+    plain(engine.propagate, step=steps)(tables(), 2, START, 5.0, x1)
     assert len(steps.tried) == 3 and np.isnan(x1[0])
     y = np.empty(4)
     plain(engine.advance, step=Steps())(tables(), 2, START, 0.7, y)

@@ -156,7 +156,7 @@ def test_a_guard_over_a_power_of_the_time_and_its_derivatives(order, far, rng):
             X[c] = expm(A * H) @ X[c]
         return H
 
-    def travel(T, m, x, s, x1, X):
+    def integrate(T, m, x, s, x1, X):
         x1[:] = expm(WHOLE * s) @ x
         for c in range(NS):
             X[c] = expm(A * s) @ X[c]
@@ -168,7 +168,7 @@ def test_a_guard_over_a_power_of_the_time_and_its_derivatives(order, far, rng):
         row[:] = T.G[0, 0]
         return float(T.G[0, 0] @ x)
     row, given = np.full(x.size, np.nan), x.copy()
-    divided = plain(guards.guard_divided, fitted=fitted, travel=travel, field=field, guard_and_gradient=value_of,
+    divided = plain(guards.guard_divided, fitted=fitted, integrate=integrate, field=field, guard_and_gradient=value_of,
                     forcing_rate=affine.forcing_rate.py_func, longest_fit=lambda T, m: 0.01 if far else np.inf,
                     scratch_of=lambda T, n: None)
     value, slope = divided(T, 0, 0, x, s, order, row)
@@ -204,7 +204,7 @@ def test_a_zero_on_a_polynomial_is_taken_to_that_of_the_law(off):
     T = SimpleNamespace(A=np.zeros((1, 2, 3)), LP=np.zeros((0, 0, 1)), step=np.array([1.0]))
     asked = []
 
-    def carry(T, m, x, s, out):
+    def propagate(T, m, x, s, out):
         out[:] = x
         out[0] = x[0] + 1.5 * s
 
@@ -212,7 +212,7 @@ def test_a_zero_on_a_polynomial_is_taken_to_that_of_the_law(off):
         asked.append(x[0])
         size[0] = np.exp(x[0]) + np.e
         return np.exp(x[0]) - np.e, np.exp(x[0]) * 1.5
-    land = plain(guards.land, carry=carry, field=lambda T, m, x, f: None, gradient_sizes=gradient_sizes,
+    land = plain(guards.land, propagate=propagate, field=lambda T, m, x, f: None, gradient_sizes=gradient_sizes,
                  weighed=lambda T, m, g: g == 1)
     x, out, zero = np.array([0.2, 1.5, 1.0]), np.empty(3), 8.0 / 15.0
     assert land(T, 0, 1, x, zero + off, out) == pytest.approx(zero, abs=1e-15) and out[0] == pytest.approx(1.0, abs=1e-15)
