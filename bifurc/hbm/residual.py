@@ -373,13 +373,14 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far
     space = work(S, grid, room)
     scratch = Scratch(np.empty((4, Q * mi + 1)), space.p, np.empty((M, L, 2)), np.empty((3, L, 2)),
                       np.empty((S[MEMORIES], Q * mi + 1)))
-    return linearised_in(S, R, flat, dflat, x, grid, slopes, listed, room, far, space, scratch, np.empty((L, 2)), np.empty(mi),
-                         np.empty((2, 2 * L - 1)))
+    spare = scratch, np.empty((L, 2)), np.empty(mi), np.empty((2, 2 * L - 1))
+    return linearised_in(S, R, flat, dflat, x, grid, slopes, listed, room, far, space, spare)
 
 
 @leaf
-def linearised_in(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far, space: Work, scratch: Scratch, D, line, ways):
-    """Do what `linearised` says, without counting references to arrays; the last five arguments are overwritten."""
+def linearised_in(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far, space: Work, spare):
+    """Do what `linearised` says, without counting references to arrays; ``space`` and what is in ``spare`` are overwritten."""
+    scratch, D, line, ways = spare
     waves, place, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     dX, dloose = expressions(S, dflat)

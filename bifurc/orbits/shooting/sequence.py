@@ -234,13 +234,14 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     which node 0 begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
     """
     ns, nx = T.A.shape[1], T.A.shape[2]
-    room, P, square = np.empty((9, nx)), np.empty((ns, nx)), np.empty((2, ns, ns))
-    assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, room, P, square)
+    spare = np.empty((9, nx)), np.empty((ns, nx)), np.empty((2, ns, ns))
+    assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare)
 
 
 @leaf
-def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, room, P, square):
-    """Do what `assemble` says, without counting references to arrays; the last three are overwritten."""
+def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
+    """Do what `assemble` says, without counting references to arrays; what is in ``spare`` is overwritten."""
+    room, P, square = spare
     step = T.step
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]

@@ -141,7 +141,7 @@ def test_a_step_beyond_a_boundary_is_cut_or_says_why(monkeypatch):
         return SimpleNamespace(s=s, tests=[0.0, *tests], part=part, det_sign=1.0, angle=0.1)
 
     def half(sign):
-        return SimpleNamespace(signs=[0, sign], sizes=[1.0, 1.0], ds=0.1)
+        return SimpleNamespace(signs=[0, sign], sizes=[1.0, 1.0], ds=0.1, rows=[row(0.0, 0.0)])
     monkeypatch.setattr(detect, "beginning", lambda half, row, new, j: row)
     assert detect.boundary(half(-1), row(0.0, -0.5), row(0.1, -0.2)) == (None, None)
     cut, why = detect.boundary(half(1), row(0.0, 0.2), row(0.1, 0.5))
