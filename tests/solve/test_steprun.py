@@ -212,11 +212,11 @@ def test_a_step_that_is_taken_is_written_and_is_the_last_one_from_then_on():
 
 def test_what_a_run_begins_with_is_written_where_it_is_read():
     before = SimpleNamespace(s=1.5, det_log=0.3, det_sign=-1.0)
-    row = SimpleNamespace(s=1.7, det_log=0.9, det_sign=1.0, turn=0.2, bend=0.05, part=SimpleNamespace(scale=np.array([3.0, 0.5])))
-    run = steprun.run_of(before, row, 0.11, SimpleNamespace(ds_max=0.4, low=-2.0, high=3.0), 0.6, 0.7)
-    room = 8.0 * np.finfo(float).eps * 2.7 * 0.5  # of the arclength, in the parameter: so near to a bound it lies on it
     part = SimpleNamespace(scale=np.array([3.0, 0.5]))
     row = SimpleNamespace(s=1.7, det_log=0.9, det_sign=1.0, turn=0.2, bend=0.05, part=part)
-              "LOG_BEFORE": 0.3, "SIGN_BEFORE": -1.0, "LOG": 0.9, "SIGN": 1.0, "MADE": 0.0}
+    run = steprun.run_of(before, row, 0.11, SimpleNamespace(ds_max=0.4, low=-2.0, high=3.0), 0.6, 0.7)
+    room = 8.0 * np.finfo(float).eps * 2.7 * 0.5  # of the arclength, in the parameter: so near to a bound it lies on it
+    places = {"LENGTH": 0.11, "MOST": 0.4, "LOW": -2.0 + room, "HIGH": 3.0 - room, "ORIGIN": 0.6, "TURN": 0.2, "CORNER": 0.7,
+              "BEND": 0.05, "LOG_BEFORE": 0.3, "SIGN_BEFORE": -1.0, "LOG": 0.9, "SIGN": 1.0, "MADE": 0.0}
     assert len(run) == steprun.RUN == len(places) + 1
     assert {name: run[getattr(steprun, name)] for name in places} == places and run[steprun.BACK] == pytest.approx(0.2)
