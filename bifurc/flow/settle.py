@@ -150,10 +150,31 @@ def displaced(scene, m, x, noise=NOISE) -> list[int]:
     """
     if scene.ns == 2 * scene.n:
         return []
-    places = [place for place, row in scene.algebraic(m)
-              if abs(row @ x - x[place]) > noise * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
+    return _owners(scene, [place for place, row in scene.algebraic(m)
+                           if abs(row @ x - x[place]) > noise * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))])
+
+
+def _owners(scene, places) -> list[int]:
+    """Return the elements whose memory stands at some places of the state."""
     owned = [(e, scene.memory_of(e)) for e in range(len(scene.system.elements))] if places else []
     return [e for e, own in owned if any(own.start <= place < own.stop for place in places)]
+
+
+def leaping(scene, m, mode, x, owners) -> list[int]:
+    """Return the elements that cannot go from mode ``m`` to ``mode`` at ``x`` (nx,) by an event of the ``owners``.
+
+    A slider that slips is at its limit, whatever its memory was when it began: another slip with another limit would be a leap of
+    its force.  Where it sticks its memory has to be written, which an event of its own does, and a kick.
+    """
+    if scene.ns == 2 * scene.n:
+        return []
+    slipping, still = dict(scene.algebraic(m)), {place for place, _ in scene.algebraic(mode)}
+    limits = x.copy()
+    for place, row in slipping.items():
+        limits[place] = row @ x
+    unwritten = [place for place, row in slipping.items() if place not in still and abs(limits[place] - x[place]) > PENETRATION * (
+        np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
+    return displaced(scene, mode, limits, PENETRATION) + [e for e in _owners(scene, unwritten) if e not in owners]
 
 
 def _depth(scene, m, g, x) -> float:
@@ -259,7 +280,7 @@ def _follow(scene, rule, m, x, y, joined):
         later, waiting = [], []
         for mode in _combinations(scene, m, joined, further, x):
             z = y.copy()
-            why = rule.broken(mode, z, scale)
+            why = rule.broken(mode, z, scale) + [("memory", e) for e in leaping(scene, m, mode, y, owners)]
             if not why:
                 return mode, z
             reasons[mode] = _say(scene, mode, why)
@@ -269,7 +290,7 @@ def _follow(scene, rule, m, x, y, joined):
             if all(fires):
                 waiting.append((not all(kicks), mode, z))
             for w in why:
-                element = w[1] if w[0] == "hold" else scene.guard(mode, w[1]).element
+                element = scene.guard(mode, w[1]).element if w[0] == "guard" else w[1]
                 if element not in joined:
                     missing[element] = None
                 elif w[0] == "guard" and w[2] > 0:

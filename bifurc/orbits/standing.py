@@ -3,6 +3,8 @@
 Least distance programming: Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.  Where its inequalities have no
 solution, the multipliers of nonnegative least squares name the stops that contradict each other (Farkas).
 """
+import itertools
+
 import numpy as np
 from scipy.optimize import nnls
 
@@ -12,6 +14,7 @@ from ..system import System
 
 ASIDE = (0.1, 0.01, 1e-3, 0.0)  # of the farthest reach of a stop: how far a start at rest keeps off all of them
 FEASIBLE = 1e-12  # of 1: what inequalities that contradict each other leave
+STARTS = 64  # start modes among which is looked for one in which a stop's mass is free
 PHASES = 64  # of a wave of the fastest excitation, at which is looked whether stops leave room
 PART = 1e-9  # of the largest multiplier: that of a stop that takes part in a contradiction
 
@@ -30,7 +33,8 @@ def resting_start(system: System) -> np.ndarray:
         When stops contradict each other, be it at one phase of the excitation only.
     """
     scene = scene_of(system)
-    T, length, stops = scene.tables, natural_length(scene.tables), straight_stops(scene)
+    stops = straight_stops(scene)
+    T, length = scene.tables, natural_length(scene.tables)
     y = np.zeros(scene.ns)
     for _ in range(8):
         clear = True
@@ -50,9 +54,18 @@ def resting_start(system: System) -> np.ndarray:
 
 
 def straight_stops(scene: Scene) -> list[tuple[int, int]]:
-    """Return (mode, guard) of the rigid stops whose surfaces are straight."""
-    T = scene.tables
-    return [(m, g) for m in range(len(scene.keys)) for g in range(int(T.n_guards[m])) if T.kick[m, g] and T.D[m, g].any()]
+    """Return (mode, guard) of the rigid stops whose surfaces are straight, each in modes in which nothing holds what it stops.
+
+    The modes are those that there are, and start modes, which are built until each stop has one.
+    """
+    for _ in itertools.islice(scene.start_modes(), STARTS):
+        T = scene.tables
+        found = [(m, g) for m in range(len(scene.keys)) for g in range(int(T.n_guards[m]))
+                 if T.kick[m, g] and not scene.is_curved(int(T.element[m, g]))]
+        free = [stop for stop in found if T.D[stop].any()]
+        if {int(T.element[stop]) for stop in found} == {int(T.element[stop]) for stop in free}:
+            break
+    return free
 
 
 def farthest(scene: Scene, row: np.ndarray) -> float:

@@ -236,3 +236,28 @@ def test_rest_on_a_stop_with_friction_ends_where_the_load_exceeds_it():
         after = bf.simulate(system, [0.2, 0.0], t0=leaves, duration=3.0 * np.pi - leaves).final
         np.testing.assert_allclose(motion.final, after, rtol=0, atol=1e-12)
         np.testing.assert_allclose(motion.final, [-1.162259, 0.661421], rtol=0, atol=2e-5)  # time stepping of Moreau, h = 2e-5
+
+
+def test_a_slider_that_stops_with_another_friction_does_not_leap_to_its_other_limit():
+    """Two masses that stick to each other come to rest on the floor, and with them the slider on one of them.
+
+    Which of the two zeros of one speed comes first is rounding.  From there the slider unloads: the force k (q - w) is within its
+    limit, and it never goes from one slip to the other without sticking between.  The motion settles, so that every period is the
+    same, whichever zero came first in it.
+    """
+    between, limit, stiffness = (-1.0, 1.0), 0.1, 4.0
+    system = bf.System(np.eye(2), 0.2 * np.eye(2), np.eye(2), [
+        el.HarmonicForce(0.8), el.Jenkins(stiffness, limit), el.Coulomb(0.3, load_amplitude=0.4, row=between),
+        el.Coulomb(0.4, load_amplitude=0.1, dof=1), el.RigidStop(-0.2, 0.3, row=between)], omega=1.3)
+    motion = bf.simulate(system, (0.2, -0.2, 0.0, 0.0, 0.0), periods=80)
+    slips = [(event.mode_before[1], event.mode_after[1]) for event in motion.events]
+    assert motion.success and len(slips) > 1000
+    assert not {("slip+", "slip-"), ("slip-", "slip+")} & set(slips)
+    together = [(one, other) for one, other in zip(motion.events, motion.events[1:], strict=False)
+                if {one.element, other.element} == {"jenkins", "coulomb_2"} and other.time - one.time < 1e-9]
+    assert len(together) > 50
+    sections = motion.sections
+    np.testing.assert_allclose(sections[-1], sections[-2], rtol=0.0, atol=1e-12)
+    _, states = motion.sample(40000)
+    force = stiffness * (states[:, 0] - states[:, 4])
+    assert 0.999 * limit < np.abs(force).max() <= limit * (1.0 + 1e-9)

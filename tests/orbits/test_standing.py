@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import ConstantForce, HarmonicForce, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.standing import NoRoom, resting_start
 
 
@@ -55,3 +55,15 @@ def test_stops_that_stand_and_contradict_each_other():
     free = bf.System(1.0, 0.1, 1.0, [ConstantForce(0.2), RigidStop(-0.2, 0.5), RigidStop(0.1, 0.5, side=-1)])
     with pytest.raises(NoRoom, match="leave no room; see"):
         bf.find_orbit(free)
+
+
+def test_a_stop_whose_mass_friction_holds_is_seen_before_any_mode_is_there():
+    """The clearance between two masses is negative and friction acts between them: at rest they are apart, and a motion settles."""
+    between = (-1.0, 1.0)
+    system = bf.System(np.eye(2), 0.2 * np.eye(2), np.eye(2), [
+        HarmonicForce(0.8), Jenkins(4.0, 0.1), Coulomb(0.3, load_amplitude=0.4, row=between),
+        Coulomb(0.4, load_amplitude=0.1, dof=1), RigidStop(-0.2, 0.3, row=between)], omega=1.3)
+    assert resting_start(system)[:2] @ between < -0.2
+    orbit = bf.find_orbit(system)
+    assert orbit.success
+    assert np.allclose(bf.simulate(system, orbit.state, periods=orbit.periods).final, orbit.state, rtol=0.0, atol=1e-9)
