@@ -152,6 +152,18 @@ def varied(x, y, vx, vy, ax, ay, held, k):
 
 
 @njit
+def variations(x, y, vx, vy, ax, ay, held):
+    """Return the derivatives of each of the four results of `multipliers` by (x, y, vx, vy, ax, ay)."""
+    l0, m0, f0, g0 = varied(x, y, vx, vy, ax, ay, held, 0)
+    l1, m1, f1, g1 = varied(x, y, vx, vy, ax, ay, held, 1)
+    l2, m2, f2, g2 = varied(x, y, vx, vy, ax, ay, held, 2)
+    l3, m3, f3, g3 = varied(x, y, vx, vy, ax, ay, held, 3)
+    l4, m4, f4, g4 = varied(x, y, vx, vy, ax, ay, held, 4)
+    l5, m5, f5, g5 = varied(x, y, vx, vy, ax, ay, held, 5)
+    return (l0, l1, l2, l3, l4, l5), (m0, m1, m2, m3, m4, m5), (f0, f1, f2, f3, f4, f5), (g0, g1, g2, g3, g4, g5)
+
+
+@njit
 def reaction(x, y, vx, vy, ax, ay, *held):
     """Force (2) of a constraint, see `multipliers`."""
     _, _, fx, fy = multipliers(x, y, vx, vy, ax, ay, held)
@@ -161,13 +173,8 @@ def reaction(x, y, vx, vy, ax, ay, *held):
 @njit
 def reaction_slope(x, y, vx, vy, ax, ay, *held):
     """Derivatives of `reaction` by (x, y, vx, vy, ax, ay), the first force first."""
-    _, _, a0, b0 = varied(x, y, vx, vy, ax, ay, held, 0)
-    _, _, a1, b1 = varied(x, y, vx, vy, ax, ay, held, 1)
-    _, _, a2, b2 = varied(x, y, vx, vy, ax, ay, held, 2)
-    _, _, a3, b3 = varied(x, y, vx, vy, ax, ay, held, 3)
-    _, _, a4, b4 = varied(x, y, vx, vy, ax, ay, held, 4)
-    _, _, a5, b5 = varied(x, y, vx, vy, ax, ay, held, 5)
-    return a0, a1, a2, a3, a4, a5, b0, b1, b2, b3, b4, b5
+    _, _, first, second = variations(x, y, vx, vy, ax, ay, held)
+    return first + second
 
 
 @njit
@@ -187,14 +194,10 @@ def limit_slope(x, y, vx, vy, ax, ay, *values):
     cx, cy, _, spin = held[:4]
     nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
     g0, g1, g2, g3 = scalar_slope(nx, ny, r, sn, w, by_u + spin * by_t, by_n, by_t)
-    l0, m0, _, _ = varied(x, y, vx, vy, ax, ay, held, 0)
-    l1, m1, _, _ = varied(x, y, vx, vy, ax, ay, held, 1)
-    l2, m2, _, _ = varied(x, y, vx, vy, ax, ay, held, 2)
-    l3, m3, _, _ = varied(x, y, vx, vy, ax, ay, held, 3)
-    l4, m4, _, _ = varied(x, y, vx, vy, ax, ay, held, 4)
-    l5, m5, _, _ = varied(x, y, vx, vy, ax, ay, held, 5)
-    return (g0 + by_0 * l0 + by_1 * m0, g1 + by_0 * l1 + by_1 * m1, g2 + by_0 * l2 + by_1 * m2, g3 + by_0 * l3 + by_1 * m3,
-            by_0 * l4 + by_1 * m4, by_0 * l5 + by_1 * m5)
+    first, second, _, _ = variations(x, y, vx, vy, ax, ay, held)
+    return (g0 + by_0 * first[0] + by_1 * second[0], g1 + by_0 * first[1] + by_1 * second[1],
+            g2 + by_0 * first[2] + by_1 * second[2], g3 + by_0 * first[3] + by_1 * second[3],
+            by_0 * first[4] + by_1 * second[4], by_0 * first[5] + by_1 * second[5])
 
 
 @njit

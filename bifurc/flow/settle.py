@@ -148,10 +148,15 @@ def displaced(scene, m, x, noise=NOISE) -> list[int]:
 
     Part ``noise`` of what is added up is none.
     """
+    return _owners(scene, _off_limits(scene, m, x, noise))
+
+
+def _off_limits(scene, m, x, noise) -> list[int]:
+    """Return the places of the memory to which mode ``m`` gives another value than the state ``x`` (nx,) has, see `displaced`."""
     if scene.ns == 2 * scene.n:
         return []
-    return _owners(scene, [place for place, row in scene.algebraic(m)
-                           if abs(row @ x - x[place]) > noise * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))])
+    return [place for place, row in scene.algebraic(m)
+            if abs(row @ x - x[place]) > noise * (np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
 
 
 def _owners(scene, places) -> list[int]:
@@ -168,13 +173,11 @@ def leaping(scene, m, mode, x, owners) -> list[int]:
     """
     if scene.ns == 2 * scene.n:
         return []
-    slipping, still = dict(scene.algebraic(m)), {place for place, _ in scene.algebraic(mode)}
-    limits = x.copy()
-    for place, row in slipping.items():
-        limits[place] = row @ x
-    unwritten = [place for place, row in slipping.items() if place not in still and abs(limits[place] - x[place]) > PENETRATION * (
-        np.abs(row) @ plain(x, scene.ns) + abs(x[place]))]
-    return displaced(scene, mode, limits, PENETRATION) + [e for e in _owners(scene, unwritten) if e not in owners]
+    at_limits, slips = x.copy(), {place for place, _ in scene.algebraic(mode)}
+    for place, row in scene.algebraic(m):
+        at_limits[place] = row @ x
+    unwritten = [place for place in _off_limits(scene, m, x, PENETRATION) if place not in slips]
+    return displaced(scene, mode, at_limits, PENETRATION) + [e for e in _owners(scene, unwritten) if e not in owners]
 
 
 def _depth(scene, m, g, x) -> float:

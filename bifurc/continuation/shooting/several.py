@@ -24,13 +24,16 @@ MOST = 4  # impacts born at once of which the 2^k orbits are looked for
 def whole(problem, x):
     """Return (problem, x, slow nodes) with every touch at ``x`` (n + 1,) an impact of no speed; None where fewer than two are, or
     where something else ends as well."""
-    kick, slow = problem.scene.tables.kick, slow_impacts(problem, x)
-    if problem.sequence.clock or not kick.any() or len(slow) + len(touches(problem, x)) < 2:
+    kick = problem.scene.tables.kick
+    if problem.sequence.clock or not kick.any():
+        return None
+    slow = slow_impacts(problem, x)
+    if len(slow) + len(touches(problem, x)) < 2:
         return None
     fewest, at = problem, x
     if slow:  # a listed impact of no speed is a touch as well: all are looked for where none is listed
         made = dropped(problem, x)
-        if made is None or events(made[0]) + len(slow) != events(problem.sequence):
+        if made is None or made[0].events + len(slow) != problem.sequence.events:
             return None
         fewest, at = problem.with_sequence(*made), made[1]
     touched = touches(fewest, at)
@@ -39,11 +42,6 @@ def whole(problem, x):
     full = problem.with_sequence(*inserted(fewest, at))
     slow = slow_impacts(full, full.x0)
     return (full, full.x0, slow) if len(slow) == len(touched) else None
-
-
-def events(signature) -> int:
-    """Return how many nodes of a sequence are events."""
-    return int(np.count_nonzero(signature.nodes[:, GUARD] >= 0))
 
 
 def slow_impacts(problem, x) -> list[int]:

@@ -201,7 +201,7 @@ def changed(problem, x, other):
     if completes:
         told = differ(problem, other, as_long(problem, other))
         impacts = {kind for _, kind in apart} <= {EventKind.IMPACT.value}
-        if told[2] and (impacts or len(told[2]) < len(apart)):  # which events are told to lead to the completion differs, too
+        if told[2] and (impacts or len(told[2]) < len(apart)):  # which events count as leading to the completion differs, too
             one, two, apart = told
     if not apart:
         return None
