@@ -70,7 +70,8 @@ class Wall(AtRow):
 class RigidStop(Wall):
     """Rigid wall at a distance: side u <= gap, restitution s+ = -r s- in the speed relative to the wall.
 
-    Modes: "free", and "rest" while the wall pushes back.
+    Modes: "free", and "rest" while the wall pushes back.  A mass at rest that the impact of another pushes into the wall hits
+    it in the same instant, with the wall's own restitution.
 
     Parameters
     ----------
