@@ -202,13 +202,12 @@ def limit_slope(x, y, vx, vy, ax, ay, *values):
 
 @njit
 def unrest(x, y, vx, vy, cx, cy, radius, drift, spin, rows):
-    """Return the speed of a row that should rest, relative to its terms, and for a normal row the depth, relative to the radius."""
+    """Return the largest speed of the rows that should rest, and for a normal row the depth, relative to the radius."""
     _, _, r, sn, w = polar(x - cx, y - cy, vx, vy)
-    speed = math.hypot(vx, vy) + abs(drift) + abs(spin * r) + 1e-300
-    slide = 0.0 if rows == 0.0 else abs(w + drift + spin * r) / speed
+    slide = 0.0 if rows == 0.0 else abs(w + drift + spin * r)
     if rows == 1.0:
         return slide, 0.0
-    return max(slide, abs(sn) / speed), (r - radius) / (r + abs(cx) + abs(cy))
+    return max(slide, abs(sn)), (r - radius) / (r + abs(cx) + abs(cy))
 
 
 @njit

@@ -144,7 +144,7 @@ def broken_hold(T, m, x, scale):
     for k in range(T.n_holds[m]):
         if loose(T, m, k, x, scale):
             return k
-    owner = curved_rest(T, m, x)
+    owner = curved_rest(T, m, x, scale)
     return -1 if owner < 0 else T.n_holds[m] + owner
 
 

@@ -76,7 +76,7 @@ class Rule:
         found: list[tuple] = [("hold", self.scene.hold_element(m, k)) for k in range(T.n_holds[m])
                               if self._rule.loose(T, m, k, x, scale)]
         if self.scene.laws:
-            owner = int(self._engine.curved_rest(T, m, x))
+            owner = int(self._engine.curved_rest(T, m, x, scale))
             found += [("hold", owner)] if owner >= 0 else []
         for g in range(T.n_guards[m]):
             sign, order = self.inside(m, g, x, scale)

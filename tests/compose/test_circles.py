@@ -140,8 +140,7 @@ def test_states_are_put_to_rest_on_the_circle(rows):
     assert np.reshape(found[4:8], (2, 2)) == pytest.approx(whole[2:, :2], abs=1e-8)
     assert np.reshape(found[8:], (2, 2)) == pytest.approx(whole[2:, 2:], abs=1e-8)
     n, t, r, sn, w = frame(X, V)
-    speed = np.hypot(*V) + DRIFT + SPIN * r
-    slide, stop = abs(w + DRIFT + SPIN * r) / speed, abs(sn) / speed
+    slide, stop = abs(w + DRIFT + SPIN * r), abs(sn)
     depth = (r - RADIUS) / (r + 0.3)
     expected = {0.0: (stop, depth), 1.0: (slide, 0.0), 2.0: (max(slide, stop), depth)}[rows]
     assert curve.unrest(*X, *V, *numbers) == pytest.approx(expected, rel=1e-12)

@@ -9,7 +9,8 @@ Where a mass that rests on a stop is pushed into it by the impact of another, al
 import numpy as np
 from numba import njit
 
-from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, Iwan, Jenkins, RigidStop
+import bifurc as bf
+from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, Iwan, Jenkins, RigidStator, RigidStop
 
 ROUNDING = 1e-12  # speeds that are zero
 SWEEPS, CONVERGED = 200, 1e-15  # of Gauss-Seidel
@@ -18,8 +19,7 @@ SWEEPS, CONVERGED = 200, 1e-15  # of Gauss-Seidel
 def numbers_of(system):
     """Return arrays of numbers and rows of loads, springs, elastic stops, sliders, rigid stops, frictions; None for others."""
     n = len(system.mass)
-    kinds = [[], [], [], [], [], []]
-    rows = [[], [], [], [], [], []]
+    kinds, rows = ([[] for _ in range(6)] for _ in range(2))
     for element in system.elements:
         wall = (element.gap, element.side, element.amplitude, element.harmonic, element.phase) if hasattr(element, "gap") else ()
         load = ((element.load_amplitude or 0.0, element.load_harmonic, element.load_phase)
@@ -142,3 +142,46 @@ def _impulses(delassus, wanted, acts, first, most, impulse):
                 impulse[i] = new
         if largest < CONVERGED:
             return
+
+
+def rubbed(system, stator, y, periods, steps):
+    """Return the state of a point of mass 1 in a plane, in a stator without spin of its frame: its other elements are loads."""
+    omega = float(system.parameter("omega"))
+    loads, on_load = numbers_of(bf.System(system.mass, system.damping, system.stiffness, [
+        element for element in system.elements if element is not stator], omega=omega))[0]
+    rigid = isinstance(stator, RigidStator)
+    wall = (stator.radius, stator.friction, stator.surface_speed, stator.restitution if rigid else 0.0,
+            0.0 if rigid else stator.stiffness, 0.0 if rigid else stator.damping)
+    q, v = np.array(y[:2], float), np.array(y[2:4], float)
+    _rub(np.array(system.damping, float), np.array(system.stiffness, float), omega, loads, on_load, rigid, wall, q, v,
+         2.0 * np.pi / omega / steps, periods * steps)
+    return np.concatenate([q, v])
+
+
+@njit
+def _rub(C, K, omega, loads, on_load, rigid, wall, q, v, h, count):
+    """Take the point over ``count`` steps, in place: a radial impulse, and friction that is its share at most and stops at most."""
+    radius, friction, surface, restitution, stiffness, damping = wall
+    mobility = np.linalg.inv(np.eye(2) + 0.5 * h * C + 0.25 * h * h * K)
+    for step in range(count):
+        middle = q + 0.5 * h * v
+        force = -C @ v - K @ middle
+        for i in range(len(loads)):
+            force += loads[i, 0] * np.cos(loads[i, 1] * omega * (step + 0.5) * h + loads[i, 2]) * on_load[i]
+        new, away = v + h * (mobility @ force), np.sqrt(middle @ middle)
+        if away >= radius:
+            out = middle / away
+            along = np.array([-out[1], out[0]])
+            stiff, turned, loose = out @ mobility @ out, along @ mobility @ out, along @ mobility @ along
+            push = 0.0 if rigid else -h * max(0.0, stiffness * (away - radius) + damping * (out @ v))
+            rub = 0.0
+            for _ in range(SWEEPS):
+                before = push + rub
+                if rigid:
+                    push = min(0.0, -(out @ new + restitution * (out @ v) + turned * rub) / stiff)
+                rub = min(max(-(along @ new + surface + turned * push) / loose, friction * push), -friction * push)
+                if abs(push + rub - before) < CONVERGED:
+                    break
+            new = new + mobility @ (push * out + rub * along)
+        v[:] = new
+        q[:] = middle + 0.5 * h * v

@@ -276,7 +276,7 @@ def curved_kick(T, m, g, x, xp):
 
 
 @leaf
-def curved_rest(T, m, x):
+def curved_rest(T, m, x, scale):
     """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none."""
     return -1
 

@@ -417,11 +417,11 @@ def free_steps(T, m, x, count, orders, slopes_known, room):
 
 
 @njit
-def gradient_sizes(T, m, g, x, f, pull, size):
+def gradient_sizes(T, m, g, x, f, scale, pull, size):
     """Return value and rate of guard ``g`` at ``x`` (nx,) under the field ``f`` (ns,); what their rounding is measured by, the
-    gradient times the states and times the largest of their rates, is added to ``size[0]`` and ``size[1]``.
+    gradient times the sizes of the states and times the largest of their rates, is added to ``size[0]`` and ``size[1]``.
 
-    ``pull`` (n,) has the sums of the sizes of the terms of the accelerations: what is held has forces that cancel.
+    ``scale`` (nx,) are the sizes, ``pull`` (n,) those of the terms of the accelerations: what is held has forces that cancel.
     """
     n, ns, nx = T.LP.shape[2], f.size, x.size
     row, dw = np.empty(nx), np.empty(nx - ns)
@@ -430,16 +430,42 @@ def gradient_sizes(T, m, g, x, f, pull, size):
     total, place, speed = 0.0, 0.0, 0.0
     for c in range(nx):
         total += row[c] * (f[c] if c < ns else dw[c - ns])
-        size[0] += abs(row[c]) * (abs(x[c]) if c < ns else 1.0)
+        size[0] += abs(row[c]) * (abs(scale[c]) if c < ns else 1.0)
         if c >= ns:
             size[1] += abs(row[c] * dw[c - ns])
     for i in range(n):
         place += abs(row[i])
-        speed = max(speed, abs(f[i]))
+        speed = max(speed, abs(scale[n + i]))
     for i in range(n):
         size[1] += abs(row[n + i]) * pull[i]
     size[1] += place * speed
     return value, total
+
+
+@njit
+def force_sizes(T, m, scale, local):
+    """Return what the rounding of the laws' forces (rows,), and of accelerations (n,), is measured by, with the states' ``scale``.
+
+    A force is as uncertain as what it sees, times its slope: that of a stiff stator is small beside its stiffness times the place.
+    ``local`` (4, rows, 1) are coordinates, speeds, forces and accelerations of the rows, see `calls.rate`.
+    """
+    n, nx, forces = T.LP.shape[2], T.A.shape[2], T.stages[FORCES]
+    sizes, pull, edge = np.abs(local[2, :, 0]), np.zeros(n), slopes(T, SLOPE, m, local)
+    for i in range(n):
+        for c in range(nx):
+            pull[i] += abs(T.A[m, n + i, c]) * scale[c]
+    free = pull
+    for r in range(T.stages[ACTING]):
+        free = pull.copy() if r == forces else free
+        for b in range(T.owners[COUNT, r]):
+            other = T.owners[FIRST, r] + b
+            for c in range(nx):
+                sizes[r] += (abs(edge[0, r, b, 0] * T.LU[other, c]) + abs(edge[1, r, b, 0] * T.LS[other, c])) * scale[c]
+            for i in range(n if r >= forces else 0):  # by accelerations without reactions
+                sizes[r] += abs(edge[2, r, b, 0] * T.LU[other, i]) * free[i]
+        for i in range(n):
+            pull[i] += abs(T.LP[m, r, i]) * sizes[r]
+    return sizes, pull
 
 
 @njit
@@ -467,22 +493,17 @@ def guard_terms(T, m, g, x, scale, a, size):
         size[j] = 0.0
         for c in range(nx):
             size[j] += abs(GT[m, g, c, j]) * scale[c]
+    sizes, pull = force_sizes(T, m, scale, one)
     for r in range(rows):
         if LG[m, g, r] != 0.0:
             exact = 0
-        size[0] += abs(LG[m, g, r] * one[2, r, 0])
-        for i in range(n):
-            force_size = abs(LP[m, r, i] * one[2, r, 0])
+        size[0] += abs(LG[m, g, r]) * sizes[r]
+        for i in range(n if r < T.stages[ACTING] else 0):
+            force_size = abs(LP[m, r, i]) * sizes[r]
             size[1] += abs(G[m, g, n + i]) * force_size
             size[2] += 0.5 * abs(G[m, g, i]) * force_size
     if exact == 0 or rows > T.stages[ACTING] and weighed(T, m, g):  # the gradient makes value and rate exact
-        pull = np.zeros(n)
-        for i in range(n):
-            for c in range(nx):
-                pull[i] += abs(A[m, n + i, c] * x[c])
-            for r in range(T.stages[ACTING]):
-                pull[i] += abs(LP[m, r, i] * one[2, r, 0])
-        a[0], a[1] = gradient_sizes(T, m, g, x, f, pull, size)
+        a[0], a[1] = gradient_sizes(T, m, g, x, f, scale, pull, size)
         exact = 1
     for j in range(exact + 1, ORDER + 1):
         size[j] = max(size[j], size[j - 1] / h)
@@ -515,7 +536,7 @@ def land(T, m, g, x, hit, out):
     f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
     for _ in range(LANDINGS):
         field(T, m, out, f)
-        value, speed = gradient_sizes(T, m, g, out, f, f[T.LP.shape[2]:], size)
+        value, speed = gradient_sizes(T, m, g, out, f, out, f[T.LP.shape[2]:], size)
         if not abs(speed) > 0.0 or abs(value) <= EPS * size[0]:
             break
         change = -value / speed
@@ -533,7 +554,7 @@ def arrival(T, m, g, x, known):
         return known
     f, size = np.empty(T.A.shape[1]), np.zeros(ORDER + 1)
     field(T, m, x, f)
-    return max(gradient_sizes(T, m, g, x, f, f[T.LP.shape[2]:], size)[1], 0.0)
+    return max(gradient_sizes(T, m, g, x, f, x, f[T.LP.shape[2]:], size)[1], 0.0)
 
 
 @njit
@@ -617,14 +638,27 @@ def curved_kick(T, m, g, x, xp):
 
 
 @njit
-def curved_rest(T, m, x):
-    """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none."""
+def curved_rest(T, m, x, scale):
+    """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none.
+
+    Speeds, the first row of a constraint, are zero below the rounding of what they are made of, see `rule.sizes` for ``scale``
+    (nx,): after a plastic impact that friction stops nothing else is left.  To it belongs the speed of the curve itself.
+    """
     if T.LU.shape[0] == T.stages[RESTS]:
         return -1
-    local = local_at(T, x)
+    local, firsts, counts, ns = local_at(T, x), T.owners[FIRST], T.owners[COUNT], T.A.shape[1]
+    still = local.copy()
+    still[1] = 0.0
     values(T, REST, m, local)
+    values(T, REST, m, still)
     for r in range(T.stages[RESTS], T.LU.shape[0]):
-        if abs(local[2, r, 0]) > ZERO:
+        size = 1.0
+        if r == firsts[r]:
+            size = abs(still[2, r, 0])
+            for b in range(counts[r]):
+                for c in range(ns):
+                    size += abs(T.LS[r + b, c]) * scale[c]
+        if abs(local[2, r, 0]) > ZERO * size:
             return T.owners[OWNER, r]
     return -1
 
