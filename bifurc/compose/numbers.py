@@ -202,14 +202,24 @@ class Packer:
         return bool(np.linalg.svd(gram / np.outer(scale, other), compute_uv=False)[-1] > RANK)
 
     def put_to_rest(self, keys: tuple, x: np.ndarray) -> np.ndarray:
-        """Return ``x`` (nx,) with velocities moved along M^-1 J^T push until the straight rows held by these keys have no speed."""
-        J, D, owners = self._held(keys)
+        """Return ``x`` (nx,) with velocities moved along M^-1 J^T push until the rows held by these keys have no speed."""
+        held = [(hold, *self._met(e, x)) for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
         y, n = x.copy(), self.frame.n
-        if owners:
-            speeds = np.array([self.sites[e].S[hold.row] @ x for e, hold in owners])
-            X = self.inverse @ D
-            y[n:2 * n] -= X @ np.linalg.solve(J @ X, speeds)
+        if held:
+            J = np.array([rows[hold.row] for hold, rows, _ in held])
+            X = self.inverse @ np.array([hold.push @ rows for hold, rows, _ in held]).T
+            y[n:2 * n] -= X @ np.linalg.solve(J @ X, [speeds[hold.row] for hold, _, speeds in held])
         return y
+
+    def _met(self, element: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows (rows, n) of an element at ``x`` (nx,), radial and tangential on a circle, and their speeds (rows,)."""
+        placed = self.sites[element]
+        if not isinstance(circle := placed.site, Circle):
+            return placed.J, placed.S @ x
+        p = placed.U @ x - circle.centre
+        away = np.hypot(*p)
+        turned = np.array([[p[0], p[1]], [-p[1], p[0]]]) / away
+        return turned @ placed.J, turned @ (placed.S @ x) + [0.0, circle.surface_speed + circle.spin * away]
 
     def still(self, keys: tuple) -> list[int]:
         """Return for every guard of a mode the derivative from which on it vanishes because rows are held; 0: none does.

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compose.tables import ORDER
 from ..compose.writer import kernels
-from ..elements import Circle
+from ..elements import Circle, EventKind
 from .rule import NOISE
 from .scan import PENETRATION
 
@@ -244,7 +244,8 @@ def come_to_rest(scene, m, g, x, arrive):
     """Return mode and state after infinitely many impacts at the instant of ``x`` (nx,): all that touch rest on each other.
 
     Arguments as for `decide`, which is asked where nothing touches.  Every impulse acts along a contact, and in the end no
-    contact has a speed left: velocities are projected by inertia.
+    contact has a speed left: velocities are projected by inertia.  On a circle each impulse takes its share of friction along,
+    against the sliding that is left in the end, or stops it.
 
     Raises
     ------
@@ -258,15 +259,30 @@ def come_to_rest(scene, m, g, x, arrive):
         value, size = _value(scene, m, g, x)
         if guard.guard.accumulates is not None and abs(value) <= PENETRATION * size:
             touching[guard.element] = guard.guard.accumulates[1]
-    if not touching or any(scene.is_curved(e) for e in touching):
+    if not touching:
         return decide(scene, m, g, x, arrive)
-    resting = scene.combined(m, touching)
+    for resting in _restings(scene, m, touching, x):
+        y = scene.put_to_rest(resting, x)
+        scale, sliding = np.maximum(rule.sizes(x), rule.sizes(y)), {*touching}
+        for why, k, *_ in rule.broken(resting, y, scale):
+            if why == "guard" and scene.event_kind(resting, k) == EventKind.STICK:
+                sliding.discard(scene.guard(resting, k).element)
+        if len(sliding) == len(touching):
+            return _follow(scene, rule, resting, x, y, {})
     held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
     names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
-    if resting is None:
-        raise Inconsistent(f"impacts follow each other without end: something is caught between {names}")
-    y = scene.put_to_rest(resting, x)
-    return _follow(scene, rule, resting, x, y, {})
+    raise Inconsistent(f"impacts follow each other without end: something is caught between {names}")
+
+
+def _restings(scene, m, touching, x):
+    """Yield the modes in which all that touches rests: on a circle it slides either way, or rolls."""
+    ways = [[key for g in scene.guards_of(m, e) for key in scene.followers(m, g, x)
+             if scene.system.elements[e].mode(key, scene.system.core).hold] if scene.is_curved(e) else [rest]
+            for e, rest in touching.items()]
+    for keys in itertools.product(*ways):
+        resting = scene.combined(m, dict(zip(touching, keys, strict=True)))
+        if resting is not None:
+            yield resting
 
 
 def _follow(scene, rule, m, x, y, joined):
