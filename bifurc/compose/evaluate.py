@@ -72,13 +72,13 @@ class Laws:
 
     def __init__(self, laws, tables, mode: int):
         self.tables, self.mode, self._laws = tables, mode, []
-        row = place = 0
+        row = 0
         for i, law in enumerate(laws):
-            count = len(law.law.values)
-            at = place + (int(tables.acts[mode, i]) - 1) * count
-            if tables.acts[mode, i] and law.stage <= GUARD:
-                self._laws.append((law, slice(row, row + law.rows), slice(row, row + law.outs), slice(at, at + count)))
-            row, place = row + law.rows, place + len(law.keys) * count
+            at = int(tables.acts[mode, i]) - 1
+            if at >= 0 and law.stage <= GUARD:
+                place = slice(at, at + len(law.law.values))
+                self._laws.append((law, slice(row, row + law.rows), slice(row, row + law.outs), place))
+            row += law.rows
         length, rate = (natural_length(tables), natural_rate(tables)) if self._laws else (1.0, 1.0)
         self._sizes = np.array([length, length * rate, length * rate**2])  # of a coordinate, a speed, an acceleration
 

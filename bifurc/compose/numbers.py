@@ -98,6 +98,16 @@ class Placed(NamedTuple):
     curved: bool  # a circle: rows are those of the plane, and every expression is a law
 
 
+class Block(NamedTuple):
+    """Values of a law in a mode of its element, in the tables' ``law``."""
+
+    law: int  # number of the law
+    key: Hashable
+    beside: tuple[tuple[int, Hashable], ...]  # elements whose straight rows are held with a row of a circle on the same masses
+    first: int
+    end: int
+
+
 class Held(NamedTuple):
     """The rows a mode holds."""
 
@@ -126,8 +136,8 @@ class Packer:
         self.sites = [self._place(element) for element in system.elements]
         self._modes: dict[tuple[int, Hashable], Mode] = {}
         self._loads: dict[tuple[int, Hashable], np.ndarray | None] = {}
-        self._pieces: dict[tuple[int, Hashable], list[Piece]] = {}
-        self._laws: dict[tuple[int, Hashable], dict[tuple, tuple[SceneLaw, Piece]]] = {}
+        self._pieces: dict[tuple[int, Hashable, tuple], list[Piece]] = {}
+        self._laws: dict[tuple[int, Hashable, tuple], dict[tuple, tuple[SceneLaw, Piece]]] = {}
 
     @property
     def reads_omega(self) -> bool:
@@ -193,7 +203,7 @@ class Packer:
 
     def independent(self, keys: tuple) -> bool:
         """Return whether the rows held by all elements together are independent."""
-        H, D, _ = self._held(keys)
+        H, D, _ = self._held(enumerate(keys))
         if len(H) <= 1:
             return True
         gram = H @ self.inverse @ D
@@ -227,7 +237,7 @@ class Packer:
         The speed of a contact on a row that another one holds stays what it is, to the last digit; so does how far a slider under
         it is from its limit, while its memory stands still.
         """
-        found, (H, _, _) = [], self._held(keys)
+        found, (H, _, _) = [], self._held(enumerate(keys))
         for e, key in enumerate(keys):
             mode = self.mode(e, key)
             for guard in mode.guards:
@@ -249,25 +259,59 @@ class Packer:
         own = [element, *(e for e, key in enumerate(keys) if self.mode(e, key).hold)]
         return any(self.sites[e].curved or self.sites[e].rest.any() for e in own)
 
-    def pieces(self, element: int, key: Hashable) -> list[Piece]:
-        """Return what of a mode is not affine, made once."""
-        found = self._pieces.get((element, key))
+    def pieces(self, element: int, key: Hashable, beside: tuple = ()) -> list[Piece]:
+        """Return what of a mode is not affine, made once; ``beside`` as in `Block`."""
+        found = self._pieces.get((element, key, beside))
         if found is None:
             site, mode = self.sites[element], self.mode(element, key)
-            found = self._pieces[element, key] = [] if not (mode.force or mode.guards or mode.hold) else parts.pieces(
-                site.site, mode, f"{self.system.labels[element]}, mode {key!r}", site.J @ site.X)
+            found = self._pieces[element, key, beside] = [] if not (mode.force or mode.guards or mode.hold) else parts.pieces(
+                site.site, mode, f"{self.system.labels[element]}, mode {key!r}", self._meets(element, beside))
         return found
+
+    def _meets(self, element: int, beside: tuple) -> np.ndarray:
+        """Return what forces on the rows of an element give to their accelerations (rows, rows), while others hold theirs."""
+        site = self.sites[element]
+        W = site.J @ site.X
+        if not beside:
+            return W
+        J, D, _ = self._held(beside)
+        taken = (site.J @ self.inverse @ D) @ np.linalg.solve(J @ self.inverse @ D, J @ site.X)
+        return cancelled(W - taken, np.abs(W) + np.abs(taken))
+
+    def blocks(self, all_keys: list[tuple], laws: tuple[SceneLaw, ...]) -> list[Block]:
+        """Return where the values of laws stand: for all their modes by themselves, then beside what others hold."""
+        wanted = [(i, key, ()) for i, law in enumerate(laws) for key in law.keys]
+        wanted += [(i, keys[law.element], beside) for keys in all_keys for i, law in enumerate(laws)
+                   if keys[law.element] in law.keys and (beside := self.beside(law.element, keys))]
+        found, first = [], 0
+        for i, key, beside in dict.fromkeys(wanted):
+            found.append(Block(i, key, beside, first, first := first + len(laws[i].law.values)))
+        return found
+
+    def beside(self, element: int, keys: tuple) -> tuple[tuple[int, Hashable], ...]:
+        """Return the elements with straight rows that are held on masses where an element holds one of a circle; see `Block`."""
+        site = self.sites[element]
+        if not site.curved or not self.mode(element, keys[element]).hold:
+            return ()
+        others = tuple((e, key) for e, key in enumerate(keys) if not self.sites[e].curved and self.mode(e, key).hold)
+        return others if np.any(self._held(others)[0] @ site.X) else ()
+
+    def acts(self, keys: tuple, laws: tuple[SceneLaw, ...], blocks: list[Block]) -> list[int]:
+        """Return 1 + the place of the values of every law in the mode of these keys; 0 where it does not act."""
+        first = {block[:3]: block.first for block in blocks}
+        return [1 + first[i, keys[law.element], self.beside(law.element, keys)] if keys[law.element] in law.keys else 0
+                for i, law in enumerate(laws)]
 
     def laws(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[SceneLaw, ...]:
         """Return the laws of some modes of elements, (element, key) each: forces, reactions, guards, in the order given."""
         return parts.joined([law for e, key in dict.fromkeys(modes) for law, _ in self._scene_laws(e, key).values()])
 
-    def _scene_laws(self, e: int, key: Hashable) -> dict[tuple, tuple[SceneLaw, Piece]]:
+    def _scene_laws(self, e: int, key: Hashable, beside: tuple = ()) -> dict[tuple, tuple[SceneLaw, Piece]]:
         """Return the laws of one mode of an element with their pieces, by `SceneLaw.group`; made once."""
-        found = self._laws.get((e, key))
+        found = self._laws.get((e, key, beside))
         if found is None:
-            found = self._laws[e, key] = {}
-            for piece in self.pieces(e, key):
+            found = self._laws[e, key, beside] = {}
+            for piece in self.pieces(e, key, beside):
                 what = Law(piece.function, piece.values, piece.jacobian)
                 law = SceneLaw(e, self.system.labels[e], (key,), len(self.sites[e].J), what, piece.stage, 0, piece.curved)
                 while law.group in found:
@@ -280,28 +324,28 @@ class Packer:
         key = keys[law.element]
         return self._scene_laws(law.element, key)[law.group][1] if key in law.keys else None
 
-    def _held(self, keys: tuple) -> tuple[np.ndarray, np.ndarray, list]:
-        """Return held rows J (holds, n), pushes J^T push (n, holds), and the (element, hold) pairs."""
-        owners = [(e, hold) for e, key in enumerate(keys) if not self.sites[e].curved for hold in self.mode(e, key).hold]
+    def _held(self, modes: Iterable[tuple[int, Hashable]]) -> tuple[np.ndarray, np.ndarray, list]:
+        """Return straight rows J (holds, n) that (element, key) hold, pushes J^T push (n, holds), and the (element, hold) pairs."""
+        owners = [(e, hold) for e, key in modes if not self.sites[e].curved for hold in self.mode(e, key).hold]
         J, D = np.empty((len(owners), self.frame.n)), np.empty((self.frame.n, len(owners)))
         for i, (e, hold) in enumerate(owners):
             J[i] = self.sites[e].J[hold.row]
             D[:, i] = hold.push @ self.sites[e].J
         return J, D, owners
 
-    def fill(self, flat: np.ndarray, T: Views, all_keys: list[tuple], laws: tuple[SceneLaw, ...], first: int = 0) -> None:
+    def fill(self, flat: np.ndarray, T: Views, all_keys: list[tuple], laws: tuple[SceneLaw, ...], blocks: list[Block],
+             first: int = 0) -> None:
         """Write the numbers of all modes, from the mode ``first`` on, into ``flat`` through its views."""
         flat[0] = 0.0 if self.system.omega is None else self.system.omega
-        row = value = 0
+        row = 0
         for law in laws:
             site = self.sites[law.element]
             T.LU[row:row + law.rows] = site.U
             T.LS[row:row + law.rows] = site.S
             row += law.rows
-            for key in law.keys:
-                values = self._scene_laws(law.element, key)[law.group][1].values
-                T.law[value:value + len(values)] = values
-                value += len(values)
+        for block in blocks:
+            law = laws[block.law]
+            T.law[block.first:block.end] = self._scene_laws(law.element, block.key, block.beside)[law.group][1].values
         n, ns, eye = self.frame.n, self.frame.ns, self.frame.eye
         T.A[:, :n, n:2 * n] = eye[:n, :n]
         T.A[:, n:2 * n] = self.core_rows
@@ -342,11 +386,11 @@ class Packer:
         for law in laws:
             if law.stage != parts.GUARD and self.acting(law, keys):
                 push = self.sites[law.element].X
-                if law.stage == parts.REST:  # how the coordinates move for the rows to move by one
-                    push = push @ np.linalg.inv(self.sites[law.element].J @ push)
-                elif hold.owners and law.stage != parts.KICK:
+                if hold.owners and law.stage != parts.KICK:
                     push = push - self.inverse @ (hold.D @ (hold.solve @ (hold.J @ push)))
                     push[hold.fixed] = 0.0
+                if law.stage == parts.REST:  # how the coordinates move for the rows to move by one, as far as others let them
+                    push = push @ np.linalg.pinv(self.sites[law.element].J @ push)
                 T.LP[m, row:row + law.rows, :n] = push.T
             row += law.rows
 
@@ -356,7 +400,7 @@ class Packer:
         Each load loses it for itself: what one along a held row leaves is zero, not its rounding in the sum with others, that
         may be far smaller.
         """
-        J, D, owners = self._held(keys)
+        J, D, owners = self._held(enumerate(keys))
         free = T.A[m, self.frame.n:2 * self.frame.n]
         if not owners:
             for load in loads:

@@ -20,7 +20,7 @@ import numpy as np
 from ..elements import EventKind, Frame, Guard
 from ..elements.friction.together import includes, key_of
 from ..system import System
-from .numbers import DependentHolds, Packer, layout, views
+from .numbers import Block, DependentHolds, Packer, layout, views
 from .pieces import SceneLaw, law_rows
 from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
 from .writer import bind
@@ -141,6 +141,7 @@ class Scene:
         self.sampled: dict[tuple, tuple] = {}
         self._reach: list[tuple[int, Hashable]] | None = None
         self.laws: tuple[SceneLaw, ...] = ()
+        self._blocks: list[Block] = []
         self.bound = np.zeros(2, np.int64)
         self._packed = 0  # modes whose numbers are in the tables
         first = next(self._start_keys(), None)
@@ -386,7 +387,7 @@ class Scene:
 
     def _filled(self, packer: Packer) -> np.ndarray:
         flat = np.zeros(self.tables.flat.size)
-        packer.fill(flat, views(flat, self._layout), self.keys, self.laws)
+        packer.fill(flat, views(flat, self._layout), self.keys, self.laws, self._blocks)
         return flat
 
     def _rebuilt(self, flat: np.ndarray) -> Tables:
@@ -408,9 +409,11 @@ class Scene:
             known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
             if known:  # whoever integrates with kernels in hand goes on with the new tables
                 bind(self)
+        self._blocks = self._packer.blocks(self.keys, laws)
         tables = self._allocate()
         self._layout = layout(tables)
-        self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws, 0 if kept is None else self._packed)
+        self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws, self._blocks,
+                          0 if kept is None else self._packed)
         if kept is not None:
             keep(kept, tables, NUMBERS)
         self.__dict__.pop("_flat", None)
@@ -429,9 +432,9 @@ class Scene:
         candidates = max((len(then) + 1 for leads in self._leads for then in leads.then if then is not None), default=1)
         holds = max(len(found) for found in self._holds)
         T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
-                     sum(len(law.keys) * len(law.law.values) for law in self.laws), law_rows(self.laws), self.bound)
+                     self._blocks[-1].end if self._blocks else 0, law_rows(self.laws), self.bound)
         for m, (keys, found, leads) in enumerate(zip(self.keys, self._guards, self._leads, strict=True)):
-            T.acts[m] = [law.keys.index(keys[law.element]) + 1 if keys[law.element] in law.keys else 0 for law in self.laws]
+            T.acts[m] = self._packer.acts(keys, self.laws, self._blocks)
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
             T.still[m, :len(found)] = leads.still

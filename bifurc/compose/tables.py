@@ -76,7 +76,7 @@ class Tables(array.array):
     silent: np.ndarray  # (modes, guards) 1 where both sides have the same force
     element: np.ndarray  # (modes, guards) index of the element that owns the guard
     kind: np.ndarray  # (modes, guards) code of the event kind, see `bifurc.elements.EventKind`
-    acts: np.ndarray  # (modes, laws) 0 where the law has no say in the mode, else the number of its values there, from 1
+    acts: np.ndarray  # (modes, laws) 0 where the law has no say in the mode, else 1 + where its values stand in ``law``
     owners: np.ndarray  # (4, rows) and
     stages: np.ndarray  # (5,) where the rows of the laws stand, see `Rows`
     bound: np.ndarray  # (2,) addresses of the C functions of the laws in this process, see `flow.laws.calls`; 0: not compiled yet

@@ -81,8 +81,8 @@ def bind(scene) -> None:
     """Write the addresses of the C functions of a scene's laws into its tables, compiled here when they are not yet."""
     if scene.bound.any():
         return
-    identity = (scene.n, *((law.law.function, law.law.jacobian, law.rows, len(law.law.values), len(law.keys), law.stage, law.curved,
-                            law.element) for law in scene.laws))
+    identity = (scene.n, *((law.law.function, law.law.jacobian, law.rows, len(law.law.values), law.stage, law.curved, law.element)
+                           for law in scene.laws))
     found = _compiled.get(identity)
     if found is None:
         names, clock = ", ".join(dict.fromkeys(law.name for law in scene.laws)), time.perf_counter()
@@ -143,7 +143,7 @@ class Alike(NamedTuple):
 
     number: int  # of the first one
     law: SceneLaw  # the first one
-    places: list[tuple[int, int, int, int, int]]  # number, first row, row whose coordinates it sees, first value, element of each
+    places: list[tuple[int, int, int, int]]  # number, first row, row whose coordinates it sees, element of each
 
     def place(self, k: int) -> str:
         """Return the text of number ``k`` of a place: a literal where there is one law."""
@@ -160,12 +160,11 @@ def alike(laws) -> list[Alike]:
     """Return the laws of a scene with those of different elements together that have one text."""
     (_, _, source, _), _ = law_rows(laws)
     found: dict[tuple, Alike] = {}
-    row = value = 0
+    row = 0
     for i, law in enumerate(laws):
         own = (*law.group[1:], law.rows)
-        found.setdefault(own, Alike(i, law, [])).places.append((i, row, int(source[row]), value, law.element))
+        found.setdefault(own, Alike(i, law, [])).places.append((i, row, int(source[row]), law.element))
         row += law.rows
-        value += len(law.keys) * len(law.law.values)
     return list(found.values())
 
 
@@ -182,7 +181,7 @@ def law_text(laws, dofs: int) -> str:
         _check(law)
         row, seen, rows, parts = each.place(1), each.place(2), law.rows, (0, 1, 3) if law.reads else (0, 1)
         names = [f"p{k}" for k in range(len(law.law.values))]
-        load = f"        at = {each.place(3)} + (acts[m, {each.place(0)}] - 1) * {len(names)}\n" + "".join(
+        load = f"        at = acts[m, {each.place(0)}] - 1\n" + "".join(
             f"        {name} = {'0.0 if closes else ' if law.stage == KICK and k == 5 * law.curved else ''}law[at + {k}]\n"
             for k, name in enumerate(names))
         local = [f"local[{part}, {seen} + {k}, j]" for part in parts for k in range(rows)]
@@ -195,7 +194,7 @@ def law_text(laws, dofs: int) -> str:
             place for part in range(3) for a in range(rows) for b in range(rows)
             if (place := f"slope[{part}, {row} + {a}, {b}, j]") not in known]
         defined += _definitions(law, i, names)
-        acts = f"acts[m, {each.place(0)}]" + (f" and owner == {each.place(4)}" if law.stage == KICK else "")
+        acts = f"acts[m, {each.place(0)}]" + (f" and owner == {each.place(3)}" if law.stage == KICK else "")
         force[law.stage].append(each.looped(_branch(acts, load, "nodes", out, _call(f"law_{i}", out, local, names), none)))
         if law.stage > GUARD:
             force[GUARD].append(each.looped("    for j in range(nodes):\n" + "".join(f"        {place} = 0.0\n" for place in out)))

@@ -79,7 +79,6 @@ class Kind(NamedTuple):
     laws: str  # their text
     rows: tuple[int, ...]  # of every law
     values: tuple[int, ...]  # parameters of every law
-    keys: tuple[int, ...]  # sets of parameters of every law
     coordinates: Pattern  # (rows, n) of U
     speeds: Pattern  # (rows, n) of S
     moving: tuple[tuple[int, int], ...]  # coordinates (0, row) and speeds (1, row) to which the site's own motion adds
@@ -120,11 +119,9 @@ def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndar
     h, unit, angles = 2.0 * np.pi / omega / steps, 2.0 * np.pi / steps, np.arange(steps)[:, None]
     numbers, grid = (np.zeros(shape, record) for shape, record in zip((modes, (modes, steps)), kind.records, strict=True))
     for m in range(modes):
-        own, on_grid, values, at = numbers[m], grid[m], [], 0
-        for i, (count, keys) in enumerate(zip(kind.values, kind.keys, strict=True)):
-            first = at + (max(int(T.acts[m, i]), 1) - 1) * count
-            values += T.law[first:first + count].tolist()
-            at += count * keys
+        own, on_grid, values = numbers[m], grid[m], []
+        for acts, count in zip(T.acts[m].tolist(), kind.values, strict=True):
+            values += T.law[acts - 1:acts - 1 + count].tolist() if acts else [0.0] * count
         own["h"], own["count"], own["values"], own["u"] = h, T.n_guards[m], values, U[:, :n]
         own["field"], own["s"], own["p"] = T.A[m, n:ns, :ns], S[:, n:ns], T.LP[m, :len(U)]
         own["weights"] = [weight * h**power for power, weight in nystrom(kind.order).weights]

@@ -43,7 +43,7 @@ def kind_of(scene: Scene, order: int = 8) -> Kind | None:
     known = tuple(dict.fromkeys(acts))
     moving = tuple((which, r) for which, rows in enumerate((U, S)) for r in range(len(U)) if np.any(rows[r, 2 * n:]))
     return Kind(order, n, laws, tuple(law.rows for law in scene.laws), tuple(len(law.law.values) for law in scene.laws),
-                tuple(len(law.keys) for law in scene.laws), pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
+                pattern_of(U[:, :n]), pattern_of(S[:, n:2 * n]), moving, known,
                 tuple(map(known.index, acts)), int(T.n_guards.max()))
 
 
