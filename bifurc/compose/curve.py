@@ -11,6 +11,8 @@ import math
 
 from .._jit import njit
 
+DEPENDENT = 1e-20  # the square of the cosine between a row and what is free to move: the row is held already
+
 
 @njit
 def polar(x, y, vx, vy):
@@ -89,7 +91,7 @@ def multipliers(x, y, vx, vy, ax, ay, held):
 
     ``rows`` = 0: n . v stays, the reaction has the direction n dn + t dt; 1: t . v stays, same direction; 2: both stay, the
     multipliers are the radial and the tangential force.  ``a`` is the acceleration without them, ``w`` = R M^-1 R^T.  ``held`` are
-    the values of a `reaction`: centre (2), drift, spin, rows, w (xx, xy, yy), direction (2).
+    the values of a `reaction`: centre (2), drift, spin, rows, w (xx, xy, yy), direction (2).  NaN: another contact holds that row.
     """
     cx, cy, drift, spin, rows, wxx, wxy, wyy, dn, dt = held
     nx, ny, r, sn, w = polar(x - cx, y - cy, vx, vy)
@@ -98,6 +100,8 @@ def multipliers(x, y, vx, vy, ax, ay, held):
         bn, bt = -w * w * turn - nx * ax - ny * ay, sn * (w * turn - spin) - nx * ay + ny * ax
         bx, by = nx * bn - ny * bt, ny * bn + nx * bt
         det = wxx * wyy - wxy * wxy
+        if det <= DEPENDENT * (wxx + wyy) * (wxx + wyy):
+            return math.nan, math.nan, math.nan, math.nan
         fx, fy = (wyy * bx - wxy * by) / det, (wxx * by - wxy * bx) / det
         return nx * fx + ny * fy, nx * fy - ny * fx, fx, fy
     px, py = nx * dn - ny * dt, ny * dn + nx * dt
@@ -106,6 +110,8 @@ def multipliers(x, y, vx, vy, ax, ay, held):
     else:
         hx, hy, bend = -ny, nx, spin * sn - sn * w * turn
     meets = hx * (wxx * px + wxy * py) + hy * (wxy * px + wyy * py)
+    if abs(meets) <= DEPENDENT * (wxx + wyy):
+        return math.nan, math.nan, math.nan, math.nan
     lam = -(hx * ax + hy * ay + bend) / meets
     return lam, 0.0, px * lam, py * lam
 

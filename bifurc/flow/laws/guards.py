@@ -513,13 +513,16 @@ def guard_terms(T, m, g, x, scale, a, size):
 
 @njit
 def inside(T, m, g, x, scale, a):
-    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero forever; order of its zero at ``x``."""
+    """Sign of guard ``g`` just after ``x``: -1 inside, +1 outside or leaving, 0 zero forever; order of its zero at ``x``.
+
+    Where it has no value, as a force along a circle whose normal another contact holds, the mode cannot start: it is outside.
+    """
     size = np.empty(ORDER + 1)
     guard_terms(T, m, g, x, scale, a, size)
     for j in range(HIGHEST_ORDER + 1):
         if a[j] < -ZERO * size[j]:
             return -1, j
-        if a[j] > ZERO * size[j]:
+        if a[j] > ZERO * size[j] or not np.isfinite(a[j]):
             return 1, j
     return 0, ORDER
 
