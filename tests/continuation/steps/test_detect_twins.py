@@ -277,6 +277,20 @@ def test_a_branch_point_on_the_way(problem, low, high, way):
     assert abs(other @ wanted) == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.parametrize("known, apart", [(1e-9, True), (1e-7, True), (1e-5, False)])
+@pytest.mark.parametrize("at_start", [True, False])
+def test_a_branch_point_as_near_to_a_boundary_as_that_is_known_is_the_boundary(monkeypatch, known, apart, at_start):
+    """Where an event is born the equations may be singular on the boundary itself, and what is singular beside it is rounding."""
+    places = (0.0, 0.1) if at_start else (-0.1, 0.0)
+    half, row, new = walk(Line(edge(lambda p: -abs(p))), *places, born=1 if at_start else -1)
+    new.det_sign = -1.0
+    found = SimpleNamespace(kind=SpecialPointKind.BRANCH_POINT, name="", x=row.x, tangent=row.tangent, s=1e-6 * (at_start or -1.0))
+    monkeypatch.setattr(detect, "branch_point", lambda a, b: (found, None))
+    half.edge = known if at_start else None
+    cut = SimpleNamespace(test=1, inside={0: new}, special=SimpleNamespace(low=0.0, high=2.0 * known, known=0.0, bound=0.0))
+    assert detect.crossed(half, row, new, None if at_start else cut)[0] == [found] * apart
+
+
 def test_a_branch_point_is_looked_for_where_the_determinant_passes_zero(monkeypatch):
     """By the chord of the determinant: from 3 to -1, and from 1 to -3; without a change of sign at the end of the step."""
     asked = []
