@@ -42,6 +42,7 @@ def audited(seed):
     pytest.param(10028, id="a slider that stops just before an impact drives it on: the second time is the square of the first",
                  marks=pytest.mark.slow),
     pytest.param(12025, id="equations that are singular on the boundary where a slip begins: no branch point is beside it"),
+    pytest.param(14019, id="half a period whose equations begin a little farther beyond than those of the whole one"),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):
