@@ -604,8 +604,8 @@ class OrbitProblem(Problem):
         return min(shares, default=1.0)
 
     def _stands_in_the_way(self, x) -> bool:
-        """Whether a contact reaches at ``x`` (n + 1,) a limit at which it is all the time there, where something stands as it once came
-        to: a stop touches what stands, or has moved it as far as a slider on it holds."""
+        """Whether a contact reaches at ``x`` (n + 1,) a limit at which it is all the time there, where something stands as it once
+        came to: a stop touches what stands, or has moved it as far as a slider on it holds."""
         if not len(self._labels.rows):
             return False
         beside = self.correct(x + AWAY * self.scale * self.null_tangent(x), self.null_tangent(x))

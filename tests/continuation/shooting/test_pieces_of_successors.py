@@ -223,7 +223,7 @@ def test_solutions_beyond_an_end_stay_on_the_path():
 
 @pytest.mark.parametrize("half, chosen", [(3, "half"), (99, "whole")])
 def test_a_motion_of_half_a_period_goes_on_over_the_whole_one_where_half_of_it_never_begins(half, chosen, monkeypatch):
-    """The equations over the whole period are as good for the first few steps only: there the half may not begin, farther it does."""
+    """The equations over the whole period are as good for the first few steps only: there the half may not begin, later it does."""
     asked = []
     monkeypatch.setattr(rules, "cycle", lambda problem: ((), 0.5, -1))
     monkeypatch.setattr(rules, "_cycle", lambda scene, signature: (signature.name, signature.closure, signature.closure))

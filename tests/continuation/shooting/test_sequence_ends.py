@@ -278,8 +278,8 @@ def test_a_stop_that_comes_to_where_a_mass_stands(place):
 
 @pytest.mark.parametrize("part", [0.0, 1.0, -0.4])
 def test_a_stop_that_moves_what_stands_as_far_as_a_slider_holds(part):
-    """A load of 3 presses the second mass on its stop, where a slider of stiffness 5 and limit 1 holds it with ``part`` of that: the
-    stop moves it by the rest over the stiffness either way, and farther the slider slips along, another motion at each place."""
+    """A load of 3 presses the second mass on its stop; a slider (stiffness 5, limit 1) holds it with ``part`` of it.  The stop
+    moves it by the rest over the stiffness either way; farther the slider slips along, another motion at each place."""
     system = bf.System(np.eye(2), 0.1 * np.eye(2), [[1.2, -0.2], [-0.2, 1.2]], [
         HarmonicForce(0.5), ConstantForce(3.0, dof=1), Jenkins(5.0, 1.0, dof=1), RigidStop(0.1, 0.5, dof=1)], omega=1.4)
     orbit = bf.find_orbit(system, (0.0, 0.1, 0.0, 0.0, 0.1 - 0.2 * part))
