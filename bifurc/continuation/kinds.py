@@ -104,9 +104,9 @@ class StopReason(DescribedEnum):
                     "amount: the system is not continuous here (static friction above kinetic, impacts of several "
                     "masses at one instant), and the branch ends.")
     STICKING = ("sticking", "One way from here a contact slips, or its mass moves elsewhere, as where a stop comes to where "
-                            "it stands; the other way it sticks all the time, anywhere in an interval of positions. Here a "
-                            "slip has one direction only and lasts for nothing, and no single motion goes on. find_orbit "
-                            "from a state at rest gives one of them.")
+                            "it stands or moves it against a slider; the other way it sticks all the time, anywhere in an "
+                            "interval of positions. Here a slip has one direction only and lasts for nothing, and no single "
+                            "motion goes on. find_orbit from a state at rest gives one of them.")
 
 
 class ContinuationError(ValueError):

@@ -300,7 +300,10 @@ def begin_on_boundary(half):
             half.found.append(cut.special)
         made = ahead(row, j)(-INSIDE * aside)  # dp/ds just before, on the side that is valid: on the boundary it may be zero
         half.slope = float(made[1].tangent[-1]) if made is not None else row.tests[0]
-        return half.cross(row, cut)
+        half.cross(row, cut)
+        if half.reason is not None:  # nothing goes on: it is named as after a step
+            half.run()
+        return
 
 
 def ahead(row, j):

@@ -38,8 +38,11 @@ def audited(seed):
     pytest.param(9060, id="events of one instant in one order: a fold of the motion of one period"),
     pytest.param(10041, id="two sliders at their limits, where nothing moves one of them: its guard is zero by itself"),
     pytest.param(10050, id="a stop that comes to where a mass stands"),
+    pytest.param(12038, id="a stop that moves what stands on it as far as a slider holds, begun where an impact stopped that"),
     pytest.param(10028, id="a slider that stops just before an impact drives it on: the second time is the square of the first",
                  marks=pytest.mark.slow),
+    pytest.param(12025, id="equations that are singular on the boundary where a slip begins: no branch point is beside it"),
+    pytest.param(14019, id="half a period whose equations begin a little farther beyond than those of the whole one"),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):

@@ -36,6 +36,7 @@ from ..steps.roots import root_of
 from ..steps.rows import followed
 from ..watching import bare
 from . import autonomous, branching, signature_change
+from .appearing import moved
 from .completion import completion_near
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, MERGES, ONE, REFUSED, UNLISTED
@@ -46,7 +47,7 @@ from .vanishing import listed_speeds
 ACCUMULATED = 1e-3  # speed of the last of a train of impacts to that of the first: it completes nearby
 RESTING, BESIDE = 1e-2, 1e-4  # share of a period for which a mass rests behind a chattering that may just complete; and how far
 # from there it does, of the natural size of the parameter
-STILL, TOUCHED = 1e-12, 1e-9  # scaled: what moves a guard of a mass that stands; its distance from a stop that touches it
+TOUCHED, AWAY = 1e-9, 1e-4  # scaled: value of a guard that is zero; length to a place where one that is zero by itself is so, too
 STUCK = 1e-3  # share of a period for which a contact slips that soon does not slip at all
 KNOWN = 8  # solutions whose multipliers are kept: those of a row are asked for by several tests
 STATUS = {1: CorrectorStatus.CONVERGED, 0: CorrectorStatus.NOT_CONVERGED, -1: CorrectorStatus.SINGULAR}
@@ -603,18 +604,30 @@ class OrbitProblem(Problem):
         return min(shares, default=1.0)
 
     def _stands_in_the_way(self, x) -> bool:
-        """Whether a stop that does not move touches, at ``x`` (n + 1,), what stands all the time where it once came to stand."""
-        rows, T, ns = self._labels.rows, self.equations.numbers_at(float(x[-1])), self.scene.ns
-        y = self.sequence.written_out(x[:-1])[1][1:1 + ns]
-        for mode in np.unique(self.sequence.nodes[:, AFTER]).tolist() if len(rows) else ():
-            for guard in np.flatnonzero(T.kick[mode, :int(T.n_guards[mode])]).tolist():
-                row = T.G[mode, guard]
-                left = row[:ns] - np.linalg.lstsq(rows.T, row[:ns])[0] @ rows
-                size = float(np.abs(row[:ns]) @ self.weights)
-                if not row[ns + 1:].any() and float(np.abs(left) @ self.weights) <= STILL * size and abs(
-                        float(row[:ns] @ y + row[ns])) <= TOUCHED * size:
-                    return True
-        return False
+        """Whether a contact reaches at ``x`` (n + 1,) a limit at which it is all the time there, where something stands as it once
+        came to: a stop touches what stands, or has moved it as far as a slider on it holds."""
+        if not len(self._labels.rows):
+            return False
+        beside = self.correct(x + AWAY * self.scale * self.null_tangent(x), self.null_tangent(x))
+        return beside.converged and bool(self._touching(x) - self._touching(beside.x))
+
+    def _touching(self, x) -> set:
+        """Return the guards (element, mode of it, number) that are zero in all of the period at ``x`` (n + 1,)."""
+        e, scene, T, (s, U) = self.equations, self.scene, self.equations.numbers_at(float(x[-1])), self.sequence.written_out(x[:-1])
+        times, period, found = U[::1 + scene.ns], 2.0 * np.pi / T.flat[0], []
+        begins, spans = period * times, period * np.roll(since(times, s.span), -1)
+        z, P, row = np.empty(T.A.shape[2]), np.empty((scene.ns, T.A.shape[2])), np.empty(T.A.shape[2])
+        for i, mode in enumerate(s.nodes[:, AFTER].tolist()):
+            e.motion.start_of(T, s.nodes, U, i, P, z)
+            states, zero = [z, *(moved(e, T, mode, z, begins[i], part * spans[i]) for part in (0.5, 1.0))], set()
+            for guard in range(int(T.n_guards[mode])):
+                e.kernel.guard_gradient(T, mode, guard, z, row)
+                least = TOUCHED * e.kernel.scale_of(row, e.weights)
+                if all(abs(e.kernel.guard_value(T, mode, guard, state)) <= least for state in states):
+                    element, number, _ = scene.guard(mode, guard)
+                    zero.add((element, scene.keys[mode][element], number))
+            found.append(zero)
+        return set.intersection(*found)
 
     def _released(self, x) -> bool:
         """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""

@@ -9,6 +9,7 @@ One file, because what is constructed, asked of the rule, verified and named at 
 import collections
 import functools
 import math
+import operator
 from itertools import pairwise
 
 import numpy as np
@@ -216,6 +217,8 @@ def changed(problem, x, other):
     richer, at = (other, other.x0) if more > 0 else (problem, x)
     if kinds == {EventKind.SLIP}:
         return cut_short(richer, at)
+    if kinds == {EventKind.SLIP, EventKind.RELEASE}:
+        return by_turns(richer, at)
     if kinds == {EventKind.STICK}:
         return beside_stick(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.STICK})
     if kinds == {EventKind.STICK, EventKind.SLIP}:
@@ -241,6 +244,19 @@ def cut_short(problem, x):
     slips = np.array([g >= 0 and problem.scene.event_kind(m, g) is EventKind.SLIP for m, g in nodes[:, :AFTER].tolist()])
     return (SpecialPointKind.SLIP_ONSET if np.roll(spans, -1)[slips].min() < spans[slips].min()
             else SpecialPointKind.STICK_ONSET)
+
+
+def by_turns(problem, x):
+    """Return what a release and a slip more at ``x`` (n + 1,) are, of a mass that a stop and friction hold by turns: the onset of
+    the stick from the release to the slip, or that of the time at the limit from the slip to the release; the shorter."""
+    nodes, spans = problem.sequence.nodes[:, :AFTER].tolist(), intervals(problem, x)
+    times = np.cumsum(np.where(spans < np.inf, spans, 0.0))
+    kinds = [problem.scene.event_kind(m, g) if g >= 0 else None for m, g in nodes]
+    order = [i for i, kind in enumerate(kinds) if kind in (EventKind.SLIP, EventKind.RELEASE)]
+    stays = [(times[j] - times[i] + (times[-1] if j <= i else 0.0), kinds[j])
+             for i, j in pairwise([*order, order[0]]) if kinds[i] is not kinds[j]]
+    last = min(stays, key=operator.itemgetter(0), default=(0.0, None))[1]
+    return None if last is None else SpecialPointKind.STICK_ONSET if last is EventKind.SLIP else SpecialPointKind.SLIP_ONSET
 
 
 def beside_stick(problem, x, elements):

@@ -112,7 +112,7 @@ def successor(problem, point, through=False):
                 if found is None:
                     continue
                 rank = preference(problem, point, *found, through)
-                if rank == BEST:
+                if rank == BEST and signature.closure <= problem.sequence.closure:  # half a period may begin from another step
                     return found, search
                 done = _cycle(problem.scene, signature)
                 tried += [done, over_whole(done)] if signature.closure < 0 else [done]

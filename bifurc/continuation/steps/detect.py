@@ -21,7 +21,7 @@ from ..kinds import CorrectorStatus, LocationStatus, SpecialPointKind, StopReaso
 from ..problem import Corrected
 from .branchpoint import locate_crossing
 from .hidden import jumped, nearly_singular, rounding
-from .inside import AT_BOUNDARY, beginning, ending
+from .inside import AT_BOUNDARY, beginning, ending, known_to
 from .roots import PROBE, Root, bracketed, enclose, polish
 from .rows import Curve, Part, Point, Row, tests_of
 from .tori import REAL, inner_change, next_to, pair_on_circle, passes
@@ -211,10 +211,11 @@ def crossed(half, row, new, cut):
     begins = len(half.rows) < 2 or half.rows[-2].part is not part
 
     def at_end(s):
-        return at_boundary and beside_edge(new, row, cut.test, s)
+        return at_boundary and beside_edge(new, row, cut.test, s, known_to(cut.special))
 
     def at_start(s):
-        return begins and (beside_edge(row, new, part.born, s) if part.born > 0 else abs(s - row.s) < AT_BOUNDARY)
+        return begins and (beside_edge(row, new, part.born, s, half.edge or AT_BOUNDARY) if part.born > 0
+                           else abs(s - row.s) < AT_BOUNDARY)
     if row.det_sign * new.det_sign < 0.0 or new.singular or (
             nearly_singular(half.rows, row, new.det_log, new.s - row.s) and not row.singular):
         crossing, cause = branch_point(row, new)
@@ -282,12 +283,12 @@ def one_with(special, edge, bound) -> bool:
     return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + float(bound)
 
 
-def beside_edge(edge, inner, j, s) -> bool:
-    """Whether a place ``s`` is that of the boundary on which the row ``edge`` lies: between it and the zero of the test ``j``, of
-    which the row may have a little more or less."""
+def beside_edge(edge, inner, j, s, known) -> bool:
+    """Whether a place ``s`` is that of the boundary on which the row ``edge`` lies, ``known`` to an arclength: between it and the
+    zero of the test ``j``, of which the row may have a little more or less."""
     a, b = inner.tests[j], edge.tests[j]
     zero = inner.s + (edge.s - inner.s) * a / (a - b) if abs(b) < NEAR_EDGE * abs(a) else edge.s
-    return min(zero, edge.s) - AT_BOUNDARY < s < max(zero, edge.s) + AT_BOUNDARY
+    return min(zero, edge.s) - known < s < max(zero, edge.s) + known
 
 
 def torus(half, row, new, cut, found):
@@ -384,7 +385,7 @@ def zero_between(part, a, b, j):
     else:
         root = found[0]
     if root is None and j in part.boundary and fa * fb < 0.0:
-        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
+        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED or part.monitors[j - 1].silent)
     return located(part, a, b, j, curve, root)
 
 

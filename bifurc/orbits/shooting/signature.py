@@ -13,6 +13,7 @@ from ...compose.numbers import cancelled
 from ...compose.scene import Scene
 from ...compose.writer import kernels
 from ...elements.friction.dry import SLIP_DOWN, SLIP_UP, STICK
+from ...elements.site import Rows
 from ...elements.stops import FREE
 from .births import law_guards, needs_samples, sampled_orders
 from .labels import Labels
@@ -102,11 +103,13 @@ class Signature:
 
     def creeping(self, scene: Scene) -> list[int]:
         """Return the elements that, at rest otherwise, slip in one direction only: not back where they began after a period, or by
-        nothing, in an interval that rounding tells from none."""
-        words = [scene.keys[mode] for mode in self.nodes[:, AFTER]] if self.closure > 0 else []
+        nothing, in an interval that rounding tells from none.  At its limit while a stop holds what it acts on, none slips."""
+        modes = self.nodes[:, AFTER].tolist() if self.closure > 0 else []
+        words = [scene.keys[mode] for mode in modes]
         return [e for e, element in enumerate(scene.system.elements)
                 if len(slips := {str(key[e])[:len(SLIP_UP)] for key in words} - {STICK}) == 1 and slips <= {SLIP_UP, SLIP_DOWN}
-                and any(key[e] == STICK for key in words) and not np.any(element.site(scene.n).drift)]
+                and any(key[e] == STICK for key in words) and not np.any((site := element.site(scene.n)).drift)
+                and not all(stands(scene, mode, site) for mode, key in zip(modes, words, strict=True) if key[e] != STICK)]
 
     def unmoved(self, scene: Scene) -> list[int]:
         """Return the nodes of events that nothing leads to: what is held in the mode before keeps their guard where it is, as the
@@ -398,6 +401,14 @@ def combined_of(row, held, ns: int) -> bool:
     factors = np.linalg.lstsq(held[:, :ns].T, row[:ns], rcond=None)[0]
     terms = np.abs(row) + np.abs(factors).max(initial=0.0) * np.abs(held).sum(axis=0)
     return bool(row.any() and (np.abs(row - factors @ held) <= PROPORTIONAL * terms).all())
+
+
+def stands(scene: Scene, mode: int, site) -> bool:
+    """Whether what is held in a mode keeps the rows of a ``site`` where they are."""
+    held, n, nx = held_rows(scene.tables, mode), scene.n, scene.tables.A.shape[2]
+    if not held or not isinstance(site, Rows) or site.base:
+        return False
+    return all(combined_of(np.pad(row, (n, nx - 2 * n)), np.array(held), scene.ns) for row in site.R)
 
 
 def implied_orders(scene: Scene, T, before: int, guard: int, after: int, zero: tuple = ()) -> np.ndarray:

@@ -221,6 +221,26 @@ def test_solutions_beyond_an_end_stay_on_the_path():
     assert [x[-1] for x in rules._beyond(line, edge, 1e-3)] == [pytest.approx(10.0 - 5e-4)]
 
 
+@pytest.mark.parametrize("half, chosen", [(3, "half"), (99, "whole")])
+def test_a_motion_of_half_a_period_goes_on_over_the_whole_one_where_half_of_it_never_begins(half, chosen, monkeypatch):
+    """The equations over the whole period are as good for the first few steps only: there the half may not begin, later it does."""
+    asked = []
+    monkeypatch.setattr(rules, "cycle", lambda problem: ((), 0.5, -1))
+    monkeypatch.setattr(rules, "_cycle", lambda scene, signature: (signature.name, signature.closure, signature.closure))
+    monkeypatch.setattr(rules, "_beyond", lambda problem, point, step: [at(2.0)])
+    monkeypatch.setattr(rules, "complete_chatters", lambda signature: 0.0)
+    monkeypatch.setattr(rules, "preference", lambda *given: rules.BEST)
+    monkeypatch.setattr(rules, "_read", lambda problem, x, search: [
+        (SimpleNamespace(name=name, closure=closure), at(2.0)[:-1]) for name, closure in (("half", -1), ("whole", 1))])
+
+    def begun(problem, point, signature, x, search, through):
+        asked.append(signature.name)
+        return (signature.name,) if signature.name == "whole" or asked.count("half") >= half else None
+    monkeypatch.setattr(rules, "_begun", begun)
+    problem = SimpleNamespace(scene=None, sequence=SimpleNamespace(closure=-1, clock=1.0))
+    assert rules.successor(problem, SimpleNamespace(x=at(2.0)))[0] == (chosen,)
+
+
 # sequences
 
 def system():

@@ -10,7 +10,7 @@ from bifurc.compose.scene import scene_of
 from bifurc.continuation.branches.audit import told_slopes
 from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.tracing import beside
-from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.repetition import repetition
 from bifurc.orbits.shooting.equations import Equations
 from bifurc.orbits.shooting.path import constant_path
@@ -274,3 +274,16 @@ def test_a_stop_that_comes_to_where_a_mass_stands(place):
     low, high = branch.ends
     assert (low.reason, high.reason) == (StopReason.STICKING, StopReason.BOUND) and low.p == pytest.approx(place, abs=1e-12)
     assert branch.special_points[0].parameter == pytest.approx(place, abs=1e-12) and branch.audit.ok
+
+
+@pytest.mark.parametrize("part", [0.0, 1.0, -0.4])
+def test_a_stop_that_moves_what_stands_as_far_as_a_slider_holds(part):
+    """A load of 3 presses the second mass on its stop; a slider (stiffness 5, limit 1) holds it with ``part`` of it.  The stop
+    moves it by the rest over the stiffness either way; farther the slider slips along, another motion at each place."""
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), [[1.2, -0.2], [-0.2, 1.2]], [
+        HarmonicForce(0.5), ConstantForce(3.0, dof=1), Jenkins(5.0, 1.0, dof=1), RigidStop(0.1, 0.5, dof=1)], omega=1.4)
+    orbit = bf.find_orbit(system, (0.0, 0.1, 0.0, 0.0, 0.1 - 0.2 * part))
+    branch = bf.trace(orbit, "rigid_stop.gap", bounds=(-0.4, 0.5))
+    for end, sign in zip(branch.ends, (-1.0, 1.0), strict=True):
+        assert end.reason is StopReason.STICKING and end.p == pytest.approx(0.1 + 0.2 * (sign - part), abs=1e-12)
+    assert branch.audit.ok

@@ -232,6 +232,17 @@ def test_the_size_of_a_test_beside_a_first_row_is_its_slope():
     assert detect.size_beside(half, row, 1) == 0.0  # no zero
 
 
+@pytest.mark.parametrize("silent", [True, False])
+def test_a_noisy_boundary_of_the_equations_alone_is_enclosed(silent):
+    """Which side of it a row lies on decides how the same motion is listed; a boundary of motions has to be a zero."""
+    def noisy(p):
+        return p - 0.5 + 1e-4 * math.sin(1e9 * p)
+    half, row, new = walk(Line((Monitor(GRAZING, "", boundary=True, silent=silent), noisy)), -0.3, 0.1, 0.9)
+    found = detect.zero_between(row.part, row, new, 1)
+    assert (found is not None) is silent
+    assert not silent or abs(found.x[-1] - 0.5) < 2e-4 and found.low <= found.s <= found.high
+
+
 # folds and branch points
 
 def on_parabola(part, u):
@@ -275,6 +286,20 @@ def test_a_branch_point_on_the_way(problem, low, high, way):
     other = found.directions[np.argmin(np.abs(found.directions @ [0.0, 1.0]))]
     wanted = np.array([1.0, 0.0]) if problem is pitchfork else np.array([1.0, 1.0]) / math.sqrt(2.0)
     assert abs(other @ wanted) == pytest.approx(1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize("known, apart", [(1e-9, True), (1e-7, True), (1e-5, False)])
+@pytest.mark.parametrize("at_start", [True, False])
+def test_a_branch_point_as_near_to_a_boundary_as_that_is_known_is_the_boundary(monkeypatch, known, apart, at_start):
+    """Where an event is born the equations may be singular on the boundary itself, and what is singular beside it is rounding."""
+    places = (0.0, 0.1) if at_start else (-0.1, 0.0)
+    half, row, new = walk(Line(edge(lambda p: -abs(p))), *places, born=1 if at_start else -1)
+    new.det_sign = -1.0
+    found = SimpleNamespace(kind=SpecialPointKind.BRANCH_POINT, name="", x=row.x, tangent=row.tangent, s=1e-6 * (at_start or -1.0))
+    monkeypatch.setattr(detect, "branch_point", lambda a, b: (found, None))
+    half.edge = known if at_start else None
+    cut = SimpleNamespace(test=1, inside={0: new}, special=SimpleNamespace(low=0.0, high=2.0 * known, known=0.0, bound=0.0))
+    assert detect.crossed(half, row, new, None if at_start else cut)[0] == [found] * apart
 
 
 def test_a_branch_point_is_looked_for_where_the_determinant_passes_zero(monkeypatch):
