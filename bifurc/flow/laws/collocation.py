@@ -370,10 +370,10 @@ def frequency(K, D):
 
 @separate
 def vary(load, x, X, row, h, K, D, iterations, room):
-    """Move row ``row`` of ``X`` (count, ns), a variation of the state under the accelerations ``load`` (n, NODES), to the end of the
-    step.
+    """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step.
 
-    ``x`` (ns,) is room, and so are the five arrays (n, NODES) of ``room``.
+    ``load`` (n, NODES) are accelerations that do not depend on it.  ``x`` (ns,) is room, and so are the five arrays (n, NODES) of
+    ``room``.
 
     The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
     """

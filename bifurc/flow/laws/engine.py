@@ -82,8 +82,8 @@ def arc(T, m, x, s, y1, Phi):
 
 @njit
 def arc_beside(T, m, x, s, numbers, y1, Phi, change):
-    """Like `arc`, with the ``change`` (ns,) of the state, after as many periods, where ``numbers`` near those of the tables stand in
-    their place: to first order in the difference."""
+    """Like `arc`, with the ``change`` (ns,) of the state at the same phase of the forcing, to first order, where ``numbers`` near
+    those of the tables stand in their place."""
     n, rows, nx, ns = T.LP.shape[2], T.LU.shape[0], x.size, y1.size
     x1, X, scratch = np.empty(nx), np.eye(ns + 1)[:, :ns].copy(), scratch_of(T, ns + 1)
     flat, scratch[BESIDE] = T.flat, ALIKE

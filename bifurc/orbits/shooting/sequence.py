@@ -773,12 +773,13 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     k = 0
     while True:
         renew = index.size > 0 and (k == 0 or moved > LAST and old_step < NEAR)
-        if renew:
-            set_modes(T, index, series, low, high, U[n] + delta, nodes)
+        if renew and KNOWS_BESIDE:
+            set_numbers(T, index, series, low, high, U[n] + delta)
             for i in range(numbers.size):
                 numbers[i] = T.flat[i]
-            if not KNOWS_BESIDE:
-                assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0, room)
+        elif renew:
+            set_modes(T, index, series, low, high, U[n] + delta, nodes)
+            assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0, room)
         set_modes(T, index, series, low, high, U[n], nodes)
         assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 2.0 if renew else 1.0, room)
         if renew and KNOWS_BESIDE:

@@ -75,14 +75,14 @@ def test_change_by_other_numbers_against_taylor(name):
     values = {"omega": 1.3, "amplitude": 0.3, "zeta": 0.05, "alpha": 1.0, "beta": 1.0}
     system, unit, y = duffing(**values), 1e-6, (0.8, -0.3)
     engine, T, joined = parts(system)
-    ends = [Duffing(**{**values, name: values[name] + d}).run(y, 0.0, np.pi / (values["omega"] + (d if name == "omega" else 0.0)))[0]
-            for d in (unit, -unit)]
+    beside = [{**values, name: values[name] + d} for d in (unit, -unit)]
+    ends = [Duffing(**numbers).run(y, 0.0, np.pi / numbers["omega"])[0] for numbers in beside]
     exact = np.array([float((a - b) / (2.0 * unit)) for a, b in zip(*ends, strict=True)])
     numbers = scene_of(system).refill(system.with_parameters(**{name: values[name] + 1e-7})).flat
-    end, Phi, change = np.empty(2), np.empty((2, 2)), np.empty(2)
     x, s = joined(y), np.pi / values["omega"]
-    engine.arc_beside(T, 0, x, s, numbers, end, Phi, change)
     plain, Psi = moved(engine, T, x, s)
+    end, Phi, change = np.empty(2), np.empty((2, 2)), np.empty(2)
+    engine.arc_beside(T, 0, x, s, numbers, end, Phi, change)
     assert np.array_equal(end, plain) and np.array_equal(Phi, Psi)
     np.testing.assert_allclose(change / 1e-7, exact, rtol=0.0, atol=2e-7 * abs(exact).max())
 
@@ -90,9 +90,9 @@ def test_change_by_other_numbers_against_taylor(name):
 def test_change_by_other_numbers_against_differences_of_steps():
     """Coupled inertia, a law of two rows, two harmonics: all numbers move at once, and so do those of the law."""
     def system(d):
+        forces = HarmonicForce(0.5 + d), HarmonicForce(0.2 - d, harmonic=3, dof=1), Force(coupled, site=np.eye(2), a=0.9 + d)
         return bf.System([[1.0 + d, 0.3], [0.3, 0.8]], [[0.1, -0.5 + d], [0.6, 0.05]], [[2.0, -0.4], [-0.4, 1.0 - 2.0 * d]],
-                         [HarmonicForce(0.5 + d), HarmonicForce(0.2 - d, harmonic=3, dof=1), Force(coupled, site=np.eye(2), a=0.9 + d)],
-                         omega=1.3 - d)
+                         forces, omega=1.3 - d)
 
     engine, T, joined = parts(system(0.0))
     scene, y, phase = scene_of(system(0.0)), np.array([0.4, -0.7, 0.2, 0.5]), 2.0
