@@ -78,10 +78,11 @@ def followed(row, lines, signs) -> list:
     signs : tuple of int
     """
     made, width = [], row.x.size
-    for line, numbers in zip(lines, lines[:, 2 * width:].tolist(), strict=True):
-        length, angle, misfit, after, iterations, residual, sign, log = numbers[-TOLD:]
-        c = Corrected(line[:width], line[width:2 * width], True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0,
-                      sign, log, NO_MONITORS)
+    points, tangents = lines[:, :width], lines[:, width:2 * width]
+    c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, 0, 0.0, 0.0, 0.0, 0.0, 0.0, NO_MONITORS)  # of each in turn
+    for c.x, c.tangent, numbers in zip(points, tangents, lines[:, 2 * width:].tolist(), strict=True):
+        length, angle, misfit, after, iterations, c.residual, c.det_sign, c.det_log = numbers[-TOLD:]
+        c.iterations = int(iterations)
         turn = row.turn + angle
         row = Row(c, row.part, row.s + length, angle, numbers[:-TOLD], after)
         row.bend, row.misfit, row.signs, row.turn = angle / length, misfit, signs, turn

@@ -9,6 +9,7 @@ import numpy as np
 from ..._jit import NOTHING, PAIR, apart, leaf, njit
 from ...compose.tables import ORDER
 
+KNOWS_BESIDE = False
 
 @leaf
 def forcing(T, t, x):
@@ -136,6 +137,13 @@ def arc(T, m, x, s, y1, Phi):
         k >>= 1
         if k > 0:
             multiply(square, square, scratch)
+
+
+@njit
+def arc_beside(T, m, x, s, numbers, y1, Phi, change):
+    """Like `arc`; an engine that knows it (`KNOWS_BESIDE`) also writes the ``change`` (ns,) that other numbers make: here tables of
+    these cost as much."""
+    arc(T, m, x, s, y1, Phi)
 
 
 @leaf

@@ -15,7 +15,10 @@ FORCES, ACTING, KICKS, RESTS, WIDTH = range(5)  # places in ``T.stages``
 # what `ask` gives: into local[2] (rows, 1), or derivatives into slope (3, rows, WIDTH, 1); see `bifurc.flow.laws.nolaw`
 FORCE, REACTION, WATCH, SLOPE, KICK, KICK_SLOPE, REST, REST_MOVE, REST_SLOPE = range(9)
 
-TABLED, WISH, ERROR, ARRAYS = range(4)  # places in the scratch: step of the tabled turns, step wished next, defect
+# places in the scratch: step of the tabled turns, step wished next, defect; how many words behind the numbers of the tables those
+# at another value of a parameter stand (0: none, `ALIKE`: they are the same), and by what part their frequency is higher
+TABLED, WISH, ERROR, BESIDE, HIGHER, ARRAYS = range(6)
+ALIKE = 1
 WORST = 3.0  # times the defect aimed at is still accepted
 ANGLE = 1.2  # largest phase of the highest harmonic in a step: Taylor series of guards to ORDER are good to 6e-14
 
@@ -32,9 +35,9 @@ def scratch_of(T, count):
     n, rows, width = T.LP.shape[2], T.LU.shape[0], T.stages[WIDTH]
     size = ARRAYS + (T.A.shape[2] - 2 * n) * (NODES + 4) + rows * (6 * NODES + 4) + n * (5 * NODES + 4)
     if count > 0:
-        size += (NODES + 1) * (2 * n * n + 3 * rows * width) + 2 * n
+        size += (NODES + 1) * (2 * n * n + 3 * rows * width) + n * (NODES + 1) + T.A.shape[2]
     scratch = np.empty(size)
-    scratch[TABLED], scratch[WISH] = 0.0, np.inf
+    scratch[TABLED], scratch[WISH], scratch[BESIDE] = 0.0, np.inf, 0.0
     return scratch
 
 
@@ -52,7 +55,8 @@ def step(T, m, x, h, aim, x1, acc, force, X, edges, accs, scratch):
 
     ``acc`` (n, NODES + 2) and ``force`` (rows, NODES + 2) receive accelerations and forces of laws at start, nodes and
     end; the variations ``X`` (count, ns) move along, and where ``edges`` is 1 ``accs`` (count, n, NODES + 2) receives their
-    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect.  Where the law leaves the
+    accelerations.  ``scratch``, see `scratch_of`, keeps the step to try next and the defect; with numbers `BESIDE` those of the
+    tables the last variation is what they change in the state, at the same phase of the forcing.  Where the law leaves the
     finite numbers ``x1`` is NaN, which the callers' statuses catch.
     """
     return call(address(T, STEP), (

@@ -18,7 +18,24 @@ from numba.extending import intrinsic
 
 from ..._jit import separate
 from ...compose.tables import TURN
-from .calls import ARRAYS, ERROR, FORCE, KICK, KICK_SLOPE, REACTION, REST, REST_MOVE, SLOPE, TABLED, WATCH, WISH, WORST
+from .calls import (
+    ALIKE,
+    ARRAYS,
+    BESIDE,
+    ERROR,
+    FORCE,
+    HIGHER,
+    KICK,
+    KICK_SLOPE,
+    REACTION,
+    REST,
+    REST_MOVE,
+    SLOPE,
+    TABLED,
+    WATCH,
+    WISH,
+    WORST,
+)
 from .gauss import EDGES, MOMENTS, NODES, ONTO_DOUBLE, ONTO_SINGLE, WEIGHTS, C
 from .nolaw import (
     ACTING,
@@ -352,22 +369,21 @@ def frequency(K, D):
 
 
 @separate
-def vary(A, m, x, X, row, h, K, D, iterations, room):
+def vary(load, x, X, row, h, K, D, iterations, room):
     """Move row ``row`` of ``X`` (count, ns), a variation of the state, to the end of the step.
 
-    ``x`` (ns,) is room, and so are the five arrays (n, NODES) of ``room``.
+    ``load`` (n, NODES) are accelerations that do not depend on it.  ``x`` (ns,) is room, and so are the five arrays (n, NODES) of
+    ``room``.
 
     The state took ``iterations``; a variation may need more, in directions that the motion itself does not stir.
     """
     q, v, a, new, terms = room
     n = DOFS
     still = True
-    for i in range(X.shape[1]):
+    for i in range(2 * n):
         x[i] = X[row, i]
-        still = still and (i >= 2 * n or x[i] == 0.0)
-    for i in range(n):
-        still = still and remembered(A, m, i, n, x) == 0.0
-    if still:  # memory that no force knows in this mode
+        still = still and x[i] == 0.0
+    if still and largest(load) == 0.0:  # memory that no force knows in this mode
         for i in range(n):
             for j in range(NODES):
                 a[i, j] = 0.0
@@ -380,9 +396,8 @@ def vary(A, m, x, X, row, h, K, D, iterations, room):
     for iteration in range(ITERATIONS):
         change = 0.0
         for i in range(n):
-            load = remembered(A, m, i, n, x)
             for j in range(NODES):
-                total = load
+                total = load[i, j]
                 for c in range(n):
                     total += K[i, c, j] * q[c, j] + D[i, c, j] * v[c, j]
                 new[i, j] = total
@@ -390,9 +405,8 @@ def vary(A, m, x, X, row, h, K, D, iterations, room):
             change = max(change, farthest(new, i, a))
         if iteration >= iterations:
             for i in range(n):
-                load = abs(remembered(A, m, i, n, x))
                 for j in range(NODES):
-                    total = load
+                    total = abs(load[i, j])
                     for c in range(n):
                         total += abs(K[i, c, j] * q[c, j]) + abs(D[i, c, j] * v[c, j])
                     terms[i, j] = total
@@ -406,6 +420,44 @@ def vary(A, m, x, X, row, h, K, D, iterations, room):
         finish(x, i, n, h, a)
     for i in range(2 * n):
         X[row, i] = x[i]
+
+
+@separate
+def pull(motion, m, x, turn, room, now, f, one, load):
+    """Write into ``load`` (n, NODES) by how much the accelerations at the nodes of the step from ``x`` (nx,) are others under the
+    tables ``motion``, at the same places and speeds and the same phase of the forcing; ``now`` (nx,), ``f`` (ns,) and ``one`` are
+    room."""
+    A, LU, LS, LP, law, acts = motion
+    q, v, a = room[:3]
+    n = DOFS
+    ns = A.shape[1]
+    for j in range(NODES):
+        for c in range(2 * n, ns + 1):
+            now[c] = x[c]
+        for i in range(n):
+            now[i], now[n + i] = q[i, j], v[i, j]
+        for c in range(ns + 1, x.size, 2):
+            cos, sin = turn[c - ns, j], turn[c + 1 - ns, j]
+            now[c], now[c + 1] = cos * x[c] - sin * x[c + 1], cos * x[c + 1] + sin * x[c]
+        rate(A, m, LU, LS, LP, law, acts, now, f, one)
+        for i in range(n):
+            load[i, j] = f[n + i] - a[i, j]
+
+
+@separate
+def quicken(eps, room, D, load):
+    """Add to ``load`` (n, NODES) what a frequency changes that is higher by the part ``eps``.
+
+    The step ends at the same phase, after a shorter time.  In the time that it has now, the variation q of the places obeys q' = s,
+    s' = K q + D s + load, where the speeds v change by s + eps v.
+    """
+    v, a = room[1], room[2]
+    for i in range(DOFS):
+        for j in range(NODES):
+            total = -2.0 * a[i, j]
+            for c in range(DOFS):
+                total += D[i, c, j] * v[c, j]
+            load[i, j] += eps * total
 
 
 @separate
@@ -490,7 +542,8 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
     Ke, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     De, at = carray(offset(scratch_, at), (n, n, 1)), at + n * n
     edge, at = carray(offset(scratch_, at), (3, rows, WIDTH, 1)), at + 3 * rows * WIDTH
-    variation, room, motion = carray(offset(scratch_, at), (ns,)), (q, v, a, base, free), (A, LU, LS, LP, law, acts)
+    variation, at = carray(offset(scratch_, at), (nx,)), at + nx
+    load, room, motion = carray(offset(scratch_, at), (n, NODES)), (q, v, a, base, free), (A, LU, LS, LP, law, acts)
     watches(law, acts, m, 1, one)
     for r in range(rows):
         force[r, 0] = one[2, r, 0]
@@ -526,13 +579,36 @@ def _step(m, nx, harmonic_count, laws, values, count, edges, omega, unit, h, aim
     if count == 0:
         return h
     linearise(A, m, LU, LS, LP, law, acts, h, local, slope, K, D)
+    for i in range(n):
+        for j in range(NODES):
+            load[i, j] = 0.0
+    other, eps = int(scratch[BESIDE]), 0.0
+    if other != 0:
+        eps = scratch[HIGHER]
+        if other != ALIKE:
+            pull((carray(offset(A_, other), (m + 1, ns, nx)), carray(offset(LU_, other), (rows, nx)),
+                  carray(offset(LS_, other), (rows, nx)), carray(offset(LP_, other), (m + 1, rows, n)),
+                  carray(offset(law_, other), (values,)), acts), m, x, turn, room, variation, f1, one, load)
+        quicken(eps, room, D, load)
     for end in range(2):
         if edges:
             rate(A, m, LU, LS, LP, law, acts, x if end == 0 else x1, f1, one)
             linearise(A, m, LU, LS, LP, law, acts, h, one, edge, Ke, De)
-        for k in range(count):
+        for k in range(count - 1, -1, -1):
             if end == 1:
-                vary(A, m, variation, X, k, h, K, D, iterations, room)
+                of_numbers = other != 0 and k == count - 1  # the first one: its load is there
+                for i in range(n):
+                    if of_numbers:
+                        X[k, n + i] -= eps * x[n + i]
+                    elif other != 0 or ns > 2 * n:
+                        for c in range(2 * n, ns):
+                            variation[c] = X[k, c]
+                        memory = remembered(A, m, i, n, variation)
+                        for j in range(NODES):
+                            load[i, j] = memory
+                vary(load, variation, X, k, h, K, D, iterations, room)
+                for i in range(n if of_numbers else 0):
+                    X[k, n + i] += eps * x1[n + i]
             if edges:
                 for c in range(ns):
                     variation[c] = X[k, c]

@@ -6,10 +6,12 @@ step, is small; the state errs like its square.  Guards become polynomials on sh
 import numpy as np
 
 from ..._jit import leaf, njit
-from .calls import WISH, longest, rate, scratch_of, step
+from ...compose.pointer import WORD
+from .calls import ALIKE, BESIDE, HIGHER, WISH, longest, rate, scratch_of, step
 from .gauss import NODES
 
-ENGINE = ("field", "advance", "propagate", "arc")
+ENGINE = ("field", "advance", "propagate", "arc", "arc_beside", "KNOWS_BESIDE")
+KNOWS_BESIDE = True
 DEFECT = 2e-8  # aimed at in a step
 
 
@@ -74,5 +76,24 @@ def arc(T, m, x, s, y1, Phi):
     integrate(T, m, x, s, x1, X)
     for i in range(ns):
         y1[i] = x1[i]
+        for c in range(ns):
+            Phi[i, c] = X[c, i]
+
+
+@njit
+def arc_beside(T, m, x, s, numbers, y1, Phi, change):
+    """Like `arc`, with the ``change`` (ns,) of the state at the same phase of the forcing, to first order, where ``numbers`` near
+    those of the tables stand in their place."""
+    n, rows, nx, ns = T.LP.shape[2], T.LU.shape[0], x.size, y1.size
+    x1, X, scratch = np.empty(nx), np.eye(ns + 1)[:, :ns].copy(), scratch_of(T, ns + 1)
+    flat, scratch[BESIDE] = T.flat, ALIKE
+    scratch[HIGHER] = numbers[0] / flat[0] - 1.0 if flat[0] > 0.0 else 0.0
+    for k in range(1, flat.size):
+        if numbers[k] != flat[k]:
+            scratch[BESIDE] = (numbers.ctypes.data - flat.ctypes.data) // WORD
+            break
+    integrated(T, m, x, s, x1, X, scratch, np.empty((n + rows) * (NODES + 2)), np.empty(nx))
+    for i in range(ns):
+        y1[i], change[i] = x1[i], X[ns, i]
         for c in range(ns):
             Phi[i, c] = X[c, i]

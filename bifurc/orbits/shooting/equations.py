@@ -71,6 +71,7 @@ class Equations:
         self.labels = signature.labels(scene)
         self.closure = signature.closing(self.labels)
         self.kernel = kernels(scene, sequence.__name__)
+        self._room = self.kernel.room_of(path.tables, 0)
         set_clock(path.tables, signature.clock)
         self.motion = kernels(scene, motion.__name__)
         self._data = Data(path.index, path.series, path.low, path.high, signature.nodes, signature.fixed, signature.span,
@@ -132,20 +133,23 @@ class Equations:
 
     def residual(self, x) -> np.ndarray:
         """Return the scaled residual (n,) at ``x`` (n + 1,)."""
-        F, none = np.empty(self.size), np.empty((1, 1))
-        self.numbers_at(x[-1])
-        s = self.signature
-        self.kernel.assemble(self.path.tables, s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, none, none, 0.0)
-        return F
+        return self._assembled(x, np.empty((1, 1)), np.empty((1, 1)), 0.0)
 
     def jacobian(self, x, mu=1.0) -> np.ndarray:
         """Return the Jacobian (n, n) at ``x`` (n + 1,) with the factor ``mu`` on the closing node."""
-        s, F, J, C = self.signature, np.empty(self.size), np.empty((self.size, self.size)), np.empty((self.size, 2 + self.scene.ns))
-        self.kernel.assemble(self.numbers_at(x[-1]), s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, J, C, 1.0)
+        J, C = np.empty((self.size, self.size)), np.empty((self.size, 2 + self.scene.ns))
+        self._assembled(x, J, C, 1.0)
         if mu != 1.0:
             J[:, :C.shape[1] - 1] += (mu - 1.0) * C[:, :-1]
             J[:, 0] += C[:, -1]
         return J
+
+    def _assembled(self, x, J, C, want) -> np.ndarray:
+        """Let `sequence.assemble` write; return the scaled residual."""
+        s, F = self.signature, np.empty(self.size)
+        self.kernel.assemble(self.numbers_at(x[-1]), s.nodes, s.fixed, s.span, self.closure, x[:-1], self.weights, F, J, C, want,
+                             self._room)
+        return F
 
     def numbers_at(self, value):
         """Return the working tables, rewritten for a parameter value."""

@@ -28,8 +28,10 @@ import numpy as np
 from ..._jit import FLAG, NOTHING, NUMBER, WHOLE, apart, both, inlined, leaf, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
 from ...flow.affine.engine import (
+    KNOWS_BESIDE,
     advance,
     arc,
+    arc_beside,
     curved_hold,
     field,
     forcing,
@@ -224,7 +226,7 @@ def scale_of(row, weights):
 
 
 @apart(NOTHING, python=True)
-def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
+def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want, room):
     """Residual ``F`` (n,) and, if ``want`` > 0, Jacobian ``J`` (n, n), n = m (1 + ns), of the event sequence.
 
     ``nodes`` (m, 5) integers, ``fixed`` (m,) times of sections (``span`` = 0: normal and value of the section, (ns + 1,)),
@@ -232,16 +234,26 @@ def assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, want):
     scaled).  The first columns of ``C`` (n, 2 + ns) are the part of those of ``J`` that node 0 has as the closing node: the
     Jacobian with the factor mu on it is ``J + (mu - 1) C``.  With ``span`` = 0 its last column is the derivative in the time at
     which node 0 begins the orbit, which belongs to the first column where perturbations are compared, but not to the equations.
+
+    ``room`` is that of `room_of`.  An engine that knows what other numbers change in an arc (`KNOWS_BESIDE`) keeps that there with
+    ``want`` = 2; with ``want`` = -1, and these numbers in ``T``, it is what leads from node to node.
     """
+    assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, room)
+
+
+@njit
+def room_of(T, count):
+    """Return room for `assemble`: arrays that it overwrites, numbers near those of ``T``, and arcs of ``count`` nodes; 0: of no
+    other numbers."""
     ns, nx = T.A.shape[1], T.A.shape[2]
-    spare = np.empty((9, nx)), np.empty((ns, nx)), np.empty((2, ns, ns))
-    assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare)
+    numbers = np.empty(T.flat.size if count > 0 else 0)
+    return np.empty((9, nx)), np.empty((ns, nx)), np.empty((2, ns, ns)), numbers, np.empty((count, ns, ns + 3))
 
 
 @leaf
 def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
-    """Do what `assemble` says, without counting references to arrays; what is in ``spare`` is overwritten."""
-    room, P, square = spare
+    """Do what `assemble` says, without counting references to arrays."""
+    room, P, square, numbers, arcs = spare
     step = T.step
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -266,7 +278,8 @@ def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
         for c in range(ns):
             x[c] = U[base + 1 + c]
         forcing(T, tau * period, x)
-        forcing_rate(T, x, dw)
+        if want > 0.0:
+            forcing_rate(T, x, dw)
         if g < 0 and span == 0.0:
             F[base] = -fixed[ns]
             for c in range(ns):
@@ -287,7 +300,7 @@ def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
                 for k in range(1, nx - ns):
                     J[base, base] += row[ns + k] * dw[k] * period / scale
         reset(T, before, g, nodes[i, CLOSES], x, xp, P)
-        for c in range(ns):
+        for c in range(ns if want > 0.0 else 0):
             rate = 0.0
             for k in range(1, nx - ns):
                 rate += P[c, ns + k] * dw[k] * period
@@ -300,17 +313,26 @@ def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
         if not -step[after] <= duration <= most * period:  # Newton has left the sequence: nothing to integrate
             F[:] = np.nan
             return
-        if want > 0.0:
-            arc(T, after, xp, duration, y1, Phi)  # just below zero on the far side of a birth: the series goes on there
-        else:
+        if want < 0.0:
+            moved_end(arcs[i], xp, y1)
+        elif want == 0.0:  # a duration may be just below zero, on the far side of a birth: the series goes on there
             advance(T, after, xp, duration, y1)
-        field(T, after, xp, f)
+        elif KNOWS_BESIDE and want > 1.0:
+            arc_beside(T, after, xp, duration, numbers, y1, Phi, move)
+            for c in range(ns):
+                arcs[i, c, ns], arcs[i, c, ns + 1], arcs[i, c, ns + 2] = xp[c], y1[c], move[c]
+                for k in range(ns):
+                    arcs[i, c, k] = Phi[c, k]
+        else:
+            arc(T, after, xp, duration, y1, Phi)
         for c in range(ns):
-            move[c] = start[c] - f[c] * period
             xe[c] = y1[c]
         forcing(T, end * period, xe)
-        field(T, after, xe, f)
         if want > 0.0:
+            field(T, after, xp, f)
+            for c in range(ns):
+                move[c] = start[c] - f[c] * period
+            field(T, after, xe, f)
             for c in range(ns):
                 for k in range(ns):
                     total = 0.0
@@ -381,10 +403,10 @@ def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
                         J[r, base + 1 + k] += row[c] * P[c, k] / scale
         else:
             guard_gradient(T, after, close, xe, row)
-            forcing_rate(T, xe, dw)
             scale = scale_of(row, weights) * (unit * duration)**order
             F[r] = guard_value(T, after, close, xe) / scale
             if want > 0.0:
+                forcing_rate(T, xe, dw)
                 rate = guard_rate(row, f, dw) * period / scale
                 J[r, nxt * size] += rate
                 if last:
@@ -396,6 +418,16 @@ def assembled(T, nodes, fixed, span, closure, U, weights, F, J, C, want, spare):
                         else:
                             J[r, base] += row[c] * Phi[c, k] * move[k] / scale
                         J[r, base + 1 + k] += row[c] * PhiP[c, k] / scale
+
+
+@njit
+def moved_end(arc, xp, y1):
+    """Write the end of an arc that begins at ``xp`` (nx,) into ``y1`` (ns,), by what was kept of it; see `assemble`."""
+    ns = y1.size
+    for c in range(ns):
+        y1[c] = arc[c, ns + 1] + arc[c, ns + 2]
+        for k in range(ns):
+            y1[c] += arc[c, k] * (xp[k] - arc[k, ns])
 
 
 @apart(NOTHING, python=True)
@@ -726,6 +758,8 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     slope = np.zeros(n)
     pivot = np.empty(n + 1, np.int64)
     steps = np.empty((2 * max_iterations + 2, n + 1))
+    room = room_of(T, nodes.shape[0] if KNOWS_BESIDE and index.size > 0 else 0)
+    numbers = room[3]
     delta = DIFFERENCE * scales[n]
     old_step, older_step, calm = np.inf, np.inf, 0
     moved = 0.0  # since the derivative in the parameter was taken
@@ -739,12 +773,23 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
     k = 0
     while True:
         renew = index.size > 0 and (k == 0 or moved > LAST and old_step < NEAR)
-        if renew:
+        if renew and KNOWS_BESIDE:
+            set_numbers(T, index, series, low, high, U[n] + delta)
+            for i in range(numbers.size):
+                numbers[i] = T.flat[i]
+        elif renew:
             set_modes(T, index, series, low, high, U[n] + delta, nodes)
-            assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0)
-            astray(closure, U, predicted, weights, F2)
+            assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, 0.0, room)
         set_modes(T, index, series, low, high, U[n], nodes)
-        assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 1.0)
+        assemble(T, nodes, fixed, span, closure, U, weights, F, J, C, 2.0 if renew else 1.0, room)
+        if renew and KNOWS_BESIDE:
+            set_modes(T, index, series, low, high, U[n] + delta, nodes)
+            assemble(T, nodes, fixed, span, closure, U, weights, F2, J, C, -1.0, room)
+            set_modes(T, index, series, low, high, U[n], nodes)
+        if renew:
+            moved = 0.0
+            for i in range(n):
+                slope[i] = (F2[i] - F[i]) / DIFFERENCE
         astray(closure, U, predicted, weights, F)
         info[ITERATIONS] = k
         info[RESIDUAL] = 0.0
@@ -753,9 +798,6 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
                 info[RESIDUAL] = np.inf
                 return 0
             info[RESIDUAL] = max(info[RESIDUAL], abs(F[i]))
-            if renew:
-                moved = 0.0
-                slope[i] = (F2[i] - F[i]) / DIFFERENCE
         calm = calm + 1 if info[RESIDUAL] <= tolerance and old_step <= CALM else 0
         stalled = max(old_step, older_step) <= STALLED
         finished = calm > patience or k > 0 and old_step <= LAST and (info[RESIDUAL] <= tolerance or stalled
@@ -799,7 +841,7 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
             steps[0, j] = b[j]
         seconds = 0
         while LAST < old_step <= SECANT and k < max_iterations:
-            step = secant(T, data, U, predicted, tangent, free, K, pivot, F2, steps, seconds)
+            step = secant(T, data, U, predicted, tangent, free, K, pivot, F2, steps, seconds, room)
             if not step <= PART * old_step:
                 break
             seconds += 1
@@ -856,15 +898,15 @@ def correct(T, data, U, predicted, tangent, free, info, tolerance, max_iteration
 
 
 @inlined
-def secant(T, data, U, predicted, tangent, free, K, pivot, F, steps, count):
+def secant(T, data, U, predicted, tangent, free, K, pivot, F, steps, count, room):
     """Write a step of Broyden's method at ``U`` (n + 1,) into ``steps[count + 1]`` (n + 1,), and return its size.
 
     ``K`` (n + 1, n + 1) and ``pivot`` are the derivatives of `correct`, factored where ``steps[0]`` began; the steps since then
-    tell how they have changed (Kelley 1995, section 7.3).  ``F`` (n,) is room.
+    tell how they have changed (Kelley 1995, section 7.3).  ``F`` (n,) is room, as ``room`` is.
     """
     n, new = F.size, steps[count + 1]
     set_modes(T, data.places, data.series, data.low, data.high, U[n], data.nodes)
-    assemble(T, data.nodes, data.fixed, data.span, data.closure, U, data.weights, F, K, K, 0.0)
+    assemble(T, data.nodes, data.fixed, data.span, data.closure, U, data.weights, F, K, K, 0.0, room)
     new[n] = 0.0
     for i in range(n):
         new[i] = -F[i]

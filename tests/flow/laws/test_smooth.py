@@ -69,6 +69,42 @@ def test_forced_period_against_taylor(omega, y):
         assert abs(Phi[:, i] - column).max() < 1e-7 * abs(Phi).max()
 
 
+@pytest.mark.parametrize("name", ["omega", "amplitude", "zeta", "alpha", "beta"])
+def test_change_by_other_numbers_against_taylor(name):
+    """Of a state after half a period, where one number is another: the forcing ends at the same phase, also where it is faster."""
+    values = {"omega": 1.3, "amplitude": 0.3, "zeta": 0.05, "alpha": 1.0, "beta": 1.0}
+    system, unit, y = duffing(**values), 1e-6, (0.8, -0.3)
+    engine, T, joined = parts(system)
+    beside = [{**values, name: values[name] + d} for d in (unit, -unit)]
+    ends = [Duffing(**numbers).run(y, 0.0, np.pi / numbers["omega"])[0] for numbers in beside]
+    exact = np.array([float((a - b) / (2.0 * unit)) for a, b in zip(*ends, strict=True)])
+    numbers = scene_of(system).refill(system.with_parameters(**{name: values[name] + 1e-7})).flat
+    x, s = joined(y), np.pi / values["omega"]
+    plain, Psi = moved(engine, T, x, s)
+    end, Phi, change = np.empty(2), np.empty((2, 2)), np.empty(2)
+    engine.arc_beside(T, 0, x, s, numbers, end, Phi, change)
+    assert np.array_equal(end, plain) and np.array_equal(Phi, Psi)
+    np.testing.assert_allclose(change / 1e-7, exact, rtol=0.0, atol=2e-7 * abs(exact).max())
+
+
+def test_change_by_other_numbers_against_differences_of_steps():
+    """Coupled inertia, a law of two rows, two harmonics: all numbers move at once, and so do those of the law."""
+    def system(d):
+        forces = HarmonicForce(0.5 + d), HarmonicForce(0.2 - d, harmonic=3, dof=1), Force(coupled, site=np.eye(2), a=0.9 + d)
+        return bf.System([[1.0 + d, 0.3], [0.3, 0.8]], [[0.1, -0.5 + d], [0.6, 0.05]], [[2.0, -0.4], [-0.4, 1.0 - 2.0 * d]],
+                         forces, omega=1.3 - d)
+
+    engine, T, joined = parts(system(0.0))
+    scene, y, phase = scene_of(system(0.0)), np.array([0.4, -0.7, 0.2, 0.5]), 2.0
+    ends = []
+    for d in (1e-5, -1e-5):
+        other = parts(system(d))
+        ends.append(moved(other[0], other[1], other[2](y), phase / (1.3 - d))[0])
+    end, Phi, change = np.empty(4), np.empty((4, 4)), np.empty(4)
+    engine.arc_beside(T, 0, joined(y), phase / 1.3, scene.refill(system(1e-7)).flat, end, Phi, change)
+    np.testing.assert_allclose(change / 1e-7, (ends[0] - ends[1]) / 2e-5, rtol=0.0, atol=1e-6 * abs(change / 1e-7).max())
+
+
 def test_backward_undoes_forward():
     engine, T, joined = parts(duffing(omega=1.5))
     y, back = np.empty(2), np.empty(2)
