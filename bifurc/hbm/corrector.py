@@ -331,7 +331,10 @@ def locate(equations: Equations, hermite, bracket, test, found: Found, box):
             box[VALUE] = np.nan
     if box[DONE] == 0.0:
         return False
-    return sought.known[0] == box[AT] or corrected(equations, sought.place, False, found, True, bench) == CONVERGED
+    if sought.known[0] == box[AT]:
+        return True
+    sought.place.start[:] = found.x
+    return corrected(equations, sought.place, False, found, True, bench) == CONVERGED
 
 
 @njit
@@ -372,12 +375,13 @@ def settled(equations, place, found, bench):
             return False
         lu_solve_wide(bench.matrix, bench.pivot, bench.right)
         length = length_of(bench.right)
-        if far == 0.0 and (length <= rounding or length <= TAIL * rounding and length > STEADY * old):
+        noise = length <= TAIL * rounding
+        if far == 0.0 and (length <= rounding or noise and length > 0.5 * old):
             if not kept(listed, room.sources, room.counts):
                 return False
             watched(S, bench.flat, grid, room, found.events)
             return True
-        if not length < STEADY * old:
+        if not (noise or length < STEADY * old):
             return False
         moved_by(x, scale, bench.right, False)
         old, far = length, 0.0

@@ -300,7 +300,7 @@ class BalanceProblem(Problem):
 
     def _null_vector(self, x) -> tuple[np.ndarray, float]:
         """Return the tangent (n + 1,) at ``x``, which need not solve the equations, and the sign of the bordered determinant."""
-        wide = self._linearised(x)[1] * self.scale
+        wide = self.wide_jacobian(x) * self.scale
         if not np.isfinite(wide).all():
             return np.zeros(self.size + 1), 0.0
         right, sign = across(wide)

@@ -5,7 +5,7 @@ import numpy as np
 
 from ...solve.steprun import TOLD
 from ..kinds import CorrectorStatus, SpecialPointKind
-from ..problem import NO_MONITORS, Corrected
+from ..problem import Corrected
 
 
 class Part:
@@ -80,12 +80,14 @@ def followed(row, lines, signs) -> list:
     made, width = [], row.x.size
     for line, numbers in zip(lines, lines[:, 2 * width:].tolist(), strict=True):
         length, angle, misfit, after, iterations, residual, sign, log = numbers[-TOLD:]
-        c = Corrected(line[:width], line[width:2 * width], True, CorrectorStatus.CONVERGED, int(iterations), residual, 0.0, 0.0,
-                      sign, log, NO_MONITORS)
-        turn = row.turn + angle
-        row = Row(c, row.part, row.s + length, angle, numbers[:-TOLD], after)
-        row.bend, row.misfit, row.signs, row.turn = angle / length, misfit, signs, turn
-        made.append(row)
+        new = object.__new__(Row)
+        new.x, new.tangent, new.p = line[:width], line[width:2 * width], float(line[width - 1])
+        new.det_sign, new.det_log, new.iterations, new.residual = sign, log, int(iterations), residual
+        new.part, new.tests, new.signs, new.ds = row.part, numbers[:-TOLD], signs, after
+        new.s, new.turn, new.angle = row.s + length, row.turn + angle, angle
+        new.bend, new.misfit, new.singular, new.recorded = angle / length, misfit, False, None
+        made.append(new)
+        row = new
     return made
 
 
