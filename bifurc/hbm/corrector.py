@@ -333,8 +333,9 @@ def locate(equations: Equations, hermite, bracket, test, found: Found, box):
         return False
     if sought.known[0] == box[AT]:
         return True
-    sought.place.start[:] = found.x
-    return corrected(equations, sought.place, False, found, True, bench) == CONVERGED
+    near = Place(found.x.copy(), sought.place.plane, sought.place.tangent)
+    return (corrected(equations, near, False, found, True, bench) == CONVERGED
+            or corrected(equations, sought.place, False, found, True, bench) == CONVERGED)
 
 
 @njit
@@ -376,9 +377,8 @@ def settled(equations, place, found, bench):
         lu_solve_wide(bench.matrix, bench.pivot, bench.right)
         length = length_of(bench.right)
         noise = length <= TAIL * rounding
-        if far == 0.0 and (length <= rounding or noise and length > 0.5 * old):
-            if not kept(listed, room.sources, room.counts):
-                return False
+        done = far == 0.0 and (length <= rounding or noise and length > 0.5 * old)
+        if done and kept(listed, room.sources, room.counts):  # at a zero rounding says which events there are: it may say otherwise
             watched(S, bench.flat, grid, room, found.events)
             return True
         if not (noise or length < STEADY * old):
