@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import WHOLE, apart, both, leaf, njit
-from ..solve.dense import lu, lu_solve_wide
+from ..solve.dense import inner, lu, lu_solve_wide
 from ..solve.steprun import (
     BACK,
     BEYOND,
@@ -363,7 +363,7 @@ def settled(equations, place, found, bench):
     error by their noise.
     """
     S, _, _, grid, listed, room, scale = equations
-    x, old, rounding = found.x, NEAR, rounding_of(place.start, scale)
+    x, right, old, rounding = found.x, bench.right, NEAR, rounding_of(place.start, scale)
     for j in range(x.size):
         x[j] = place.start[j]
     far = near_to(equations)
@@ -374,8 +374,11 @@ def settled(equations, place, found, bench):
             status = residual_at(equations, x, far, bench)
         if status != FOLLOWED:
             return False
-        lu_solve_wide(bench.matrix, bench.pivot, bench.right)
-        length = length_of(bench.right)
+        lu_solve_wide(bench.matrix, bench.pivot, right)
+        aslant = inner(place.tangent, right) / inner(place.tangent, found.new)  # the factors are bordered with another plane
+        for j in range(right.size):
+            right[j] -= aslant * found.new[j]
+        length = length_of(right)
         noise = length <= TAIL * rounding
         done = far == 0.0 and (length <= rounding or noise and length > 0.5 * old)
         if done and kept(listed, room.sources, room.counts):  # at a zero rounding says which events there are: it may say otherwise
@@ -383,7 +386,7 @@ def settled(equations, place, found, bench):
             return True
         if not (noise or length < STEADY * old):
             return False
-        moved_by(x, scale, bench.right, False)
+        moved_by(x, scale, right, False)
         old, far = length, 0.0
     return False
 
