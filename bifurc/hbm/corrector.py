@@ -3,7 +3,8 @@
 The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it, and that behind a
 small one chords follow: the residual with the same events, moved to where they are now, and the same factors (modified Newton;
 Kelley 1995, section 5.4).  They are not counted as iterations.  The first step may begin with the events of a motion nearby; the
-last is always a full one.  And steps in which nothing lies, one after the other, by the rules of `solve.steprun`.
+last is always a full one.  And steps in which nothing lies, one after the other, by the rules of `solve.steprun`; and zeros of
+tests, beside which chords with the factors of one point are enough for its neighbours.
 
 One file, because a correction, a run of steps and the search of a zero are one problem's answers to `continuation`, with the same
 arguments and arrays.

@@ -182,7 +182,7 @@ class Desk(NamedTuple):
     pivot: np.ndarray
     at: np.ndarray  # int (nc,): the segment of each contact at the present phase
     cuts: np.ndarray
-    rows: np.ndarray  # (Z + 2, size) memory, phase and one memory of perturbations
+    rows: np.ndarray  # (2 + Z, size) perturbations: of an event's phase, of one memory, of all memory behind the event
     a: np.ndarray  # (mi,)
     p: np.ndarray  # (top + 1, 2)
     column: np.ndarray  # (n,)
