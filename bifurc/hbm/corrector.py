@@ -3,7 +3,8 @@
 The same iteration as `continuation.problem.Problem.correct`, but that a correction next to rounding ends it, and that behind a
 small one chords follow: the residual with the same events, moved to where they are now, and the same factors (modified Newton;
 Kelley 1995, section 5.4).  They are not counted as iterations.  The first step may begin with the events of a motion nearby; the
-last is always a full one.  And steps in which nothing lies, one after the other, by the rules of `solve.steprun`.
+last is always a full one.  And steps in which nothing lies, one after the other, by the rules of `solve.steprun`; and zeros of
+tests, beside which chords with the factors of one point are enough for its neighbours.
 
 One file, because a correction, a run of steps and the search of a zero are one problem's answers to `continuation`, with the same
 arguments and arrays.
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._jit import WHOLE, apart, both, leaf, njit
-from ..solve.dense import lu, lu_solve_wide
+from ..solve.dense import inner, lu, lu_solve_wide
 from ..solve.steprun import (
     BACK,
     BEYOND,
@@ -32,10 +33,10 @@ from ..solve.steprun import (
     remembered,
     taken,
 )
-from ..solve.zeros import DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
+from ..solve.zeros import AT, DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 from .contacts.common import FOLLOWED, Contact, Segments
 from .contacts.margins import FAR, MISS, OVERSHOOT, margins
-from .residual import kept, linearised
+from .residual import Tools, kept, linearised_in, tools
 from .tables import Grid, Room, Series, expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
@@ -45,10 +46,23 @@ TAIL = 100.0  # times rounding: a correction this small is the last, and leaves 
 LEFT = 10.0  # times rounding: what is left to the step behind chords
 NEAR, STEADY, CHORDS = 1e-2, 0.1, 4  # correction behind which events are taken for the same; of it the next at most; their number
 FINE = 16.0  # parts of half a shortest wave: events that move by less have the same ones beside them
+CLOSE = 1e-3  # part of a step within which the factors of one point serve another
 AROUND = 0.25  # rad: by which events may have moved along a branch where a correction begins with them
 UNSEEN = -0.05  # monitors are cut off below: far from zero they are constant, so that no pair of zeros is looked for
 CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, CONTACTS, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+class Equations(NamedTuple):
+    """What is corrected: the equations of a balance along a parameter."""
+
+    S: np.ndarray  # structure, see `tables`
+    R: np.ndarray  # rows
+    along: Series  # numbers of the system along the parameter
+    grid: Grid
+    listed: np.ndarray  # int (nc,): events of each contact in the order that is followed, -1: as they come; `residual.followed`
+    room: Room
+    scale: np.ndarray  # (size + 1,) natural sizes
 
 
 class Found(NamedTuple):
@@ -78,23 +92,35 @@ class Run(NamedTuple):
     rows: np.ndarray  # (most, 2 (size + 1) + 1 + 2 k + TOLD)
 
 
-@apart(WHOLE, python=True)
-def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
+class Bench(NamedTuple):
+    """Arrays that corrections overwrite, made once for many of them."""
+
+    tools: Tools
+    flat: np.ndarray  # numbers of the system at a parameter, and their derivatives
+    dflat: np.ndarray
+    matrix: np.ndarray  # (size + 1, size + 1) factors of the bordered derivatives of the last correction, and its rows' order
+    pivot: np.ndarray
+    right: np.ndarray  # (size + 1,)
+
+
+@njit
+def bench_of(equations: Equations):
+    """Return arrays for corrections."""
+    base, n = equations.along.base, equations.scale.size
+    return Bench(tools(equations.S, equations.grid, equations.room), np.empty_like(base), np.empty_like(base), np.empty((n, n)),
+                 np.empty(n, np.int64), np.empty(n))
+
+
+@both
+def correct(equations: Equations, place: Place, fixed, found: Found, near):
     """Correct a point onto the branch; write what is ``found``.
 
     Parameters
     ----------
-    S, R
-        Structure, see `tables`, and rows.
-    along : Series
-        Numbers of the system along the parameter.
+    equations : Equations
     place : Place
     fixed : bool
         Keep the parameter.
-    scale : (size + 1,)
-        Natural sizes.
-    listed : int (nc,)
-        Events of each contact in the order that is followed, -1: as they come; see `residual.followed`.
     found : Found
         Overwritten.
     near : bool
@@ -105,29 +131,31 @@ def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
     int
         CONVERGED, or what went wrong; CONVERGED with ``info[DET_SIGN]`` zero: the tangent is not unique, the given one stays.
     """
+    return corrected(equations, place, fixed, found, near, bench_of(equations))
+
+
+@apart(WHOLE, counted=False)
+def corrected(equations: Equations, place: Place, fixed, found: Found, near, bench: Bench):
+    """Do what `correct` says; ``bench`` is overwritten."""
+    S, R, along, grid, listed, room, scale = equations
     x, new, info, events = found
     start, plane, tangent = place
+    tools, flat, dflat, matrix, pivot, right = bench
     size = start.size - 1
-    flat, dflat = np.empty_like(along.base), np.empty_like(along.base)
-    matrix, right = np.empty((size + 1, size + 1)), np.empty(size + 1)
-    pivot = np.empty(size + 1, np.int64)
-    x[:] = start
-    new[:] = tangent
-    old, contraction, biggest = np.inf, 0.0, 0.0
-    for i in range(size + 1):
-        biggest = max(biggest, abs(x[i] / scale[i]))
-    rounding = 4.0 * EPS * (1.0 + biggest)
+    for j in range(size + 1):
+        x[j], new[j] = start[j], tangent[j]
+    old, contraction, rounding = np.inf, 0.0, rounding_of(x, scale)
     sign, log, size_log, count = 0.0, 0.0, 0.0, 0
     slopes = size > 0  # a literal would compile everything again
-    next_to, far = np.pi / (FINE * structure(S)[0][-1]), AROUND if near and grid.samples == 0 else 0.0
+    next_to, far = near_to(equations), AROUND if near and grid.samples == 0 else 0.0
     info[CONTRACTION], info[DISTANCE], info[DET_SIGN], info[DET_LOG] = 0.0, np.inf, 0.0, -np.inf
     for count in range(MAX_ITERATIONS + 1):
         numbers_at(along, x[size], flat, dflat)
         room.spectra[:], room.F[:], room.J[:] = 0.0, 0.0, 0.0
-        status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room, far)
+        status = linearised_in(S, R, flat, dflat, x[:size], grid, slopes, listed, room, far, tools)
         if status != FOLLOWED and far > 0.0:
             far = 0.0
-            status = linearised(S, R, flat, dflat, x[:size], grid, slopes, listed, room, far)
+            status = linearised_in(S, R, flat, dflat, x[:size], grid, slopes, listed, room, far, tools)
         info[ITERATIONS], info[STATUS], info[RESIDUAL] = count, status, np.inf
         if status != FOLLOWED:
             return CONTACTS
@@ -155,7 +183,7 @@ def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
             right[i] = room.f[i]
         right[size] = 0.0
         lu_solve_wide(matrix, pivot, right)
-        length = np.sqrt(np.sum(right * right))
+        length = length_of(right)
         if not np.isfinite(length):
             return SINGULAR
         if count > 0:
@@ -167,18 +195,13 @@ def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
         if length <= TAIL * rounding and far == 0.0:  # the next would be below rounding, and the derivatives are as good
             break
         far = 0.0
-        if grid.samples > 0 or not LEFT * rounding < length * length < NEAR * NEAR:
+        if next_to == 0.0 or not LEFT * rounding < length * length < NEAR * NEAR:
             continue
         for _ in range(CHORDS):  # with the same factors and events: for a few per cent of a step of Newton's method
-            numbers_at(along, x[size], flat, dflat)
-            room.spectra[:], room.F[:] = 0.0, 0.0
-            if linearised(S, R, flat, dflat, x[:size], grid, not slopes, listed, room, next_to) != FOLLOWED:
+            if residual_at(equations, x, next_to, bench) != FOLLOWED:
                 break
-            for i in range(size):
-                right[i] = room.f[i]
-            right[size] = 0.0
             lu_solve_wide(matrix, pivot, right)
-            new_length = np.sqrt(np.sum(right * right))
+            new_length = length_of(right)
             if not new_length < STEADY * length:
                 break
             moved_by(x, scale, right, fixed)
@@ -197,9 +220,10 @@ def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
         right[:] = 0.0
         right[size] = 1.0
         lu_solve_wide(matrix, pivot, right)
-        length = np.sqrt(np.sum(right * right))
+        length = length_of(right)
         if 0.0 < length < 1.0 / EPS:
-            new[:] = right / length
+            for j in range(size + 1):
+                new[j] = right[j] / length
             log += np.log(length)
         else:
             sign, log = 0.0, -np.inf
@@ -213,7 +237,7 @@ def correct(S, R, along, grid, listed, room, place, fixed, scale, found, near):
 
 
 @both
-def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, scale, found: Found, steps: Run):
+def follow(equations: Equations, start, tangent, found: Found, steps: Run):
     """Go step by step along the branch until one needs a look.
 
     The run begins at ``start`` with the tangent there; arguments else as of `correct`.  At the end ``found`` belongs to the step
@@ -225,6 +249,7 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         As `correct`; BEYOND, LAST_ROW.
     """
     before, kinds, run, tests, rows = steps
+    scale = equations.scale
     x, new, info, events = found
     most = rows.shape[0]
     last, old, n = start.copy(), tangent.copy(), start.size - 1
@@ -232,13 +257,14 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
     spare = Found(np.empty(n + 1), np.empty(n + 1), np.empty_like(info), np.empty_like(events))
     past, lengths = np.zeros((4, n + 1)), np.zeros(2)
     past[:2], lengths[0] = before, run[BACK]
+    bench = bench_of(equations)
     for made in range(most):
         run[MADE] = made
         run[LENGTH] = min(run[LENGTH], run[MOST])
         foretold(past, last, old, scale, lengths, run[LENGTH], predicted, guess)
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
-        status = correct(S, R, along, grid, listed, room, Place(guess, predicted, old), False, scale, found, made > 0)
+        status = corrected(equations, Place(guess, predicted, old), False, found, made > 0, bench)
         if status != CONVERGED or info[DET_SIGN] == 0.0:
             return status
         values[0] = new[n]
@@ -251,7 +277,7 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
         if length < 0.0:  # as `continuation.steps.hidden.jumped`
             between(last, old, x, new, scale, -length, guess, spare.new)
             direction = spare.new.copy()
-            middle = correct(S, R, along, grid, listed, room, Place(guess, guess, direction), False, scale, spare, True)
+            middle = corrected(equations, Place(guess, guess, direction), False, spare, True, bench)
             if middle != CONVERGED or aside(guess, spare.x, scale, -length, run[CORNER]):
                 return status
         taken(x, new, values, (abs(length), angle, misfit), (count, info[RESIDUAL], sign, log), run, tests, rows[made])
@@ -261,56 +287,139 @@ def follow(S, R, along: Series, grid: Grid, listed, room: Room, start, tangent, 
     return LAST_ROW
 
 
+class Sought(NamedTuple):
+    """The curve beside which the zero of a test is looked for, and arrays for places of it (n + 1,)."""
+
+    hermite: np.ndarray
+    miss: np.ndarray  # how far the last point was from the curve, scaled
+    place: Place
+    known: np.ndarray  # (1,) where on the curve the derivatives were made whose factors are known, NaN: nowhere
+
+
 @both
-def locate(S, R, along: Series, grid: Grid, listed, room: Room, scale, hermite, bracket, place, found: Found, box):
+def locate(equations: Equations, hermite, bracket, test, found: Found, box):
     """Find the zero of a test on the branch beside a cubic curve, as `solve.zeros` does; return whether it is found.
+
+    Points next to one that was corrected need its factors and the residual alone; at the zero all is made anew.
 
     Parameters
     ----------
+    equations : Equations
     hermite : ndarray (4, n + 1)
         Start and chord of the curve, and its derivatives at both ends, own units; the curve is run through from 0 to 1.
     bracket : tuple of float
         The test at both ends, and the place to try first.
-    place : tuple of int
+    test : tuple of int
         Kind of the events and field of their margin that is a monitor; kind -1 for the slope of the parameter.
     found : Found
-        Receives the solution; other arguments as of `correct`.
+        Receives the solution.
     box : ndarray (BOX,)
         Receives what is known of the zero.
     """
     first, last, guess = bracket
-    curve = np.zeros((5, scale.size))  # with how far the last point was from it
-    curve[:4] = hermite
+    n = equations.scale.size
+    sought = Sought(hermite, np.zeros(n), Place(np.empty(n), np.empty(n), np.empty(n)), np.full(1, np.nan))
+    bench = bench_of(equations)
     for t in enclosing(box, 0.0, first, 1.0, last, guess):
-        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
+        if not tested(equations, sought, t, test, found, box, bench):
             return False
     if box[DONE] == 0.0:
         return False
     for t in polishing(box):
-        if not tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
+        if not tested(equations, sought, t, test, found, box, bench):
             if box[TRIED] == 0.0:
                 return False
             box[VALUE] = np.nan
-    return box[DONE] > 0.0
+    if box[DONE] == 0.0:
+        return False
+    if sought.known[0] == box[AT]:
+        return True
+    near = Place(found.x.copy(), sought.place.plane, sought.place.tangent)
+    return (corrected(equations, near, False, found, True, bench) == CONVERGED
+            or corrected(equations, sought.place, False, found, True, bench) == CONVERGED)
 
 
 @njit
-def tested(S, R, along, grid, listed, room, scale, curve, t, place, found, box):
+def tested(equations, sought, t, test, found, box, bench):
     """Correct the point at ``t`` of a curve, see `locate`, and write the test there into ``box``; return whether that is known."""
-    plane, start, tangent = np.empty((3, scale.size))
-    beside(curve[:4], t, curve[4], scale, plane, start, tangent)
-    near = False
-    for j in range(scale.size):
-        near = near or curve[4, j] != 0.0  # a point of the curve was found
-    status = correct(S, R, along, grid, listed, room, Place(start, plane, tangent), False, scale, found, near)
-    if status != CONVERGED:
-        return False
-    for j in range(scale.size):
-        curve[4, j] = (found.x[j] - plane[j]) / scale[j]
-    kind, field = place
-    n = scale.size - 1
+    hermite, miss, place, known = sought
+    scale, n = equations.scale, equations.scale.size - 1
+    kind, field = test
+    beside(hermite, t, miss, scale, place.plane, place.start, place.tangent)
+    if kind < 0 or not abs(t - known[0]) <= CLOSE or not settled(equations, place, found, bench):
+        if corrected(equations, place, False, found, known[0] == known[0], bench) != CONVERGED:
+            return False
+        known[0] = t
+    for j in range(n + 1):
+        miss[j] = (found.x[j] - place.plane[j]) / scale[j]
     box[VALUE], box[PARAMETER] = found.new[n] if kind < 0 else monitored(found.events, kind, field), found.x[n]
     return np.isfinite(box[VALUE])
+
+
+@leaf
+def settled(equations, place, found, bench):
+    """Correct a point next to that of the last correction with its factors; return whether that is enough.
+
+    Tangent and derivatives stay those of that correction.  What is left of the equations is rounding: neighbours of a zero tell its
+    error by their noise.
+    """
+    S, _, _, grid, listed, room, scale = equations
+    x, right, old, rounding = found.x, bench.right, NEAR, rounding_of(place.start, scale)
+    for j in range(x.size):
+        x[j] = place.start[j]
+    far = near_to(equations)
+    for _ in range(CHORDS):
+        status = residual_at(equations, x, far, bench)
+        if status != FOLLOWED and far > 0.0:
+            far = 0.0
+            status = residual_at(equations, x, far, bench)
+        if status != FOLLOWED:
+            return False
+        lu_solve_wide(bench.matrix, bench.pivot, right)
+        aslant = inner(place.tangent, right) / inner(place.tangent, found.new)  # the factors are bordered with another plane
+        for j in range(right.size):
+            right[j] -= aslant * found.new[j]
+        length = length_of(right)
+        noise = length <= TAIL * rounding
+        done = far == 0.0 and (length <= rounding or noise and length > 0.5 * old)
+        if done and kept(listed, room.sources, room.counts):  # at a zero rounding says which events there are: it may say otherwise
+            watched(S, bench.flat, grid, room, found.events)
+            return True
+        if not (noise or length < STEADY * old):
+            return False
+        moved_by(x, scale, right, False)
+        old, far = length, 0.0
+    return False
+
+
+@leaf
+def near_to(equations):
+    """Return by which phase events may move for a motion next to one that was followed, 0 for contacts at samples."""
+    return np.pi / (FINE * structure(equations.S)[0][-1]) if equations.grid.samples == 0 else 0.0
+
+
+@leaf
+def residual_at(equations, x, far, bench):
+    """Write the right side of a correction with known factors at ``x``; return as `linearised`, which tells of ``far``."""
+    S, R, along, grid, listed, room, _ = equations
+    tools, flat, dflat, _, _, right = bench
+    size = x.size - 1
+    numbers_at(along, x[size], flat, dflat)
+    room.spectra[:], room.F[:] = 0.0, 0.0
+    status = linearised_in(S, R, flat, dflat, x[:size], grid, size < 0, listed, room, far, tools)
+    for i in range(size):
+        right[i] = room.f[i]
+    right[size] = 0.0
+    return status
+
+
+@leaf
+def rounding_of(x, scale):
+    """Return the rounding of a point, in scaled unknowns."""
+    biggest = 0.0
+    for i in range(x.size):
+        biggest = max(biggest, abs(x[i] / scale[i]))
+    return 4.0 * EPS * (1.0 + biggest)
 
 
 @leaf
@@ -341,6 +450,15 @@ def scaled(row, x, scale, out):
     for j in range(m, n):
         t0 = max(t0, abs(out[j]))
     return (f0 + f1) + (f2 + f3), max(max(t0, t1), max(t2, t3))
+
+
+@leaf
+def length_of(step):
+    """Return the length of a correction, in scaled unknowns."""
+    total = 0.0
+    for j in range(step.size):
+        total += step[j] * step[j]
+    return np.sqrt(total)
 
 
 @leaf

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import both, leaf, njit
+from .._jit import WHOLE, apart, both, leaf, njit
 from ..solve.dense import lessened
 from .contacts.common import (
     FOLLOWED,
@@ -369,18 +369,34 @@ def linearised(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far
     int
         Code of a `ContactStatus`; `NOT_SETTLED` where they cannot have those events.
     """
+    return linearised_in(S, R, flat, dflat, x, grid, slopes, listed, room, far, tools(S, grid, room))
+
+
+class Tools(NamedTuple):
+    """Arrays that are overwritten while a balance is linearised."""
+
+    work: Work
+    scratch: Scratch
+    D: np.ndarray  # these three: see `contacts.spectra.divisors`, `joined`
+    line: np.ndarray
+    ways: np.ndarray
+
+
+@njit
+def tools(S, grid: Grid, room: Room):
+    """Return arrays to linearise with."""
     L, Q, M, mi = room.spectra.shape[3], S[PAIRED], S[MODES], S[INTERNAL]
-    space = work(S, grid, room)
+    space, D = work(S, grid, room), np.empty((L, 2))
     scratch = Scratch(np.empty((4, Q * mi + 1)), space.p, np.empty((M, L, 2)), np.empty((3, L, 2)),
                       np.empty((S[MEMORIES], Q * mi + 1)))
-    spare = scratch, np.empty((L, 2)), np.empty(mi), np.empty((2, 2 * L - 1))
-    return linearised_in(S, R, flat, dflat, x, grid, slopes, listed, room, far, space, spare)
+    divisors(L, grid.samples, D)
+    return Tools(space, scratch, D, np.empty(mi), np.empty((2, 2 * L - 1)))
 
 
-@leaf
-def linearised_in(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far, space: Work, spare):
-    """Do what `linearised` says, without counting references to arrays; ``space`` and what is in ``spare`` are overwritten."""
-    scratch, D, line, ways = spare
+@apart(WHOLE, counted=False)
+def linearised_in(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, far, tools: Tools):
+    """Do what `linearised` says, without counting references to arrays; ``tools`` are overwritten."""
+    space, scratch, D, line, ways = tools
     waves, place, excited, contacts = structure(S)
     X, loose = expressions(S, flat)
     dX, dloose = expressions(S, dflat)
@@ -393,7 +409,6 @@ def linearised_in(S, R, flat, dflat, x, grid: Grid, slopes, listed, room: Room, 
     if status != FOLLOWED:
         return status
     sums = Sums(room.spectra, room.F, room.J)
-    divisors(len(D), grid.samples, D)
     for k in range(len(contacts)):
         gather(Contact(waves, excited, contacts[k], X[k], loose[k], c, v), Slopes(dX[k], dloose[k], flat[0], cp, vp), place,
                Segments(room.paths[k], room.ends[k], room.zs[k], room.sources[k], room.counts[k]), grid.samples, D, slopes, sums,

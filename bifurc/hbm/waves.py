@@ -98,6 +98,24 @@ def turn(waves, a, theta):
     """Return the first two derivatives by phase of the polynomial ``a`` (mi,) at one phase."""
     g1, g2 = 0.0, 0.0
     c1, s1 = np.cos(theta), np.sin(theta)
+    n = a.size // 2
+    if waves[a.size - 1] == n:  # all harmonics, as in `value`
+        h1, h2 = 0.0, 0.0
+        c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
+        ca, sa, cb, sb = c1, s1, c2, s2
+        for j in range(1, a.size - 2, 4):
+            k = waves[j]
+            g1 += k * (a[j + 1] * ca - a[j] * sa)
+            g2 -= k * k * (a[j] * ca + a[j + 1] * sa)
+            h1 += (k + 1) * (a[j + 3] * cb - a[j + 2] * sb)
+            h2 -= (k + 1) * (k + 1) * (a[j + 2] * cb + a[j + 3] * sb)
+            ca, sa = ca * c2 - sa * s2, sa * c2 + ca * s2
+            cb, sb = cb * c2 - sb * s2, sb * c2 + cb * s2
+        if n % 2 == 1:
+            j = a.size - 2
+            g1 += n * (a[j + 1] * ca - a[j] * sa)
+            g2 -= n * n * (a[j] * ca + a[j + 1] * sa)
+        return g1 + h1, g2 + h2
     c, s, last = 1.0, 0.0, 0
     for j in range(1, a.size, 2):
         k = waves[j]

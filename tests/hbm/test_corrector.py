@@ -44,11 +44,14 @@ class Case:
     def start(self, p):
         return np.append(self.at(p).linear_response(), p)
 
-    def correct(self, start, tangent, fixed, listed=None, near=False):
+    def equations(self, listed=None):
         parts = self.balance.parts
         listed = np.full(len(parts.contacts), -1) if listed is None else listed
-        return correct(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room,
-                       Place(start, start, tangent), fixed, self.scale, self.found, near)
+        return corrector.Equations(parts.structure, parts.shape.R, self.along, self.balance.grid, listed, self.balance.room,
+                                   self.scale)
+
+    def correct(self, start, tangent, fixed, listed=None, near=False):
+        return correct(self.equations(listed), Place(start, start, tangent), fixed, self.found, near)
 
     def wide(self, x, h=1e-6):
         """Derivatives by scaled unknowns: those of the balance, and differences by the parameter."""
@@ -173,10 +176,8 @@ def test_steps_of_a_run_are_those_that_are_made_alone(case):
     back = np.linalg.norm((x1 - x0) / case.scale)
     run = np.array([ds, 0.05, case.along.low, case.along.high, np.nan, 0.0, 0.0, 0.0, back, *d0, *d1, 0.0])
     rows = np.empty((4, 2 * x1.size + tests.shape[1] + TOLD))
-    parts = case.balance.parts
     steps = corrector.Run(np.array([x0, t0]), kinds, run, tests, rows)
-    corrector.follow(parts.structure, parts.shape.R, case.along, case.balance.grid, order_of(case.balance.room).copy(),
-                     case.balance.room, x1, t1, case.scale, case.found, steps)
+    corrector.follow(case.equations(order_of(case.balance.room).copy()), x1, t1, case.found, steps)
     made = int(run[MADE])
     assert made >= 2
     last = x1

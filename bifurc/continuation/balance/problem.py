@@ -136,17 +136,18 @@ class BalanceProblem(Problem):
             return self._in_order(super().correct(x, tangent, fixed))
         found = self._found()
         x = np.ascontiguousarray(x, float)
-        status = corrector.correct(*self._called(), corrector.Place(x, x, tangent), fixed, self.scale, found, False)
+        status = corrector.correct(self._equations(), corrector.Place(x, x, tangent), fixed, found, False)
         return self._corrected(tangent, status, found)
 
     def _found(self) -> corrector.Found:
         """Return arrays for what `hbm.corrector` finds; the last two are overwritten by the next call."""
         return corrector.Found(np.empty(self.size + 1), np.empty(self.size + 1), self._info, self._events)
 
-    def _called(self):
-        """Return the first arguments of functions of `hbm.corrector`."""
+    def _equations(self) -> corrector.Equations:
+        """Return what `hbm.corrector` corrects."""
         balance, parts = self.balance, self.balance.parts
-        return parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room
+        return corrector.Equations(parts.structure, parts.shape.R, self.path.numbers, balance.grid, self.listed, balance.room,
+                                   self.scale)
 
     def _corrected(self, tangent, status, found) -> Corrected:
         """Return what `hbm.corrector` found."""
@@ -169,7 +170,7 @@ class BalanceProblem(Problem):
         rows = np.empty((most, 2 * row.x.size + tests.shape[1] + TOLD))
         steps = corrector.Run(np.array([before.x, before.tangent]), self._kinds, run, tests, rows)
         found = self._found()
-        status = corrector.follow(*self._called(), row.x, row.tangent, self.scale, found, steps)
+        status = corrector.follow(self._equations(), row.x, row.tangent, found, steps)
         made = followed(row, rows[:int(run[MADE])], tuple(signs))
         sizes[:] = tests[SIZE].tolist()
         # what fails from a guess ahead is tried again from the tangent
@@ -181,8 +182,7 @@ class BalanceProblem(Problem):
             return None
         hermite, box, found = np.array([curve.xa, curve.chord, curve.da, curve.db]), np.zeros(BOX), self._found()
         place = (int(self._kinds[(test - 1) // 2]), OVERSHOOT if (test - 1) % 2 else MISS) if test else (-1, 0)
-        if not corrector.locate(*self._called(), self.scale, hermite, (*ends, math.nan if guess is None else guess), place, found,
-                                box):
+        if not corrector.locate(self._equations(), hermite, (*ends, math.nan if guess is None else guess), place, found, box):
             return (None,)
         return (root_of(box, self._corrected(found.new, corrector.CONVERGED, found)),)
 
@@ -300,7 +300,7 @@ class BalanceProblem(Problem):
 
     def _null_vector(self, x) -> tuple[np.ndarray, float]:
         """Return the tangent (n + 1,) at ``x``, which need not solve the equations, and the sign of the bordered determinant."""
-        wide = self._linearised(x)[1] * self.scale
+        wide = self.wide_jacobian(x) * self.scale
         if not np.isfinite(wide).all():
             return np.zeros(self.size + 1), 0.0
         right, sign = across(wide)

@@ -5,7 +5,7 @@ import numpy as np
 
 from ...solve.steprun import TOLD
 from ..kinds import CorrectorStatus, SpecialPointKind
-from ..problem import NO_MONITORS, Corrected
+from ..problem import Corrected
 
 
 class Part:

@@ -87,12 +87,13 @@ def zero_of_cubic(v0, d0, v1, d1):
 
 
 @leaf
-def summit(waves, a, low, high):
-    """Return the phase of a maximum between a rise at ``low`` and a fall at ``high``, from the side on which it falls.
+def summit(waves, a, low, high, rise, fall):
+    """Return the phase of a maximum between a ``rise`` at ``low`` and a ``fall`` at ``high`` (derivatives, about), from the side
+    on which it falls.
 
     Up to 1e-9 behind it, where a rate has a sign: on the top itself it would be that of rounding.
     """
-    t = 0.5 * (low + high)
+    t = low + (high - low) * (rise / (rise - fall)) if rise > 0.0 > fall else 0.5 * (low + high)
     for _ in range(60):
         g1, g2 = turn(waves, a, t)
         if g1 > 0.0:
@@ -123,7 +124,7 @@ def first_zero(waves, a, t0, t1, v0, d0, v1, d1, fresh):
         top = v0 + d0 * (min(max(cross, t0), t1) - t0)
         if top < 0.0 and top < SLACK * max(v0, v1):
             return np.inf
-        high = summit(waves, a, t0, t1)
+        high = summit(waves, a, t0, t1, d0, d1)
         if value(waves, a, high)[0] < 0.0:
             return np.inf
         return root(waves, a, t0, high, 0.5 * (t0 + high))
@@ -158,7 +159,7 @@ def crest(waves, a, t):
         end += h
         if value(waves, a, end)[1] <= 0.0:
             break
-    return summit(waves, a, max(end - h, t), end)
+    return summit(waves, a, max(end - h, t), end, 0.0, 0.0)
 
 
 @leaf
@@ -180,8 +181,8 @@ def crest_on(waves, a, t, rates):
     first = int(t / h) + 1
     for node in range(first, first + nodes + 1):
         if rates[node % nodes] <= 0.0:
-            return summit(waves, a, max((node - 1) * h, t), node * h)
-    return summit(waves, a, t, t + h)
+            return summit(waves, a, max((node - 1) * h, t), node * h, rates[(node - 1) % nodes], rates[node % nodes])
+    return summit(waves, a, t, t + h, 0.0, 0.0)
 
 
 @leaf
@@ -224,6 +225,24 @@ def beyond(contact, m, which, z, p, touch, source, a):
         if here[0] < ROUNDING * size(a) and abs(here[1]) < TURNED * size(a) and missed(here[0] / size(a), touch, True, source):
             return g
     return -1
+
+
+@leaf
+def unquiet(guards, values, slopes, offset, ignored, first):
+    """Return the first cell from ``first`` on in which a guard of a mode may be zero, or is ignored; one more than there are: none.
+
+    ``values`` and ``slopes`` (G, grid + 1) are those of the guards, to which ``offset`` (G,) adds what memory does.
+    """
+    cell = values.shape[1]
+    for g in range(guards):
+        if ignored[g] > 0:
+            return first
+        own, rates, add = values[g], slopes[g], offset[g]
+        for j in range(first, cell):
+            if not own[j] + add < 0.0 or (rates[j - 1] > 0.0 and rates[j] < 0.0):
+                cell = j
+                break
+    return cell
 
 
 @leaf
@@ -273,7 +292,17 @@ def exact(contact, tabulated, skip, touch, segments, space, slopes):
         for i in range(z.size):
             z0[i] = z[i]
         source[0], source[1], source[NEXT], source[PASSED], source[TOUCHED] = wrote, at, -np.inf, 0.0, touch
-        for j in range(1, grid + 1):
+        j = 0
+        while j < grid:
+            j += 1
+            if not begun:
+                quiet = j
+                j = unquiet(A[m, 0, GUARDS], values[m], slopes[m], offset, ignored, j)
+                for g in range(A[m, 0, GUARDS] if j > quiet else 0):
+                    g0[g], d0[g], fresh[g] = values[m, g, j - 1] + offset[g], slopes[m, g, j - 1], 0
+                t = whole * (j - 1) / grid
+                if j > grid:
+                    break
             t1 = whole * j / grid
             while True:  # events within the cell
                 if begun:  # a mode that was entered
@@ -304,7 +333,7 @@ def exact(contact, tabulated, skip, touch, segments, space, slopes):
                     nearly = False
                     if touch > 0.0 and found == np.inf and g1[g] < 0.0 and fresh[g] == 0 and A[m, 1 + g, SILENT] == 0 \
                             and further(A, m, g) < 0:
-                        top = summit(waves, a, t, t1)
+                        top = summit(waves, a, t, t1, d0[g], d1[g])
                         nearly = missed(value(waves, a, top)[0] / size(a), touch, writer(A, m, g) >= 0, source)
                         if not nearly:
                             continue

@@ -66,7 +66,7 @@ def margins(contact, segments, grid, rates, out, a, line, relaxation):
                 if slope > 0.0 and (turn <= 0.0 or (node == last and turn < TURNED * bound)) and (t > start or n == 0):
                     high = t if samples and value(waves, a, t)[0] > value(waves, a, after)[0] else after
                     if samples == 0:
-                        high = summit(waves, a, t, after)
+                        high = summit(waves, a, t, after, slope, turn)
                     if count == 1 and resting(A, m, g, high, source, 1.5 * h if samples else RESTING):
                         t, slope = after, turn
                         continue
