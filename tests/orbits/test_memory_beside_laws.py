@@ -127,6 +127,25 @@ def test_a_slider_that_always_sticks_labels_a_family():
     assert stuck.intervals[0][1] == pytest.approx(rest[np.abs(rest.imag) < 1e-9].real[0], rel=1e-11)
 
 
+def test_the_family_of_a_subharmonic_ends_where_any_of_its_periods_does():
+    """Each of three forcing periods has its own farthest point: the ends are those of all of them, whichever comes first."""
+    system = bf.System(1.0, 0.02, 1.0, [el.HarmonicForce(4.0), el.CubicSpring(1.0), el.Jenkins(0.5, 0.5)], omega=4.0)
+    first = bf.find_orbit(system, guess=(-0.5070839861, -0.7211776763, 0.2), periods=3)
+    assert first.success and first.periods == 3 and first.family == [2] and not first.events
+    ends = []
+    for state in first.sections:  # the phase of a subharmonic is free
+        orbit = bf.find_orbit(system, guess=state, periods=3)
+        assert orbit.success and orbit.periods == 3
+        ends.append(orbit.intervals[2])
+    assert np.ptp(ends, axis=0).max() < 1e-11
+    for end, way in zip(ends[0], (1.0, -1.0), strict=True):
+        spring = bf.System(1.0, 0.02, 1.5, [el.HarmonicForce(4.0), el.CubicSpring(1.0), el.ConstantForce(0.5 * end)], omega=4.0)
+        there = bf.find_orbit(spring, guess=first.state[:2], periods=3)  # the slider as a spring from its place
+        assert there.periods == 3
+        farthest = there.maximum() if way > 0.0 else there.minimum()
+        assert 0.5 * way * (farthest - end) == pytest.approx(0.5, rel=1e-10)
+
+
 @pytest.mark.parametrize("cubic", [None, 0.3])
 def test_sliders_that_came_to_stand_by_chance_are_put_in_the_middle(cubic):
     """Without symmetry; in an affine scene a branch of this orbit begins to slip on both sides at once."""
