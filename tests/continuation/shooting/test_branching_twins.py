@@ -422,10 +422,12 @@ def test_a_motion_is_an_orbit_that_simulation_repeats(monkeypatch):
             assert problem.is_motion(np.zeros(3)) is (success and again)
 
 
-def test_what_replaces_two_events_of_one_instant_leads_from_the_same_mode_to_the_same():
-    """By guards that there are, whatever an event changes beside its own contact: a plastic impact stops friction as well, which
-    has one guard where it slips and two where it sticks."""
-    scene = scene_of(bf.System(1.0, 0.1, 1.0, [RigidStop(0.3, restitution=0.0), Coulomb(0.2), HarmonicForce(1.0)], omega=1.3))
+@pytest.mark.parametrize("contacts", [
+    (RigidStop(0.3, restitution=0.0), Coulomb(0.2)), (Coulomb(0.2), Coulomb(0.1)), (Coulomb(0.2), RigidStop(0.3), Coulomb(0.1))])
+def test_what_replaces_two_events_of_one_instant_leads_from_the_same_mode_to_the_same(contacts):
+    """By guards that there are, whatever an event changes beside its own contact: a plastic impact stops friction as well, and
+    two frictions on one row stick together; friction has one guard where it slips and two where it sticks."""
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [*contacts, HarmonicForce(1.0)], omega=1.3))
     counts = scene.tables.n_guards
     assert scene.complete and len(set(counts.tolist())) > 1
     lengths = set()
@@ -445,4 +447,4 @@ def test_what_replaces_two_events_of_one_instant_leads_from_the_same_mode_to_the
                 owners = [[scene.guard(int(node[BEFORE]), int(node[GUARD])).element for node in pair] for pair in
                           ((first, second), made)]
                 assert owners[0] == owners[1][::-1]
-    assert lengths == {0, 1, 2}
+    assert lengths >= {0, 1}
