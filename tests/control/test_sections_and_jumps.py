@@ -40,6 +40,16 @@ def test_the_map_of_a_section_is_that_of_motions_over_all_periods_of_the_orbit(d
         np.testing.assert_allclose((np.eye(2) - M) @ orbit_derivative(double, name, section), pushed, atol=1e-5)
 
 
+def test_a_motion_is_held_when_it_has_stayed_for_three_delays(double):
+    """However many forcing periods a delay has: it begins on an orbit of two, which is fed back to itself."""
+    system = double.system
+    feedback = bf.elements.DelayedFeedback(0.01, delay=2.0)
+    held = bf.System(system.mass, system.damping, system.stiffness, (*system.elements, feedback), omega=system.omega)
+    q, v = double.state
+    found = bf.control.feedback_basins(held, double, bf.Grid(q0=(q - 1e-6, q + 1e-6, 1), v0=(v - 1e-6, v + 1e-6, 1)), past="orbit")
+    assert found.labels.tolist() == [[0]] and 3 * 2 <= found.periods[0, 0] <= 3 * 2 + 4
+
+
 def test_a_controlled_motion_is_that_of_the_changed_system_from_section_to_section():
     """The frequency is what is changed: phases of the section are kept, times are not."""
     system = bf.systems.impact_oscillator(omega=2.5, amplitude=12.0)
