@@ -227,8 +227,8 @@ def test_near_grazes_are_told(system, place):
 
 
 def test_the_bound_on_a_cubic_through_both_ends_holds_and_is_met_by_a_fourth_power(rng):
-    """Birkhoff and Priver (1967): a function differs from the cubic with its values and slopes by h^4 / 384 of its fourth derivative
-    at most; the cubic of s^4 is 2 h s^3 - h^2 s^2, which is off by h^4 / 16 in the middle."""
+    """Birkhoff and Priver (1967): a function differs from the cubic with its values and slopes by h^4 / 384 of its fourth
+    derivative at most; the cubic of s^4 is 2 h s^3 - h^2 s^2, which is off by h^4 / 16 in the middle."""
     for h in (0.1, 0.6, 2.0):
         power = np.zeros((1, ORDER + 1))
         power[0, 4] = -3.0

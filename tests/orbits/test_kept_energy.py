@@ -34,7 +34,7 @@ def test_elements_that_put_in_or_take_out_energy_keep_none(element):
 
 @pytest.mark.parametrize("start", [(0.9, 0.0), (0.0, 0.5)])
 def test_a_free_vibration_of_one_mass_attracts_nothing_and_repels_nothing(start):
-    """One has a period of its own for each energy: neighbours neither come nearer nor go away, and no multiplier is left to tell."""
+    """Each energy has a period of its own: neighbours neither come nearer nor go away, and no multiplier is left to tell."""
     system = bf.System(1.0, 0.0, 1.0, [STOP])
     orbit = bf.find_orbit(system, guess=start)
     assert orbit.success and orbit.multipliers.size == 0 and orbit.stable is None

@@ -4,6 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc import elements as el
+from bifurc.orbits.shooting.resting import middle
 from tests.hbm.test_examples import three
 from tests.reference.sliders import DOWN, UP, Marched, Slider, Stop
 
@@ -160,6 +161,21 @@ def test_sliders_that_came_to_stand_by_chance_are_put_in_the_middle(cubic):
         onset = branch.special_points.of("slip_onset")[0].solution
         assert onset.maximum() - onset.minimum() == pytest.approx(0.6, abs=1e-10)  # twice limit over stiffness
         assert all(str(reason) == "bound" for reason in branch.stop_reason) and branch.column("n_events").max() == 4
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_middle_of_a_family_is_that_of_its_interval_whatever_ends_it(side):
+    """On one side by the first of two events: a stop that is touched before the slider slips."""
+    stop = el.ElasticStop(0.21, 3.0, side=side)
+    system = bf.System(1.0, 0.02, 1.0, [el.Jenkins(1.0, 0.6), stop, el.HarmonicForce(0.15)], omega=0.9)
+    orbit = bf.find_orbit(system, guess=(0.0, 0.0, -0.1 * side))
+    assert orbit.success and orbit.family == [2] and not orbit.events
+    low, high = orbit.intervals[2]
+    spring = bf.find_orbit(bf.System(1.0, 0.02, 2.0, [el.HarmonicForce(0.15)], omega=0.9)).maximum()
+    # the slider's place moves the mean by half
+    ends = [way * (2.0 * (0.21 - spring) if way == side else 1.2 - 2.0 * spring) for way in (-1, 1)]
+    assert (low, high) == pytest.approx(ends, rel=1e-10)
+    assert {c: step + orbit.state[c] for c, step in middle(orbit).items()} == {2: pytest.approx(0.5 * (low + high), abs=1e-12)}
 
 
 @pytest.mark.parametrize("cubic", [0.05, -0.02])

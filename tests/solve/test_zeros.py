@@ -60,8 +60,9 @@ def test_a_zero_near_by_is_stepped_to_and_one_far_away_is_looked_for_with_a_wide
     assert asked[3] == pytest.approx(0.3 if steps else start - 10.0 * zeros.PROBE, abs=0.1 * zeros.PROBE)
 
 
-CURVES = {"cubic": lambda t: t**3 + 2.0 * t - 1.0, "steep": lambda t: math.tanh(300.0 * (t - 0.83)), "flat": lambda t: (t - 0.37)**5,
-          "corner": lambda t: (t - 0.61) * (1.0 if t > 0.61 else 1e-3), "falls": lambda t: 0.1 - t * math.exp(t)}
+CURVES = {"cubic": lambda t: t**3 + 2.0 * t - 1.0, "steep": lambda t: math.tanh(300.0 * (t - 0.83)),
+          "flat": lambda t: (t - 0.37)**5, "corner": lambda t: (t - 0.61) * (1.0 if t > 0.61 else 1e-3),
+          "falls": lambda t: 0.1 - t * math.exp(t)}
 
 
 def searched(f, low, high, guess=math.nan):

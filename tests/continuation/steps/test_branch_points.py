@@ -7,8 +7,8 @@ from bifurc.continuation.steps.branchpoint import locate_crossing
 
 
 class Crossing(Problem):
-    """(c . z)(d . z) + a^3 = miss and b - e . z + a p = 0 with z = (a, p) - z0: two curves through a = a0, p = p0 along c . z = 0 and
-    d . z = 0, that miss each other on one or the other side."""
+    """(c . z)(d . z) + a^3 = miss and b - e . z + a p = 0 with z = (a, p) - z0: two curves through a = a0, p = p0 along c . z = 0
+    and d . z = 0, which miss each other on one or the other side."""
 
     def __init__(self, c, d, e, a0, p0, scale, miss=0.0):
         super().__init__([a0, 0.0], p0, scale_u=scale[:2], scale_p=scale[2])
