@@ -165,7 +165,8 @@ def followed(system, orbit, past, tolerance, max_periods, max_events, turns, sta
             continue
         before, breaks = {"free": (None, []), "constant": (partial(constant, y), []),
                           "orbit": past_of(orbit, 0.0, delay, orbit.state.size)}[past]
-        watch = Watch(places, orbit.weights, tolerance, STAYED * round(delay / period), 1 if past != "free" else 1 + turns)
+        late = round(delay / period)  # forcing periods
+        watch = Watch(places, orbit.weights, tolerance, STAYED * late, 1 if past != "free" else 1 + late)
         motion = integrate(system, y, 0.0, max_periods * period, before, breaks, max_events, watch)
         found.append((ENDED.get(motion.status, watch.state), len(watch.sections), watch.cycle))
     return found

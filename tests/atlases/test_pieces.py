@@ -206,6 +206,18 @@ def atlas(probes=(), status=AtlasStatus.NOTHING_NEW, branches=(), **more):
     )
 
 
+def test_the_rows_of_a_closed_branch_lie_in_one_piece_each_wherever_it_was_begun():
+    """Those on a point in the two that meet there; one piece leads across the place where the trace began and ended."""
+    p = [1.0, 1.4, 2.0, 1.6, 1.2, 0.7, 0.5, 0.8]
+    for first in range(len(p)):
+        marks = sorted([((2 - first) % 8, 2.0), ((6 - first) % 8, 0.5)])
+        points = [(float(s), value, "fold", value) for s, value in marks]
+        loop = branch_of(range(8), np.roll(p, -first), [1] * 8, points, closed=True)
+        edges = [d for *_, d in graph_of([loop], (0.0, 4.0)).edges(data=True)]
+        assert [(d["low"], d["high"]) for d in edges] == [(0.5, 2.0)] * 2
+        assert sorted(d["points"] for d in edges) == [5, 5]  # three rows between the points, and these
+
+
 def test_bands_of_chaos_end_half_way_to_a_probe_without_it():
     made = atlas([probe(4.0, (None, 0.3)), probe(1.0), probe(5.0, (0.5,)), probe(8.0), probe(9.0, (0.1,)), probe(2.0)])
     assert made.chaos == ((3.0, 6.5, 0.5), (8.5, 10.0, 0.1))

@@ -92,6 +92,16 @@ def test_stretches_without_a_stable_motion_and_without_a_probe_are_missing(found
     assert len(found.missing()) == 1
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_stretches_are_looked_into_by_their_part_of_the_range(found, unit):
+    """Whatever the unit of the parameter."""
+    found.bounds = (2.0 * unit, 3.0 * unit)
+    found._stable = [[(2.0 * unit, 2.9985 * unit)]]
+    assert found.missing() == [pytest.approx(2.99925 * unit)]
+    found._stable = [[(2.0 * unit, 2.9995 * unit)]]
+    assert found.missing() == []
+
+
 def test_stable_orbits_at_a_value_are_those_of_stable_intervals(found):
     found.admit(Curve(lambda p: p, stable=lambda p: p < 0.5), "a")
     found.admit(Curve(lambda p: -p), "b")

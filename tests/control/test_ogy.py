@@ -81,6 +81,15 @@ def test_a_stable_orbit_needs_no_gain():
     assert not found.gain.any() and found.status == "stable_already"
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_section_just_beside_an_event_is_refused_on_either_side(orbit, side):
+    """Also across the end of the period, where the event is the first or the last thing that happens in it."""
+    at = orbit.events[0].time / orbit.forcing_period
+    with pytest.raises(ValueError, match="has its event there"):
+        bf.control.ogy(orbit, "amplitude", section=at + side * 5e-10)
+    assert bf.control.ogy(orbit, "amplitude", section=at + side * 1e-6).gain.any()
+
+
 def test_bad_arguments_are_named(orbit):
     with pytest.raises(ValueError, match="section = 1.0"):
         bf.control.ogy(orbit, "amplitude", section=1.0)

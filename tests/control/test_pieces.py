@@ -17,6 +17,7 @@ from bifurc.control.feedback import (
     _best,
     _bounds,
     _extrema,
+    _Jumping,
     _repeats,
     _scan,
     _Smooth,
@@ -449,3 +450,11 @@ def test_motions_that_are_met_are_numbered_in_the_order_of_the_starts():
     assert made.states[0, 0] == CellState.OUTSIDE.code and made.states[0, 1] == CellState.ATTRACTED.code
     assert made.attractors[0] is orbit and [item.periods for item in made.attractors[1:]] == [2, 2, 1]
     np.testing.assert_array_equal(constant(np.array([1.0, 2.0]), np.zeros(3)), [[1.0, 2.0]] * 3)
+
+
+@pytest.mark.parametrize(("growths", "held"), [((), True), ((0.9, 0.2), True), ((1.3, 0.2), False), ((1.3, 1.1), False)])
+def test_a_gain_at_a_jump_holds_where_no_pattern_of_signs_grows(growths, held):
+    """One that grows is enough, and none at all means that everything dies."""
+    jumping = object.__new__(_Jumping)
+    jumping.order = SimpleNamespace(growths=lambda gain: [(growth, ((1,), (-1,))) for growth in growths])
+    assert jumping.confirmed(0.1) is held

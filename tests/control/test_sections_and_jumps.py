@@ -40,6 +40,19 @@ def test_the_map_of_a_section_is_that_of_motions_over_all_periods_of_the_orbit(d
         np.testing.assert_allclose((np.eye(2) - M) @ orbit_derivative(double, name, section), pushed, atol=1e-5)
 
 
+def test_a_motion_is_held_when_it_has_stayed_for_three_delays(double):
+    """However many forcing periods a delay has: here on an orbit of two, which is fed back to itself."""
+    system = double.system
+    feedback = bf.elements.DelayedFeedback(0.01, delay=2.0)
+    held = bf.System(system.mass, system.damping, system.stiffness, (*system.elements, feedback), omega=system.omega)
+    q, v = double.state
+    grid = bf.Grid(q0=(q, q + 2e-3, 1), v0=(v, v + 2e-3, 1))
+    known = {past: bf.control.feedback_basins(held, double, grid, past=past) for past in ("orbit", "free")}
+    assert all(found.labels.tolist() == [[0]] for found in known.values())
+    orbit, free = (int(known[past].periods[0, 0]) for past in ("orbit", "free"))
+    assert orbit >= 1 + 3 * 2 and free >= 1 + 3 * 2 + 2  # without a past there is no feedback before the first delay is over
+
+
 def test_a_controlled_motion_is_that_of_the_changed_system_from_section_to_section():
     """The frequency is what is changed: phases of the section are kept, times are not."""
     system = bf.systems.impact_oscillator(omega=2.5, amplitude=12.0)

@@ -4,13 +4,15 @@ import math
 import numpy as np
 import pytest
 from mpmath import mp
+from scipy.interpolate import CubicHermiteSpline
 
 import bifurc as bf
 from bifurc.basins import Kernel, PeriodMap
 from bifurc.compose.scene import scene_of
+from bifurc.compose.tables import ORDER
 from bifurc.ensemble import scalar
 from bifurc.ensemble.batch import driver, packing, several_modes, smooth, writing
-from bifurc.ensemble.batch.tables import economised
+from bifurc.ensemble.batch.tables import economised, fourth
 from bifurc.ensemble.outcomes import CellState
 from tests.basins.second import SectionMap
 from tests.reference.oscillator import Oscillator, first_arrival
@@ -222,6 +224,20 @@ def test_near_grazes_are_told(system, place):
     for v, count in zip(around, impacts(around), strict=True):
         motion = bf.simulate(system, starts(v)[0], periods=1)
         assert sum(event.kind in ("impact", "chatter") for event in motion.events) == count
+
+
+def test_the_bound_on_a_cubic_through_both_ends_holds_and_is_met_by_a_fourth_power(rng):
+    """Birkhoff and Priver (1967): a function differs from the cubic with its values and slopes by h^4 / 384 of its fourth
+    derivative at most; the cubic of s^4 is 2 h s^3 - h^2 s^2, which is off by h^4 / 16 in the middle."""
+    for h in (0.1, 0.6, 2.0):
+        power = np.zeros((1, ORDER + 1))
+        power[0, 4] = -3.0
+        assert fourth(power, h)[0] == pytest.approx(3.0 * h**4 / 16.0, rel=1e-14)
+        at, ends = np.linspace(0.0, h, 201), np.array([0.0, h])
+        for row in rng.normal(size=(20, ORDER + 1)) / np.cumprod([1.0, *range(1, ORDER + 1)]):
+            p = np.polynomial.Polynomial(row)
+            cubic = CubicHermiteSpline(ends, p(ends), p.deriv()(ends))
+            assert np.abs(cubic(at) - p(at)).max() <= fourth(row[None], h)[0] * (1.0 + 1e-9) + 1e-14
 
 
 def test_economised_polynomials_of_a_cosine_have_its_values_and_slopes():

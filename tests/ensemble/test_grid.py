@@ -89,6 +89,16 @@ def test_cells_of_points_in_three_dimensions_one_of_them_round(rng):
     assert bf.Grid.from_record(grid.to_record()) == grid and "periodic=('q0',)" in repr(grid)
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (0.0, 2.0 * np.pi), (-1.0, 0.3), (0.1, 7.0)])
+def test_next_below_the_beginning_of_a_round_component_lies_its_last_cell(low, high):
+    """However near: the remainder of a number that is negative by less than rounding is the whole turn."""
+    grid = bf.Grid(q0=(low, high, 10), periodic="q0")
+    near = [np.nextafter(low, -np.inf), low - 1e-18, low - 1e-9, np.nextafter(low, np.inf), low]
+    cells = grid.cells_of(np.array(near)[:, None])
+    assert cells[2:].tolist() == [9, 0, 0] and set(cells[:2]) <= {0, 9}
+    assert low != 0.0 or cells[:2].tolist() == [9, 9]
+
+
 def test_the_memory_of_an_enormous_grid_is_said_before_it_is_taken():
     grid = bf.Grid(q0=(-1, 1, 10**7), v0=(-1, 1, 10**7))
     with pytest.raises(MemoryError, match=r"1e\+14 cells; a basin map needs about .* TB.*write at most"):

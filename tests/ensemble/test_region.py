@@ -20,6 +20,14 @@ def test_one_length_measures_coordinates_and_at_the_frequency_velocities(ranges,
         np.testing.assert_allclose(found, [length * unit, length * unit * omega / time], rtol=1e-14)
 
 
+def test_memory_is_a_position_and_has_the_size_of_coordinates():
+    """In any unit of time: only velocities scale with it."""
+    for omega in (1e-3, 0.7, 50.0):
+        scene = scene_of(bf.System(1.0, 0.1, 1.0, [bf.elements.HarmonicForce(1.0), bf.elements.Jenkins(1.0, 0.5)], omega=omega))
+        found = Region({"q0": (-1.0, 3.0), "v0": (-omega, omega)}).sizes(scene)
+        np.testing.assert_allclose(found, [3.0, 3.0 * omega, 3.0], rtol=1e-14)
+
+
 def test_starts_fill_a_box_evenly_and_a_longer_row_begins_with_a_shorter_one():
     """Every part of the box gets its share to a few starts, where random ones would miss by the root of their number."""
     system = bf.systems.impact_chain(n=2)

@@ -49,9 +49,23 @@ def test_any_order_is_brought_into_one(orbit):
         assert one.element < two.element
         np.testing.assert_array_equal(signature.nodes, nodes)
         np.testing.assert_allclose(unknowns, orbit.unknowns, rtol=0.0, atol=1e-12)
-    turned = divided(scene, np.roll(nodes[:, :ENDING], 1, axis=0))
-    begun = in_order(scene, turned, np.roll(rows, 1, axis=0), 1.0)[0]
-    assert begun.nodes[0, DIVIDE] != TOGETHER
+
+
+def test_a_listing_may_begin_within_an_instant(orbit):
+    """It is that of the orbit, begun behind the instant, which ends it: its second event is at the end, a period later."""
+    scene, nodes = orbit.scene, orbit.sequence.nodes
+    rows = np.reshape(orbit.unknowns, (len(nodes), -1))
+
+    def begun_at(k):
+        later = rows + np.eye(1, rows.shape[1])
+        return np.roll(nodes[:, :ENDING], -k, axis=0), np.vstack([rows[k:], later[:k]])
+
+    for k in np.flatnonzero(nodes[:, DIVIDE] == TOGETHER).tolist():
+        turned, states = begun_at(k)
+        found, unknowns = in_order(scene, divided(scene, turned), states, 1.0)
+        wanted, expected = begun_at(k + 1)
+        np.testing.assert_array_equal(found.nodes[:, :ENDING], wanted)
+        np.testing.assert_allclose(unknowns, expected.ravel(), rtol=0.0, atol=1e-12)
 
 
 def test_its_branch_has_the_points_of_the_other_order():

@@ -4,6 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc import elements as el
+from bifurc.orbits.shooting.resting import middle
 from tests.hbm.test_examples import three
 from tests.reference.sliders import DOWN, UP, Marched, Slider, Stop
 
@@ -127,6 +128,25 @@ def test_a_slider_that_always_sticks_labels_a_family():
     assert stuck.intervals[0][1] == pytest.approx(rest[np.abs(rest.imag) < 1e-9].real[0], rel=1e-11)
 
 
+def test_the_family_of_a_subharmonic_ends_where_any_of_its_periods_does():
+    """Each of three forcing periods has its own farthest point: the ends are those of all of them, whichever comes first."""
+    system = bf.System(1.0, 0.02, 1.0, [el.HarmonicForce(4.0), el.CubicSpring(1.0), el.Jenkins(0.5, 0.5)], omega=4.0)
+    first = bf.find_orbit(system, guess=(-0.5070839861, -0.7211776763, 0.2), periods=3)
+    assert first.success and first.periods == 3 and first.family == [2] and not first.events
+    ends = []
+    for state in first.sections:  # the phase of a subharmonic is free
+        orbit = bf.find_orbit(system, guess=state, periods=3)
+        assert orbit.success and orbit.periods == 3
+        ends.append(orbit.intervals[2])
+    assert np.ptp(ends, axis=0).max() < 1e-11
+    for end, way in zip(ends[0], (1.0, -1.0), strict=True):
+        spring = bf.System(1.0, 0.02, 1.5, [el.HarmonicForce(4.0), el.CubicSpring(1.0), el.ConstantForce(0.5 * end)], omega=4.0)
+        there = bf.find_orbit(spring, guess=first.state[:2], periods=3)  # the slider as a spring from its place
+        assert there.periods == 3
+        farthest = there.maximum() if way > 0.0 else there.minimum()
+        assert 0.5 * way * (farthest - end) == pytest.approx(0.5, rel=1e-10)
+
+
 @pytest.mark.parametrize("cubic", [None, 0.3])
 def test_sliders_that_came_to_stand_by_chance_are_put_in_the_middle(cubic):
     """Without symmetry; in an affine scene a branch of this orbit begins to slip on both sides at once."""
@@ -141,6 +161,21 @@ def test_sliders_that_came_to_stand_by_chance_are_put_in_the_middle(cubic):
         onset = branch.special_points.of("slip_onset")[0].solution
         assert onset.maximum() - onset.minimum() == pytest.approx(0.6, abs=1e-10)  # twice limit over stiffness
         assert all(str(reason) == "bound" for reason in branch.stop_reason) and branch.column("n_events").max() == 4
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_middle_of_a_family_is_that_of_its_interval_whatever_ends_it(side):
+    """On one side by the first of two events: a stop that is touched before the slider slips."""
+    stop = el.ElasticStop(0.21, 3.0, side=side)
+    system = bf.System(1.0, 0.02, 1.0, [el.Jenkins(1.0, 0.6), stop, el.HarmonicForce(0.15)], omega=0.9)
+    orbit = bf.find_orbit(system, guess=(0.0, 0.0, -0.1 * side))
+    assert orbit.success and orbit.family == [2] and not orbit.events
+    low, high = orbit.intervals[2]
+    spring = bf.find_orbit(bf.System(1.0, 0.02, 2.0, [el.HarmonicForce(0.15)], omega=0.9)).maximum()
+    # the slider's place moves the mean by half
+    ends = [way * (2.0 * (0.21 - spring) if way == side else 1.2 - 2.0 * spring) for way in (-1, 1)]
+    assert (low, high) == pytest.approx(ends, rel=1e-10)
+    assert {c: step + orbit.state[c] for c, step in middle(orbit).items()} == {2: pytest.approx(0.5 * (low + high), abs=1e-12)}
 
 
 @pytest.mark.parametrize("cubic", [0.05, -0.02])

@@ -1,4 +1,6 @@
 """What orbits are made of, piece by piece: energy, first Lyapunov coefficient, multipliers without the trivial one, trains."""
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from bifurc.elements import ElasticStop
 from bifurc.orbits.equilibria.hopf import Forms, _coefficient, critical_pair
 from bifurc.orbits.least import mark_trains
 from bifurc.orbits.multipliers import without
+from bifurc.orbits.orbit import PeriodicOrbit
 
 
 def test_a_free_motion_of_coupled_masses_keeps_its_energy():
@@ -70,3 +73,20 @@ def test_a_train_falls_by_one_factor():
     nodes = np.array([[0, 0, 0, 0, 0]] * 4 + [[0, 0, 1, 0, 1], [1, 0, 0, 0, 0]])
     mark_trains(nodes, np.array([0.9, 0.8, 0.4, 0.21, 0.1, 0.0]))
     assert nodes[:, 4].tolist() == [0, 2, 2, 2, 1, 0]
+
+
+@pytest.mark.parametrize("late", [-1e-17, 0.0, 1e-17, 1.0 - 1e-16, -1.0])
+def test_an_event_at_phase_zero_is_the_first_of_the_period(late):
+    """Whole periods and rounding do not make it the last."""
+    system = bf.systems.impact_oscillator(omega=1.5, amplitude=0.9)
+    orbit = bf.find_orbit(system, guess=(1.0, 0.2))
+    tau = orbit.unknowns[0]
+    shifted = bf.System(system.mass, system.damping, system.stiffness, [
+        dataclasses.replace(e, phase=e.phase + 2.0 * np.pi * tau) if isinstance(e, bf.elements.HarmonicForce) else e
+        for e in system.elements], omega=system.omega)
+    moved = bf.find_orbit(shifted, guess=orbit._states(np.array([tau + 1e-3]))[0])
+    assert moved.success and len(moved.events) == len(orbit.events) == 1
+    unknowns = moved.unknowns
+    unknowns[0] = late
+    made = PeriodicOrbit(shifted, moved.sequence, unknowns, moved.weights)
+    assert 0.0 <= made.events[0].time < 1e-15 and made.events[0].speed == pytest.approx(orbit.events[0].speed, rel=1e-10)

@@ -67,3 +67,12 @@ def test_a_stop_whose_mass_friction_holds_is_seen_before_any_mode_is_there():
     orbit = bf.find_orbit(system)
     assert orbit.success
     assert np.allclose(bf.simulate(system, orbit.state, periods=orbit.periods).final, orbit.state, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("harmonic", [1, 3, 40])
+def test_a_clearance_that_closes_is_seen_however_fast_the_wall_moves(harmonic):
+    """It is closed for a hundredth of the wall's own period only."""
+    system = bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.5), RigidStop(0.0, 0.5), RigidStop(
+        0.4995, 0.5, side=-1, amplitude=0.5, harmonic=harmonic, phase=np.pi / 8.0)], omega=1.3)
+    with pytest.raises(NoRoom, match="leave no room .* of the forcing period"):
+        resting_start(system)

@@ -1,15 +1,19 @@
 """Orbits that branch off, on stand-ins: what two halves differ in, where they merge, what is tried and in which order."""
+import itertools
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import bifurc as bf
+from bifurc.compose.scene import scene_of
 from bifurc.continuation.kinds import CorrectorStatus, SpecialPointKind
 from bifurc.continuation.problem import Corrected
 from bifurc.continuation.shooting import branching, vanishing
 from bifurc.continuation.shooting import problem as problems
 from bifurc.continuation.shooting.problem import OrbitProblem
+from bifurc.elements import Coulomb, HarmonicForce, RigidStop
 from bifurc.orbits.shooting.sequence import AFTER, BEFORE, GUARD
 from bifurc.orbits.shooting.signature import Signature
 
@@ -416,3 +420,31 @@ def test_a_motion_is_an_orbit_that_simulation_repeats(monkeypatch):
         for again in (True, False):
             monkeypatch.setattr(OrbitProblem, "solution", lambda self, x, s=success, a=again: SimpleNamespace(success=s, again=a))
             assert problem.is_motion(np.zeros(3)) is (success and again)
+
+
+@pytest.mark.parametrize("contacts", [
+    (RigidStop(0.3, restitution=0.0), Coulomb(0.2)), (Coulomb(0.2), Coulomb(0.1)), (Coulomb(0.2), RigidStop(0.3), Coulomb(0.1))])
+def test_what_replaces_two_events_of_one_instant_leads_from_the_same_mode_to_the_same(contacts):
+    """By guards that there are, whatever an event changes beside its own contact: a plastic impact stops friction as well, and
+    two frictions on one row stick together; friction has one guard where it slips and two where it sticks."""
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [*contacts, HarmonicForce(1.0)], omega=1.3))
+    counts = scene.tables.n_guards
+    assert scene.complete and len(set(counts.tolist())) > 1
+    lengths = set()
+    for first in itertools.product(range(len(counts)), range(max(counts)), range(len(counts))):
+        for guard, last in itertools.product(range(counts[first[2]]), range(len(counts))):
+            if first[1] >= counts[first[0]]:
+                continue
+            second = (first[2], guard, last)
+            made = vanishing.merging_nodes(scene, [*first, 0, 0], [*second, 0, 0])
+            if made is None:
+                continue
+            lengths.add(len(made))
+            chain = [first[0], *(int(node[AFTER]) for node in made)]
+            assert [int(node[BEFORE]) for node in made] == chain[:-1] and chain[-1] == last
+            assert all(0 <= node[GUARD] < counts[node[BEFORE]] for node in made)
+            if len(made) == 2:
+                owners = [[scene.guard(int(node[BEFORE]), int(node[GUARD])).element for node in pair] for pair in
+                          ((first, second), made)]
+                assert owners[0] == owners[1][::-1]
+    assert lengths >= {0, 1}

@@ -7,16 +7,17 @@ from bifurc.continuation.steps.branchpoint import locate_crossing
 
 
 class Crossing(Problem):
-    """(c . z)(d . z) + a^3 = 0 and b - e . z + a p = 0 with z = (a, p) - z0: two curves through a = a0, p = p0 along c . z = 0 and
-    d . z = 0."""
+    """(c . z)(d . z) + a^3 = miss and b - e . z + a p = 0 with z = (a, p) - z0: two curves through a = a0, p = p0 along c . z = 0
+    and d . z = 0, which miss each other on one or the other side."""
 
-    def __init__(self, c, d, e, a0, p0, scale):
+    def __init__(self, c, d, e, a0, p0, scale, miss=0.0):
         super().__init__([a0, 0.0], p0, scale_u=scale[:2], scale_p=scale[2])
         self.c, self.d, self.e, self.at = c, d, e, (a0, p0)
+        self.miss = miss
 
     def residual(self, u, p):
         z = np.array([u[0] - self.at[0], p - self.at[1]])
-        return np.array([(self.c @ z) * (self.d @ z) + z[0]**3, u[1] - self.e @ z + z[0] * z[1]])
+        return np.array([(self.c @ z) * (self.d @ z) + z[0]**3 - self.miss, u[1] - self.e @ z + z[0] * z[1]])
 
     def jacobian(self, u, p):
         z = np.array([u[0] - self.at[0], p - self.at[1]])
@@ -46,3 +47,13 @@ def test_both_directions_of_curves_that_cross_at_any_angle(scale, rng):
         cosines = np.abs(found.directions @ np.transpose(wanted))
         np.testing.assert_allclose(np.sort(cosines, axis=1)[:, 1], 1.0, atol=1e-10)
         assert set(cosines.argmax(axis=1)) == {0, 1}
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-7])
+def test_curves_that_miss_each_other_do_not_cross_on_whichever_side_they_pass(size):
+    """Two perturbations of one crossing, of either sign; from either side of it."""
+    c, d, e = np.array([1.3, 0.4]), np.array([-0.2, 0.7]), np.array([0.5, -0.3])
+    for miss in (size, -size):
+        problem = Crossing(c, d, e, 0.2, -0.4, np.ones(3), miss)
+        for side in (1e-3, -1e-3):
+            assert locate_crossing(problem, np.array([0.2, 0.0, -0.4]) + side).status == "near_miss"
