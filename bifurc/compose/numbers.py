@@ -211,15 +211,20 @@ class Packer:
         other = np.sqrt(np.abs(np.diagonal(D.T @ self.inverse @ D)))
         return bool(np.linalg.svd(gram / np.outer(scale, other), compute_uv=False)[-1] > RANK)
 
-    def put_to_rest(self, keys: tuple, x: np.ndarray) -> np.ndarray:
-        """Return ``x`` (nx,) with velocities moved along M^-1 J^T push until the rows held by these keys have no speed."""
+    def put_to_rest(self, keys: tuple, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``x`` (nx,) with velocities moved along M^-1 J^T push until the rows held by these keys have no speed.
+
+        Also what its rounding is measured by (nx,): the sum of the sizes of all that was added.
+        """
         held = [(hold, *self._met(e, x)) for e, key in enumerate(keys) for hold in self.mode(e, key).hold]
-        y, n = x.copy(), self.frame.n
+        y, sizes, n = x.copy(), np.abs(x), self.frame.n
         if held:
             J = np.array([rows[hold.row] for hold, rows, _ in held])
             X = self.inverse @ np.array([hold.push @ rows for hold, rows, _ in held]).T
-            y[n:2 * n] -= X @ np.linalg.solve(J @ X, [speeds[hold.row] for hold, _, speeds in held])
-        return y
+            impulses = np.linalg.solve(J @ X, [speeds[hold.row] for hold, _, speeds in held])
+            y[n:2 * n] -= X @ impulses
+            sizes[n:2 * n] += np.abs(X) @ np.abs(impulses)
+        return y, sizes
 
     def _met(self, element: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows (rows, n) of an element at ``x`` (nx,), radial and tangential on a circle, and their speeds (rows,)."""
@@ -280,10 +285,11 @@ class Packer:
 
     def blocks(self, all_keys: list[tuple], laws: tuple[SceneLaw, ...]) -> list[Block]:
         """Return where the values of laws stand: for all their modes by themselves, then beside what others hold."""
-        wanted = [(i, key, ()) for i, law in enumerate(laws) for key in law.keys]
+        wanted: list[tuple[int, Hashable, tuple]] = [(i, key, ()) for i, law in enumerate(laws) for key in law.keys]
         wanted += [(i, keys[law.element], beside) for keys in all_keys for i, law in enumerate(laws)
                    if keys[law.element] in law.keys and (beside := self.beside(law.element, keys))]
-        found, first = [], 0
+        found: list[Block] = []
+        first = 0
         for i, key, beside in dict.fromkeys(wanted):
             found.append(Block(i, key, beside, first, first := first + len(laws[i].law.values)))
         return found

@@ -313,8 +313,8 @@ class Scene:
         """Return whether the site of an element is curved."""
         return self._packer.sites[element].curved
 
-    def put_to_rest(self, mode: int, x: np.ndarray) -> np.ndarray:
-        """Return the joined state ``x`` (nx,) with the speeds of the rows that a mode holds taken away by inertia."""
+    def put_to_rest(self, mode: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the joined state ``x`` (nx,) with the speeds of rows that a mode holds taken away by inertia, and its sizes."""
         return self._packer.put_to_rest(self.keys[mode], x)
 
     # symmetry

@@ -3,6 +3,8 @@
 A combination may start iff every row it holds is at rest and every guard of every element is inside (`bifurc.flow.rule`).
 The compiled integration (`bifurc.flow.scan`) decides the usual cases by the same test, element by element; what it leaves open
 comes here.
+
+One file, because a start, an event and a coming to rest are decided by one test and one search of combinations.
 """
 import itertools
 
@@ -237,7 +239,7 @@ def decide(scene, m, g, x, arrive):
         y = rule.jumped(m, g, x, arrive)
         if value > PENETRATION * size:  # at once, by another's impact: nothing is to be put right
             y[:scene.ns] += value * T.D[m, g]
-    return _follow(scene, rule, m, x, y, {scene.guard(m, g).element: [g]})
+    return _follow(scene, rule, m, y, {scene.guard(m, g).element: [g]}, np.maximum(rule.sizes(x), rule.sizes(y)), x)
 
 
 def come_to_rest(scene, m, g, x, arrive):
@@ -262,13 +264,13 @@ def come_to_rest(scene, m, g, x, arrive):
     if not touching:
         return decide(scene, m, g, x, arrive)
     for resting in _restings(scene, m, touching, x):
-        y = scene.put_to_rest(resting, x)
-        scale, sliding = np.maximum(rule.sizes(x), rule.sizes(y)), {*touching}
+        y, added = scene.put_to_rest(resting, x)
+        scale, sliding = np.maximum(np.maximum(rule.sizes(x), rule.sizes(y)), added), {*touching}
         for why, k, *_ in rule.broken(resting, y, scale):
             if why == "guard" and scene.event_kind(resting, k) == EventKind.STICK:
                 sliding.discard(scene.guard(resting, k).element)
         if len(sliding) == len(touching):
-            return _follow(scene, rule, resting, x, y, {})
+            return _follow(scene, rule, resting, y, {}, scale, x)
     held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
     names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
     raise Inconsistent(f"impacts follow each other without end: something is caught between {names}")
@@ -285,14 +287,13 @@ def _restings(scene, m, touching, x):
             yield resting
 
 
-def _follow(scene, rule, m, x, y, joined):
+def _follow(scene, rule, m, y, joined, scale, x):
     """Return the first admissible mode after ``m`` at ``y`` (nx,), and the state; ``joined``: elements and their fired guards.
 
-    ``x`` (nx,) is the state before the event.
+    ``scale`` (nx,) is what rounding is measured by, ``x`` (nx,) the state before the event.
     """
     owners = set(joined)
     further: dict[int, dict] = {}  # keys of joined elements that follow candidates which another event ends at once
-    scale = np.maximum(rule.sizes(x), rule.sizes(y))
     reasons: dict[int, str] = {}
     while True:
         missing: dict[int, None] = {}

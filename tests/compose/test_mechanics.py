@@ -179,7 +179,7 @@ def test_velocities_come_to_rest_by_inertia(scene, rng):
     for m in range(36):
         x, *_ = drawn(scene, rng)
         given = x.copy()
-        y = scene.put_to_rest(m, x)
+        y, _ = scene.put_to_rest(m, x)
         assert np.array_equal(x, given)  # not changed in place
         T, k = scene.tables, int(scene.tables.n_holds[m])
         assert T.H[m, :k] @ y == pytest.approx(np.zeros(k), abs=1e-13) and np.array_equal(y[:3], x[:3])

@@ -185,3 +185,77 @@ def test_friction_turns_with_the_sliding_of_a_slow_disk():
             break
         touching, sign = (not touching, sign) if len(part.t_events[0]) else (touching, -sign)
     assert np.abs(motion.final - y).max() < 1e-9
+
+
+def test_a_rotor_in_a_casing_that_sticks_is_one_in_a_fixed_stator():
+    """What the wall and what friction on the casing hold is one solve: without an impact the casing never moves."""
+    def system(*held, **against):
+        n = 4 if held else 2
+        masses = np.diag([1.0, 1.0, 2.0, 2.0][:n])
+        return bf.System(masses, 0.1 * np.eye(n), np.eye(n), [
+            el.HarmonicForce(0.3, dof=0), el.ConstantForce(-3.0, dof=1),
+            el.RigidStator(radius=0.4, restitution=0.3, friction=0.1, **against), *held], omega=1.3)
+    place, along = 0.4 * np.array([np.cos(1.2), -np.sin(1.2)]), 0.3 * np.array([np.sin(1.2), np.cos(1.2)])
+    fixed = bf.simulate(system(), [*place, *along], duration=3.0)
+    casing = system(el.Coulomb(100.0, dof=2), el.Coulomb(100.0, dof=3), against_x=2, against_y=3)
+    held = bf.simulate(casing, [*place, 0.0, 0.0, *along, 0.0, 0.0], duration=3.0)
+    assert held.success and [e.time for e in held.events] == pytest.approx([e.time for e in fixed.events], abs=1e-12)
+    assert len(fixed.events) == 3 and {e.kind for e in fixed.events} == {bf.elements.EventKind.STICK}
+    np.testing.assert_allclose(held.final[[0, 1, 4, 5]], fixed.final, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(held.final[[2, 3, 6, 7]], 0.0)
+
+
+def test_a_casing_that_is_pressed_onto_its_stop_passes_the_load_on():
+    """A rotor that slides on the wall of a casing at rest on a stop: reaction of the stop from the equations of motion."""
+    system = bf.System(np.eye(4), 0.05 * np.eye(4), np.eye(4), [
+        el.HarmonicForce(0.2, dof=1), el.ConstantForce(2.0, dof=0), el.ConstantForce(1.5, dof=2),
+        el.RigidStator(radius=0.4, restitution=0.0, friction=0.0, against_x=2, against_y=3),
+        el.RigidStop(0.1, 0.0, dof=2)], omega=1.1)
+    start = np.array([0.1 + 0.4 * np.cos(0.5), 0.4 * np.sin(0.5), 0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
+    motion = bf.simulate(system, start, duration=2.0)
+    assert motion.success
+    t = np.linspace(0.0, 2.0, 41)
+    q, h = motion(t)[:, :4], 1e-4
+    gap = np.hypot(q[:, 0] - q[:, 2], q[:, 1] - q[:, 3]) - 0.4
+    np.testing.assert_allclose(gap, 0.0, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(q[:, 2], 0.1, rtol=0, atol=1e-13)
+    # on the casing in y acts what the wall gives, on the rotor its opposite: together they move as if there were none
+    inner = t[1:-1]
+    states = motion(inner)
+    rates = (motion(inner + h)[:, 4:] - motion(inner - h)[:, 4:]) / (2.0 * h)
+    load = 0.2 * np.cos(1.1 * inner) - 0.05 * (states[:, 5] + states[:, 7]) - states[:, 1] - states[:, 3]
+    np.testing.assert_allclose(rates[:, 1] + rates[:, 3], load, rtol=0, atol=1e-6)
+    normal = np.array([states[:, 0] - states[:, 2], states[:, 1] - states[:, 3]]) / 0.4
+    push = np.array([rates[:, 0] - 2.0 + 0.05 * states[:, 4] + states[:, 0], -rates[:, 3] - 0.05 * states[:, 7] - states[:, 3]])
+    np.testing.assert_allclose(push[0] * normal[1] - push[1] * normal[0], 0.0, rtol=0, atol=1e-6)  # along the wall's normal
+
+
+def test_friction_on_a_mass_that_slides_round_a_wall_turns_with_it():
+    """Where the wall is at its farthest, the speed along x is zero at an instant: friction there turns round and cannot hold."""
+    friction, radius, speed, angle = 0.1, 0.5, 1.2, 0.6
+    system = bf.System(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [
+        el.HarmonicForce(0.0, dof=0), el.RigidStator(radius=radius, restitution=0.0, friction=0.0), el.Coulomb(friction, dof=0)],
+        omega=1.0)
+    start = [radius * np.cos(angle), -radius * np.sin(angle), speed * np.sin(angle), speed * np.cos(angle)]
+    motion = bf.simulate(system, start, duration=0.8)
+    assert motion.success and [(e.element, e.kind.value) for e in motion.events] == [("coulomb", "stick")]
+    x, _, vx, vy = motion.final
+    travelled = (radius - start[0]) + (radius - x)
+    assert 0.5 * (vx**2 + vy**2) == pytest.approx(0.5 * speed**2 - friction * travelled, abs=1e-12)
+    assert np.hypot(x, motion.final[1]) == pytest.approx(radius, abs=1e-14)
+
+
+def test_impacts_between_a_stop_and_a_rotor_come_to_rest_at_once():
+    """A casing hits a plastic stop with the rotor on its wall: they throw each other to and fro until both rest."""
+    system = bf.System(np.diag([1.0, 1.0, 0.7, 0.7]), np.zeros((4, 4)), np.zeros((4, 4)), [
+        el.HarmonicForce(0.0, dof=0), el.RigidStator(radius=0.4, restitution=0.0, friction=0.0, against_x=2, against_y=3),
+        el.RigidStop(0.1, 0.0, dof=2)], omega=1.0)
+    angle, speed = 0.5, 0.3
+    start = np.array([0.4 * np.cos(angle), 0.4 * np.sin(angle), 0.0, 0.0, speed, 0.0, speed, 0.0])
+    motion = bf.simulate(system, start, duration=0.1 / speed + 1e-9)
+    assert motion.success, motion.message
+    vx, vy, cx, cy = motion.final[4:]
+    # impulses along the normal n and along x: by inertia v - n P, casing + n P with its x at rest, and n . (v - casing) = 0
+    n = np.array([np.cos(angle), np.sin(angle)])
+    push = n[0] * speed / (1.0 + n[1]**2 / 0.7)
+    np.testing.assert_allclose([vx, vy, cx, cy], [speed - n[0] * push, -n[1] * push, 0.0, n[1] * push / 0.7], rtol=0, atol=1e-8)

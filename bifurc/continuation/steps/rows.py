@@ -5,7 +5,7 @@ import numpy as np
 
 from ...solve.steprun import TOLD
 from ..kinds import CorrectorStatus, SpecialPointKind
-from ..problem import Corrected
+from ..problem import NO_MONITORS, Corrected
 
 
 class Part:

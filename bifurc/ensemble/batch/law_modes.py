@@ -119,7 +119,7 @@ def step_numbers(T: Tables, kind: Kind, steps: int) -> tuple[np.ndarray, np.ndar
     h, unit, angles = 2.0 * np.pi / omega / steps, 2.0 * np.pi / steps, np.arange(steps)[:, None]
     numbers, grid = (np.zeros(shape, record) for shape, record in zip((modes, (modes, steps)), kind.records, strict=True))
     for m in range(modes):
-        own, on_grid, values = numbers[m], grid[m], []
+        own, on_grid, values = numbers[m], grid[m], list[float]()
         for acts, count in zip(T.acts[m].tolist(), kind.values, strict=True):
             values += T.law[acts - 1:acts - 1 + count].tolist() if acts else [0.0] * count
         own["h"], own["count"], own["values"], own["u"] = h, T.n_guards[m], values, U[:, :n]
