@@ -2,7 +2,9 @@
 
 One file, because it is one packer: rows of forces, guards, jumps and held rows are eliminated with the same factors.
 """
+import itertools
 from collections.abc import Callable, Hashable, Iterable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -201,8 +203,16 @@ class Packer:
                 found.append((self.slices[e].start + i, self.frame.row(value, local)))
         return found
 
+    @cached_property
+    def meeting_circles(self) -> list[tuple[int, int]]:
+        """Pairs of elements on circles of which a force on one accelerates the other; their reactions are not solved together."""
+        curved = [e for e, site in enumerate(self.sites) if site.curved]
+        return [(e, other) for e, other in itertools.combinations(curved, 2) if np.any(self.sites[e].J @ self.sites[other].X)]
+
     def independent(self, keys: tuple) -> bool:
-        """Return whether the rows held by all elements together are independent."""
+        """Return whether the rows held by all elements together are independent, and of circles on one body one holds rows."""
+        if any(self.mode(e, keys[e]).hold and self.mode(other, keys[other]).hold for e, other in self.meeting_circles):
+            return False
         H, D, _ = self._held(enumerate(keys))
         if len(H) <= 1:
             return True

@@ -313,6 +313,12 @@ class Scene:
         """Return whether the site of an element is curved."""
         return self._packer.sites[element].curved
 
+    @property
+    def meeting_circles(self) -> list[tuple[str, str]]:
+        """Labels of elements on circles that share a body: only one of each pair can hold rows at a time."""
+        labels = self.system.labels
+        return [(labels[e], labels[other]) for e, other in self._packer.meeting_circles]
+
     def put_to_rest(self, mode: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the joined state ``x`` (nx,) with the speeds of rows that a mode holds taken away by inertia, and its sizes."""
         return self._packer.put_to_rest(self.keys[mode], x)

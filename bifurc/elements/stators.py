@@ -174,6 +174,8 @@ class RigidStator(AroundPoint):
 
     An impact with the radial speed u > 0 turns it to -restitution u and takes friction (1 + restitution) u of the sliding
     speed, but never turns that round.  Modes: "free", "slip+" and "slip-" on the wall (sign of the sliding speed), "roll".
+    A body that touches two circles (a ring between shaft and housing) is held by one of them at a time: where both are rigid
+    and hold it together the motion ends with a status that says so.
 
     Parameters
     ----------

@@ -273,7 +273,14 @@ def come_to_rest(scene, m, g, x, arrive):
             return _follow(scene, rule, resting, y, {}, scale, x)
     held = {scene.hold_element(m, k) for k in range(T.n_holds[m])}
     names = " and ".join(repr(scene.system.labels[e]) for e in sorted({*touching, *held}))
-    raise Inconsistent(f"impacts follow each other without end: something is caught between {names}")
+    raise Inconsistent(f"impacts follow each other without end: something is caught between {names}{_unsolved(scene)}")
+
+
+def _unsolved(scene) -> str:
+    """Return what a message adds where circles share a body."""
+    pairs = " or ".join(f"{one!r} and {other!r}" for one, other in scene.meeting_circles)
+    return pairs and (f"; {pairs} share a body, and two circles cannot hold it at once (sliding on rigid walls, rolling): "
+                      "make one of them an ElasticStator")
 
 
 def _restings(scene, m, touching, x):
@@ -323,7 +330,8 @@ def _follow(scene, rule, m, y, joined, scale, x):
             if not later:
                 if waiting:
                     return waiting[0][1:]
-                raise Inconsistent("no combination of modes may follow this event: " + "; ".join(reasons.values()))
+                raise Inconsistent("no combination of modes may follow this event: "
+                                   + "; ".join(reasons.values()) + _unsolved(scene))
             for element, key in later:
                 further.setdefault(element, {})[key] = None
         for element in missing:

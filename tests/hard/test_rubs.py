@@ -259,3 +259,15 @@ def test_impacts_between_a_stop_and_a_rotor_come_to_rest_at_once():
     n = np.array([np.cos(angle), np.sin(angle)])
     push = n[0] * speed / (1.0 + n[1]**2 / 0.7)
     np.testing.assert_allclose([vx, vy, cx, cy], [speed - n[0] * push, -n[1] * push, 0.0, n[1] * push / 0.7], rtol=0, atol=1e-8)
+
+
+def test_two_rigid_walls_that_hold_one_ring_are_named():
+    """Shaft, ring and housing: both walls hold the ring, which is not solved together. Until then no wall is passed."""
+    system = bf.System(np.eye(4), 0.1 * np.eye(4), np.eye(4), [
+        el.HarmonicForce(0.3, dof=0), el.ConstantForce(-3.0, dof=1), el.ConstantForce(-1.0, dof=3),
+        el.RigidStator(radius=0.4, restitution=0.0, friction=0.1, against_x=2, against_y=3, label="ring"),
+        el.RigidStator(radius=0.2, restitution=0.0, friction=0.1, x=2, y=3, label="housing")], omega=1.3)
+    motion = bf.simulate(system, [0.0, -0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], duration=2.0)
+    assert not motion.success and "'ring' and 'housing' share a body" in motion.message
+    x = motion(np.linspace(0.0, motion.stop, 99))
+    assert np.hypot(x[:, 0] - x[:, 2], x[:, 1] - x[:, 3]).max() < 0.4 + 1e-12 and np.hypot(x[:, 2], x[:, 3]).max() < 0.2 + 1e-12
