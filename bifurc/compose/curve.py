@@ -110,7 +110,7 @@ def multipliers(x, y, vx, vy, ax, ay, held):
     else:
         hx, hy, bend = -ny, nx, spin * sn - sn * w * turn
     meets = hx * (wxx * px + wxy * py) + hy * (wxy * px + wyy * py)
-    if abs(meets) <= DEPENDENT * (wxx + wyy):
+    if hx * (wxx * hx + wxy * hy) + hy * (wxy * hx + wyy * hy) <= DEPENDENT * (wxx + wyy):
         return math.nan, math.nan, math.nan, math.nan
     lam = -(hx * ax + hy * ay + bend) / meets
     return lam, 0.0, px * lam, py * lam

@@ -645,11 +645,14 @@ def curved_rest(T, m, x, scale):
     """Number of the first element with a constraint on a curve that mode ``m`` cannot begin with at ``x``; -1: there is none.
 
     Speeds, the first row of a constraint, are zero below the rounding of what they are made of, see `rule.sizes` for ``scale``
-    (nx,): after a plastic impact that friction stops nothing else is left.  To it belongs the speed of the curve itself.
+    (nx,): after a plastic impact that friction stops nothing else is left.  To it belongs the speed of the curve itself.  It is
+    no less than that of the rate of the curve's guard, see `gradient_sizes`: a mass neither arrives nor is at rest else.
     """
     if T.LU.shape[0] == T.stages[RESTS]:
         return -1
-    local, firsts, counts, ns = local_at(T, x), T.owners[FIRST], T.owners[COUNT], T.A.shape[1]
+    local, firsts, counts, ns, fastest = local_at(T, x), T.owners[FIRST], T.owners[COUNT], T.A.shape[1], 0.0
+    for i in range(T.LP.shape[2]):
+        fastest = max(fastest, scale[T.LP.shape[2] + i])
     still = local.copy()
     still[1] = 0.0
     values(T, REST, m, local)
@@ -660,7 +663,7 @@ def curved_rest(T, m, x, scale):
             size = abs(still[2, r, 0])
             for b in range(counts[r]):
                 for c in range(ns):
-                    size += abs(T.LS[r + b, c]) * scale[c]
+                    size += abs(T.LS[r + b, c]) * fastest
         if abs(local[2, r, 0]) > ZERO * size:
             return T.owners[OWNER, r]
     return -1
