@@ -385,7 +385,7 @@ def zero_between(part, a, b, j):
     else:
         root = found[0]
     if root is None and j in part.boundary and fa * fb < 0.0:
-        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED or part.monitors[j - 1].silent)
+        root = bracketed(value, 0.0, fa, 1.0, fb, curve.length < ENCLOSED)
     return located(part, a, b, j, curve, root)
 
 

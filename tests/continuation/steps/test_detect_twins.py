@@ -232,17 +232,6 @@ def test_the_size_of_a_test_beside_a_first_row_is_its_slope():
     assert detect.size_beside(half, row, 1) == 0.0  # no zero
 
 
-@pytest.mark.parametrize("silent", [True, False])
-def test_a_noisy_boundary_of_the_equations_alone_is_enclosed(silent):
-    """Which side of it a row lies on decides how the same motion is listed; a boundary of motions has to be a zero."""
-    def noisy(p):
-        return p - 0.5 + 1e-4 * math.sin(1e9 * p)
-    half, row, new = walk(Line((Monitor(GRAZING, "", boundary=True, silent=silent), noisy)), -0.3, 0.1, 0.9)
-    found = detect.zero_between(row.part, row, new, 1)
-    assert (found is not None) is silent
-    assert not silent or abs(found.x[-1] - 0.5) < 2e-4 and found.low <= found.s <= found.high
-
-
 # folds and branch points
 
 def on_parabola(part, u):

@@ -208,7 +208,7 @@ def test_a_zero_on_a_polynomial_is_taken_to_that_of_the_law(off):
         out[:] = x
         out[0] = x[0] + 1.5 * s
 
-    def gradient_sizes(T, m, g, x, f, pull, size):
+    def gradient_sizes(T, m, g, x, f, scale, pull, size):
         asked.append(x[0])
         size[0] = np.exp(x[0]) + np.e
         return np.exp(x[0]) - np.e, np.exp(x[0]) * 1.5
