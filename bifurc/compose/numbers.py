@@ -312,9 +312,11 @@ class Packer:
         others = tuple((e, key) for e, key in enumerate(keys) if not self.sites[e].curved and self.mode(e, key).hold)
         return others if np.any(self._held(others)[0] @ site.X) else ()
 
-    def acts(self, keys: tuple, laws: tuple[SceneLaw, ...], blocks: list[Block]) -> list[int]:
-        """Return 1 + the place of the values of every law in the mode of these keys; 0 where it does not act."""
-        first = {block[:3]: block.first for block in blocks}
+    def acts(self, keys: tuple, laws: tuple[SceneLaw, ...], first: dict[tuple, int]) -> list[int]:
+        """Return 1 + the place of the values of every law in the mode of these keys; 0 where it does not act.
+
+        ``first`` gives the places of the `Block`s by law, key and what is held beside.
+        """
         return [1 + first[i, keys[law.element], self.beside(law.element, keys)] if keys[law.element] in law.keys else 0
                 for i, law in enumerate(laws)]
 

@@ -439,8 +439,9 @@ class Scene:
         holds = max(len(found) for found in self._holds)
         T = allocate(len(self.keys), guards, candidates, holds, self.n, self.ns, self.harmonics, len(self.laws),
                      self._blocks[-1].end if self._blocks else 0, law_rows(self.laws), self.bound)
+        first = {(block.law, block.key, block.beside): block.first for block in self._blocks}
         for m, (keys, found, leads) in enumerate(zip(self.keys, self._guards, self._leads, strict=True)):
-            T.acts[m] = self._packer.acts(keys, self.laws, self._blocks)
+            T.acts[m] = self._packer.acts(keys, self.laws, first)
             T.n_guards[m] = len(found)
             T.n_holds[m] = len(self._holds[m])
             T.still[m, :len(found)] = leads.still
