@@ -1,10 +1,12 @@
 """Pieces of an atlas on stand-ins: orbits as points, places on branches, stable stretches, bands of chaos, what is said."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bifurc.atlases import identity
 from bifurc.atlases import result as results
 from bifurc.atlases.graph import graph_of
 from bifurc.atlases.identity import (
@@ -19,12 +21,14 @@ from bifurc.atlases.identity import (
     same_orbit,
     same_points,
     symmetric,
+    trimmed,
 )
 from bifurc.atlases.result import Atlas, AtlasStatus
 from bifurc.atlases.search import Probe, Search
 from bifurc.atlases.stability import stable_intervals
-from bifurc.continuation import trace
-from tests.continuation.problems import circle
+from bifurc.continuation import StopReason, trace
+from bifurc.continuation.branches.special import SpecialPoints
+from tests.continuation.problems import circle, hysteresis
 
 WEIGHTS = np.array([2.0, 0.5])
 
@@ -110,6 +114,43 @@ def test_nodes_carry_derivatives_along_the_branch():
         assert node.parameter == node.x[-1] and node.part == 0 and node.x @ node.x == pytest.approx(1.0, abs=1e-12)
         assert node.tangent @ node.x == pytest.approx(0.0, abs=1e-9)
         assert np.linalg.norm(node.tangent / scale) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("low, high", [(0, 0), (3, 0), (0, 4), (3, 4), (36, 0), (0, 36), (41, 0), (20, 21)])
+@pytest.mark.parametrize("place", ["elsewhere", "between", "on the row"])
+def test_a_branch_ends_where_it_joins_one_of_shorter_period(low, high, place, monkeypatch):
+    """Rows go from either end while their orbits repeat or have another period; a special point on the last of them is the end, and
+    one behind it stays.  Such a row between others stays."""
+    problem = hysteresis()
+    branch = trace(problem, bounds=(-1.0, 1.0))
+    s, p, count = branch.column("s"), branch.column("parameter"), len(branch)
+    assert count == 41 and len(branch.special_points) == 2
+    row_of = {float(branch.x(i)[0]): i for i in range(count)}
+
+    def solution(x):
+        i = row_of[float(x[0])]
+        own = low <= i < count - high and i != 38
+        return SimpleNamespace(periods=2 if own or i % 2 else 1, again=not own)
+
+    monkeypatch.setattr(type(problem), "solution", lambda self, x: solution(x))
+    monkeypatch.setattr(identity, "repeats", lambda orbit: orbit.again)
+    if place != "elsewhere":  # beside the rows that stay, or on the last one that is taken away
+        share = 0.5 if place == "between" else 1.0
+        rows = np.interp((max(low - share, 0.0), min(count - high - 1.0 + share, count - 1.0)), np.arange(count), s)
+        moved = [replace(point, s=float(at)) for point, at in zip(branch.special_points, rows, strict=True)]
+        monkeypatch.setattr(branch, "special_points", SpecialPoints(moved))
+    found = trimmed(branch, 2)
+    if low + high == count:
+        assert found is None
+        return
+    first, last = low, count - high - 1
+    if place == "on the row":
+        first, last = max(first - 1, 0), min(last + 1, count - 1)
+    assert found.column("parameter").tolist() == p[first:last + 1].tolist()
+    kept = [point.s for point in branch.special_points if place != "elsewhere" or s[first] <= point.s <= s[last]]
+    assert [point.s for point in found.special_points] == kept
+    for end, old, i, untouched in zip(found.ends, branch.ends, (first, last), (first == 0, last == count - 1), strict=True):
+        assert end == old if untouched else (end.reason, end.message, end.p) == (StopReason.STOPPED, identity.JOINED, p[i])
 
 
 # stable stretches and the graph
