@@ -7,6 +7,7 @@ import bifurc as bf
 from bifurc import plotting
 from bifurc.basins import edge_state
 from bifurc.plotting.basins import plot_field
+from tests.plotting import pictures
 
 A = bf.systems.impact_oscillator(zeta=0.02, omega=2.6, amplitude=1.0, gap=0.0, restitution=0.8)
 
@@ -45,6 +46,16 @@ def test_fields_of_cells(cells, field):
     assert values.count() > 0 and values.min() >= 0.0
     if field == "density":
         np.testing.assert_allclose(values.sum() * np.prod(cells.grid.widths), 1.0, rtol=1e-12)
+
+
+def test_doubt_is_the_chance_of_all_ends_but_the_likeliest(rng):
+    """To leave the grid, or to end at no confirmed attractor, is an end like others."""
+    cells, chances = pictures.cells(), rng.dirichlet(np.ones(4), size=(4, 3))
+    assert set(chances.argmax(axis=-1).ravel()) == {0, 1, 2, 3}
+    cells.absorption = lambda: pictures.Made(probability=chances[..., :2], unresolved=chances[..., 2], left=chances[..., 3])
+    drawn, starts = plotting.plot_cells(cells, field="doubt").get_images()[0].get_array().T, cells.fates != 3
+    np.testing.assert_array_equal(drawn.mask, ~starts)
+    np.testing.assert_allclose(drawn[starts], np.sort(chances)[starts, :3].sum(axis=-1), rtol=0, atol=1e-15)
 
 
 def test_a_morse_graph_has_a_mark_a_group_and_an_arrow_an_edge(cells):

@@ -288,8 +288,9 @@ def test_user_settings_are_left_alone(ax):
 def test_axes_are_made_when_none_are_given():
     from matplotlib import pyplot
 
+    before = pyplot.get_fignums()
     try:
-        assert plotting.plot_branch(fakes.branch()).figure.number == 1
+        assert plotting.plot_branch(fakes.branch()).figure.number in set(pyplot.get_fignums()).difference(before)
         assert len(plotting.plot_orbit(fakes.FakeOrbit())) == 2
         plotting.plot_basins(fakes.basins())
     finally:
