@@ -12,5 +12,9 @@ class Switched(tuple[object, ...]):
         made.status = status
         return made
 
+    def __getnewargs__(self):
+        """Return what a copy is made of."""
+        return tuple(self), self.status
+
     def __repr__(self) -> str:
         return f"Switched({len(self)} starts: {self.status})"

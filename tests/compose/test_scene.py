@@ -11,7 +11,7 @@ from bifurc import systems
 from bifurc.compose import scene_of, writer
 from bifurc.compose.modal import give_modal
 from bifurc.compose.numbers import DependentHolds
-from bifurc.compose.scene import Scene
+from bifurc.compose.scene import Scene, given
 from bifurc.compose.tables import PARTS
 from bifurc.elements.local import lam, s, u
 from bifurc.system import System
@@ -318,6 +318,18 @@ def test_numbers_that_follow_the_frequency_are_packed_at_every_one(element):
         assert np.array_equal(scene.flat_of(other), scene_of(made(0.6)).flat_of(other))  # a later call, and the first one
     apart = made(0.85).with_parameters(**{"rigid_stop.gap": 0.9})
     assert np.array_equal(scene.flat_of(apart), scene_of(apart).tables.flat)
+
+
+def test_tables_are_given_to_systems_of_the_same_structure_only():
+    """Where two surfaces begin to move alike both contacts stick together: other modes, and no tables of the system before."""
+    floor = System(1.0, 0.1, 1.0, [el.HarmonicForce(0.5), el.Coulomb(0.1), el.Coulomb(0.1, belt_speed=0.3)], omega=0.8)
+    scene = scene_of(floor)
+    other = floor.with_parameters(**{"coulomb_2.belt_speed": 0.4})
+    tables = scene.refill(other)
+    assert given(other, tables) is other and scene_of(other).tables is tables and scene_of(other).keys == scene.keys
+    together = floor.with_parameters(**{"coulomb_2.belt_speed": 0.0})
+    assert scene_of(given(together, scene.tables)).keys == scene_of(System(
+        1.0, 0.1, 1.0, [el.HarmonicForce(0.5), el.Coulomb(0.1), el.Coulomb(0.1)], omega=0.8)).keys != scene.keys
 
 
 def test_another_structure_is_refused():

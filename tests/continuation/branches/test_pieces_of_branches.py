@@ -16,6 +16,7 @@ from bifurc.continuation.branches.stability_changes import circling, confirmed, 
 from bifurc.continuation.kinds import LocationStatus, SpecialPointKind
 from bifurc.continuation.monitors import value_of, with_monitors
 from bifurc.continuation.peaks import with_peaks
+from bifurc.continuation.switched import Switched
 from bifurc.continuation.switching import leads_away
 from bifurc.lazy import Later
 from bifurc.solve.steplaw import BOUNDARY_BAND
@@ -271,9 +272,12 @@ def test_columns_are_copies_in_the_order_of_arclength():
         branch.x(3)
 
 
-def test_a_branch_that_is_read_is_the_branch_that_was_written(tmp_path):
-    problem = pitchfork(p0=-1.0, u0=0.0)
-    branch = bf.trace(problem, bounds=(-1.0, 1.0), record=lambda row: {"twice": 2.0 * row.parameter})
+@pytest.mark.parametrize("problem, bounds, count", [
+    (pitchfork(p0=-1.0, u0=0.0), (-1.0, 1.0), 1),
+    (Scalar(lambda u, p: u * (p**3 - p - u), lambda u, p: (p**3 - p - 2.0 * u, u * (3.0 * p * p - 1.0)), 0.0, -2.0), (-2.0, 2.0), 3)])
+def test_a_branch_that_is_read_is_the_branch_that_was_written(problem, bounds, count, tmp_path):
+    branch = bf.trace(problem, bounds=bounds, record=lambda row: {"twice": 2.0 * row.parameter})
+    assert sum(point.directions is not None for point in branch.special_points) == count
     branch.save(tmp_path / "b.npz")
     again = Branch.load(tmp_path / "b.npz", problem=problem)
     for name in branch.column_names:
@@ -292,7 +296,7 @@ def test_a_branch_that_is_read_is_the_branch_that_was_written(tmp_path):
     missing = Branch.load(tmp_path / "b.npz")
     np.testing.assert_array_equal(missing.column("parameter"), branch.column("parameter"))
     with pytest.raises(ValueError, match="holds no code"):
-        missing.extend(bounds=(-1.0, 2.0))
+        missing.extend(bounds=(bounds[0], 3.0))
 
 
 def test_what_only_some_rows_recorded_is_kept_and_missing_elsewhere():
@@ -363,3 +367,11 @@ def test_a_start_on_another_branch_leads_away_from_the_known_one():
     assert leads([0.1, 0.0], [1.0, 0.0]) and leads([0.19, 0.0], [1.0, 0.0]) and leads([0.06, 0.0], [1.0, 0.0])
     assert not leads([0.21, 0.0], [1.0, 0.0]) and not leads([0.04, 0.0], [1.0, 0.0])
     assert not leads([0.0, 0.1], [0.0, 1.0]) and not leads([0.07, 0.07], [0.6, -0.8])
+
+
+def test_starts_of_other_branches_keep_their_own_sentence():
+    some, none = Switched((1.5, "b"), "two branches leave"), Switched([], "none leaves")
+    for starts, content, status in ((some, (1.5, "b"), "two branches leave"), (none, (), "none leaves")):
+        for same in (starts, copy.copy(starts), copy.deepcopy(starts), pickle.loads(pickle.dumps(starts))):
+            assert type(same) is Switched and same == content and same.status == status
+            assert repr(same) == f"Switched({len(content)} starts: {status})"

@@ -6,6 +6,7 @@ import pytest
 
 from bifurc.continuation.kinds import SpecialPointKind
 from bifurc.continuation.maps import MapOrbit, MapOrbitStatus, NordmarkMap, SmoothMap, SquareRootMap
+from bifurc.continuation.maps import orbit as cycles
 from bifurc.continuation.maps.orbit import cycle_equations
 from bifurc.continuation.maps.problem import CycleProblem
 
@@ -61,6 +62,18 @@ def test_cycles_begin_at_the_rarest_symbol_and_bad_requests_are_named():
         SquareRootMap(lam=0.2, mu=0.1).find(3, itinerary="IO")
     lost = SmoothMap(lambda x, a: x * x + a, 1, a=4.0).find(1, guess=30.0)  # no real fixed point
     assert lost.status is MapOrbitStatus.NOT_CONVERGED and lost.stable is None
+
+
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_the_guess_of_a_cycle_is_the_settled_motion_in_its_order(late, monkeypatch):
+    """Where iteration has settled on a cycle the guess solves its equations, wherever on the cycle iteration has stopped."""
+    asked = []
+    monkeypatch.setattr(cycles, "SETTLE", cycles.SETTLE + late)
+    monkeypatch.setattr(cycles, "newton", lambda *guess: asked.append(guess))
+    SquareRootMap(lam=0.2, mu=0.005).find(3)
+    [(system, symbols, U)] = asked
+    assert symbols == "IOO" and np.abs(U).max() > 1e-3
+    np.testing.assert_allclose(cycle_equations(system, symbols, U)[0], 0.0, atol=1e-12)
 
 
 def test_a_map_with_another_parameter_and_its_slopes_by_differences(rng):
