@@ -134,6 +134,25 @@ def test_closed_forms_lie_in_the_tubes(branch, points, monkeypatch):
     assert seen >= 20
 
 
+@pytest.mark.parametrize("ends", [(1.0, 2.0), (2.0, 1.0)])
+@pytest.mark.parametrize("part", [[0, 0], [0, 1]])
+def test_a_stretch_reaches_from_the_smaller_to_the_larger_parameter(ends, part):
+    """In whichever direction the branch was traced: what is refused, what is no orbit, what changes between the rows."""
+    found = object.__new__(Stretches)
+    found.branch, found._part, found.precision = SimpleNamespace(x=lambda k: np.array([9.0, ends[k]])), part, 64
+    found._marks = lambda i: [Mark(3, ends[0], True, 1.0)]
+    for made in ((None, None, None), (None, None, "node"), Refused("no polynomial")):
+        def sides(i, made=made):
+            if isinstance(made, Refused):
+                raise made
+            return made
+        found._ends = sides
+        certificate = found.between(0)
+        assert certificate.rows == (0, 1) and certificate.parameter == (1.0, 2.0)
+        assert certificate.proved == (part == [0, 1])
+        assert certificate.near == ((3,) if part == [0, 1] else ())
+
+
 @pytest.mark.parametrize(("row", "width"), [(3, 1e-4), (3, 0.2), (20, 1e-3), (20, 0.3)])
 def test_matrices_over_a_range_are_those_at_its_points(branch, row, width):
     """Values and derivatives of the series about the middle, with their remainder, hold what a model of the point itself gives."""

@@ -116,3 +116,12 @@ def test_the_border_of_a_piece_is_as_far_away_in_any_unit_of_length():
         problem.scale = np.array([2.0, 2.0, 2.0, 1.0]) * [unit, unit, unit, 1.0]
         found.append(problem._border(unit * np.array([-3.0, -0.5, -1.0])))
     assert found == pytest.approx([-0.25] * 3)
+
+
+@pytest.mark.parametrize("off", [0.25, -0.25, 0.0])
+def test_the_residual_of_a_cycle_is_the_size_of_its_largest_defect(off):
+    """x -> a - x from x = a / 2 + off comes to a / 2 - off, twice that away, on either side."""
+    cycle = SmoothMap(lambda x, a: a - x, 1, a=0.4).find(1, guess=0.2)
+    found = CycleProblem(cycle, "a", (0.0, 1.0)).solution(np.array([0.3 + off, 0.6]))
+    assert found.map.a == 0.6 and found.points.tolist() == [[0.3 + off]]
+    assert found.residual == pytest.approx(2.0 * abs(off), abs=1e-15)
