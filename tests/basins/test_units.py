@@ -12,7 +12,7 @@ from bifurc.basins.attractors import attractors as parts
 from bifurc.basins.attractors import matching, records
 from bifurc.basins.attractors.clockless import members, required
 from bifurc.basins.boundaries.search import PARTS, TIGHT, EdgeStatus, Search
-from bifurc.basins.boundaries.time_reversal import Backwards, reversed_system
+from bifurc.basins.boundaries.time_reversal import UNDONE, Backwards, reversed_system
 from bifurc.basins.boundaries.unstable import Side, UnstableSet, both_sides, direction_of, joined
 from bifurc.basins.cells.confirmation import MapCycle, MapJudge, SystemJudge, cells_around
 from bifurc.basins.cells.images import Carrier, _completed, map_cells, offsets_of, spread
@@ -719,6 +719,19 @@ def test_points_backwards_are_checked_by_carrying_them_forward():
     assert found.outcomes.tolist() == [0, state.INCONSISTENT.code, LOST, state.UNSETTLED.code, state.OUTSIDE.code,
                                        state.UNSETTLED.code]
     assert found.impacts.tolist() == list(range(6)) and found.speeds.tolist() == list(range(6))
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_a_motion_comes_back_within_a_distance_in_the_units_of_the_map(unit):
+    """Half of it off, and twice, in either component: the scales of position and velocity are their own."""
+    back = object.__new__(Backwards)
+    back.scale, back.turn = unit * np.array([2.0, 0.5]), np.ones(2)
+    back.low, back.high = np.full(2, -np.inf), np.full(2, np.inf)
+    X, codes = np.zeros((4, 2)), np.zeros(4, int)
+    off = UNDONE * back.scale * [[0.5, 0.0], [2.0, 0.0], [0.0, 0.5], [0.0, 2.0]]
+    back.map = SimpleNamespace(apply=lambda X, periods: images(X, codes, codes, np.ones(4)))
+    back.forward = SimpleNamespace(apply=lambda X, periods: images(X + off, codes, codes, np.ones(4)))
+    assert back.apply(X).outcomes.tolist() == [0, CellState.UNSETTLED.code] * 2
 
 
 def test_whether_two_samples_are_one_does_not_depend_on_their_order(rng):
