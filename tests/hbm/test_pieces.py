@@ -576,6 +576,31 @@ def test_the_splitting_finds_the_mean_of_an_asymmetric_contact():
     assert splitting(layout, omega, 1.2, 0.3, 1.4, load, [contact], iterations=2).iterations == 2
 
 
+@pytest.mark.parametrize("drift", [5.0, -5.0])
+def test_the_splitting_carries_a_mass_along_with_a_fast_belt(drift):
+    """It slips one way all the time: a constant force, and the linear response about the place to which it moves the mass."""
+    layout, omega = Layout((0, 1, 2), 1), 0.7
+    load = layout.pack({0: [0.2 + 0j], 1: [1.5 - 0.5j]})
+    belt = Contact(np.ones(1), np.array([0.6 + 0j]), np.array([-0.3 + 0j]), np.array([drift + 0j]))
+    found = splitting(layout, omega, 1.2, 0.3, 1.4, load, [belt], iterations=3000, tolerance=1e-12)
+    force = 0.6 if drift > 0.0 else -0.3
+    np.testing.assert_allclose(found.forces, force, rtol=0, atol=1e-9)
+    wanted = layout.pack({0: [(0.2 - force) / 1.4 + 0j], 1: [(1.5 - 0.5j) / (1.4 - 1.2 * omega**2 + 0.3j * omega)]})
+    np.testing.assert_allclose(found.x, wanted, rtol=0, atol=1e-9)
+
+
+def test_the_splitting_on_a_base_that_shakes_is_that_beside_it():
+    """q = z + b(t): friction against the base is friction at rest in z, and the base takes part in the load."""
+    layout, omega, base = Layout((0, 1, 3), 1), 0.7, 0.4 - 0.3j
+    load, limits = np.array([1.5 - 0.5j]), (np.array([0.3 + 0j]), np.array([-0.3 + 0j]))
+    options = {"iterations": 4000, "tolerance": 1e-10}
+    moved = splitting(layout, omega, 1.2, 0.3, 1.4, layout.pack({1: load}), [
+        Contact(np.ones(1), *limits, np.array([0.0, -1j * omega * base]))], **options)
+    still = splitting(layout, omega, 1.2, 0.3, 1.4, layout.pack({1: load - (1.4 - 1.2 * omega**2 + 0.3j * omega) * base}), [
+        Contact(np.ones(1), *limits)], **options)
+    np.testing.assert_allclose(moved.x, still.x + layout.pack({1: [base]}), rtol=0, atol=1e-8)
+
+
 @pytest.mark.parametrize("harmonics, periods", [(tuple(range(8)), 1), ((1, 3, 5, 7), 1), ((0, 1, 2, 4), 2)])
 def test_the_splitting_balances_every_harmonic_that_is_listed(harmonics, periods):
     """Of two masses: K q - w^2 M q + i w C q = load - forces, with the forces that are within the bounds."""

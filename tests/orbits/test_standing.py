@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 
 import bifurc as bf
+from bifurc.compose import scene_of
 from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, Jenkins, RigidStop
-from bifurc.orbits.standing import NoRoom, resting_start
+from bifurc.orbits.standing import NoRoom, resting_start, straight_stops
 
 
 def between_walls(gap, other, amplitude, phase, moves=0.0):
@@ -34,6 +35,19 @@ def test_a_clearance_that_a_wall_closes_for_a_time_is_named(seed):
     assert gap + wall.gap - amplitude * np.cos(2.0 * np.pi * phase + wall.phase) < 1e-3
     with pytest.raises(NoRoom):
         bf.lyapunov_exponents(system)
+
+
+@pytest.mark.parametrize("gaps, side", [((-0.3,), 1), ((-0.3, 0.5), 1), ((0.4, -0.2), -1)])
+@pytest.mark.parametrize("friction", [[], [Coulomb(0.2)]])
+def test_a_mass_begins_a_tenth_beyond_the_stop_that_it_would_penetrate(gaps, side, friction):
+    """Friction may hold it in the mode that is built first: the stops are those of modes in which it slips."""
+    stops = [RigidStop(gap, 0.5, side=1 - 2 * k) for k, gap in enumerate(gaps)]
+    scene = scene_of(bf.System(1.0, 0.1, 1.0, [HarmonicForce(0.5), *friction, *stops], omega=1.3))
+    found = straight_stops(scene)
+    assert len({scene.element_name(*stop) for stop in found}) == len(stops)
+    assert all("stick" not in scene.keys[mode] and "rest" not in scene.keys[mode] for mode, _ in found)
+    depth, length = -min(gaps), 0.5 + (0.2 if friction else 0.0)  # how far forces move the spring
+    np.testing.assert_allclose(resting_start(scene.system), [-side * (depth + 0.1 * (length + depth)), 0.0], rtol=1e-14)
 
 
 def test_walls_that_move_together_leave_the_room_between_them():

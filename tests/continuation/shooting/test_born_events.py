@@ -259,6 +259,22 @@ def test_orbits_without_a_clock_are_compared_where_they_are_alike():
     assert successor.distance(one, Wave([0.0], 3, shift=1.234, bend=0.2, autonomous=True)) > 0.05
 
 
+def test_orbits_without_a_clock_are_compared_in_the_middles_of_the_intervals_of_both(monkeypatch):
+    """Each at its own time: those of the first are as much earlier as the second is ahead."""
+    asked = {}
+
+    class Seen(Wave):
+        def _states(self, t):
+            asked.setdefault(self.shift, []).extend(np.asarray(t).tolist())
+            return super()._states(t)
+
+    one, other = Seen([0.0, 0.4], 3, autonomous=True), Seen([0.5, 1.5], 3, shift=1.234, autonomous=True)
+    monkeypatch.setattr(successor, "ahead", lambda one, other: 1.234)
+    assert successor.distance(one, other) == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(sorted(np.mod(asked[0.0], 3.0)), sorted(np.mod([1.7, 0.2, 1.0 - 1.234, 2.5 - 1.234], 3.0)), atol=1e-12)
+    np.testing.assert_allclose(sorted(np.mod(asked[1.234], 3.0)), sorted(np.mod([1.7 + 1.234, 1.434, 1.0, 2.5], 3.0)), atol=1e-12)
+
+
 # what is none
 
 def kicked(ratio, closes, row):
