@@ -620,6 +620,28 @@ def test_the_splitting_balances_every_harmonic_that_is_listed(harmonics, periods
     assert np.abs(near.forces[0]).max() <= 0.4 and np.abs(near.forces[1]).max() <= 0.2
 
 
+@pytest.mark.parametrize("harmonics", [(0, 1, 2, 3), (1, 3)])
+def test_what_lost_speeds_change_in_the_force_of_friction_is_taken_from_the_equations(harmonics, rng):
+    """A force of speed over width within its bounds, with and without the speeds beyond the harmonics, by its values over a period:
+    the Newton step times the Jacobian is its change on the row of the contact."""
+    count, width, row = 2**15, 0.3, np.array([1.0, -0.5])
+    system = bf.System(np.eye(2), 0.1 * np.eye(2), np.array([[2.0, -0.4], [-0.4, 1.0]]), [HarmonicForce(1.0)], omega=0.9)
+    layout = Layout(harmonics, 2)
+    core = Balance(system, layout)
+    balance = SetValued(layout, 0.9, rest_of(core), [Contact(row, np.array([0.6 + 0j]), np.array([-0.3 + 0j]))])
+    speed, tail = rng.standard_normal((2, 7)) + 1j * rng.standard_normal((2, 7))
+    speed, tail = speed * [0, 1, 0, 1, 0, 0, 0], 0.3 * tail * [0, 1, 1, 1, 1, 1, 1]
+    theta = 2.0 * np.pi * np.arange(count) / count
+    here, both = (sum((a[k] * np.exp(1j * k * theta)).real for k in range(7)) for a in (speed, speed + tail))
+    change = np.fft.rfft(np.clip(both / width, -0.3, 0.6) - np.clip(here / width, -0.3, 0.6)) / count
+    wanted = layout.pack({k: (2.0 if k else 1.0) * change[k] * row for k in harmonics})
+    result = SimpleNamespace(x=rng.standard_normal(layout.size), widths=[width])
+    step = system_contacts._step(core, balance, result, [speed], [tail])
+    jacobian = balance.both(result.x, result.widths)[1]
+    assert np.abs(wanted).max() > 1e-2
+    np.testing.assert_allclose(jacobian @ step, wanted, rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("samples", [0, 8, 64])
 @pytest.mark.parametrize("harmonics", [(0, 1, 2, 3), (1, 3)])
 def test_what_a_cubic_spring_excites_beyond_the_harmonics_comes_back_to_them(harmonics, samples, rng):

@@ -332,10 +332,12 @@ def pair(size, angle=1.0):
     (lambda p: [*pair(0.8), 0.2], []),
     (lambda p: [*pair(1.0 + 0.3 * (p - 0.62)), *pair(0.7, 2.0)], [0.62]),
 ])
-def test_every_pair_that_passes_the_circle_in_a_step_is_found(mu, at):
-    half, row, new = walk(Line(NS, mu=mu), -0.4, 0.0, 1.0)
+@pytest.mark.parametrize("begin", [0.0, 7.0])
+def test_every_pair_that_passes_the_circle_in_a_step_is_found(mu, at, begin):
+    """Wherever on the branch the step lies."""
+    half, row, new = walk(Line(NS, mu=lambda p: mu(p - begin)), begin - 0.4, begin, begin + 1.0)
     found = detect.torus(half, row, new, None, [])
-    assert sorted(special.x[-1] for special in found) == pytest.approx(at, abs=1e-9)
+    assert sorted(special.x[-1] - begin for special in found) == pytest.approx(at, abs=1e-9)
     for special in found:
         assert special.kind is SpecialPointKind.NEIMARK_SACKER and special.s == pytest.approx(SPEED * special.x[-1], abs=1e-9)
         again = [other for other in found if other is not special]
