@@ -16,10 +16,11 @@ from bifurc.basins.boundaries.time_reversal import UNDONE, Backwards, reversed_s
 from bifurc.basins.boundaries.unstable import Side, UnstableSet, both_sides, direction_of, joined
 from bifurc.basins.cells.confirmation import MapCycle, MapJudge, SystemJudge, cells_around
 from bifurc.basins.cells.images import Carrier, _completed, map_cells, offsets_of, spread
+from bifurc.basins.maps import compute as mapping
 from bifurc.basins.maps.compute import scale_of
 from bifurc.compose.scene import scene_of
 from bifurc.elements import BaseMotion, Coulomb, CubicSpring, ElasticStop, HarmonicForce, LinearSpring, RigidStop
-from bifurc.ensemble.outcomes import INFINITY, CellState
+from bifurc.ensemble.outcomes import INFINITY, REACHED, UNSETTLED, CellState, Cells
 from bifurc.orbits.shooting.labels import Labels
 
 SCALE = np.array([2.0, 0.5])
@@ -732,6 +733,31 @@ def test_a_motion_comes_back_within_a_distance_in_the_units_of_the_map(unit):
     back.map = SimpleNamespace(apply=lambda X, periods: images(X, codes, codes, np.ones(4)))
     back.forward = SimpleNamespace(apply=lambda X, periods: images(X + off, codes, codes, np.ones(4)))
     assert back.apply(X).outcomes.tolist() == [0, CellState.UNSETTLED.code] * 2
+
+
+def test_cells_are_labelled_again_for_every_attractor_that_is_new(monkeypatch):
+    """Of the cells that settled on none, once for each new attractor; of six starts two go to each of three attractors."""
+    asked = []
+
+    def label_starts(labeller, starts, targets, most, store, run, bar, fresh, words):
+        asked.append((starts[:, 0].tolist(), fresh.tolist()))
+        goal = starts[:, 0].astype(int) // 2
+        made = Cells.blank(len(starts), -1, UNSETTLED)
+        made.labels[goal < targets], made.states[goal < targets] = goal[goal < targets], REACHED
+        return made
+    monkeypatch.setattr(mapping, "label_starts", label_starts)
+    known = []
+    work = object.__new__(mapping._Work)
+    work.__dict__.update(starts=np.arange(6.0)[:, None], most=9, labeller=None, store=None, run=None, bar=None,
+                         found=SimpleNamespace(targets=lambda: len(known), attractors=known))
+    cells, seen = Cells.blank(6, mapping.NEW, UNSETTLED), np.full(6, -1)
+    for item in (None, "a", None, "b", "c", None):
+        known += [item] if item else []
+        work._label(cells, seen)
+    # without any, with the first, nothing new, with the second, the third, and all are done
+    assert [starts for starts, _ in asked] == [[0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 4, 5], [], [2, 3, 4, 5], [4, 5], []]
+    assert [sum(fresh) for _, fresh in asked] == [6, 0, 0, 0, 0, 0]
+    assert cells.labels.tolist() == [0, 0, 1, 1, 2, 2] and (cells.states == REACHED).all()
 
 
 def test_whether_two_samples_are_one_does_not_depend_on_their_order(rng):

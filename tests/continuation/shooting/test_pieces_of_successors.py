@@ -156,6 +156,27 @@ def test_of_a_short_interval_the_end_at_the_old_parameter_is_taken_or_the_neares
     assert rules._first_valid(flat, at(1.0), 1.0) is None
 
 
+@pytest.mark.parametrize("last", [2e-5, 3e-4, 7e-3])
+@pytest.mark.parametrize("at_end, taken", [(1.0, True), (0.0, False)])
+def test_a_short_validity_is_begun_at_the_end_that_is_nearer_to_the_old_parameter(last, at_end, taken, monkeypatch):
+    """Valid for ``last`` of scaled length: the other end is enclosed by halving; the old end of the branch lies at either."""
+    line = Line(lambda p: 1.0 - p, lambda p: p - stop)
+    way = line.null_tangent(at(1.0))
+    stop = 1.0 + last * line.scale[-1] * way[-1]
+    looked = []
+
+    def first_valid(new, x, p, step):
+        looked.append((x[-1], p, step))
+        return x
+    monkeypatch.setattr(rules, "_first_valid", first_valid)
+    monkeypatch.setattr(rules, "_from", lambda problem, point, signature, begin, through: ("from", begin))
+    old = 1.0 + at_end * (stop - 1.0)
+    found = (0.0, at(1.0), way)
+    result = rules._nearer(None, SimpleNamespace(x=at(old)), line, None, found)
+    assert looked == [(pytest.approx(stop, abs=1e-11), old, rules.CLOSE)]
+    assert result is found if not taken else result[1][-1] == pytest.approx(stop, abs=1e-11)
+
+
 def test_lengths_stay_on_the_path_and_ways_lead_back_or_not():
     line = Line(lambda p: -1.0)
     t = line.null_tangent(at(2.0))
