@@ -623,3 +623,18 @@ def test_sliders_that_stuck_together_and_come_back_slip_together(first, third):
     slips = [orbit.scene.event_kind(m, g) == "slip" for m, g in nodes[:, :2].tolist()]
     assert orbit.success and orbit.closure < 0 and np.count_nonzero(at_once & slips) == 1  # in half a period
     np.testing.assert_array_equal(nodes[:, sequence.DIVIDE] == sequence.TOGETHER, at_once)
+
+
+@pytest.mark.parametrize("noise", [4e-9, np.array([4e-9, 0.0, 0.0])])
+def test_numbers_in_which_larger_ones_cancel_are_fitted_to_their_noise(noise):
+    """z^2 beside 1e7 is known to 2e-9, z^3 is to rounding; a constant is no part of what changes."""
+    def sample(z):
+        return np.array([(1e7 + z * z) - 1e7, z**3, 5.0])
+    checks = np.array([sample(z) for z in path.CHECKS])
+    assert path.fitted(sample, 0.0, 1.0, checks, (4, 8), 0.0) is None
+    places, series = path.fitted(sample, 0.0, 1.0, checks, (4, 8), noise)
+    assert places.tolist() == [0, 1]
+    np.testing.assert_allclose(series[0], np.pad([0.5, 0.0, 0.5], (0, series.shape[1] - 3)), rtol=0, atol=4e-9)
+    np.testing.assert_allclose(series[1], np.pad([0.0, 0.75, 0.0, 0.25], (0, series.shape[1] - 4)), rtol=0, atol=1e-15)
+    wrong = checks + [[0.0, 1e-6, 0.0]] * len(checks)  # what does not fit stays unfit
+    assert path.fitted(sample, 0.0, 1.0, wrong, (4, 8), noise) is None
