@@ -321,3 +321,15 @@ def test_full_newton_steps_that_explode_are_given_up(monkeypatch):
              0.1868445965311857, -0.15418005954760733, -0.011090790305586181]
     assert bf.find_orbit(system, guess=start).success
     assert max(farthest) < 1e4
+
+
+@pytest.mark.parametrize("omega, least", [(1.5, 1), (4.2, 2)])
+def test_a_motion_that_settles_is_found_at_any_multiple_of_its_period(omega, least):
+    """The number of periods that is asked for counts itself among its divisors."""
+    system = bf.systems.impact_oscillator(zeta=0.05, omega=omega, amplitude=1.0, gap=0.0, restitution=0.8)
+    sections = bf.simulate(system, np.zeros(2), periods=400).sections[-3:]
+    assert (np.abs(sections[-1] - sections[-2]).max() < 1e-9) == (least == 1) and np.abs(sections[-1] - sections[-3]).max() < 1e-9
+    for periods in (None, least, 2 * least, 3 * least):
+        found = bf.find_orbit(system, periods=periods)
+        assert found.success and found.stable and found.periods == least
+        assert np.abs(sections - found.state).max(axis=1).min() < 1e-9
