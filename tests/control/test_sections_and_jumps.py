@@ -157,3 +157,21 @@ def test_a_release_with_a_leap_feels_what_its_velocity_feeds_back_on_one_side_on
     with pytest.raises(bf.control.NotSupported, match="'coulomb' lets go with a leap"):
         linearized(orbit, "velocity", 1)
     assert linearized(orbit, "velocity", 0).rows.tolist() == [[0.0, 0.0, 1.0, 0.0]]  # the other mass: nothing that it waits for
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_pulse_before_an_impact_is_thrown_back_with_it_and_one_behind_it_is_not(restitution):
+    """Two masses of coupled inertia, the first at a stop: -M^-1 row behind an impact, I - (1 + r) M^-1 e e' / (e' M^-1 e) of it
+    before.  A stop that holds the mass takes its share of the pulse."""
+    M, row = np.array([[1.0, 0.25], [0.25, 1.44]]), np.array([1.0, 0.5])
+    system = bf.System(M, [[0.11, -0.019], [-0.019, 0.11]], [[1.38, -0.38], [-0.38, 1.38]], [
+        HarmonicForce(0.6), RigidStop(0.12, restitution, dof=0)], omega=1.2)
+    orbit = bf.find_orbit(system)
+    made = linearized(orbit, "velocity", tuple(row), 0.2)
+    assert orbit.success and made.jumping
+    for kick in made.jumping:
+        free, e = -np.linalg.solve(M, row), np.linalg.solve(M, [1.0, 0.0])
+        before = free - (1.0 + restitution) * e * free[0] / e[0]
+        after = free if restitution else np.array([0.0, -row[1] / M[1, 1]])
+        np.testing.assert_allclose(kick.before[:, 0], [0.0, 0.0, *before], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(kick.after[:, 0], [0.0, 0.0, *after], rtol=0, atol=1e-14)
