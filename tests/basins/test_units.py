@@ -20,7 +20,7 @@ from bifurc.basins.maps import compute as mapping
 from bifurc.basins.maps.compute import scale_of
 from bifurc.compose.scene import scene_of
 from bifurc.elements import BaseMotion, Coulomb, CubicSpring, ElasticStop, HarmonicForce, LinearSpring, RigidStop
-from bifurc.ensemble.outcomes import INFINITY, REACHED, UNSETTLED, CellState, Cells
+from bifurc.ensemble.outcomes import INFINITY, REACHED, UNSETTLED, Cells, CellState
 from bifurc.orbits.shooting.labels import Labels
 
 SCALE = np.array([2.0, 0.5])

@@ -274,7 +274,8 @@ def test_columns_are_copies_in_the_order_of_arclength():
 
 @pytest.mark.parametrize("problem, bounds, count", [
     (pitchfork(p0=-1.0, u0=0.0), (-1.0, 1.0), 1),
-    (Scalar(lambda u, p: u * (p**3 - p - u), lambda u, p: (p**3 - p - 2.0 * u, u * (3.0 * p * p - 1.0)), 0.0, -2.0), (-2.0, 2.0), 3)])
+    (Scalar(lambda u, p: u * (p**3 - p - u), lambda u, p: (p**3 - p - 2.0 * u, u * (3.0 * p * p - 1.0)), 0.0, -2.0),
+     (-2.0, 2.0), 3)])
 def test_a_branch_that_is_read_is_the_branch_that_was_written(problem, bounds, count, tmp_path):
     branch = bf.trace(problem, bounds=bounds, record=lambda row: {"twice": 2.0 * row.parameter})
     assert sum(point.directions is not None for point in branch.special_points) == count
