@@ -13,6 +13,8 @@ Friction of another row that the impulses move turns as long as it is slower tha
 has an unstable fixed point, since v falls and u does not: an impact that leaves it its direction is followed by others that do, and
 the formula holds from there on (`turning`).  Where u and v vanish together every flight has a reversal.  Along a parameter numbers
 of reversals change in geometric sequences towards that motion, from both sides.
+
+One file, because when a chattering closes and what it leaves are read from the same flight.
 """
 import numpy as np
 

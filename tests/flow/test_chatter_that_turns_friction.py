@@ -38,7 +38,10 @@ def accelerations(sign, held=False):
 
 def after(u):
     """Return place and speed (2,) of the slider `SPAN` after an impact with the speed `SPEED` and its own speed ``u``, its
-    direction when the impacts end, and the number of reversals in flights: impact by impact, then on the stop, where forces move it on."""
+    direction when the impacts end, and the number of reversals in flights.
+
+    Impact by impact, then on the stop, where forces move it on.
+    """
     kick = np.linalg.solve(M, ROW) / (ROW @ np.linalg.solve(M, ROW))
     v, t, q, turns = SPEED, 0.0, 0.0, 0
     while v > DEEP:
