@@ -34,7 +34,6 @@ AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with 
 ALIKE = 1e-2  # their difference, as part of the way there, that is none
 ONE = 1e-9  # their scaled difference that is none also where the parameter does not move the orbit: it is rounding
 TRAIN, LEFT = 4, 0.1  # impacts a period of the orbit that may be those of a sequence just completed; part of the time left to them
-Counts = collections.namedtuple("Counts", "completed kicks")
 AT_ONCE = 1e-3  # periods between events that change places, at most: on the boundary there are none
 TRIALS = (1e-5, 1e-4, 1e-3, 1e-6)  # scaled steps with which a side is tried
 UNLISTED, LEAVING, MERGES = "unlisted", "leaving", "merges"  # names of monitors
@@ -64,7 +63,7 @@ def through_grazing(problem, point, monitor):
             continue
         tried.append(events)
         side = admissible_side(new, new.x0)
-        if side is not None and solves(new, new.x0) and verified(problem, point, new, new.x0, side):
+        if side is not None and solves(new, new.x0, side) and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
     answer, search = successor(problem, point, monitor.silent)
     lost = search.incomplete if answer is None else complete_chatters(answer[0].sequence) < complete_chatters(problem.sequence)
@@ -79,9 +78,13 @@ def through_grazing(problem, point, monitor):
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
 
 
-def solves(problem, x) -> bool:
+def solves(problem, x, tangent) -> bool:
     """Whether ``x`` (n + 1,), constructed for the equations of ``problem``, solves them: where an event moves by a leap what
-    another one waits for, the two do not change places at one instant, however near each other they are."""
+    another one waits for, the two do not change places at one instant, however near each other they are.  The corrector along the
+    ``tangent`` there tells at once, but where the equations are singular."""
+    c = problem.correct(x, tangent)
+    if c.converged and c.distance <= SAME:
+        return True
     found = onto(problem, x)
     return found is not None and float(np.abs((found - x) / problem.scale).max()) <= SAME
 
@@ -89,13 +92,11 @@ def solves(problem, x) -> bool:
 def accumulates(signature, other) -> bool:
     """Whether one of two sequences, the second that of the problem ``other``, completes chattering where the
     other lists its impacts: between the two lie infinitely many changes of their number, and a step over them is luck."""
-    one, two = (Counts(complete_chatters(s), kicks(other.scene, s)) for s in (signature, other.sequence))
-    fewer, more = (one, two) if one.completed < two.completed else (two, one)
-    if fewer.completed == more.completed:
+    fewer, more = sorted((other.sequence, signature), key=complete_chatters)
+    if complete_chatters(fewer) == complete_chatters(more):
         return False
-    least = resolved(other, signature if more is one else other.sequence) / max(1.0, signature.span * (
-        2.0 if signature.closure < 0 else 1.0))
-    return fewer.kicks >= max(least, 0.5 * more.kicks)
+    least = resolved(other, more) / max(1.0, signature.span * (2.0 if signature.closure < 0 else 1.0))
+    return kicks(other.scene, fewer) >= max(least, 0.5 * kicks(other.scene, more))
 
 
 def resolved(problem, signature) -> float:
