@@ -29,7 +29,8 @@ def missed(radius, nu, zeta, eccentricity, stiffness, friction):
 @pytest.mark.parametrize("name", SETS)
 def test_synchronous_rub_is_followed_from_no_rub(name):
     (zeta, eccentricity, stiffness, friction), points = SETS[name]
-    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=0.8, eccentricity=eccentricity, stiffness=stiffness, friction=friction, offset=0.0)
+    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=0.8, eccentricity=eccentricity, stiffness=stiffness, friction=friction,
+                                       offset=0.0)
     branch = bf.trace(bf.find_orbit(system), "nu", bounds=(0.7, 5.5))
     assert branch.audit.ok and branch.stop_reason == ("bound", "bound")
     found = [(str(p.kind), p.parameter) for p in branch.special_points][:len(points)]
@@ -45,7 +46,8 @@ def test_synchronous_rub_is_followed_from_no_rub(name):
 def test_branches_of_a_stiff_stator_go_on_beyond_contact(nu):
     """Unstable at once where nu > zeta/friction; the number of turns does not matter, the circle touches everywhere."""
     zeta, eccentricity, stiffness, friction = 0.05, 0.2, 400.0, 0.02
-    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=nu, eccentricity=eccentricity, stiffness=stiffness, friction=friction, offset=0.0)
+    system = bf.systems.jeffcott_rotor(zeta=zeta, nu=nu, eccentricity=eccentricity, stiffness=stiffness, friction=friction,
+                                       offset=0.0)
     branch = bf.trace(bf.find_orbit(system), "nu", bounds=(0.7, 1.8))
     assert branch.audit.ok and branch.stop_reason == ("bound", "bound")
     assert str(branch.special_points[0].kind) == "grazing"
@@ -60,7 +62,7 @@ def test_branches_of_a_stiff_stator_go_on_beyond_contact(nu):
 @pytest.mark.parametrize("friction", [0.02, 0.1])
 @pytest.mark.parametrize("nu", [0.8, 1.6])
 def test_synchronous_sliding_on_a_rigid_stator(nu, friction, restitution):
-    """sin(psi - atan mu) = (2 zeta nu + mu (nu^2 - 1))/(eps nu^2 sqrt(1 + mu^2)), of the two angles that at which the load drives."""
+    """sin(psi - atan mu) = (2 zeta nu + mu (nu^2 - 1))/(eps nu^2 sqrt(1 + mu^2)), and the reaction pushes."""
     zeta, eccentricity = 0.1, 0.3
     system = bf.systems.rigid_stator_rotor(zeta=zeta, nu=nu, eccentricity=eccentricity, friction=friction, restitution=restitution,
                                            offset=0.0)
