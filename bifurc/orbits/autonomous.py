@@ -340,8 +340,9 @@ def maxima(motion: Trajectory, begin: float, stop: float, early: bool) -> list[R
     mode = int(motion.recorded.rows[-1, 2])
     found = []
     for k in np.flatnonzero((y[:-1, i] > 0.0) & (y[1:, i] <= 0.0)).tolist():
-        at = t[k + 1] if y[k + 1, i] == 0.0 else brentq(lambda s: float(motion(s)[i]), t[k], t[k + 1], xtol=1e-15)
-        found.append(Return(float(at), (mode, -1, mode, 0, 0), motion(at), 0.0, i - scene.n))
+        arc = simulate(motion.system, y[k], duration=t[k + 1] - t[k])  # from here: a motion without events is one long segment
+        at = arc.stop if y[k + 1, i] == 0.0 else brentq(lambda s, arc=arc: float(arc(s)[i]), arc.start, arc.stop, xtol=1e-15)
+        found.append(Return(float(t[k] + at - arc.start), (mode, -1, mode, 0, 0), arc(at), 0.0, i - scene.n))
     return found
 
 

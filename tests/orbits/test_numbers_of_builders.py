@@ -38,3 +38,13 @@ def test_numbers_with_a_kink_are_refused():
 
     with pytest.raises(ValueError, match="no smooth function of it"):
         bf.trace(bf.find_orbit(system()), "a", bounds=(-0.1, 0.1))
+
+
+@pytest.mark.parametrize("place", [-0.0371, 0.0123, 0.09])
+def test_a_leap_of_numbers_is_named(place):
+    @bf.systems.builder
+    def system(*, a: float = 0.05, omega: float = 1.3) -> bf.System:
+        return bf.System(1.0, 0.1, 1.0 + a + 0.5 * (a > place), [el.HarmonicForce(1.0)], omega=omega)
+
+    with pytest.raises(ValueError, match=rf"they leap at {place:g}, as where"):
+        bf.trace(bf.find_orbit(system()), "a", bounds=(-0.1, 0.1))

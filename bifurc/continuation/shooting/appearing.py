@@ -3,6 +3,8 @@
 At a graze the event is inserted at the touching time with zero speed; a mode that is entered and left at once is inserted
 with no duration.
 """
+import dataclasses
+
 import numpy as np
 
 from ...compose.writer import kernels
@@ -12,6 +14,7 @@ from ...orbits.shooting.signature import Signature, divided
 
 NEAR = 1e-8  # scaled; listed speeds and unlisted maxima this small take part in one graze
 ASIDE = 1e-3  # of an interval, from a maximum: where others are looked for
+ALL_ALONG = 12  # states at which an orbit without events is looked at: does it touch all along
 SHARP = 1e-11  # the same, where a train of impacts has more than one slow impact
 
 
@@ -69,6 +72,31 @@ def moved(e, T, mode, x, begin, time):
     after[:y.size] = y
     e.motion.forcing(T, begin + time, after)
     return after
+
+
+def passed_whole(problem, x):
+    """Yield (signature, x) without events in every mode behind a guard that an orbit without events touches all along, as the whirl
+    of a rotor does in a concentric stator: what touches nowhere first changes mode as a whole."""
+    e, s, scene = problem.equations, problem.sequence, problem.scene
+    if s.events:
+        return
+    T, mode, ns = e.numbers_at(x[-1]), int(s.nodes[0, AFTER]), scene.ns
+    whole, U = problem._whole(x)
+    times = whole.span * np.arange(ALL_ALONG) / ALL_ALONG
+    states, joined = np.empty((ALL_ALONG, ns)), np.empty(T.A.shape[2])
+    e.motion.states(T, whole.nodes, whole.span, U, times, states)
+    for guard in range(int(T.n_guards[mode])):
+        sizes = []
+        for time, y in zip(times, states, strict=True):
+            joined[:ns] = y
+            e.motion.forcing(T, time * 2.0 * np.pi / T.flat[0], joined)
+            row = np.empty(joined.size)
+            e.kernel.guard_gradient(T, mode, guard, joined, row)
+            sizes.append(abs(e.kernel.guard_value(T, mode, guard, joined)) / e.kernel.scale_of(row, e.weights))
+        if max(sizes) > NEAR:
+            continue
+        for other in sorted(set(scene.expand(mode, guard).then[mode, guard].tolist()) - {-1, mode}):
+            yield dataclasses.replace(s, nodes=np.array([[other, -1, other, 0, 0]])), x
 
 
 def event_nodes(scene, numbers, mode, guard, x):

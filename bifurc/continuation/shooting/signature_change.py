@@ -23,7 +23,7 @@ from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TO
 from ...orbits.shooting.signature import since
 from ..kinds import SpecialPointKind, StopReason
 from . import autonomous
-from .appearing import NEAR, SHARP, inserted, parted
+from .appearing import NEAR, SHARP, inserted, parted, passed_whole
 from .completion import UNITS, ratio
 from .directions import directions
 from .several import goes_on, star
@@ -152,6 +152,8 @@ def nothing(problem, x, ahead) -> float:
 def constructed(problem, x, name):
     """Yield (signature, x) of the usual changes of one event: first of what is zero to rounding alone, since the last but one of a
     train of impacts is nearly as slow as the last; then of all that is slow."""
+    if name == UNLISTED:
+        yield from passed_whole(problem, x)
     for near in (SHARP, NEAR):
         found = None
         if name == LISTED:

@@ -23,6 +23,7 @@ NOISE = 4.0  # and how much more there may be of it
 CHECKS = (-0.873, -0.311, 0.537, 0.941)  # in [-1, 1], between the nodes of every degree
 TOLERANCE = 2e-15  # relative; the sampled numbers carry an ulp or two
 ROUNDING = 4.0 * 2.2e-16  # of a sum of many terms, for each root of their number
+HALVINGS, LEAP = 40, 1e-3  # of the interval in which numbers leap; relative difference over what is left that is one
 KEPT = 16  # series kept for systems that differ in the value of their parameter only: the branches of one diagram
 SHAKEN = 1e-9  # relative change of all numbers that shows how a solution depends on them: far above rounding, and still linear
 EVEN = (0.6180339887498949, 0.7548776662466927)  # steps of sequences that fill (0, 1) evenly
@@ -155,9 +156,30 @@ def series_over(system: System, name: str, bounds: tuple[float, float], flat_of,
     if made is None:  # numbers in which larger ones cancel carry more than their own rounding
         made = fitted(sample, middle, half, checks, degrees, NOISE * noise(sample, middle, half))
     if made is None:
-        raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it "
-                         f"(no polynomial of degree {degrees[-1]} fits to rounding); choose narrower bounds")
+        at = leap(sample, a, b)
+        raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of it " + (
+            f"(no polynomial of degree {degrees[-1]} fits to rounding); choose narrower bounds" if at is None else
+            f"(they leap at {at:.9g}, as where sliders begin to slip in another order); choose bounds on one side of that"))
     return *made, a, b
+
+
+def leap(sample, low: float, high: float) -> float | None:
+    """Return a place between two values at which the numbers ``sample(value)`` leap, or there are others altogether; None where
+    bisection finds none."""
+    one, two = sample(low), sample(high)
+    size = np.maximum(np.abs(one), np.abs(two)) + 1e-300
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        try:
+            between = sample(middle)
+        except ValueError:  # at this one value, as where two sliders are one group
+            return middle
+        size = np.maximum(size, np.abs(between))
+        if np.max(np.abs(between - one) / size) > np.max(np.abs(two - between) / size):
+            high, two = middle, between
+        else:
+            low, one = middle, between
+    return 0.5 * (low + high) if np.max(np.abs(two - one) / size) > LEAP else None
 
 
 def fitted(sample, middle: float, half: float, checks, degrees, noise):
