@@ -2,9 +2,7 @@
 import numpy as np
 
 from .._jit import njit
-from .affine.engine import advance, forcing
-
-FAR = 64  # steps after which a long segment is gone on with where the sample before was, not from its start
+from .affine.engine import FAR, advance, forcing
 
 
 @njit

@@ -10,6 +10,7 @@ from ..._jit import NOTHING, PAIR, apart, leaf, njit
 from ...compose.tables import ORDER
 
 KNOWS_BESIDE = False
+FAR = 64  # steps of a mode after which samples of a long segment are gone on with from there, not from its start
 
 @leaf
 def forcing(T, t, x):

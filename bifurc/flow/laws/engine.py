@@ -10,7 +10,8 @@ from ...compose.pointer import WORD
 from .calls import ALIKE, BESIDE, HIGHER, WISH, longest, rate, scratch_of, step
 from .gauss import NODES
 
-ENGINE = ("field", "advance", "propagate", "arc", "arc_beside", "KNOWS_BESIDE")
+ENGINE = ("field", "advance", "propagate", "arc", "arc_beside", "FAR", "KNOWS_BESIDE")
+FAR = 1  # of the affine part: under a law each may be many
 KNOWS_BESIDE = True
 DEFECT = 2e-8  # aimed at in a step
 
