@@ -13,7 +13,8 @@ from ._pipeline import Linked, Pipeline, Separate, for_this_numba  # noqa: E402
 
 NOTHING, NUMBER, WHOLE, FLAG = numba.types.none, numba.types.float64, numba.types.int64, numba.types.boolean
 PAIR, WHOLES = numba.types.UniTuple(NUMBER, 2), numba.types.UniTuple(WHOLE, 2)  # what functions `apart` return
-OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True,
+           "_nrt": True}  # said of every function: left open, one that is compiled first for a `leaf` would take over its setting
 
 
 def _compiled(function, pipeline=Pipeline, **options):
@@ -24,7 +25,7 @@ def _compiled(function, pipeline=Pipeline, **options):
     whole = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(kernel_folder(function.__module__))
     try:
-        made = numba.njit(**OPTIONS, pipeline_class=for_this_numba(pipeline), **options)(function)
+        made = numba.njit(pipeline_class=for_this_numba(pipeline), **(OPTIONS | options))(function)
     finally:
         numba.config.CACHE_DIR = whole
     template = made.get_call_template
