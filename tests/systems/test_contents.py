@@ -135,7 +135,8 @@ def test_rings_and_strips():
     loads = (9.0, 2.0 + 7.0 / 9.0, 2.0 + 7.0 / 9.0, 9.0)  # at -1, -1/3, 1/3, 1 of a parabola
     for given, own in (({"load_end": 9.0, "load_middle": 2.0}, loads), ({"loads": [1.0, 2.0, 3.0, 4.0]}, (1.0, 2.0, 3.0, 4.0))):
         strip = el.MicroSlip(*springs, tuple(0.4 * load for load in own))
-        check(systems.micro_slip_strip(**given, **common), 1, 0.9, 0.81, (el.Driven(strip, 0.2, phase=QUARTER, label="strip"),), 0.9)
+        check(systems.micro_slip_strip(**given, **common), 1, 0.9, 0.81,
+              (el.Driven(strip, 0.2, phase=QUARTER, label="strip"),), 0.9)
     loads = (1.0, 2.0, 3.0, 4.0)
     made = systems.micro_slip_strip(load_amplitude=0.7, loads=loads, **common).elements[0].element
     assert made == el.LoadedMicroSlip(*springs, tuple(0.4 * load for load in loads), (0.7,) * 4, (0.0,) * 4, 1, False)
