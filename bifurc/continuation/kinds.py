@@ -97,9 +97,9 @@ class StopReason(DescribedEnum):
     NOT_STARTED = "not_started", "This direction was not asked for."
     MERGED = ("merged", "The motions of multiplied period become those of their parent here: the branch ends on it at "
                         "its period doubling or grazing; switch_branch gives the parent's other side.")
-    CHATTERING = ("chattering", "A complete chattering sequence no longer ends before its contact is released, beyond which the "
-                                "number of impacts grows without bound toward this point; or friction turns just as it ends, in "
-                                "every one of its flights. No single event sequence goes on.")
+    CHATTERING = ("chattering", "A complete chattering sequence no longer ends before its contact is released; "
+                                "beyond, the number of impacts grows without bound toward this point, and no single "
+                                "event sequence goes on.")
     JUMP = ("jump", "However near to this point, motions beyond it depart from the periodic motion by a finite "
                     "amount: the system is not continuous here (static friction above kinetic, impacts of several "
                     "masses at one instant), and the branch ends.")

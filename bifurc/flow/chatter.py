@@ -8,13 +8,6 @@ kappa the loss of a per unit of speed.  That holds where nothing changes between
 turns round in every impact and at the top of every flight; friction that holds another mass slips in every impact, since a mass
 matrix passes the impulse on, and sticks again before the next.  Then a flight has two parts, the second of which begins where a
 sliding speed has come to zero, and speeds fall by another ratio: `flight`, of which the formula is the case without a first part.
-
-Friction of another row that the impulses move turns as long as it is slower than they make it.  Its speed over that of impact, u/v,
-has an unstable fixed point, since v falls and u does not: an impact that leaves it its direction is followed by others that do, and
-the formula holds from there on (`turning`).  Where u and v vanish together every flight has a reversal.  Along a parameter numbers
-of reversals change in geometric sequences towards that motion, from both sides.
-
-One file, because when a chattering closes and what it leaves are read from the same flight.
 """
 import numpy as np
 
@@ -26,7 +19,6 @@ CLOSE = 2e-5  # rates times the remaining duration of a complete chattering belo
 UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
-TURNING = 0.5  # of a sliding speed: by so much one impact of those that are closed may change it, since none may turn it
 LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
 SMALL = 1e-4  # of a step of the mode: for differences, which only weigh the second order
 EXCESS, DURATION, WAY = range(3)  # places of what `sequence` finds
@@ -183,38 +175,12 @@ def sequence(T, m, g, x, v, out, found):
     by_time = (there[LATER] - here[LATER] + total * (there[FASTER] - here[FASTER])) / (1.0 - rho)
     squares = (here[LATER] + total * here[FASTER] + by_time * unit * rho) / (1.0 - rho**2)
     size = terms_size(T, m, g, out)
-    found[EXCESS] = max(total * v * fastest / CLOSE, turning(T, m, g, x, v, other, slides) / TURNING)
+    found[EXCESS] = total * v * fastest / CLOSE
     if size > 0.0:
         found[EXCESS] = min(found[EXCESS], height(r, first, push) * v * v / (UNSEEN * EPS * size))
     found[DURATION] = total * v + squares * v * v
     if T.n_holds[other] < T.n_holds[m]:
         found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
-
-
-@leaf
-def turning(T, m, g, x, v, other, slides):
-    """Largest part of a sliding speed that the impact with the speed ``v`` at ``x`` (nx,) takes away, of contacts without a part in
-    `flight` (mode ``other``, guard ``slides``): from 1 on it turns, and flights are not what they are in mode ``m``.
-
-    One that loses no more of its speed than `TURNING` keeps its direction in the flights behind, too: impacts change it less and
-    less.
-    """
-    r, most = T.ratio[m, g], 0.0
-    for k in range(T.n_guards[m]):
-        if k == g or T.kick[m, k] == 1 or multiple(T.G[m, k], T.GT[m, g, :, 1]) != 0.0:
-            continue
-        if other != m and T.element[m, k] == T.element[other, slides]:
-            continue
-        value, change, size = 0.0, 0.0, 0.0
-        for c in range(x.size):
-            value += T.G[m, k, c] * x[c]
-        for c in range(T.B.shape[2]):
-            change -= T.G[m, k, c] * T.B[m, g, c]
-            size += abs(T.G[m, k, c] * T.B[m, g, c])
-        if change > MOVED * size:
-            change *= (1.0 + r) * v
-            most = max(most, change / -value if -value > MOVED * change else 1.0 / MOVED)
-    return most
 
 
 @leaf

@@ -368,21 +368,16 @@ class OrbitProblem(Problem):
         worst = -np.inf
         for i in np.flatnonzero(s.nodes[:, CLOSES] == 1):
             worst = max(worst, self._excess(s.nodes[i], rows[i]))
-            earlier = next((k for k in range(i - 1, i - len(rows), -1) if self._kicks(s.nodes[k])), i)
-            if earlier != i and self._element(s.nodes[earlier]) == self._element(s.nodes[i]):
-                # one impact less closes it as well: soon the last ones are nothing but rounding; where friction turns before the
-                # last one, and not in every flight, none is spared: what is listed is what simulation lists
-                spare = SPARE if s.nodes[earlier, CLOSES] == 2 else 0.0
-                worst = max(worst, math.exp(SLACK - spare) / max(self._excess(s.nodes[earlier], rows[earlier]), 1e-30))
+            earlier = i - 1
+            while s.nodes[earlier, CLOSES] == 2 and not self._kicks(s.nodes[earlier]):  # frictions that turn round in every flight
+                earlier -= 1
+            if s.nodes[earlier, CLOSES] == 2:  # one impact less closes it as well: soon the last ones are nothing but rounding
+                worst = max(worst, math.exp(SLACK - SPARE) / max(self._excess(s.nodes[earlier], rows[earlier]), 1e-30))
         return math.log(min(max(worst, 1e-30), 1e30)) - SLACK
 
     def _kicks(self, node) -> bool:
         """Whether a node is an impact."""
         return node[GUARD] >= 0 and bool(self.scene.tables.kick[node[BEFORE], node[GUARD]])
-
-    def _element(self, node) -> int:
-        """Return the element of an event."""
-        return self.scene.guard(int(node[BEFORE]), int(node[GUARD])).element
 
     def _excess(self, node, row) -> float:
         """Return the closure of an impact, see `flow.chatter.closure`; ``row`` (1 + ns,) are its time and the state before."""
@@ -554,8 +549,7 @@ class OrbitProblem(Problem):
         if not monitor.silent and signature_change.merges(self, point.x, point.tangent):
             return StopReason.MERGED
         answer = signature_change.through_grazing(self, point, monitor)
-        if isinstance(answer, tuple) and (signature_change.accumulates(self.sequence, answer[0])
-                                          or answer[2][-1] * point.tangent[-1] < 0.0 and answer[0].meets_end(answer[1])):
+        if isinstance(answer, tuple) and signature_change.accumulates(self.sequence, answer[0]):
             return StopReason.CHATTERING
         if isinstance(answer, tuple) and signature_change.mirrors(*answer) and not signature_change.mirrors(
                 self, point.x, -point.tangent):
@@ -634,11 +628,6 @@ class OrbitProblem(Problem):
                     zero.add((element, scene.keys[mode][element], number))
             found.append(zero)
         return set.intersection(*found)
-
-    def meets_end(self, x) -> bool:
-        """Whether an event other than the release meets the end of a complete chattering at ``x`` (n + 1,): towards this place
-        changes of the sequence accumulate from both sides, and what turns back between them is rounding."""
-        return self._chatters and self._shortest_rest(x)[1] < SHORT and not self._released(x)
 
     def _released(self, x) -> bool:
         """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""

@@ -202,7 +202,7 @@ def test_a_closing_comes_too_early_or_lists_too_many(here, before, want):
     """Excess of the last impact, and of the one before where that would close as well; both as a logarithm."""
     nodes = [[0, 0, 0, 0, 2], [0, 0, 1, 0, 1], [1, 0, 0, 0, 0]] if before else [[0, 0, 1, 0, 1], [1, 0, 0, 0, 0]]
     problem, x = made(nodes, np.linspace(0.1, 0.9, len(nodes)))
-    problem._excess = lambda node, row: here if node[4] == 1 else before or math.inf
+    problem._excess = lambda node, row: here if node[4] == 1 else before
     worst = max(here, math.exp(problems.SLACK - problems.SPARE) / before if before else 0.0)
     assert problem._closure(x) == pytest.approx(math.log(worst) - problems.SLACK)
 
