@@ -52,8 +52,8 @@ def feedback_range(orbit: PeriodicOrbit, of: str = "displacement", bounds=(0.0, 
     ValueError
         Arguments out of range, a delay that is no multiple of the period, a failed orbit.
     NotSupported
-        Orbits with complete chattering; velocity feedback where the velocity jumps more than three times a period, or with
-        memory or a delay of several periods.
+        Orbits with complete chattering or without a clock; velocity feedback where the velocity jumps more than three times a
+        period, or with memory or a delay of several periods.
 
     References
     ----------

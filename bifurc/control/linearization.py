@@ -174,19 +174,13 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
     Raises
     ------
     NotSupported
-        For orbits with complete chattering, laws beside memory with a rate, multipliers that are not unique, and feedback of the
-        velocity of a row that lets go with a leap (static friction above kinetic).
+        For orbits with complete chattering, laws beside memory with a rate, multipliers that are not unique, feedback of the
+        velocity of a row that lets go with a leap (static friction above kinetic), and orbits without a clock.
     ValueError
         For a failed orbit, an unknown ``of``, a degree of freedom there is not.
     """
     choice("feedback", "of", of, ("displacement", "velocity"))
-    if not isinstance(orbit, PeriodicOrbit):
-        raise ValueError(f"orbit = {orbit!r} is not allowed; feedback needs a PeriodicOrbit (polish an orbit of harmonic balance "
-                         "with find_orbit(system, guess=orbit))")
-    if not orbit.success:
-        raise ValueError(f"orbit = {orbit!r} is not allowed; it must be a converged motion of its system")
-    if orbit._disputed is not None:
-        raise NotSupported(orbit.message)
+    forced(orbit)
     scene, T = orbit.scene, orbit.equations.path.tables
     # of a size that the motion feels: one would be lost in the rounding of stiff systems
     gain = float(np.abs(orbit.system.mass).max()) * natural_rate(T) ** (2 if of == "displacement" else 1)
@@ -199,6 +193,20 @@ def linearized(orbit: PeriodicOrbit, of: str, row=0, strength: float = 0.0) -> L
         raise ValueError(f"row = {row!r} is not allowed; its rows must be independent")
     plus = [scene_of(with_element(orbit.system, unit)) for unit in units]
     return Linearization(orbit, tuple(_pieces(orbit, scene, T, plus, gain, C, strength)), C, orbit.labels)
+
+
+def forced(orbit) -> None:
+    """Raise unless an orbit can be controlled: a converged motion with a clock and multipliers of its own."""
+    if not isinstance(orbit, PeriodicOrbit):
+        raise ValueError(f"orbit = {orbit!r} is not allowed; control needs a PeriodicOrbit (polish an orbit of harmonic balance "
+                         "with find_orbit(system, guess=orbit))")
+    if not orbit.success:
+        raise ValueError(f"orbit = {orbit!r} is not allowed; it must be a converged motion of its system")
+    if orbit._disputed is not None:
+        raise NotSupported(orbit.message)
+    if orbit.autonomous:  # no odd-number limitation holds there, and no root can be counted on the unit circle
+        raise NotSupported("the orbit has no clock: one multiplier is 1 whatever is fed back, and its period is its own; control "
+                           "is linearised about forced orbits")
 
 
 def places(row) -> list[dict]:

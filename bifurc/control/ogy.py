@@ -18,7 +18,7 @@ from ..enumerations import DescribedEnum
 from ..orbits.orbit import PeriodicOrbit
 from ..orbits.shooting.sequence import AFTER, BEFORE, ENDING, GUARD
 from ..orbits.shooting.signature import Signature, divided
-from .linearization import NotSupported
+from .linearization import forced
 from .ogy_motion import simulated
 
 BESIDE = (0.1, 1e-3)  # of the parameter: range over which its effect on the numbers of the system is known
@@ -122,6 +122,8 @@ def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: s
     ValueError
         A section outside the orbit's period or on an event, a parameter that does not act on the unstable directions, a
         failed orbit.
+    NotSupported
+        Orbits without a clock, multipliers that are not unique.
 
     References
     ----------
@@ -138,10 +140,7 @@ def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: s
     True
     """
     choice("ogy", "method", method, ("ogy", "deadbeat"))
-    if not isinstance(orbit, PeriodicOrbit) or not orbit.success:
-        raise ValueError(f"orbit = {orbit!r} is not allowed; it must be a converged PeriodicOrbit")
-    if orbit._disputed is not None:
-        raise NotSupported(orbit.message)
+    forced(orbit)
     parameter = orbit.system.parameter_name(parameter)
     orbit.system.parameter(parameter)
     section = _section(orbit, section)

@@ -302,3 +302,13 @@ def test_a_feedback_pushes_by_one_over_the_mass_in_any_unit_of_time(unit, of):
                        omega=0.7 / unit)
     for piece in linearized(bf.find_orbit(system), of).pieces:
         np.testing.assert_allclose(piece.b.ravel(), [0.0, -1.0 / 2.3], rtol=1e-12)
+
+
+def test_orbits_without_a_clock_are_refused_by_every_method_of_control():
+    """One multiplier is 1 for every gain: a verdict "odd number" from the rounding of det(I - M) = 0 would be none."""
+    orbit = bf.find_orbit(bf.systems.belt_oscillator())
+    assert orbit.autonomous and orbit.success
+    for control in (lambda: bf.control.feedback_range(orbit), lambda: bf.control.controlled_multipliers(orbit, "velocity", 0.1),
+                    lambda: bf.control.ogy(orbit, "kinetic", section=0.3)):
+        with pytest.raises(bf.control.NotSupported, match="no clock"):
+            control()
