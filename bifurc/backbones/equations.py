@@ -10,6 +10,7 @@ from ..system import System
 DIFFERENCE = 3e-6  # relative, central: Newton converges to rounding all the same
 SWING = 1e-3  # of the amplitude
 LONGEST = 2.0  # linear periods in which a motion is expected to come back
+OVERDAMPED = 20.0  # |xi|/omega: far beyond a damping ratio of 1 nothing oscillates
 CLOSED = 5e-12  # scaled misfit of an accepted motion
 
 
@@ -25,7 +26,7 @@ def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: f
     first = simulate(with_negative_damping(system, xi), start, duration=0.0).final
     ns = first.size
     free = [c for c in range(ns) if c not in (dof, n + dof)]
-    scale = np.full(ns, abs(amplitude))
+    scale = np.full(ns, max(abs(amplitude), float(np.abs(first[:n]).max())))
     scale[n:2 * n] *= omega
     sign, part = (-1.0, 0.5) if half else (1.0, 1.0)
 
@@ -37,7 +38,7 @@ def shot(system: System, dof: int, amplitude: float, start: np.ndarray, omega: f
 
     def misfit(u):
         y, w, damping = made(u)
-        if not w > 0.0:
+        if not w > 0.0 or abs(damping) > OVERDAMPED * w:
             return np.full(ns, np.nan)
         try:
             motion = simulate(with_negative_damping(system, damping), y, duration=part * 2.0 * np.pi / w)
@@ -70,14 +71,17 @@ def swings(system: System, state: np.ndarray, omega: float, dof: int) -> bool:
     return motion.success and bool(np.ptp(motion.sample(65)[1][:, dof]) > SWING * abs(state[dof]))
 
 
-def returning(system: System, start: np.ndarray, dof: int, amplitude: float, omega: float) -> float:
+def returning(system: System, start: np.ndarray, dof: int, omega: float) -> float:
     """Return the frequency with which a motion from a turning point first turns there again; that given when it does not."""
     try:
         motion = simulate(system, start, duration=LONGEST * 2.0 * np.pi / omega)
     except ValueError:  # a start beyond a stop: Newton will tell
         return omega
-    t, y = motion.t, np.sign(amplitude) * motion.y[:, system.n + dof]
-    back = np.flatnonzero((y[:-1] > 0.0) & (y[1:] <= 0.0))
+    t, v = motion.t, motion.y[:, system.n + dof]
+    moving = np.abs(v) > SWING * np.abs(v).max()  # at the start itself the speed has the sign of its rounding
+    y = -np.sign(v[np.argmax(moving)]) * v
+    gone = np.maximum.accumulate(moving)
+    back = np.flatnonzero(gone[:-1] & (y[:-1] > 0.0) & (y[1:] <= 0.0))
     return omega if not back.size else 2.0 * np.pi / float(t[back[0]] + 0.5 * (t[back[0] + 1] - t[back[0]]))
 
 

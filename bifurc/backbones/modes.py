@@ -142,7 +142,7 @@ def extended_mode(system: System, amplitude: float, *, dof: int = 0, mode: int =
         if abs(shape[dof]) < 1e-9 * np.abs(shape).max():
             raise ValueError(f"extended_mode: dof = {dof} rests in linear mode {mode}; choose another coordinate for the amplitude")
         state, xi = np.concatenate((amplitude * shape / shape[dof], np.zeros(free.n))), 0.0
-        omega = returning(free, state, dof, amplitude, omega)
+        omega = returning(free, state, dof, omega)
     else:
         state, omega, xi = guess.state * (amplitude / guess.amplitude), guess.omega, guess.xi
     if method is None:

@@ -138,9 +138,38 @@ def test_loads_are_left_out_and_those_inside_contacts_refused():
 
 def test_the_time_of_return_tells_the_frequency():
     system = bf.System(4.0, 0.0, 9.0)
-    assert returning(system, np.array([2.0, 0.0]), 0, 2.0, 1.4) == pytest.approx(1.5, rel=0.1)
-    assert returning(system, np.array([-2.0, 0.0]), 0, -2.0, 1.4) == pytest.approx(1.5, rel=0.1)
-    assert returning(bf.System(1.0, 0.0, 1e-9), np.array([2.0, 0.0]), 0, 2.0, 1.4) == 1.4  # it does not come back
+    assert returning(system, np.array([2.0, 0.0]), 0, 1.4) == pytest.approx(1.5, rel=0.1)
+    assert returning(system, np.array([-2.0, 0.0]), 0, 1.4) == pytest.approx(1.5, rel=0.1)
+    assert returning(bf.System(1.0, 0.0, 1e-9), np.array([2.0, 0.0]), 0, 1.4) == 1.4  # it does not come back
+
+
+def test_the_time_of_return_is_a_whole_period_from_a_trough_too():
+    """Around an equilibrium aside the first turn may be a trough: half a period later the motion turns, but not there."""
+    system = bf.System(1.0, 0.0, 4.0, [ConstantForce(4.0)])  # swings about 1
+    for start in (0.4, 1.7, -2.0):
+        assert returning(system, np.array([start, 0.0]), 0, 1.0) == pytest.approx(2.0, rel=0.05)
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 0.01, 0.05, 0.1])
+def test_a_chain_below_its_stop_has_the_mode_of_the_linear_chain(amplitude):
+    """Damping proportional to stiffness: xi = beta omega^2, at every amplitude, also where the speed at the start is rounding."""
+    chain = bf.systems.impact_chain(n=8, damping=0.1, stiffness=1.0)
+    found = bf.extended_mode(chain, amplitude)
+    omega = 2.0 * np.sin(np.pi / 34.0)
+    assert found.success
+    assert found.omega == pytest.approx(omega, rel=1e-12)
+    assert found.xi == pytest.approx(0.1 * omega**2, rel=1e-10)
+
+
+def test_a_mass_on_a_belt_has_the_mode_that_sticks_for_a_part_of_the_period():
+    """Slip without net damping lies on a circle about the kinetic force; stick leaves it at the static one, radius 1/2."""
+    belt = bf.systems.belt_oscillator(zeta=0.05, belt_speed=0.3, static=1.0, kinetic=0.6)
+    found = bf.extended_mode(belt, 0.1)
+    assert found.success
+    assert found.xi == pytest.approx(0.1, abs=1e-12)
+    assert found.period == pytest.approx(np.pi + 2.0 * np.arctan(0.75) + 0.8 / 0.3, rel=1e-12)
+    within = bf.extended_mode(belt, 0.5)  # slower than the belt all along
+    assert within.success and within.omega == pytest.approx(1.0, rel=1e-12)
 
 
 def test_a_backbone_is_read_as_columns_and_ends_where_newton_fails(monkeypatch):
