@@ -47,6 +47,9 @@ class Integrator:
         Largest number of events a forcing period.
     steps : int, optional
         Runge-Kutta steps a period under smooth laws; default: as many as the measured error asks for.
+    work : float
+        Forcing periods that will be asked for, over all starts: for little work under laws the error of steps is not measured,
+        which would cost more, and starts are taken one after the other.
 
     Attributes
     ----------
@@ -64,8 +67,8 @@ class Integrator:
 
     section = None
 
-    def __init__(self, scene: Scene, limit: int, steps: int | None = None):
-        self.scene, self.limit, self.steps, self.error = scene, limit, steps, 0.0
+    def __init__(self, scene: Scene, limit: int, steps: int | None = None, work: float = np.inf):
+        self.scene, self.limit, self.steps, self.work, self.error = scene, limit, steps, work, 0.0
         self._lock = threading.Lock()
         self._candidates = np.array(list(itertools.islice(scene.start_modes(), MOST_START_MODES)), np.int64)
         self._rows = np.empty((0, 0, 0))
@@ -80,7 +83,7 @@ class Integrator:
         kind = packing.kind_of(self.scene)
         if kind is not None:
             return packing.module_of(kind), packing.numbers_of(self.scene.tables, kind)
-        law = smooth.kind_of(self.scene)
+        law = smooth.kind_of(self.scene) if self.steps is not None or self.work > smooth.PAYS else None
         if law is not None:
             try:
                 if self.steps is None:

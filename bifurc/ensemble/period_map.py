@@ -1,7 +1,8 @@
 """The map of many starts over whole forcing periods, by the fastest kernel that the scene allows.
 
 Everything that works on section points (cell mapping, bifurcation diagrams, edge tracking) goes through `PeriodMap`;
-which kernel it takes is decided once, from the structure of the scene, and can be read in `PeriodMap.kernel`.
+which kernel it takes is decided once, from the structure of the scene and the work it will have, and can be read in
+`PeriodMap.kernel`.
 """
 
 import numpy as np
@@ -40,6 +41,9 @@ class PeriodMap:
         Largest number of events a forcing period.
     steps : int, optional
         Runge-Kutta steps (order 8) a period under smooth laws; default: as many as the measured error asks for.
+    work : float, optional
+        Forcing periods that will be asked for, over all starts; default: many. Under smooth laws steps are measured only where
+        there is work enough to pay for it.
 
     Attributes
     ----------
@@ -68,7 +72,8 @@ class PeriodMap:
     ((2, 2), [0, 0])
     """
 
-    def __init__(self, system: System | Scene, *, max_events: int = 2000, steps: int | None = None):
+    def __init__(self, system: System | Scene, *, max_events: int = 2000, steps: int | None = None,
+                 work: float = np.inf):
         scene = system if isinstance(system, Scene) else scene_of(system)
         if scene.period is None:
             raise ValueError(f"{scene.system!r} is autonomous; a map over forcing periods needs an excitation (omega)")
@@ -76,7 +81,7 @@ class PeriodMap:
         self.max_events = int(max_events)
         if steps is not None and (isinstance(steps, bool) or steps != int(steps) or steps < 1):
             raise ValueError(f"steps = {steps!r} is not allowed; it must be a whole number of at least 1")
-        self._integrator = Integrator(scene, self.max_events, None if steps is None else int(steps))
+        self._integrator = Integrator(scene, self.max_events, None if steps is None else int(steps), work)
         self.error, self.steps = self._integrator.error, self._integrator.steps
         if self._integrator.lean:
             self.kernel = Kernel.BATCH if scene.closed_form else Kernel.SMOOTH

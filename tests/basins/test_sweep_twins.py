@@ -26,7 +26,7 @@ class StandIn:
 
     step = None
 
-    def __init__(self, system, max_events=None):
+    def __init__(self, system, max_events=None, work=None):
         self.system = system
 
     def apply(self, X, periods):

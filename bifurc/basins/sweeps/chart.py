@@ -117,8 +117,9 @@ def chart_cells(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
 def _cell(system: System, region: Region, o: Mapping) -> dict:
     """Return the fields of one cell."""
     scene = scene_of(system)
-    period_map, scale = PeriodMap(system, max_events=o["max_events"]), region.sizes(scene)
-    X, keep = region.starts(scene, o["starts"], o["seed"]), 2 * o["longest"]
+    scale, keep = region.sizes(scene), 2 * o["longest"]
+    period_map = PeriodMap(system, max_events=o["max_events"], work=o["starts"] * (o["transient"] + keep))
+    X = region.starts(scene, o["starts"], o["seed"])
     points, outcomes, hits = settled(period_map, X, o["transient"], keep)
     periods = np.array([period_of(row, scale, TOLERANCE) if code == MAPPED else -1
                         for row, code in zip(points, outcomes, strict=True)])

@@ -109,7 +109,8 @@ def diagram_points(payload: Mapping) -> tuple[dict, dict[str, np.ndarray]]:
     points = np.empty((*shape, keep, X.shape[1]))
     outcomes, impacts, periods = np.empty(shape, np.int64), np.empty(shape), np.zeros(shape, np.int64)
     for v, value in enumerate(payload["values"]):
-        period_map = PeriodMap(base.with_parameters(**{name: float(value)}), max_events=payload["max_events"])
+        period_map = PeriodMap(base.with_parameters(**{name: float(value)}), max_events=payload["max_events"],
+                               work=len(X) * (transient + keep))
         points[v], outcomes[v], hits = settled(period_map, X, transient, keep)
         lost = np.flatnonzero(outcomes[v] != MAPPED)
         if lost.size:  # no start here, or it ended: from the given start again

@@ -15,10 +15,11 @@ from .law_modes import Acts, Kind, modes_text, pattern_of, seen, step_numbers
 from .packing import Numbers, fits
 from .writing import written
 
-MOST_STEPS = 20000  # of a period
+MOST_STEPS = 640  # of a period: beyond, steps whose length follows the motion cost less
 MOST_MASSES, MOST_MODES, MOST_GUARDS = 2, 16, 4
 COARSE = 12  # steps tried first
 SAMPLE = 128  # starts from which the error is measured
+PAYS = 10000  # forcing periods, over all starts, that cost about as much as that measurement
 WISH = 1e-9  # error of one period, in units of the region: far below the radius of an attractor
 
 
