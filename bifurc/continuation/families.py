@@ -10,8 +10,10 @@ import math
 import numpy as np
 
 from ..compose.scene import beside
-from ..orbits.shooting.path import DEGREES, PAD, TOLERANCE, ParameterPath
+from ..orbits.shooting.path import CHECKS, DEGREES, NOISE, PAD, ROUNDING, TOLERANCE, ParameterPath, fitted, noise
 from .conditions import finite_scale
+
+PLACES = ((-0.95, 0.211), (-0.187, -0.97), (0.417, -0.437), (0.975, 0.655))  # in [-1, 1]^2, where a product of series is checked
 
 
 class Family:
@@ -146,29 +148,46 @@ def surface(sample, first, second, name):
     except ValueError:
         a, b = low, high
     centre, radius = 0.5 * (a + b), 0.5 * (b - a)
-    places = ((-0.873, 0.311), (-0.311, -0.941), (0.537, -0.537), (0.941, 0.873))
-    checks = np.array([sample(middle + half * y, centre + radius * z) for y, z in places])
-    for degree in DEGREES[:4]:
-        angle = math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
-        nodes = np.cos(angle)
-        values = np.array([[sample(middle + half * y, centre + radius * z) for z in nodes] for y in nodes])
+
+    def across(y):  # along a, at some values of b
+        return np.concatenate([sample(y, centre + radius * z) for z in CHECKS])
+
+    def along(z):  # along b, at some values of a
+        return np.concatenate([sample(middle + half * y, z) for y in CHECKS])
+
+    one, two = degree_of(across, middle, half), degree_of(along, centre, radius)
+    if one is not None and two is not None:
+        angles = [math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1) for degree in (one, two)]
+        values = np.array([[sample(middle + half * y, centre + radius * z) for z in np.cos(angles[1])] for y in np.cos(angles[0])])
+        checks = np.array([sample(middle + half * y, centre + radius * z) for y, z in PLACES])
         index = np.flatnonzero(np.any(values != checks[0], axis=(0, 1)) | np.any(checks != checks[0], axis=0))
-        values = values[:, :, index]
-        order = np.arange(degree + 1)
-        transform = 2.0 / (degree + 1) * np.cos(np.outer(order, angle))
-        transform[0] *= 0.5
-        series = np.einsum("iy,jz,yzk->kij", transform, transform, values)
-        size = np.abs(values).max(axis=(0, 1), initial=0.0) + np.abs(checks[:, index]).max(axis=0, initial=0.0)
+        values, checks = values[:, :, index], checks[:, index]
+        transforms = [2.0 / angle.size * np.cos(np.outer(np.arange(angle.size), angle)) for angle in angles]
+        for transform in transforms:
+            transform[0] *= 0.5
+        series = np.einsum("iy,jz,yzk->kij", *transforms, values)
+        size = np.abs(values).max(axis=(0, 1), initial=0.0) + np.abs(checks).max(axis=0, initial=0.0)
         series[np.abs(series) < 4e-16 * size[:, None, None]] = 0.0
-        good = True
-        for (y, z), check in zip(places, checks[:, index], strict=True):
-            found = np.einsum("kij,i,j->k", series, np.cos(order * math.acos(y)), np.cos(order * math.acos(z)))
-            good = good and bool(np.all(np.abs(found - check) <= 2.0 * TOLERANCE * size + 1e-300))
-        if good:
-            used = [int(np.max(np.nonzero(np.any(series != 0.0, axis=axes))[0], initial=0)) + 1 for axes in ((0, 2), (0, 1))]
-            return (a, b), index, np.ascontiguousarray(series[:, :used[0], :used[1]])
+        waves = [np.cos(np.outer(np.arccos(place), np.arange(angle.size)))
+                 for place, angle in zip(zip(*PLACES, strict=True), angles, strict=True)]
+        found = np.einsum("kij,pi,pj->pk", series, *waves)
+        allowed = 2.0 * max(TOLERANCE, ROUNDING * math.sqrt(one + two + 1.0)) * size
+        own = NOISE * noise(across, middle, half).reshape(len(CHECKS), -1).max(axis=0)[index]
+        if np.all(np.abs(found - checks) <= allowed + own + 1e-300):
+            return (a, b), index, np.ascontiguousarray(series)
     raise ValueError(f"{name} between {low:g} and {high:g}: the system's numbers are no smooth function of both parameters "
                      "(no polynomial fits to rounding); choose narrower bounds")
+
+
+def degree_of(sample, middle, half):
+    """Return the degree of the polynomial that fits ``sample(value)`` over middle +- half to rounding, None where none does."""
+    checks = np.array([sample(middle + half * z) for z in CHECKS])
+    for exact in (True, False):  # numbers in which larger ones cancel carry more than their own rounding
+        own = 0.0 if exact else NOISE * noise(sample, middle, half)
+        for degree in DEGREES:
+            if fitted(sample, middle, half, checks, (degree,), own) is not None:
+                return degree
+    return None
 
 
 def family_of(problem, name, bounds):
