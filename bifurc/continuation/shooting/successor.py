@@ -41,6 +41,7 @@ VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may 
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
+CLEARLY = 100.0  # times the rounding of single products: that of a whole flow, which tells a duration from none
 STILL = 1e-13  # speed of a held row that is none
 LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
@@ -241,7 +242,7 @@ def determined(problem, x) -> bool:
     moves[0] -= period
     apart = moves - np.roll(moves, 1, axis=0)  # what moves both ends of an interval alike does not change it
     apart[0] += period
-    clear = (spans > np.abs(apart) @ noise) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
+    clear = (spans > CLEARLY * np.abs(apart) @ noise) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return bool(clear.all())
 
 

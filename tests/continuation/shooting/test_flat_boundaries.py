@@ -1,9 +1,12 @@
 """Boundaries whose tests are zero with some power of the way: their place is known as well as that of others, and alone there."""
+import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 import bifurc as bf
 from bifurc.continuation import StopReason
 from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, RigidStop
+from bifurc.orbits.orbit import PeriodicOrbit
 
 PRESSED, LOAD = 2.0, 1.0
 
@@ -61,3 +64,49 @@ def test_it_begins_to_be_held_by_turns_and_to_slip_where_the_forces_balance(rest
     for point, force in ((turns, HELD - FRICTION), (slips, HELD + FRICTION)):
         assert abs(point.parameter - force) <= point.error + 1e-15 < 1e-8
     assert (turns.kind.value, slips.kind.value) == ("stick_onset", "grazing") and len(branch.special_points) == 3
+
+
+# a mass that begins to slip to and fro: what the two slips move it is of fourth order in their durations
+
+MASS, DAMPING, SPRING, JOINT, DASHPOT, FORCE, ROOM, BOUNCE, HOLDING = 1.31, 0.1004, 1.673, 0.673, 0.0404, 1.3, 0.278, 0.543, 0.212
+
+
+def limits_of_standing(unknowns):
+    """Return what is zero where the second mass begins to slip both ways: it stands at ``y``, the first one is an oscillator with
+    one impact a period, of which the motion is known, and what it pulls has its greatest and least value at ``t1`` and ``t2``."""
+    omega, y, begin, speed, t1, t2 = unknowns
+    wave, free = FORCE / (SPRING - omega**2 + 1j * DAMPING * omega), complex(-0.5 * DAMPING, np.sqrt(SPRING - 0.25 * DAMPING**2))
+    behind = -BOUNCE * speed - (1j * omega * wave * np.exp(1j * omega * begin)).real
+    aside = ROOM - (wave * np.exp(1j * omega * begin)).real - JOINT * y / SPRING
+    swing = complex(aside, (aside * free.real - behind) / free.imag)
+
+    def moved(t, order):
+        forced, own = (1j * omega)**order * wave * np.exp(1j * omega * t), free**order * swing * np.exp(free * (t - begin))
+        return (forced + own).real + (JOINT * y / SPRING if order == 0 else 0.0)
+
+    def pull(t, order):
+        return JOINT * moved(t, order) + DASHPOT * moved(t, order + 1) - (SPRING * y if order == 0 else 0.0)
+    end = begin + 2.0 * np.pi / omega
+    return [moved(end, 0) - ROOM, moved(end, 1) - speed, pull(t1, 0) - HOLDING, pull(t1, 1), pull(t2, 0) + HOLDING, pull(t2, 1)]
+
+
+def test_two_slips_that_are_born_at_once_are_followed_however_states_are_rounded(monkeypatch):
+    """Where they begin, all short durations solve the equations to rounding: only a branch of durations that are told from none
+    leads away.  The frequency there is that of the mass which stands."""
+    damping, spring = [[DAMPING, -DASHPOT], [-DASHPOT, DAMPING]], [[SPRING, -JOINT], [-JOINT, SPRING]]
+    system = bf.System(np.diag([1.0, MASS]), damping, spring, [HarmonicForce(FORCE), RigidStop(ROOM, BOUNCE),
+                                                               Coulomb(HOLDING, dof=1)], omega=2.44)
+    branch = bf.trace(bf.find_orbit(system), "omega", bounds=(1.708, 3.172))
+    onset = fsolve(limits_of_standing, [2.51, -0.01, 6.2, 0.1, 8.7, 7.4], xtol=1e-13)[0]
+    kinds = [(point.kind.value, point.parameter) for point in branch.special_points][-3:]
+    assert [kind for kind, _ in kinds] == ["stick_onset", "slip_onset", "grazing"]
+    assert kinds[1][1] == pytest.approx(onset, abs=1e-8)
+    states = PeriodicOrbit._states
+    for seed in range(16):
+        rng = np.random.default_rng(seed)
+        monkeypatch.setattr(PeriodicOrbit, "_states",
+                            lambda self, at, rng=rng: states(self, at) * (1.0 + 1e-15 * rng.normal(size=(len(at), 4))))
+        other = bf.trace(branch.orbits[-3], "omega", bounds=(1.708, 3.172))
+        found = [(point.kind.value, point.parameter) for point in other.special_points][-3:]
+        assert [kind for kind, _ in found] == ["stick_onset", "slip_onset", "grazing"]
+        np.testing.assert_allclose([value for _, value in found], [value for _, value in kinds], atol=1e-8)
