@@ -1,11 +1,12 @@
 """Boundaries whose tests are zero with some power of the way: their place is known as well as that of others, and alone there."""
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 import bifurc as bf
 from bifurc.continuation import StopReason
-from bifurc.elements import ConstantForce, Coulomb, HarmonicForce, RigidStop
+from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, RigidStop
 from bifurc.orbits.orbit import PeriodicOrbit
 
 PRESSED, LOAD = 2.0, 1.0
@@ -90,6 +91,19 @@ def limits_of_standing(unknowns):
     return [moved(end, 0) - ROOM, moved(end, 1) - speed, pull(t1, 0) - HOLDING, pull(t1, 1), pull(t2, 0) + HOLDING, pull(t2, 1)]
 
 
+def rounded_otherwise(monkeypatch, count):
+    """Yield ``count`` times, each time with other last digits of the states that simulations begin with."""
+    states = PeriodicOrbit._states
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+
+        def rounded(self, at, rng=rng):
+            found = states(self, at)
+            return found * (1.0 + 1e-15 * rng.normal(size=found.shape))
+        monkeypatch.setattr(PeriodicOrbit, "_states", rounded)
+        yield
+
+
 def test_two_slips_that_are_born_at_once_are_followed_however_states_are_rounded(monkeypatch):
     """Where they begin, all short durations solve the equations to rounding: only a branch of durations that are told from none
     leads away.  The frequency there is that of the mass which stands."""
@@ -101,12 +115,48 @@ def test_two_slips_that_are_born_at_once_are_followed_however_states_are_rounded
     kinds = [(point.kind.value, point.parameter) for point in branch.special_points][-3:]
     assert [kind for kind, _ in kinds] == ["stick_onset", "slip_onset", "grazing"]
     assert kinds[1][1] == pytest.approx(onset, abs=1e-8)
-    states = PeriodicOrbit._states
-    for seed in range(16):
-        rng = np.random.default_rng(seed)
-        monkeypatch.setattr(PeriodicOrbit, "_states",
-                            lambda self, at, rng=rng: states(self, at) * (1.0 + 1e-15 * rng.normal(size=(len(at), 4))))
+    for _ in rounded_otherwise(monkeypatch, 16):
         other = bf.trace(branch.orbits[-3], "omega", bounds=(1.708, 3.172))
         found = [(point.kind.value, point.parameter) for point in other.special_points][-3:]
         assert [kind for kind, _ in found] == ["stick_onset", "slip_onset", "grazing"]
         np.testing.assert_allclose([value for _, value in found], [value for _, value in kinds], atol=1e-8)
+
+
+# a friction that all but stops just behind its reversals
+
+CHAIN, LOSS, PUSH, RATE = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]), 0.05, 0.969, 0.544
+
+
+def behind_reversal(friction, begin):
+    """Return speed and further derivatives of the third mass behind its reversal, where it slips all the time: the answer to the
+    load, and to a friction that turns round every half period."""
+    A = np.block([[np.zeros((3, 3)), np.eye(3)], [-CHAIN, -LOSS * CHAIN]])
+    wave = np.linalg.solve(CHAIN - RATE**2 * np.eye(3) + 1j * RATE * LOSS * CHAIN, [PUSH, 0.0, 0.0])[2] * np.exp(1j * RATE * begin)
+    moved = np.append(np.linalg.solve(CHAIN, [0.0, 0.0, friction]), np.zeros(3))
+    free, found = np.linalg.solve(expm(np.pi / RATE * A) + np.eye(6), -2.0 * moved), []
+    for order in range(1, 7):
+        found.append(free[5] + ((1j * RATE)**order * wave).real)
+        free = A @ free
+    return found
+
+
+def touching_zero(unknowns):
+    """Return what is zero where the third mass, behind its reversal, comes to rest for an instant: the speed divided by the time."""
+    friction, begin, later = unknowns
+    rates = [rate / factor for rate, factor in zip(behind_reversal(friction, begin), (1.0, 1.0, 2.0, 6.0, 24.0, 120.0), strict=True)]
+    return [rates[0], sum(rate * later**k for k, rate in enumerate(rates[1:])),
+            sum(k * rate * later**(k - 1) for k, rate in enumerate(rates[1:]))]
+
+
+def test_a_stick_just_behind_a_reversal_is_followed_however_states_are_rounded(monkeypatch):
+    """The sequence between the birth of the stick and that of a stick from the reversal on lives for 3e-8 of the friction."""
+    stops = [ElasticStop(gap, 9.43, row=row) for gap, row in ((0.264, (1.0, -1.0, 0.0)), (0.473, (0.0, 1.0, -1.0)))]
+    system = bf.System(np.eye(3), LOSS * CHAIN, CHAIN, [HarmonicForce(PUSH), *stops, Coulomb(0.12, dof=2)], omega=RATE)
+    stick, slip = fsolve(touching_zero, [0.13332, 0.2166, 3e-4], xtol=1e-12)[0], fsolve(
+        lambda unknowns: behind_reversal(*unknowns)[:2], [0.13332, 0.2166], xtol=1e-12)[0]
+    start = bf.find_orbit(system)
+    for _ in rounded_otherwise(monkeypatch, 6):
+        branch = bf.trace(start, "coulomb.friction", bounds=(0.1, 0.16))
+        first, second = branch.special_points
+        assert (first.kind.value, second.kind.value) == ("stick_onset", "slip_onset") and branch.audit.ok
+        assert (first.parameter, second.parameter) == (pytest.approx(stick, abs=1e-12), pytest.approx(slip, abs=1e-12))
