@@ -27,7 +27,7 @@ def directions(problem, x) -> list[np.ndarray]:
 
     Where [F_u F_p] has one null vector it is that; where it has a plane of them, the chords to the solutions found round ``x``;
     none where Newton wanders to such a solution or does not find it again.  A line has chords both ways that are one: where they
-    are not, it may bend within their length, and shorter ones are its directions once they stay the same.
+    are not, it may bend within their length, and shorter ones are its directions, once they are one or stay the same.
     """
     fu, fp = problem.jacobian(x[:-1], x[-1])
     rows = kernel(np.column_stack([fu, fp]) * problem.scale, RANK)
@@ -37,8 +37,9 @@ def directions(problem, x) -> list[np.ndarray]:
     before = found
     for nearer in NEARER if not straight(found) else ():
         made, _ = chords(problem, x, rows, nearer)
-        if not made or all(any(abs(one @ other) > ALIKE for other in before) for one in made):
-            found = before
+        settled = straight(made) and bool(made)
+        if settled or all(any(abs(one @ other) > ALIKE for other in before) for one in made):
+            found = made if settled else before
             break
         before = made
     lines: list[np.ndarray] = []

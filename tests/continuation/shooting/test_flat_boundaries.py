@@ -141,9 +141,9 @@ def behind_reversal(friction, begin):
 
 
 def touching_zero(unknowns):
-    """Return what is zero where the third mass, behind its reversal, comes to rest for an instant: the speed divided by the time."""
+    """Return what is zero where the third mass comes to rest for an instant behind its reversal: its speed over the time."""
     friction, begin, later = unknowns
-    rates = [rate / factor for rate, factor in zip(behind_reversal(friction, begin), (1.0, 1.0, 2.0, 6.0, 24.0, 120.0), strict=True)]
+    rates = np.array(behind_reversal(friction, begin)) / [1.0, 1.0, 2.0, 6.0, 24.0, 120.0]
     return [rates[0], sum(rate * later**k for k, rate in enumerate(rates[1:])),
             sum(k * rate * later**(k - 1) for k, rate in enumerate(rates[1:]))]
 
