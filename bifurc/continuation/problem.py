@@ -313,6 +313,10 @@ class Problem:
         """
         return 0.0
 
+    def blur(self, found: Corrected) -> float:
+        """Return how far rounding moves a solution across its branch, scaled, as it was ``found``; 0: not known."""
+        return 0.0
+
     def shaken(self):
         """Return a small part, and pairs of functions that make problems with the same equations whose numbers all differ by it,
         one way and the other: they tell what the rounding of numbers does to a special point. None by default."""

@@ -52,7 +52,7 @@ def test_points_without_a_partner_are_seen():
                                               ("one_stop", 8035), ("elastic_stop", 8032), ("two_stops", 9042),
                                               ("two_stops", 11038), ("clearances", 15028),
                                               ("stop_and_friction", 15019), ("clearances", 16076), ("two_stops", 17036),
-                                              ("belt", 12073), ("mixed", 44001),
+                                              ("belt", 12073), ("mixed", 44001), ("mixed", 53015), ("clearances", 53007),
                                               pytest.param("clearances", 11028, marks=pytest.mark.slow),
                                               pytest.param("clearances", 11030, marks=pytest.mark.slow)])
 def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):

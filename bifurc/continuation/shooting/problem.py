@@ -40,7 +40,7 @@ from .appearing import moved
 from .completion import completion_near
 from .extremes import extreme_gradient
 from .signature_change import CLOSURE, COMPLETES, LEAVING, MERGES, ONE, REFUSED, UNLISTED
-from .successor import HELD_ROWS, LISTED
+from .successor import HELD_ROWS, LISTED, OF_FLOW
 from .train_length import SLACK, SPARE, relengthened
 from .vanishing import listed_speeds
 
@@ -327,6 +327,15 @@ class OrbitProblem(Problem):
     def test_uncertainty(self, found: Corrected) -> float:
         """See `Problem.test_uncertainty`: tests are parts of the natural sizes of states, of which the scale is a multiple."""
         return ROUNDED + float(self.scale[1] / self.weights[0]) * found.left
+
+    def blur(self, found: Corrected) -> float:
+        """See `Problem.blur`: at a given arclength, by the rounding of the flow."""
+        _, wide, rounded = self._linearised(found.x)
+        try:
+            answers = np.linalg.inv(np.vstack([wide * self.scale, found.tangent]))[:, :-1]
+        except np.linalg.LinAlgError:
+            return math.inf
+        return float((np.abs(answers) @ rounded).max()) * OF_FLOW
 
     def own_directions(self, directions):
         """See `Problem.own_directions`: of a doubled orbit those of the orbit that it merges with are none."""

@@ -81,10 +81,11 @@ def through_grazing(problem, point, monitor):
 def solves(problem, x, tangent) -> bool:
     """Whether ``x`` (n + 1,), constructed for the equations of ``problem``, solves them: where an event moves by a leap what
     another one waits for, the two do not change places at one instant, however near each other they are.  The corrector along the
-    ``tangent`` there tells at once, but where the equations are singular."""
-    c = problem.correct(x, tangent)
-    if c.converged and c.distance <= SAME:
-        return True
+    ``tangent`` there tells at once, or a little farther on where the equations are singular."""
+    for step in (0.0, SAME):
+        c = problem.correct(x + step * problem.scale * tangent, tangent)
+        if c.converged and c.distance <= SAME:
+            return True
     found = onto(problem, x)
     return found is not None and float(np.abs((found - x) / problem.scale).max()) <= SAME
 

@@ -41,6 +41,7 @@ VANISHED = (1e-7, 1e-6, 1e-5)  # scaled durations and speeds of events that may 
 BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is looked up
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
+OF_FLOW = 100.0  # rounding of a flow to that of single products
 STILL = 1e-13  # speed of a held row that is none
 LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
@@ -51,9 +52,11 @@ SECANTS = 60
 HALVINGS = 30  # of the length in which a short validity ends
 ON_BOUNDARY = 1e-13  # scaled length to the beginning of the new sequence, in the last step
 ASTRAY = 0.5  # of a length along a direction, by which a solution may lie beside it
-ROUNDED = 1e-11  # scaled length along a branch: where a test is zero is known no better
+ROUNDED = (1e-11, 1e-10, 1e-9, 1e-8)  # scaled lengths along a branch: where a test is zero is known no better, and one that is
+# the square of the way less, as of several contacts that stop at once; beyond a completion other tests leap
 VALID = 1e-9  # value of a monitor that is zero there
 SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
+STAYS = 10.0  # times the last change of a value: a larger one has not changed
 LISTED, HELD_ROWS = "listed", "held"  # names of the monitors of events and of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME = 2e-6  # scaled distance of two motions that are one
@@ -241,7 +244,7 @@ def determined(problem, x) -> bool:
     moves[0] -= period
     apart = moves - np.roll(moves, 1, axis=0)  # what moves both ends of an interval alike does not change it
     apart[0] += period
-    clear = (spans > np.abs(apart) @ noise) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
+    clear = (spans > OF_FLOW * np.abs(apart) @ noise) | (nodes[:, DIVIDE] == TOGETHER) | kick & np.roll(kick, 1)
     return bool(clear.all())
 
 
@@ -662,7 +665,7 @@ def _first_valid(problem, x, p, step=None):
     found = []
     for test in tests:
         at = _zero(test, step)
-        sides = [] if at is None else [at, at - ROUNDED, at + ROUNDED]  # beyond a completion other tests leap
+        sides = [] if at is None else [at, *(at + sign * aside for aside in ROUNDED for sign in (-1.0, 1.0))]
         at = next((side for side in sides if values(side) is not None and values(side).max() <= VALID), None)
         if at is not None:
             found.append(at)
@@ -674,7 +677,10 @@ def _first_valid(problem, x, p, step=None):
 
 
 def _zero(value, step):
-    """Return the zero of a function of the length nearest to 0 by secants, None without one; ``step`` is the first length."""
+    """Return the zero of a function of the length nearest to 0 by secants, None without one; ``step`` is the first length.
+
+    Over a leap of the function secants end beside it, whatever the value there: one that stays is no zero but of rounding.
+    """
     s0, f0 = 0.0, value(0.0)
     if f0 is None:
         return None
@@ -691,7 +697,9 @@ def _zero(value, step):
         f1 = value(s1)
         if abs(step) <= ON_BOUNDARY:
             break
-    return s1 if f1 is not None and abs(f1) <= VALID and abs(step) <= SETTLED else None
+    if f1 is None or abs(f1) > VALID or abs(step) > SETTLED:
+        return None
+    return s1 if abs(f1) <= max(ROUNDING, STAYS * abs(f1 - f0)) else None
 
 
 def distance(one, other) -> float:

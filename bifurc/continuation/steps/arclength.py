@@ -23,6 +23,7 @@ from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
 FARTHEST = 1e-3  # the same where several events are born at once, of which Newton finds the lengths no nearer
+BLURRED = 0.1  # of such a length, by which rounding may move what is found there
 STARTS = 20  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
@@ -551,16 +552,22 @@ class Half:
     def begun(problem, x, tangent):
         """Return the first corrected point of new equations and its distance from their beginning.
 
-        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known.
+        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known; and
+        farther where rounding moves solutions by a part of the way: which of them Newton finds is chance, and no step from it goes
+        on.
         """
         made = []
         for step in (0.0, *ASIDE, FARTHEST):
             c = problem.correct(x + step * problem.scale * tangent, tangent)
-            if c.converged and float(np.dot(c.tangent, tangent)) > problem.same_tangent:
+            if not c.converged:
+                continue
+            same = float(np.dot(c.tangent, tangent)) > problem.same_tangent
+            told = problem.blur(c) <= BLURRED * max(step, ASIDE[0])
+            if same and told:
                 return c, step
-            if c.converged and step:
-                made.append((c, step))
-        return made[0] if made else (c, step)
+            if same or step:
+                made.append((not (told and step), not same, len(made), c, step))
+        return min(made)[-2:] if made else (c, step)
 
     def closing(self, row, new):
         """Whether the first point of the branch may lie in this step (cheap tests first)."""

@@ -7,8 +7,9 @@ import numpy as np
 
 from ..._jit import both
 from ...compose.tables import ORDER
-from ...flow.affine.engine import advance, arc, forcing, propagate, reach, state_series
+from ...flow.affine.engine import advance, arc, forcing, propagate, reach, state_series  # noqa: F401  advance is read from here
 from ...flow.affine.polynomial import highest
+from ...flow.dense import sample
 from ...flow.saltation import joined, premultiply, saltation
 from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER, reset
 
@@ -34,17 +35,20 @@ def states(T, nodes, span, U, tau, out):
     ns, nx = T.A.shape[1], T.A.shape[2]
     count = nodes.shape[0]
     period = 2.0 * np.pi / T.flat[0]
-    x = np.empty(nx)
-    y = np.empty(ns)
-    P = np.empty((ns, nx))
-    i = -1
-    for k in range(tau.size):
-        while i < count - 1 and (i < 0 or tau[k] >= U[(i + 1) * (1 + ns)]):
-            i += 1
-            start_of(T, nodes, U, i, P, x)
-        advance(T, nodes[i, AFTER], x, max(tau[k] - U[i * (1 + ns)], 0.0) * period, y)
+    x, P = np.empty(nx), np.empty((ns, nx))
+    modes, starts, begun = np.empty(count, np.int64), np.empty(count), np.empty((count, ns))
+    for i in range(count):
+        start_of(T, nodes, U, i, P, x)
+        modes[i], starts[i] = nodes[i, AFTER], U[i * (1 + ns)] * period
         for c in range(ns):
-            out[k, c] = y[c]
+            begun[i, c] = x[c]
+    index, spans = np.empty(tau.size, np.int64), np.empty(tau.size)
+    i = 0
+    for k in range(tau.size):
+        while i < count - 1 and tau[k] >= U[(i + 1) * (1 + ns)]:
+            i += 1
+        index[k], spans[k] = i, max(tau[k] - U[i * (1 + ns)], 0.0) * period
+    sample(T, modes, starts, begun, index, spans, out)
 
 
 @both

@@ -29,6 +29,15 @@ def test_two_lines_that_cross(slope):
         assert max(abs(line @ other) for other in lines) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("length", [1e-4, 3e-5])
+def test_a_line_that_bends_within_the_length_at_which_it_is_looked_for(length):
+    """b = a, and b = -a - a^2/length: chords of the second one as long as that are off its direction by half a right angle."""
+    lines = directions(TwoDurations(lambda a, b: (b - a) * (b + a + a * a / length)), np.zeros(3))
+    assert len(lines) == 2
+    for line in np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]]) / np.sqrt(2.0):
+        assert max(abs(line @ other) for other in lines) > 0.98
+
+
 def test_two_lines_of_a_form_of_fourth_order():
     """a^4 = b^4, as of two slips that end at once."""
     lines = directions(TwoDurations(lambda a, b: 1e-2 * (a**4 - b**4)), np.zeros(3))

@@ -120,6 +120,7 @@ def test_no_zero_is_made_up():
     assert rules._zero(lambda s: 1.0 + s, None) is None  # farther than is looked
     assert rules._zero(lambda s: None if s else 1e-4, None) is None
     assert rules._zero(lambda s: s * s + 1e-4, None) is None
+    assert rules._zero(lambda s: -8e-10 if s < 5e-7 else -2.6e-3, None) is None  # a leap, beside which it stays as it is
 
 
 def test_a_solution_beside_a_guess_is_the_nearest():
@@ -142,6 +143,15 @@ def test_a_sequence_begins_where_its_largest_monitor_is_zero(monkeypatch, begin)
     through = rules.at_beginning(Line(lambda p: -1.0), at(1.0), 1.003, True)
     assert through[-1] == pytest.approx(1.003, abs=1e-15)
     assert rules.at_beginning(Line(lambda p: 1.0), at(1.0), 1.003, True) is None  # not valid there
+
+
+@pytest.mark.parametrize("other", [3e-12, 3e-10, 4e-9])
+def test_a_sequence_begins_behind_the_last_of_two_places_that_rounding_tells_apart(monkeypatch, other):
+    """As of two contacts that stop at once: of the second nothing is known but the sign."""
+    monkeypatch.setattr(rules, "listed_speeds", lambda problem, x: [None])
+    line = Line(lambda p: 1.001 - p, lambda p: -1.0 if p > 1.001 + other else 1e-6)
+    found = rules._first_valid(line, at(1.0), 1.0)
+    assert other <= found[-1] - 1.001 < 1e-8
 
 
 def test_of_a_short_interval_the_end_at_the_old_parameter_is_taken_or_the_nearest(monkeypatch):

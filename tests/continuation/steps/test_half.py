@@ -10,7 +10,7 @@ from bifurc.continuation import SpecialPointKind, StopReason, trace
 from bifurc.continuation.kinds import CorrectorStatus
 from bifurc.continuation.problem import Corrected
 from bifurc.continuation.steps import arclength, detect
-from bifurc.continuation.steps.arclength import ASIDE, Half
+from bifurc.continuation.steps.arclength import ASIDE, FARTHEST, Half
 from bifurc.continuation.steps.inside import known_to
 from bifurc.continuation.steps.rows import Part, Row
 from bifurc.continuation.steps.rows import tests_of as values_of
@@ -178,15 +178,16 @@ def test_behind_a_boundary_the_equations_begin_on_the_one_that_is_zero_there():
 
 
 def asked_problem(answers, scale=(64.0, 0.25)):
-    """A problem of which every correction is one of ``answers`` (status, cosine to the given tangent); what was asked is kept."""
+    """A problem of which every correction is one of ``answers`` (status, cosine to the given tangent, and how far rounding
+    moves it); what was asked is kept."""
     problem = SimpleNamespace(scale=np.array(scale), same_tangent=0.99, asked=[])
 
     def correct(x, tangent):
-        converged, cosine = answers[min(len(problem.asked), len(answers) - 1)]
+        converged, cosine, *blur = answers[min(len(problem.asked), len(answers) - 1)]
         problem.asked.append(x.copy())
         t = cosine * tangent + math.sqrt(1.0 - cosine**2) * np.array([-tangent[1], tangent[0]])
-        return SimpleNamespace(x=x, tangent=t, converged=converged)
-    problem.correct = correct
+        return SimpleNamespace(x=x, tangent=t, converged=converged, blur=sum(blur))
+    problem.correct, problem.blur = correct, lambda found: found.blur
     return problem
 
 
@@ -194,7 +195,10 @@ def test_equations_that_are_singular_where_they_begin_are_solved_a_little_inside
     x, t = np.array([3.0, 1.0]), np.array([0.6, 0.8])
     for answers, step in (([(True, 1.0)], 0.0), ([(False, 1.0), (True, 1.0)], ASIDE[0]),
                           ([(True, 0.5), (True, 0.5), (True, 1.0)], ASIDE[1]),
-                          ([(True, 0.5), (False, 1.0), (True, 0.5)], ASIDE[1])):  # none the same: the first inside
+                          ([(True, 0.5), (False, 1.0), (True, 0.5)], ASIDE[1]),  # none the same: the first inside
+                          # the first that rounding does not move by as much as the way, also with another tangent
+                          ([(True, 1.0, 1e-3), (True, 1.0, 1e-5), (True, 1.0, 1e-6)], ASIDE[1]),
+                          ([(True, 1.0, 1e-3)] * 4 + [(True, 0.5, 1e-6)], FARTHEST), ([(True, 1.0, 1e-3)], 0.0)):
         problem = asked_problem(answers)
         c, along = Half.begun(problem, x, t)
         assert c.converged and along == step
