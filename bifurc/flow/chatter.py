@@ -8,6 +8,13 @@ kappa the loss of a per unit of speed.  That holds where nothing changes between
 turns round in every impact and at the top of every flight; friction that holds another mass slips in every impact, since a mass
 matrix passes the impulse on, and sticks again before the next.  Then a flight has two parts, the second of which begins where a
 sliding speed has come to zero, and speeds fall by another ratio: `flight`, of which the formula is the case without a first part.
+
+Friction of another row that the impulses move turns as long as it is slower than they make it.  Where forces drive it on, its speed
+over that of impact, u/v, has an unstable fixed point, since v falls and u does not: an impact that leaves it its direction is
+followed by others that do, and the formula holds from there on (`turning`).  Where u and v vanish together every flight has a
+reversal.  Along a parameter numbers of reversals change in geometric sequences towards that motion, from both sides.
+
+One file, because when a chattering closes and what it leaves are read from the same flight.
 """
 import numpy as np
 
@@ -19,6 +26,7 @@ CLOSE = 2e-5  # rates times the remaining duration of a complete chattering belo
 UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
+TURNING = 0.5  # of a sliding speed: so much of it the impacts that are closed may take away, since none may turn it
 LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
 SMALL = 1e-4  # of a step of the mode: for differences, which only weigh the second order
 EXCESS, DURATION, WAY = range(3)  # places of what `sequence` finds
@@ -175,12 +183,46 @@ def sequence(T, m, g, x, v, out, found):
     by_time = (there[LATER] - here[LATER] + total * (there[FASTER] - here[FASTER])) / (1.0 - rho)
     squares = (here[LATER] + total * here[FASTER] + by_time * unit * rho) / (1.0 - rho**2)
     size = terms_size(T, m, g, out)
-    found[EXCESS] = total * v * fastest / CLOSE
+    found[EXCESS] = max(total * v * fastest / CLOSE, turning(T, m, g, x, v, out, total * v, other, slides) / TURNING)
     if size > 0.0:
         found[EXCESS] = min(found[EXCESS], height(r, first, push) * v * v / (UNSEEN * EPS * size))
     found[DURATION] = total * v + squares * v * v
     if T.n_holds[other] < T.n_holds[m]:
         found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
+
+
+@njit
+def turning(T, m, g, x, v, out, span, other, slides):
+    """Largest part of a guard of another element, in mode ``m``, that one impact or all of them take away from what it is at
+    ``x`` (nx,); from 1 on the element has an event, and flights are not what they are in mode ``m``.
+
+    Of guards that impulses change: speeds of sliding, and forces of damping.  The part of `flight` in mode ``other``, which ends at
+    guard ``slides``, is no such event.  All impacts, with the speed ``v`` of the first, leave ``out`` (nx,) and last for ``span``.
+    Behind each of them a guard is what it is in the end plus a multiple of the speed, and speeds fall: so the first and the end
+    bound all the others.
+    """
+    r, rest, most, ns = T.ratio[m, g], T.ends_in[m, g], 0.0, T.A.shape[1]
+    for k in range(T.n_guards[m]):
+        if k == g or T.kick[m, k] == 1 or multiple(T.G[m, k], T.GT[m, g, :, 1]) != 0.0:
+            continue
+        if other != m and T.element[m, k] == T.element[other, slides]:
+            continue
+        value, change, size, end = 0.0, 0.0, 0.0, 0.0
+        for c in range(ns):
+            change -= T.G[m, k, c] * T.B[m, g, c]
+            size += abs(T.G[m, k, c] * T.B[m, g, c])
+        if abs(change) <= MOVED * size:
+            continue
+        for c in range(x.size):
+            value += T.G[m, k, c] * x[c]
+            end += T.G[m, k, c] * out[c]
+        f, dw = np.empty(ns), np.empty(x.size - ns)
+        field(T, m if rest < 0 else rest, out, f)
+        forcing_rate(T, out, dw)
+        change = max((1.0 + r) * v * change, end - value + span * guard_rate(T.G[m, k], f, dw))
+        if change > 0.0:
+            most = max(most, change / -value if -value > MOVED * change else 1.0 / MOVED)
+    return most
 
 
 @leaf
