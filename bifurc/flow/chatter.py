@@ -12,7 +12,9 @@ sliding speed has come to zero, and speeds fall by another ratio: `flight`, of w
 Friction of another row that the impulses move turns as long as it is slower than they make it.  Where forces drive it on, its speed
 over that of impact, u/v, has an unstable fixed point, since v falls and u does not: an impact that leaves it its direction is
 followed by others that do, and the formula holds from there on (`turning`).  Where u and v vanish together every flight has a
-reversal.  Along a parameter numbers of reversals change in geometric sequences towards that motion, from both sides.
+reversal.  Along a parameter numbers of reversals change in geometric sequences towards that motion, from both sides.  So those of
+one friction are written out, flight by flight, to first order (`reversals`); those of several, and what sticks, are left to the
+simulation until they are over.
 
 One file, because when a chattering closes and what it leaves are read from the same flight.
 """
@@ -27,7 +29,6 @@ UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
 TURNING = 0.5  # of a sliding speed: where all impacts take away no more of it, none turns it
-TURNED = 9.0  # by how much earlier, beside `CLOSE`, reversals are written out: to first order
 FLIGHTS = 20000  # of which reversals are written out, at most
 LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
 STEP = 1e-6  # of a speed: for differences of what reversals do
@@ -198,7 +199,6 @@ def sequence(T, m, g, x, v, out, found):
     if share > TURNING:
         spent = np.zeros(2)
         if turns >= 0 and other == m and reversals(T, m, g, turns, x, v, out, spent):
-            found[EXCESS] *= 1.0 + TURNED * min(1.0, (share - TURNING) / (1.0 - TURNING))
             found[SPENT], found[TURNS] = spent[0] * v, turns
             if spent[0] != 0.0:
                 found[DURATION] = spent[1] * v
@@ -251,8 +251,8 @@ def turning(T, m, g, x, v, out, span, other, slides):
 
 @njit
 def against(T, m, g, k, x, change):
-    """Write how the rate of the state ``x`` (nx,) at rest on the stop of guard ``g`` changes where the friction of guard ``k`` of mode
-    ``m`` acts the other way into ``change`` (ns,); return the mode of that, -1 without one."""
+    """Write how the rate of the state ``x`` (nx,) at rest on the stop of guard ``g`` changes where the friction of guard ``k`` of
+    mode ``m`` acts the other way into ``change`` (ns,); return the mode of that, -1 without one."""
     c, n, slope = reversed_mode(T, m, k, g, m), T.LP.shape[2], 0.0
     if c < 0:
         return -1
@@ -269,12 +269,12 @@ def against(T, m, g, k, x, change):
 
 @njit
 def reversals(T, m, g, k, x, v, out, spent):
-    """Write into ``spent`` (2,) what impacts from the speed 1 do that turn the friction of guard ``k`` of mode ``m``: how much longer
-    it acts the other way than it does at rest on the stop, from the same state; and how long they last.  Return whether it is known:
-    it is not where the friction sticks.
+    """Write into ``spent`` (2,) what impacts from the speed 1 do that turn the friction of guard ``k`` of mode ``m``: how much
+    longer it acts the other way than it does at rest on the stop, from the same state; and how long they last.  Return whether it
+    is known: it is not where the friction sticks.
 
-    To first order: in each flight accelerations are those at ``out`` (nx,), the state at rest.  ``x`` (nx,) is that before the first
-    impact, which arrives with the speed ``v``.
+    To first order: in each flight accelerations are those at ``out`` (nx,), the state at rest.  ``x`` (nx,) is that before the
+    first impact, which arrives with the speed ``v``.
     """
     ns, r = T.A.shape[1], T.ratio[m, g]
     f, dw = np.empty(ns), np.empty(x.size - ns)
@@ -298,9 +298,9 @@ def reversals(T, m, g, k, x, v, out, spent):
 
 @leaf
 def back_and_forth(r, kick, push, slopes, rests, u, spent):
-    """As `reversals`, for accelerations ``push`` (2,) toward the stop and ``slopes`` (2,) of the sliding speed, each in flight with the
-    friction of either side, first that of a positive speed; ``rests`` (2,) are slopes at rest on the stop; ``u`` is the sliding
-    speed before the first impact, and ``kick`` how it changes where a speed of impact 1 is taken away."""
+    """As `reversals`, for accelerations ``push`` (2,) toward the stop and ``slopes`` (2,) of the sliding speed, each in flight with
+    the friction of either side, first that of a positive speed; ``rests`` (2,) are slopes at rest on the stop; ``u`` is the
+    sliding speed before the first impact, and ``kick`` how it changes where a speed of impact 1 is taken away."""
     v, total, other = 1.0, 0.0, 0.0
     for _ in range(FLIGHTS):
         side = 0 if u > 0.0 else 1
@@ -519,7 +519,7 @@ def turned(T, m, g):
 
 @leaf
 def reversed_mode(T, mode, k, g, m):
-    """Mode behind guard ``k`` of ``mode`` in which that is against what it is in mode ``m``, and ``g`` is the same stop; -1: none."""
+    """Mode behind guard ``k`` of ``mode`` in which that is against what it is in ``m``, and ``g`` is the same stop; -1: none."""
     for i in range(T.then.shape[2]):
         c = T.then[mode, k, i]
         if c < 0 or c == mode or T.n_holds[c] != T.n_holds[m] or T.n_guards[c] != T.n_guards[m]:
