@@ -8,6 +8,15 @@ kappa the loss of a per unit of speed.  That holds where nothing changes between
 turns round in every impact and at the top of every flight; friction that holds another mass slips in every impact, since a mass
 matrix passes the impulse on, and sticks again before the next.  Then a flight has two parts, the second of which begins where a
 sliding speed has come to zero, and speeds fall by another ratio: `flight`, of which the formula is the case without a first part.
+
+Friction of another row that the impulses move turns as long as it is slower than they make it.  Where forces drive it on, its speed
+over that of impact, u/v, has an unstable fixed point, since v falls and u does not: an impact that leaves it its direction is
+followed by others that do, and the formula holds from there on (`turning`).  Where u and v vanish together every flight has a
+reversal.  Along a parameter numbers of reversals change in geometric sequences towards that motion, from both sides.  So those of
+one friction are written out, flight by flight, to first order (`reversals`); those of several, and what sticks, are left to the
+simulation until they are over.
+
+One file, because when a chattering closes and what it leaves are read from the same flight.
 """
 import numpy as np
 
@@ -19,9 +28,12 @@ CLOSE = 2e-5  # rates times the remaining duration of a complete chattering belo
 UNSEEN = 4.0  # roundings of the position: flights that rise no higher cannot be told from rest
 PARALLEL = 1e-12  # of the squares of two rows: what is left of one beside the other
 MOVED = 1e-9  # of the sum of the terms: a speed that an impulse changes by less is not changed
+TURNING = 0.5  # of a sliding speed: where all impacts take away no more of it, none turns it
+FLIGHTS = 20000  # of which reversals are written out, at most
 LATE = 0.1  # of the first part of a flight: by so much it may end too late, where the orbit of a branch is on its boundary
+STEP = 1e-6  # of a speed: for differences of what reversals do
 SMALL = 1e-4  # of a step of the mode: for differences, which only weigh the second order
-EXCESS, DURATION, WAY = range(3)  # places of what `sequence` finds
+EXCESS, DURATION, WAY, SPENT, TURNS = range(5)  # places of what `sequence` finds
 LATER, FASTER = range(2)  # places of what `flight` finds
 
 
@@ -42,9 +54,14 @@ def closing(T, m, g, x, v, out):
 @apart(PAIR, python=True)
 def closure(T, m, g, x, v, out):
     """As `closing`: rates times the remaining duration in units of what closes a sequence (at most 1), and that duration."""
-    found = np.empty(3)
+    found = np.zeros(5)
     if not curved_closure(T, m, g, x, v, out, found):
         sequence(T, m, g, x, v, out, found)
+        if found[SPENT] != 0.0:
+            change = np.empty(T.A.shape[1])
+            against(T, m, g, int(found[TURNS]), out, change)
+            for c in range(change.size):
+                out[c] += found[SPENT] * change[c]
         if found[WAY] > 0.0:
             change = np.empty(T.A.shape[1])
             slipped(T, m, g, out, change)
@@ -59,7 +76,7 @@ def stilled(T, m, g, x, xp, P):
 
     They differ where the impacts let a held friction slip: it sticks again in the end, after some way.
     """
-    row, v, found, out, change = moved_row(T, m, g), 0.0, np.empty(3), np.empty(x.size), np.empty(T.A.shape[1])
+    row, v, found, out, change = moved_row(T, m, g), 0.0, np.zeros(5), np.empty(x.size), np.empty(T.A.shape[1])
     for c in range(x.size):
         v += T.GT[m, g, c, 1] * x[c]
     sequence(T, m, g, x, v, out, found)
@@ -124,15 +141,16 @@ def moved_row(T, m, g):
 
 @apart(NOTHING)
 def sequence(T, m, g, x, v, out, found):
-    """Write excess and duration, see `closure`, into ``found`` (3,), and the way that friction slips in all, per speed squared and
-    unit of `resting` - B.  ``out`` (nx,) receives the state at rest, but for that way.
+    """Write excess and duration, see `closure`, into ``found`` (5,), the way that friction slips in all, per speed squared and
+    unit of `resting` - B, and how much longer than at rest another friction, that of guard ``TURNS``, slips the other way.
+    ``out`` (nx,) receives the state at rest, but for these.
 
     A flight whose impact arrives with v at a time t lasts T v + c t v + d v^2 and arrives with rho v + c' t v + d' v^2.  So the
     sum of all is T/(1 - rho) v to first order, and that of the terms of second order is a geometric sum as well.
     """
     r, h, rest = T.ratio[m, g], T.step[m], T.ends_in[m, g]
     other, slides = flight_mode(T, m, g)
-    found[EXCESS], found[DURATION], found[WAY] = np.inf, 0.0, 0.0
+    found[EXCESS], found[DURATION], found[WAY], found[SPENT] = np.inf, 0.0, 0.0, 0.0
     push = pushed(T, m, g, x, v, out)
     if other < 0 or push <= 0.0:
         return
@@ -176,11 +194,191 @@ def sequence(T, m, g, x, v, out, found):
     squares = (here[LATER] + total * here[FASTER] + by_time * unit * rho) / (1.0 - rho**2)
     size = terms_size(T, m, g, out)
     found[EXCESS] = total * v * fastest / CLOSE
+    found[DURATION] = total * v + squares * v * v
+    share, turns = turning(T, m, g, x, v, out, total * v, other, slides)
+    if share > TURNING:
+        spent = np.zeros(2)
+        if turns >= 0 and other == m and reversals(T, m, g, turns, x, v, out, spent):
+            found[SPENT], found[TURNS] = spent[0] * v, turns
+            if spent[0] != 0.0:
+                found[DURATION] = spent[1] * v
+        else:
+            found[EXCESS] = max(found[EXCESS], share / TURNING)
     if size > 0.0:
         found[EXCESS] = min(found[EXCESS], height(r, first, push) * v * v / (UNSEEN * EPS * size))
-    found[DURATION] = total * v + squares * v * v
     if T.n_holds[other] < T.n_holds[m]:
         found[WAY] = (1.0 + r) * way / (2.0 * first[4] * (1.0 - rho**2))
+
+
+@njit
+def turning(T, m, g, x, v, out, span, other, slides):
+    """Largest part of a guard of another element, in mode ``m``, that one impact or all of them take away from what it is at
+    ``x`` (nx,); from 1 on the element has an event, and flights are not what they are in mode ``m``.  And its number, -1 where more
+    than one lose more than `TURNING`.
+
+    Of guards that impulses change: speeds of sliding, and forces of damping.  The part of `flight` in mode ``other``, which ends at
+    guard ``slides``, is no such event.  All impacts, with the speed ``v`` of the first, leave ``out`` (nx,) and last for ``span``.
+    Behind each of them a guard is what it is in the end plus a multiple of the speed, and speeds fall: so the first and the end
+    bound all the others.
+    """
+    r, rest, most, turns, ns = T.ratio[m, g], T.ends_in[m, g], 0.0, -1, T.A.shape[1]
+    for k in range(T.n_guards[m]):
+        if k == g or T.kick[m, k] == 1 or multiple(T.G[m, k], T.GT[m, g, :, 1]) != 0.0:
+            continue
+        if other != m and T.element[m, k] == T.element[other, slides]:
+            continue
+        value, change, size, end = 0.0, 0.0, 0.0, 0.0
+        for c in range(ns):
+            change -= T.G[m, k, c] * T.B[m, g, c]
+            size += abs(T.G[m, k, c] * T.B[m, g, c])
+        if abs(change) <= MOVED * size:
+            continue
+        for c in range(x.size):
+            value += T.G[m, k, c] * x[c]
+            end += T.G[m, k, c] * out[c]
+        f, dw = np.empty(ns), np.empty(x.size - ns)
+        field(T, m if rest < 0 else rest, out, f)
+        forcing_rate(T, out, dw)
+        change = max((1.0 + r) * v * change, end - value + span * guard_rate(T.G[m, k], f, dw))
+        if change <= 0.0:
+            continue
+        share = change / -value if -value > MOVED * change else 1.0 / MOVED
+        if share > TURNING:
+            turns = k if most <= TURNING else -1
+        most = max(most, share)
+    return most, turns
+
+
+@njit
+def against(T, m, g, k, x, change):
+    """Write how the rate of the state ``x`` (nx,) at rest on the stop of guard ``g`` changes where the friction of guard ``k`` of
+    mode ``m`` acts the other way into ``change`` (ns,); return the mode of that, -1 without one."""
+    c, n, slope = reversed_mode(T, m, k, g, m), T.LP.shape[2], 0.0
+    if c < 0:
+        return -1
+    here, there = np.empty(change.size), np.empty(change.size)
+    field(T, m, x, here)
+    field(T, c, x, there)
+    for i in range(change.size):
+        change[i] = there[i] - here[i] if n <= i < 2 * n else 0.0
+        slope += T.GT[m, g, i, 1] * change[i]
+    for i in range(n, 2 * n):
+        change[i] -= T.B[m, g, i] * slope
+    return c
+
+
+@njit
+def reversals(T, m, g, k, x, v, out, spent):
+    """Write into ``spent`` (2,) what impacts from the speed 1 do that turn the friction of guard ``k`` of mode ``m``: how much
+    longer it acts the other way than it does at rest on the stop, from the same state; and how long they last.  Return whether it
+    is known: it is not where the friction sticks.
+
+    To first order: in each flight accelerations are those at ``out`` (nx,), the state at rest.  ``x`` (nx,) is that before the
+    first impact, which arrives with the speed ``v``.
+    """
+    ns, r = T.A.shape[1], T.ratio[m, g]
+    f, dw = np.empty(ns), np.empty(x.size - ns)
+    c = reversed_mode(T, m, k, g, m)
+    if c < 0:
+        return False
+    push, slopes, rests, kick, u = np.empty(2), np.empty(2), np.empty(2), 0.0, 0.0
+    for i in range(x.size):
+        u -= T.G[m, k, i] * x[i]
+    for i in range(ns):
+        kick += T.G[m, k, i] * T.B[m, g, i]
+    forcing_rate(T, out, dw)
+    for side in range(2):
+        mode = c if side else m
+        push[side] = bend(T, mode, g, out)
+        field(T, mode, out, f)
+        slopes[side] = -guard_rate(T.G[m, k], f, dw)
+        rests[side] = slopes[side] + kick * push[side]
+    return back_and_forth(r, kick, push, slopes, rests, u / v, spent)
+
+
+@leaf
+def back_and_forth(r, kick, push, slopes, rests, u, spent):
+    """As `reversals`, for accelerations ``push`` (2,) toward the stop and ``slopes`` (2,) of the sliding speed, each in flight with
+    the friction of either side, first that of a positive speed; ``rests`` (2,) are slopes at rest on the stop; ``u`` is the
+    sliding speed before the first impact, and ``kick`` how it changes where a speed of impact 1 is taken away."""
+    v, total, other = 1.0, 0.0, 0.0
+    for _ in range(FLIGHTS):
+        side = 0 if u > 0.0 else 1
+        if not push[side] > 0.0:
+            return False
+        left = 2.0 * r * v / ((1.0 - r) * push[side])
+        u0, u = u, u + (1.0 + r) * kick * v
+        if u * u0 > 0.0 and (u0 + (1.0 + r) / (1.0 - r) * kick * v + slopes[side] * left) * u0 > 0.0:  # it turns no more
+            u = u0 + (1.0 + r) / (1.0 - r) * kick * v + slopes[side] * left
+            total, other, v = total + left, other + side * left, 0.0
+            break
+        side = 0 if u > 0.0 else 1
+        way, speed = 0.0, -r * v  # toward the stop
+        turn = -u / slopes[side] if u * slopes[side] < 0.0 else np.inf
+        if not push[side] > 0.0:
+            return False
+        if turn < 2.0 * r * v / push[side]:
+            if not slopes[side] * slopes[1 - side] > 0.0:
+                return False
+            way, speed, u = (speed + 0.5 * push[side] * turn) * turn, speed + push[side] * turn, 0.0
+            total, other, side = total + turn, other + side * turn, 1 - side
+            if not push[side] > 0.0:
+                return False
+        last = (np.sqrt(speed * speed - 2.0 * push[side] * way) - speed) / push[side]
+        u, total, other = u + slopes[side] * last, total + last, other + side * last
+        speed += push[side] * last
+        if not speed < v:
+            return False
+        v = speed
+        if v < EPS * EPS:
+            break
+    if v > EPS:
+        return False
+    side, rest = 0 if u > 0.0 else 1, total  # from the end back to the state at rest that comes to it
+    if u * (u - rests[side] * total) < 0.0:
+        if not rests[side] * rests[1 - side] > 0.0:
+            return False
+        rest = u / rests[side]
+    spent[0], spent[1] = other - (side * rest + (1 - side) * (total - rest)), total
+    return True
+
+
+@apart(NOTHING, python=True)
+def turned_back(T, m, g, x, xp, P):
+    """Change the state ``xp`` (nx,) that a plastic impact leaves, and its derivative ``P`` (ns, nx), into what all impacts leave.
+
+    They differ where the impacts turn the friction of another row, see `reversals`.  The time that it spends is v times a function
+    of u/v.
+    """
+    v, u, found, out, change = 0.0, 0.0, np.zeros(5), np.empty(x.size), np.empty(T.A.shape[1])
+    for c in range(x.size):
+        v += T.GT[m, g, c, 1] * x[c]
+    if not v > 0.0:
+        return
+    sequence(T, m, g, x, v, out, found)
+    if found[SPENT] == 0.0:
+        return
+    k, near, more, less = int(found[TURNS]), np.empty(x.size), np.zeros(2), np.zeros(2)
+    against(T, m, g, k, out, change)
+    size = 0.0
+    for c in range(x.size):
+        u -= T.G[m, k, c] * x[c]
+        size += T.G[m, k, c]**2
+    step = STEP * max(v, abs(u))
+    for c in range(x.size):
+        near[c] = x[c] + step * T.G[m, k, c] / size
+    if not reversals(T, m, g, k, near, v, out, less):
+        return
+    for c in range(x.size):
+        near[c] = x[c] - step * T.G[m, k, c] / size
+    if not reversals(T, m, g, k, near, v, out, more):
+        return
+    by_u = (more[0] - less[0]) * v / (2.0 * step)
+    by_v = (found[SPENT] - u * by_u) / v
+    for c in range(change.size):
+        xp[c] += found[SPENT] * change[c]
+        for i in range(x.size):
+            P[c, i] += change[c] * (by_v * T.GT[m, g, i, 1] - by_u * T.G[m, k, i])
 
 
 @leaf
@@ -312,21 +510,26 @@ def turned(T, m, g):
     for k in range(T.n_guards[m]):
         if T.element[m, k] == T.element[m, g] or T.kick[m, k] == 1 or multiple(T.G[m, k], T.GT[m, g, :, 1]) == 0.0:
             continue
-        found = -1
-        for i in range(T.then.shape[2]):
-            c = T.then[mode, k, i]
-            if c < 0 or c == mode or T.n_holds[c] != T.n_holds[m] or T.n_guards[c] != T.n_guards[m]:
-                continue
-            against = 0.0
-            for j in range(T.G.shape[2]):
-                against += T.G[c, k, j] * T.G[m, k, j]
-            if against < 0.0 and T.element[c, g] == T.element[m, g] and T.kick[c, g] == 1:
-                found = c
-                break
+        found = reversed_mode(T, mode, k, g, m)
         if found < 0:
             return -1, -1
         mode, own = found, k
     return mode, own
+
+
+@leaf
+def reversed_mode(T, mode, k, g, m):
+    """Mode behind guard ``k`` of ``mode`` in which that is against what it is in ``m``, and ``g`` is the same stop; -1: none."""
+    for i in range(T.then.shape[2]):
+        c = T.then[mode, k, i]
+        if c < 0 or c == mode or T.n_holds[c] != T.n_holds[m] or T.n_guards[c] != T.n_guards[m]:
+            continue
+        both = 0.0
+        for j in range(T.G.shape[2]):
+            both += T.G[c, k, j] * T.G[m, k, j]
+        if both < 0.0 and T.element[c, g] == T.element[m, g] and T.kick[c, g] == 1:
+            return c
+    return -1
 
 
 @leaf

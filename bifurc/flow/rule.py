@@ -12,7 +12,7 @@ from .._jit import FLAG, NOTHING, WHOLE, apart, both, leaf
 from ..compose.tables import ORDER
 from .affine.engine import curved_jump, curved_kick, curved_rest, guard_series
 from .affine.polynomial import EPS
-from .chatter import stilled, undivided
+from .chatter import stilled, turned_back, undivided
 
 NOISE = 64.0 * EPS  # of the sum of the terms: values below it are zero
 JOINS = 16  # other elements that may join in one event
@@ -42,6 +42,8 @@ def jump(T, m, g, closes, x, xp, P):
         xp[c] = x[c]
     if closes and T.n_holds[m] > 0 and not undivided(T, m, g):
         stilled(T, m, g, x, xp, P)
+    elif closes and T.n_guards[m] > 1:
+        turned_back(T, m, g, x, xp, P)
     curved_jump(T, m, g, closes, x, xp, P)
 
 
