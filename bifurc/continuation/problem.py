@@ -507,7 +507,7 @@ class Problem:
         Parameters
         ----------
         before, row : Row
-            The last two rows of the branch, both of this problem.
+            The last two rows of the branch, both of this problem; a first row twice.
         signs, sizes : list
             Last clear sign and largest size of every test (dp/ds and the monitors); the sizes are kept up.
         ds : float

@@ -256,7 +256,7 @@ def follow(equations: Equations, start, tangent, found: Found, steps: Run):
     predicted, guess, values = start.copy(), start.copy(), np.empty(tests.shape[1])
     spare = Found(np.empty(n + 1), np.empty(n + 1), np.empty_like(info), np.empty_like(events))
     past, lengths = np.zeros((4, n + 1)), np.zeros(2)
-    past[:2], lengths[0] = before, run[BACK]
+    past[:2], lengths[0] = before, run[BACK] if run[BACK] < np.inf else 0.0
     bench = bench_of(equations)
     for made in range(most):
         run[MADE] = made
@@ -335,7 +335,7 @@ def locate(equations: Equations, hermite, bracket, test, found: Found, box):
     if sought.known[0] == box[AT]:
         return True
     near = Place(found.x.copy(), sought.place.plane, sought.place.tangent)
-    return (corrected(equations, near, False, found, True, bench) == CONVERGED
+    return (corrected(equations, near, False, found, False, bench) == CONVERGED
             or corrected(equations, sought.place, False, found, True, bench) == CONVERGED)
 
 

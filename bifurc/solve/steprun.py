@@ -43,10 +43,12 @@ BEYOND, LAST_ROW = 2, 3  # status of a run: the next step leaves the bounds; all
 def run_of(before, row, ds, limits, origin, corner) -> np.ndarray:
     """Return the ``run`` array of a run that begins behind two rows; arguments as of `Problem.follow`.
 
-    What comes so near to a bound that it lies on it, to rounding, is left to the single step.
+    A first row is its own row before, infinitely far back: what is looked for through three rows is nowhere then.  What comes so
+    near to a bound that it lies on it, to rounding, is left to the single step.
     """
     room = ON_BOUND * (1.0 + row.s) * float(row.part.scale[-1])
-    return np.array([ds, limits.ds_max, limits.low + room, limits.high - room, origin, row.turn, corner, row.bend, row.s - before.s,
+    back = math.inf if before is row else row.s - before.s
+    return np.array([ds, limits.ds_max, limits.low + room, limits.high - room, origin, row.turn, corner, row.bend, back,
                      before.det_log, before.det_sign, row.det_log, row.det_sign, 0.0])
 
 
@@ -55,16 +57,21 @@ def foretold(past, last, old, scales, lengths, ahead, predicted, guess):
     """Write the end of the tangent at ``last`` into ``predicted`` (n + 1,), and into ``guess`` where the branch may be.
 
     The guess is the polynomial through the last points with their tangents, in the plane orthogonal to the tangent a length
-    ``ahead``: of two points the cubic, of three that of fifth degree.
+    ``ahead``: of two points the cubic, of three that of fifth degree; of one it is the end of the tangent.
 
     Parameters
     ----------
     past : ndarray (4, n + 1)
         Point and tangent of the row before ``last``, whose tangent is ``old``, and of the one before that.
     lengths : ndarray (2,)
-        Lengths of the last two steps; the second is 0 where only two points are known.
+        Lengths of the last two steps; the second is 0 where only two points are known, both where it is one.
     """
     b, c = lengths[0], lengths[1]
+    if b == 0.0:
+        for j in range(last.size):
+            predicted[j] = last[j] + ahead * (scales[j] * old[j])
+            guess[j] = predicted[j]
+        return
     s, rest = ahead, 0.0
     for turn in range(2):  # where the polynomial has come ahead: the parts of its terms along the tangent
         one, two = s * s, s * s * (s + b)

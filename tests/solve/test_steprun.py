@@ -45,6 +45,15 @@ def test_guess_lies_on_the_curve_to_its_order_and_in_the_plane(ratio, known, ord
     assert errors[1] < bound and np.log2(errors[0] / errors[1]) > order
 
 
+def test_of_one_row_the_end_of_its_tangent_is_foretold():
+    scales = np.array([3.0, 0.2])
+    last, old = on_curve(0.5, scales)
+    predicted, guess = np.empty(2), np.empty(2)
+    foretold(np.full((4, 2), 7.0), last, old, scales, np.zeros(2), 0.1, predicted, guess)
+    np.testing.assert_allclose(predicted, last + 0.1 * scales * old, rtol=1e-15)
+    np.testing.assert_array_equal(guess, predicted)
+
+
 def test_rows_before_are_remembered_in_their_order():
     past, lengths = np.zeros((4, 2)), np.zeros(2)
     rows = [(np.array([k, 2.0]), np.array([0.6, -k])) for k in (1.0, 3.0, 7.0)]
@@ -220,3 +229,15 @@ def test_what_a_run_begins_with_is_written_where_it_is_read():
               "BEND": 0.05, "LOG_BEFORE": 0.3, "SIGN_BEFORE": -1.0, "LOG": 0.9, "SIGN": 1.0, "MADE": 0.0}
     assert len(run) == steprun.RUN == len(places) + 1
     assert {name: run[getattr(steprun, name)] for name in places} == places and run[steprun.BACK] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("value", [1e-9, 0.2, 1.0, 30.0])
+def test_a_first_row_is_infinitely_far_behind_itself(value):
+    """Three rows tell nothing there: no parabola has zeros, and the determinant heads for none."""
+    row = SimpleNamespace(s=0.0, det_log=0.9, det_sign=1.0, turn=0.0, bend=0.0, part=SimpleNamespace(scale=np.array([3.0, 0.5])))
+    run = steprun.run_of(row, row, 0.11, SimpleNamespace(ds_max=0.4, low=-2.0, high=3.0), np.nan, 0.0)
+    back = run[steprun.BACK]
+    assert back == np.inf and run[steprun.LOG_BEFORE] == run[steprun.LOG] and run[steprun.SIGN_BEFORE] == run[steprun.SIGN]
+    assert steplaw.two_zeros.py_func(1.0, 1.0, value, back, 0.1) == steplaw.two_zeros.py_func(-1.0, -1.0, -value, back, 0.1) == 2.0
+    seen = steplaw.doubtful.py_func(0.001, 0.0, 1.0, value, back, 0.1, True)
+    assert seen == (steplaw.CLEAR if value > 0.5 else steplaw.UNCLEAR)  # it may be on its way there

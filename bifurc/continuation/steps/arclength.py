@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...solve import steplaw
-from ...solve.steplaw import MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
+from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
 from ...solve.steprun import ON_BOUND
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
@@ -145,14 +145,18 @@ class Half:
     def follow(self):
         """Take the steps that the problem makes in one call; return the correction of the first one that needs a look, or None."""
         options, rows = self.options, self.rows
-        row = rows[-1]
+        row = before = rows[-1]
         part, most = row.part, min(BLOCK, options.max_steps - self.steps)
-        if (most < 1 or not part.follows or len(rows) < 2 or rows[-2].part is not part or row.singular or self.pending is not None
-                or options.record is not None or options.stop is not None or options.progress is not None):
+        if len(rows) > 1 and rows[-2].part is part:
+            before = rows[-2]
+        elif self.edge is not None or outward(row, options) or not all(abs(row.tests[j]) > BOUNDARY_BAND for j in part.events):
+            return None  # what the tests are just behind it is looked up, see `inside.beginning`
+        if (most < 1 or not part.follows or row.singular or self.pending is not None or options.record is not None
+                or options.stop is not None or options.progress is not None):
             return None
         origin = math.nan if self.origin is None else self.origin.p
         try:
-            made, c = part.problem.follow(rows[-2], row, self.signs, self.sizes, self.ds, most, options, origin)
+            made, c = part.problem.follow(before, row, self.signs, self.sizes, self.ds, most, options, origin)
         except part.problem.errors:  # the single step says what
             return None
         if made:

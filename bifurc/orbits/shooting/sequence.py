@@ -948,9 +948,9 @@ def follow(T, data, point, info, tolerance, max_iterations, walk):
 
     ``point`` is ``U``, ``predicted``, ``tangent``, and ``walk`` is ``before``, ``reads``, ``run``, ``tests``, ``rows``.
     ``rows`` (most, 2 (n + 1) + k + TOLD) takes the steps made, ``run[MADE]`` their number.  The walk begins at ``U`` with the
-    tangent there, and ``before`` (2, n + 1) are point and tangent of the row before; at the end ``U``, ``predicted``, ``tangent``
-    and ``info`` belong to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of the tests behind dp/ds,
-    ``tests`` (TESTS, k) what is known of them.
+    tangent there, and ``before`` (2, n + 1) are point and tangent of the row before, if there is one; at the end ``U``,
+    ``predicted``, ``tangent`` and ``info`` belong to the step that needs a look.  ``reads`` (k - 1,) are the places in ``info`` of
+    the tests behind dp/ds, ``tests`` (TESTS, k) what is known of them.
 
     Newton begins on the polynomial through the last rows with their tangents, see `steprun.foretold`.
     """
@@ -960,7 +960,7 @@ def follow(T, data, point, info, tolerance, max_iterations, walk):
     n, most = U.size - 1, rows.shape[0]
     last, old = U.copy(), tangent.copy()
     past, lengths = np.zeros((4, n + 1)), np.zeros(2)
-    past[:2], lengths[0] = before, run[BACK]
+    past[:2], lengths[0] = before, run[BACK] if run[BACK] < np.inf else 0.0
     made = 0
     while True:
         run[MADE] = made

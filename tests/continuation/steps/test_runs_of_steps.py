@@ -52,6 +52,27 @@ def test_a_run_of_steps_finds_what_single_steps_find(name, monkeypatch):
     assert all(orbit.success and repetition(orbit).repeated for orbit in rows)
 
 
+@pytest.mark.parametrize("name", ["impacts", "elastic", "Duffing"])
+def test_a_run_begins_behind_the_first_row(name, monkeypatch):
+    """Its first step is the single one: the corrector begins at the end of the same tangent."""
+    from bifurc.continuation.shooting.problem import OrbitProblem
+
+    made, follow = [], OrbitProblem.follow
+
+    def counted(self, before, row, *arguments):
+        rows, c = follow(self, before, row, *arguments)
+        made.append((before is row, len(rows)))
+        return rows, c
+
+    monkeypatch.setattr(OrbitProblem, "follow", counted)
+    run, single = (traced(name, max_steps=1, direction=1, **options) for options in ({}, {"record": lambda point: {}}))
+    assert made == [(True, 1)]
+    assert run.column("s") == pytest.approx(single.column("s"), abs=1e-14)
+    for one, other in zip(run.rows(), single.rows(), strict=True):
+        assert one.x == pytest.approx(other.x, abs=1e-13) and one.tangent == pytest.approx(other.tangent, abs=1e-12)
+        assert (one.signs, one.ds) == (other.signs, pytest.approx(other.ds))
+
+
 def test_rows_of_a_run_keep_the_order_and_lengths_of_the_branch():
     branch = traced("impacts")
     s = np.asarray(branch.column("s"))
