@@ -8,6 +8,8 @@ from .saltation import joined, saltation
 
 EVENT, CHATTER = 1, 2  # what a recorded row is, as in `scan`
 LOST = 1e-13  # of its length before: a direction that an event shortens to less is gone for good
+SPREAD = 1e-5  # of the growth of another direction: one that grows by less within an arc is carried over a part of it
+HALVINGS = 12  # of an arc
 
 
 @njit
@@ -37,8 +39,7 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
             span = (rows[i + 1, 4] - rows[i, 4]) * period + (times[i + 1] - times[i])
         else:
             span = (end[0] - rows[i, 4]) * period + (end[1] - times[i])
-        arc(T, rows[i, 2], x, max(span, 0.0), y1, S)
-        carried(S, Q, alive, new, bin)
+        along(T, rows[i, 2], times[i], max(span, 0.0), x, y1, Q, alive, S, new, bin)
         if i + 1 == count or rows[i + 1, 3] != EVENT and rows[i + 1, 3] != CHATTER:
             continue
         least = ns
@@ -59,6 +60,33 @@ def grow(T, rows, times, before, after, together, end, period, begin, Q, alive, 
             least = min(least, ns - forgotten(T, k))
         carried(S, Q, alive, new, bin)
         alive[0] = min(alive[0], least)  # what is left behind those is rounding
+
+
+@njit
+def along(T, m, t, span, x, y1, Q, alive, S, new, sums):
+    """Carry the directions ``Q`` along an arc of mode ``m`` that lasts for ``span`` from ``x`` (nx,) at the time ``t``.
+
+    No direction dies within it, but in the product over a long arc those that shrink fast are lost in the rounding of the others:
+    the arc is halved until they are not.  ``y1`` (ns,), ``S`` and ``new`` (ns, ns) are room.
+    """
+    ns = new.shape[0]
+    made, parts, Q0, alive0, grown = 0, 1, np.empty((ns, ns)), np.empty(1, np.int64), np.empty(ns)
+    while made < parts:
+        arc(T, m, x, span / parts, y1, S)
+        Q0[:], alive0[0] = Q, alive[0]
+        grown[:] = 0.0
+        carried(S, Q0, alive0, new, grown)
+        seen, kept = grown[:alive0[0]], alive0[0] == alive[0]
+        if parts < 2**HALVINGS and (not kept or seen.size > 0 and np.min(seen) < np.max(seen) + np.log(SPREAD)):
+            made, parts = 2 * made, 2 * parts
+            continue
+        Q[:], alive[0] = Q0, alive0[0]
+        for k in range(alive[0]):
+            sums[k] += grown[k]
+        made += 1
+        for c in range(ns):
+            x[c] = y1[c]
+        forcing(T, t + span * made / parts, x)
 
 
 @njit

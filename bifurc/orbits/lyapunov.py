@@ -29,7 +29,8 @@ from .standing import resting_start
 CHUNK = 256  # forcing periods of one recorded piece
 TURNED = 64  # last periods of the transient in which directions are carried along, not measured
 LEAST_BATCHES = 4  # from which a spread is read
-DEAD = 1e-13  # multiplier of a direction that is gone
+FAINT = 1e-8  # of the largest multiplier, or of 1: what is left of one below it in a product over a period is rounding
+ROUNDS, TURNS = 96, 32  # times that directions are carried round an orbit, of which the first turn them
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,9 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
     system : System
     y0 : array_like, Trajectory, PeriodicOrbit, HarmonicOrbit, or None
         State (2 n,) or (ns,) at phase 0; a motion, which goes on from its last section; a periodic orbit, whose exponents are
-        the logarithms of its multipliers, stable or not, with no error; a harmonic orbit, whose state at phase 0 is the
-        start; None: rest.
+        the logarithms of its multipliers, stable or not, with no error (those of multipliers that are lost in the rounding of
+        a period are told by directions carried round the orbit, with an error); a harmonic orbit, whose state at phase 0 is
+        the start; None: rest.
     periods : int
         Forcing periods that are averaged over, a multiple of `batches` at least 2 `batches`.
     transient : int
@@ -148,12 +150,10 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
         span = _span(forced, now, step, unit)
         motion = _checked(integrate(scene, y, *span, max_events))
         R = motion.recorded
-        grow = kernels(scene, "bifurc.flow.tangent").grow
         turning = now < begin  # the directions turn to where they belong before they are measured
         into = np.zeros((step, ns)) if turning else sums if forced else sums[now - begin:now - begin + 1]
         first = now if turning else begin
-        grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), span[1], unit, first if forced else 0, Q,
-             alive, into)
+        _grow(scene, R, span[1], unit, first if forced else 0, Q, alive, into)
         if turning:
             y = motion.final
             now += step
@@ -199,16 +199,43 @@ def of_orbit(system: System, orbit) -> LyapunovExponents:
         raise ValueError(f"y0 = {orbit!r} is not allowed; it must be an orbit that was found ({orbit.message})")
     if orbit.system != system:
         raise ValueError("y0: the orbit is one of another system (or of other parameters); give an orbit of this one")
-    found = np.concatenate([np.abs(orbit.multipliers), np.ones(scene_of(system).ns - len(orbit.multipliers))])
-    if not np.isfinite(found).all():
+    scene = scene_of(system)
+    sizes = np.sort(np.concatenate([np.abs(orbit.multipliers), np.ones(scene.ns - len(orbit.multipliers))]))[::-1]
+    if not np.isfinite(sizes).all():
         raise ArithmeticError(f"the orbit has no multipliers: {orbit.message}")
-    with np.errstate(divide="ignore"):
-        logs = np.where(found > DEAD, np.log(found), -np.inf)
-        total = float(np.log(np.prod(np.where(found > DEAD, found, 0.0))))
-    values = np.sort(logs)[::-1] / orbit.period
+    clear = sizes > FAINT * max(1.0, sizes[0])
+    logs, errors = np.log(np.where(clear, sizes, 1.0)), np.zeros(len(sizes))
     kicks = sum(event.kind in (EventKind.IMPACT, EventKind.CHATTER) for event in orbit.events)
-    return LyapunovExponents(values, np.zeros(len(values)), values * (orbit.period / orbit.periods), kicks / orbit.periods,
+    total = float(logs.sum())
+    if not clear.all():  # gone, or faint: directions carried arc by arc tell
+        grown, spread, total = _round(scene, orbit)
+        logs[~clear], errors[~clear] = grown[~clear], spread[~clear]
+    values = logs / orbit.period
+    return LyapunovExponents(values, errors / orbit.period, values * (orbit.period / orbit.periods), kicks / orbit.periods,
                              total / orbit.period, orbit.state, orbit.periods)
+
+
+def _round(scene, orbit) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return how much directions grow along an orbit (ns,), largest first and as logarithms, with standard errors, and volumes."""
+    forced, unit = scene.period is not None, scene.period or orbit.period
+    span = _span(forced, 0, orbit.periods, unit)
+    R = _checked(integrate(scene, orbit.state, *span, 2000 * orbit.periods)).recorded
+    Q, alive, sums = np.eye(scene.ns), np.array([scene.ns], np.int64), np.zeros((ROUNDS, scene.ns))
+    for row in sums:
+        into = np.zeros((orbit.periods, scene.ns))
+        _grow(scene, R, span[1], unit, 0, Q, alive, into)
+        row[:] = into.sum(axis=0)
+    grown, errors = sums[TURNS:].mean(axis=0), errors_of(sums[TURNS:], LEAST_BATCHES)
+    total = _contraction(scene, R, span[1][0] * unit + span[1][1])[1]
+    grown[alive[0]:], errors[alive[0]:] = -np.inf, 0.0
+    order = np.argsort(-grown, kind="stable")
+    return grown[order], errors[order], -np.inf if alive[0] < scene.ns else total
+
+
+def _grow(scene, R, end, unit: float, first: int, Q, alive, into) -> None:
+    """Carry the directions ``Q`` (ns, ns) along a record up to ``end`` and add the logarithms of their growth to ``into``."""
+    kernels(scene, "bifurc.flow.tangent").grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), end, unit, first,
+                                              Q, alive, into)
 
 
 def _start(scene, y0) -> np.ndarray:
@@ -253,11 +280,7 @@ def _contraction(scene, R, end) -> tuple[int, float]:
         traces = np.array([np.trace(T.A[m, :, :ns]) for m in range(len(scene.keys))])
         total = float(spans @ traces[R.rows[:, 2]])
     else:  # the divergence depends on the state: volumes of the arcs
-        total, arc = 0.0, kernels(scene).arc
-        y1, Phi = np.empty(ns), np.empty((ns, ns))
-        for m, y, tau, span in zip(R.rows[:, 2], R.after, R.times, spans, strict=True):
-            arc(T, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), max(span, 0.0), y1, Phi)
-            total += float(np.linalg.slogdet(Phi)[1])
+        total = sum(_volume(scene, *arc) for arc in zip(R.rows[:, 2], R.after, R.times, spans, strict=True))
     before, guard, after, what = R.rows[:, :4].T
     collapsed = np.flatnonzero((what == CHATTER) | (what == EVENT) & (T.n_holds[after] > T.n_holds[before]))
     events = np.flatnonzero((what == EVENT) | (what == CHATTER))  # a complete chattering counts once
@@ -273,6 +296,17 @@ def _contraction(scene, R, end) -> tuple[int, float]:
     slopes = [rule.jump(m, g, x)[1][n:2 * n, n:2 * n] for m, g, x in zip(before[kicks], guard[kicks], states, strict=True)]
     with np.errstate(divide="ignore"):
         return kicks.size, total + 2.0 * float(np.log(np.abs(np.linalg.det(np.array(slopes)))).sum())
+
+
+def _volume(scene, m: int, y, tau: float, span: float, halvings: int = 12) -> float:
+    """Return the logarithm of the factor by which an arc changes volumes, of parts in which no direction is lost in rounding."""
+    y1, Phi = np.empty(scene.ns), np.empty((scene.ns, scene.ns))
+    kernels(scene).arc(scene.tables, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), max(span, 0.0), y1, Phi)
+    if halvings and np.linalg.cond(Phi) > 1.0 / FAINT:
+        half = 0.5 * span
+        kernels(scene).arc(scene.tables, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), half, y1, Phi)
+        return _volume(scene, m, y, tau, half, halvings - 1) + _volume(scene, m, y1, tau + half, half, halvings - 1)
+    return float(np.linalg.slogdet(Phi)[1])
 
 
 def _meets_speeds(T, row, n: int) -> bool:

@@ -4,6 +4,7 @@ import pytest
 
 import bifurc as bf
 from bifurc.compose.scene import scene_of
+from bifurc.compose.writer import kernels
 from bifurc.elements import ConstantForce, Coulomb, CubicSpring, HarmonicForce, Jenkins, RigidStop, Stribeck
 from bifurc.orbits import lyapunov
 
@@ -170,3 +171,42 @@ def test_chaos_is_an_exponent_above_zero_by_four_of_its_errors(value, error, cha
 
     found = LyapunovExponents(np.array([value, -1.0]), np.array([error, 0.1]), np.zeros(2), 0.0, -1.0, np.zeros(2), 10)
     assert found.chaotic is chaotic
+
+
+@pytest.mark.parametrize("law", [[], [bf.elements.CubicSpring(1e-9)]], ids=["closed form", "law"])
+@pytest.mark.parametrize("from_orbit", [True, False])
+def test_directions_that_shrink_beyond_rounding_within_a_period_are_not_gone(law, from_orbit):
+    """Roots of s^2 + 40 s + 1: the fast one takes e^-502 a period. No direction of a flow without events dies."""
+    system = bf.System(1.0, 40.0, 1.0, [bf.elements.HarmonicForce(1.0), *law], omega=0.5)
+    found = bf.lyapunov_exponents(system, bf.find_orbit(system) if from_orbit else None, periods=80, transient=10)
+    slow, fast = -20.0 + np.sqrt(399.0), -20.0 - np.sqrt(399.0)
+    np.testing.assert_allclose(found.values, (slow, fast), rtol=1e-7)
+    assert found.sum_rule == pytest.approx(-40.0, rel=1e-9)
+    assert (found.errors >= 0.0).all() and found.errors[1] > 0.0
+
+
+def test_several_faint_directions_are_told_apart():
+    C, K = np.array([[30.0, -5.0], [-5.0, 60.0]]), np.array([[2.0, -1.0], [-1.0, 2.0]])
+    system = bf.System(np.eye(2), C, K, [bf.elements.HarmonicForce(1.0)], omega=0.3)
+    roots = np.sort(np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-K, -C]])).real)[::-1]
+    found = bf.lyapunov_exponents(system, bf.find_orbit(system))
+    np.testing.assert_allclose(found.values, roots, rtol=1e-6)
+
+
+def test_faint_directions_of_an_oil_film_have_the_sum_of_its_damping():
+    """The divergence of the film's force over its mass, by differences of the force along the motion."""
+    system = bf.systems.oil_film_rotor()
+    orbit = bf.find_orbit(system)
+    found = bf.lyapunov_exponents(system, orbit)
+    scene, f = scene_of(system), np.empty(4)
+
+    def rate(t, y, c):
+        kernels(scene).field(scene.tables, 0, np.concatenate([y, scene.forcing(np.array([t]))[0]]), f)
+        return f[c]
+
+    times, states = orbit.sample(2001)
+    divergence = [sum(rate(t, y + step, c) - rate(t, y - step, c) for c, step in enumerate(1e-5 * np.eye(4))) / 2e-5
+                  for t, y in zip(times[:-1], states[:-1], strict=True)]
+    assert np.isfinite(found.values).all()
+    assert found.values.sum() == pytest.approx(np.mean(divergence), rel=1e-6)
+    assert found.sum_rule == pytest.approx(np.mean(divergence), rel=1e-6)
