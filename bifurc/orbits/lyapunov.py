@@ -234,8 +234,8 @@ def _round(scene, orbit) -> tuple[np.ndarray, np.ndarray, float]:
 
 def _grow(scene, R, end, unit: float, first: int, Q, alive, into) -> None:
     """Carry the directions ``Q`` (ns, ns) along a record up to ``end`` and add the logarithms of their growth to ``into``."""
-    kernels(scene, "bifurc.flow.tangent").grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), end, unit, first,
-                                              Q, alive, into)
+    tangent = kernels(scene, "bifurc.flow.tangent")
+    tangent.grow(scene.tables, R.rows, R.times, R.before, R.after, _together(scene, R), end, unit, first, Q, alive, into)
 
 
 def _start(scene, y0) -> np.ndarray:
