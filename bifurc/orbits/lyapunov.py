@@ -85,9 +85,9 @@ def lyapunov_exponents(system: System, y0=None, periods: int = 2000, transient: 
     system : System
     y0 : array_like, Trajectory, PeriodicOrbit, HarmonicOrbit, or None
         State (2 n,) or (ns,) at phase 0; a motion, which goes on from its last section; a periodic orbit, whose exponents are
-        the logarithms of its multipliers, stable or not, with no error (those of multipliers that are lost in the rounding of
-        a period are told by directions carried round the orbit, with an error); a harmonic orbit, whose state at phase 0 is
-        the start; None: rest.
+        the logarithms of its multipliers, stable or not, with no error (those of multipliers below the rounding of a period
+        come from tangent vectors that are orthonormalised along the orbit, with an error); a harmonic orbit, whose state at
+        phase 0 is the start; None: rest.
     periods : int
         Forcing periods that are averaged over, a multiple of `batches` at least 2 `batches`.
     transient : int
@@ -301,10 +301,11 @@ def _contraction(scene, R, end) -> tuple[int, float]:
 def _volume(scene, m: int, y, tau: float, span: float, halvings: int = 12) -> float:
     """Return the logarithm of the factor by which an arc changes volumes, of parts in which no direction is lost in rounding."""
     y1, Phi = np.empty(scene.ns), np.empty((scene.ns, scene.ns))
-    kernels(scene).arc(scene.tables, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), max(span, 0.0), y1, Phi)
+    x = np.concatenate([y, scene.forcing(np.array([tau]))[0]])
+    kernels(scene).arc(scene.tables, m, x, max(span, 0.0), y1, Phi)
     if halvings and np.linalg.cond(Phi) > 1.0 / FAINT:
         half = 0.5 * span
-        kernels(scene).arc(scene.tables, m, np.concatenate([y, scene.forcing(np.array([tau]))[0]]), half, y1, Phi)
+        kernels(scene).arc(scene.tables, m, x, half, y1, Phi)
         return _volume(scene, m, y, tau, half, halvings - 1) + _volume(scene, m, y1, tau + half, half, halvings - 1)
     return float(np.linalg.slogdet(Phi)[1])
 
