@@ -1,5 +1,6 @@
 """A user's monitors: located as points, followed as curves, saved by name."""
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ from matplotlib import pyplot
 
 import bifurc as bf
 from bifurc.continuation import Problem
+from bifurc.continuation.watching import Watching
 
 
 def amplitude_at(omega, zeta, level):
@@ -81,3 +83,26 @@ def test_wrong_monitors_are_named(monitors, word):
     orbit = bf.find_orbit(bf.systems.impact_oscillator(zeta=0.05, omega=0.6, amplitude=0.3))
     with pytest.raises(ValueError, match=word):
         bf.trace(orbit, "amplitude", bounds=(0.2, 0.6), monitors=monitors)
+
+
+def test_whatever_a_watched_problem_makes_is_watched():
+    """Each problem that the one inside makes, and that one: none is lost, none comes twice, none goes on unwatched."""
+    class Watch(Watching):
+        def around(self, inner):
+            return Watch(inner, self.monitors[len(self.inner.monitors):])
+
+    def plain(name, **more):
+        return SimpleNamespace(name=name, monitors=(), **more)
+    made = {name: plain(name) for name in ("less", "more", "fewer", "most", "again", "behind", "narrow")}
+    inner = plain("inner", shaken=lambda: (1e-9, ((lambda: made["less"], lambda: made["more"]),
+                                                  (lambda: made["fewer"], lambda: made["most"]))),
+                  restarted=lambda x: made["again"], beyond_corner=lambda row: (made["behind"], row),
+                  bounded=lambda low, high, done: made["narrow"] if done else inner)
+    watch = Watch(inner, ["mine"])
+    part, pairs = watch.shaken()
+    found = [[make() for make in pair] for pair in pairs]
+    assert part == 1e-9 and [[one.inner.name for one in pair] for pair in found] == [["less", "more"], ["fewer", "most"]]
+    others = [watch.restarted(None), watch.beyond_corner(3)[0], watch.bounded(0.0, 1.0, True)]
+    assert [one.inner.name for one in others] == ["again", "behind", "narrow"] and watch.beyond_corner(3)[1] == 3
+    assert watch.bounded(0.0, 1.0, False) is watch
+    assert all(one.monitors == ("mine",) for one in (*found[0], *found[1], *others))

@@ -525,6 +525,12 @@ def test_systems_without_a_special_direction():
     assert not told(*turning, ElasticStator(centre_x=0.1)) and not told(*turning, stator, RigidStop(2.0))
     assert not told(*turning, stator, HarmonicForce(0.1, 2)) and not told(*turning)
     assert not told(turning[0], HarmonicForce(0.5 + 1e-9, dof=1, phase=-0.5 * np.pi), stator)
+    for unit in (1e-15, 1.0, 1e15):  # of mass: a thousandth apart is apart, the last digits are not
+        loads = [HarmonicForce(0.5 * unit, dof=0), HarmonicForce(0.5 * unit, dof=1, phase=-0.5 * np.pi), stator]
+        for part, same in ((1e-14, True), (1e-3, False)):
+            ends = unit * np.diag([1.0, 1.0 + part])
+            for M, K in ((ends, unit * np.eye(2)), (unit * np.eye(2), ends)):
+                assert concentric.concentric(bf.System(M, 0.1 * unit * np.eye(2), K, loads, omega=1.0)) is same
     four = bf.systems.rotor_in_casing()
     turn = concentric.generator(four)
     assert turn.tolist() == np.kron(np.eye(2), quarter).tolist() and concentric.concentric(four)

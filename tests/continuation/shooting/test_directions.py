@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bifurc.continuation import Problem
-from bifurc.continuation.shooting.directions import directions, found_again
+from bifurc.continuation.shooting.directions import chords, directions, found_again
 
 
 class TwoDurations(Problem):
@@ -27,6 +27,17 @@ def test_two_lines_that_cross(slope):
     assert len(lines) == 2
     for line in wanted:
         assert max(abs(line @ other) for other in lines) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("around", [1e-3, 1e-4])
+@pytest.mark.parametrize("slope", [1.0, 0.3])
+def test_each_way_of_two_lines_is_one_chord(slope, around):
+    """Newton comes to one of four solutions from every angle: two lines, either way, and each of them once."""
+    found, lost = chords(TwoDurations(lambda a, b: a * a - (slope * b)**2), np.zeros(3), np.eye(3)[:2], around)
+    wanted = np.array([[slope, 1.0, 0.0], [slope, -1.0, 0.0]]) / np.hypot(slope, 1.0)
+    assert len(found) == 4 and not lost
+    for line in (*wanted, *-wanted):
+        assert max(line @ other for other in found) == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("length", [1e-4, 3e-5])
