@@ -484,3 +484,19 @@ def test_labels_and_images_of_starts_beyond_a_stop_say_so(system, by, rng):
     assert (apart.states == outcomes.UNSETTLED).all() and np.array_equal(X[::2], alone)
     images = found.propagate(carried, 4)
     assert (images.outcomes[1::2] == outcomes.OUTSIDE).all() and (images.outcomes[::2] == outcomes.REACHED).all()
+
+
+def test_memory_follows_what_it_is_fixed_to_in_modes_reached_early_and_late():
+    """A spring that slips is stretched by its limit, z = q - limit/kt with the sign of the slip; one that sticks keeps z."""
+    n, kt, limit = 4, 2.0, 0.4
+    scene = scene_of(bf.System(np.eye(n), np.eye(n), np.eye(n), [Jenkins(kt, limit, dof=k) for k in range(n)]))
+    following, stuck, identity = Integrator(scene, 100), ("stick",) * n, np.eye(scene.ns + scene.nw)
+    scene.index(stuck)
+    for k in range(n):
+        for key, sign in (("slip+", -1.0), ("slip-", 1.0)):
+            m = scene.index((*stuck[:k], key, *stuck[k + 1:]))
+            rows = following._followers(scene.tables)[m]
+            wanted = identity[2 * n:3 * n].copy()
+            wanted[k] = identity[k]
+            wanted[k, scene.ns] = sign * limit / kt
+            np.testing.assert_allclose(rows, wanted, atol=1e-15)

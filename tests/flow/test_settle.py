@@ -199,3 +199,19 @@ def test_a_slider_starts_in_slip_at_its_limit_only():
     for pull in (1.0, 1.3):  # at its limit, and moving on; an overloaded one has slipped
         slips = motion(pull)
         assert slips.final[0] - slips.final[1] - slips.final[4] == pytest.approx(1.0, abs=1e-12) and slips.final[1] > 0.0
+
+
+def test_reasons_name_the_element_and_what_it_forbids():
+    """Beyond a surface, on it and about to pass it, held but moving, held short of its place: of a stop and of friction."""
+    scene = scene_of(bf.System(np.eye(2), np.eye(2), np.eye(2), [RigidStop(0.3, 0.5, label="stop"),
+                                                                  Coulomb(1.0, dof=1, label="pad")]))
+
+    def said(keys, q, v):
+        m, x = scene.index(keys), np.array([*q, *v, 1.0])
+        return settle._say(scene, m, settle.Rule(scene).broken(m, x, settle.Rule(scene).sizes(x)))
+    free, rest = ("free", "slip+"), ("rest", "slip+")
+    assert said(free, (0.5, 0.0), (0.0, 1.0)) == f"{free}: stop is past its impact"
+    assert said(free, (0.3, 0.0), (1.0, 1.0)) == f"{free}: stop is about to pass its impact"
+    assert said(free, (0.0, 0.0), (0.0, -1.0)) == f"{free}: pad is past its {scene.event_kind(scene.index(free), 1)}"
+    assert "stop is not at rest" in said(rest, (0.3, 0.0), (0.2, 1.0)) and "pad" not in said(rest, (0.3, 0.0), (0.2, 1.0))
+    assert settle._say(scene, 0, [("memory", 1), ("hold", 0)]).endswith(": pad is not at its limit, stop is not at rest")

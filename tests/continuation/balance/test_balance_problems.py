@@ -114,6 +114,20 @@ def test_problems_of_other_orders_and_paths(problem):
         problem.family_over("jenkins.limit", (0.5, np.inf))
 
 
+@pytest.mark.parametrize("bounds", [(0.3, 0.5), (0.1, 0.5)])
+def test_a_family_over_a_second_parameter_is_the_equations_at_both(problem, bounds):
+    """At any pair of values at which it slips as often; the second parameter is measured by half of its interval."""
+    family = problem.family_over("jenkins.limit", bounds)
+    np.testing.assert_allclose(family.scale, [*problem.scale, 0.5 * (bounds[1] - bounds[0])])
+    assert family.value == problem.system.parameter("jenkins.limit") and family.interval == bounds
+    u = problem.x0[:-1] * 1.02
+    for limit in (bounds[0], 0.4, 0.3 * bounds[0] + 0.7 * bounds[1]):
+        for share in (0.9, 1.05):
+            p = share * problem.x0[-1]
+            whole = problem.whole.at(at(problem, p).with_parameters(**{"jenkins.limit": float(limit)}))
+            np.testing.assert_allclose(family.at(limit).residual(u, p), whole.residual(u), atol=1e-10)
+
+
 def test_a_problem_that_is_read_is_the_one_that_was_written(problem):
     read = from_record(problem.to_record())
     assert read.same(problem) and (read.scale == problem.scale).all() and (read.x0 == problem.x0).all()
