@@ -490,13 +490,14 @@ def test_memory_follows_what_it_is_fixed_to_in_modes_reached_early_and_late():
     """A spring that slips is stretched by its limit, z = q - limit/kt with the sign of the slip; one that sticks keeps z."""
     n, kt, limit = 4, 2.0, 0.4
     scene = scene_of(bf.System(np.eye(n), np.eye(n), np.eye(n), [Jenkins(kt, limit, dof=k) for k in range(n)]))
-    following, stuck, identity = Integrator(scene, 100), ("stick",) * n, np.eye(scene.ns + scene.nw)
-    scene.index(stuck)
-    for k in range(n):
-        for key, sign in (("slip+", -1.0), ("slip-", 1.0)):
-            m = scene.index((*stuck[:k], key, *stuck[k + 1:]))
-            rows = following._followers(scene.tables)[m]
-            wanted = identity[2 * n:3 * n].copy()
-            wanted[k] = identity[k]
-            wanted[k, scene.ns] = sign * limit / kt
-            np.testing.assert_allclose(rows, wanted, atol=1e-15)
+    following, identity, signs = Integrator(scene, 100), np.eye(scene.ns + scene.nw), {"slip+": -1.0, "slip-": 1.0}
+    early = len(scene.tables.n_guards)
+    for keys in (("stick", "slip+", "stick", "stick"), ("slip-", "stick", "stick", "slip+"), ("slip-",) * n):
+        m = scene.index(keys)
+        wanted = identity[2 * n:3 * n].copy()
+        for k, key in enumerate(keys):
+            if key in signs:
+                wanted[k] = identity[k]
+                wanted[k, scene.ns] = signs[key] * limit / kt
+        np.testing.assert_allclose(following._followers(scene.tables)[m], wanted, atol=1e-15)
+    assert len(scene.tables.n_guards) > early
