@@ -12,6 +12,7 @@ from bifurc.control.characteristic import Characteristic
 from bifurc.control.collocated import Collocated
 from bifurc.control.impact_order import ImpactOrder
 from bifurc.control.linearization import _after, linearized
+from bifurc.elements import CubicFriction, HarmonicForce
 from tests.reference.impacting_orbit import FORCE, GAP, RATIO, ZETA, closed_form, impacting
 
 
@@ -100,7 +101,8 @@ def test_collocation_and_equation_give_the_same_multipliers(orbit):
 
 def test_the_transition_without_feedback_is_the_monodromy():
     for system in (bf.systems.bilinear_oscillator(omega=1.29), bf.systems.duffing_oscillator(omega=1.3),
-                   bf.systems.dry_friction_oscillator(), bf.systems.jenkins_oscillator()):
+                   bf.systems.dry_friction_oscillator(), bf.systems.jenkins_oscillator(),
+                   bf.System(1.0, 0.1, 1.0, [CubicFriction(0.3, 0.1, 0.02), HarmonicForce(1.5)], omega=0.8)):
         orbit = bf.find_orbit(system)
         linear = linearized(orbit, "displacement")
         np.testing.assert_allclose(linear.transition(np.zeros(1))[0], orbit.monodromy, atol=1e-11)
