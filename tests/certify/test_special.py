@@ -112,6 +112,22 @@ def test_points_of_a_motion_are_proved_in_any_unit_of_length():
             assert max(low, below) <= min(high, above) and above - below < 1e-12
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_the_load_that_grazes_is_proved_and_one_beside_it_is_not_in_any_unit_of_length(unit):
+    """gap |1 - omega^2 + 2 i zeta omega|; a millionth aside is another load, the last digits are not."""
+    zeta, omega, gap = 0.05, 0.6, 0.8 * unit
+    exact = gap * abs(1.0 - omega**2 + 2j * zeta * omega)
+    system = bf.System(1.0, 2.0 * zeta, 1.0, (HarmonicForce(0.9 * exact), RigidStop(gap, 0.5)), omega=omega)
+    branch = bf.trace(bf.find_orbit(system), "harmonic_force.amplitude", bounds=(0.8 * exact, 1.02 * exact), max_steps=20)
+    (point,) = branch.special_points.of("grazing")
+    found = point.certify()
+    assert found.proved, found.message
+    assert found.parameter[0] <= exact * (1.0 + 1e-15) and exact * (1.0 - 1e-15) <= found.parameter[1]
+    x = point.x.copy()
+    x[-1] *= 1.0 + 1e-6
+    assert not dataclasses.replace(point, parameter=float(x[-1]), x=x).certify().proved
+
+
 def test_a_touch_beside_slow_impacts_is_proved_at_the_touch():
     """The last ones of eleven impacts are slower than what counts as a graze elsewhere: the touch is another event."""
     system = bf.System(1.0, 0.35, 1.0, [HarmonicForce(1.14), RigidStop(0.39, 0.325)], omega=0.7914)
