@@ -1,10 +1,12 @@
 """Sliders that never slip stand anywhere in an interval: a continuum of orbits, which is one attractor."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import bifurc as bf
 from bifurc.basins import Grid
-from bifurc.basins.attractors.continuum import continuum
+from bifurc.basins.attractors.continuum import Continuum, continuum
 from bifurc.elements import ConstantForce, HarmonicForce, Jenkins, RigidStop
 
 STIFF, LIMIT, OMEGA, LOAD, STOP = 0.5, 3.0, 1.4, 0.6, (0.3, 0.6)
@@ -61,3 +63,23 @@ def test_continua_of_two_labels_promise_nothing():
     found = bf.basins_of_attraction(system, Grid(q0=(-1.0, 0.3, 4), v0=(-1.0, 1.0, 4)))
     assert len(found.attractors) == 1 and np.all(found.labels == -1)
     assert found.reliability.statement.startswith("No label is promised")
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(("low", "high"), [(-0.9, 0.7), (-0.05, 2.0), (-1.5, 0.02)])
+def test_a_continuum_is_followed_to_its_ends_by_steps_that_newton_can_make(monkeypatch, unit, low, high):
+    """Each member is solved from the nearest one known: one a tenth of a state's size away is reached, none farther."""
+    def orbit_at(value):
+        return SimpleNamespace(family=(2,), state=np.array([0.0, 0.0, value]), weights=np.array([1.0, 1.0, unit]))
+
+    def solved(orbit, values):
+        (value,) = values
+        near = abs(value - orbit.state[2]) <= 0.1 * unit
+        return orbit_at(value) if near and low * unit <= value <= high * unit else None
+    monkeypatch.setattr("bifurc.basins.attractors.continuum.relabelled", solved)
+    found = Continuum(orbit_at(0.0))
+    assert found.low == pytest.approx(low * unit, abs=1e-7 * unit) and found.high == pytest.approx(high * unit, abs=1e-7 * unit)
+    assert low * unit <= found.low and found.high <= high * unit
+    for value in (0.5 * (found.low + found.high), found.low, found.high):
+        assert found.value(found.member(value)) == value
+    assert found.member((high + 0.01) * unit) is None and found.member((low - 0.01) * unit) is None
