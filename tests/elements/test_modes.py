@@ -534,6 +534,10 @@ def test_frames_count_their_columns_and_note_the_frequency():
     other = frame.at(0.7)
     assert not other.read and not frame.read and other.omega == 0.7 and other.read and not frame.read
     assert frame.at(0.5) is frame and frame.at(None) is frame and Frame(1, 0, (), None).at(0.3).omega is None
+    for omega in (0.5 * (1.0 + 1e-7), np.nextafter(0.5, 1.0), 0.5 + 1e-9, 1e-9, 2e-9):  # of a difference quotient, and slow ones
+        near = frame.at(omega)
+        assert near.omega == omega and near.at(0.5).omega == 0.5 and near.columns == frame.columns
+        np.testing.assert_allclose(near.W[3:, 3:], [[0.0, -3.0 * omega], [3.0 * omega, 0.0]], rtol=1e-15)
     W = frame.W
     assert frame.read and W[1:3, 1:3].tolist() == [[0.0, -0.5], [0.5, 0.0]] and W[3:, 3:].tolist() == [[0.0, -1.5], [1.5, 0.0]]
     local = {"u": np.eye(10)[:2], "z": np.eye(10)[4:5]}

@@ -6,7 +6,7 @@ from bifurc.hbm.layout import Layout
 from bifurc.hbm.setvalued.douglas_rachford import split
 from bifurc.hbm.setvalued.equations import Balance, Contact, Linear, SetValuedStatus
 from bifurc.hbm.setvalued.full_stick import allowance
-from bifurc.hbm.setvalued.sign_pattern import derivative_matrix, evaluate, pattern, roots
+from bifurc.hbm.setvalued.sign_pattern import _polished, derivative_matrix, evaluate, pattern, roots
 from bifurc.hbm.setvalued.solution import solve
 from tests.reference.coulomb import SlipOnly
 from tests.reference.fourier_friction import SteadyFriction
@@ -67,6 +67,30 @@ def test_roots_of_a_trigonometric_polynomial(rng):
         assert roots(c) == pytest.approx(np.sort(np.mod(np.angle(z), 2.0 * np.pi)), abs=1e-10)
     close = np.array([-np.cos(5e-7), 1.0 * np.exp(-1.234j)])  # cos(theta - 1.234) = cos 5e-7
     assert roots(close) == pytest.approx([1.234 - 5e-7, 1.234 + 5e-7], abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_sign_change_is_found_inside_its_bracket(seed):
+    """A product of sines of half angles is zero where each is: brackets from all but one root to all but the next hold one."""
+    rng = np.random.default_rng(seed)
+    count = 2 * int(rng.integers(1, 6))
+    zeros = np.sort(rng.uniform(0.0, 2.0 * np.pi, count))
+    zeros = zeros[np.diff(zeros, prepend=zeros[-1] - 2.0 * np.pi) > 1e-2]
+    zeros = zeros[:2 * (len(zeros) // 2)]
+    phases = 2.0 * np.pi * np.arange(64) / 64
+    values = np.prod(np.sin(0.5 * (phases[:, None] - zeros)), axis=1)
+    c = np.fft.rfft(values)[:len(zeros) // 2 + 1] / 32.0
+    c[0] *= 0.5
+    before, after = np.append(zeros[-1] - 2.0 * np.pi, zeros[:-1]), np.append(zeros[1:], zeros[0] + 2.0 * np.pi)
+    for part in (1e-3, 0.2, 0.5, 0.98):
+        for other in (1e-3, 0.5, 0.98):
+            lower, upper = zeros - part * (zeros - before), zeros + other * (after - zeros)
+            size = np.abs(evaluate(np.arange(len(c)) * c, phases)).max()
+            found = _polished(c, lower, upper, evaluate(c, lower))
+            assert np.all((found > lower) & (found < upper))
+            slope = np.abs(evaluate(1j * np.arange(len(c)) * c, zeros))
+            np.testing.assert_array_less(np.abs(found - zeros), 1e-12 * (1.0 + size / slope))
+
 
 
 @pytest.mark.parametrize("width", [0.0, 0.02, 0.5])
