@@ -89,3 +89,26 @@ def test_a_direction_is_that_of_the_parameter(direction, ends):
     assert steps == pytest.approx(np.hypot(1.0, 2.0) * np.diff(p), rel=1e-9)
     few = trace(Line(1.0, 0.5, scale_u=1.0, scale_p=1.0), bounds=(-1.0, 2.0), direction=direction, max_steps=0)
     assert len(few) == 1 and few.column("p")[0] == 0.5
+
+
+@pytest.mark.parametrize("audit", ["full", "fast"])
+@pytest.mark.parametrize("lengths", [{}, {"ds": 0.02, "ds_min": 1e-7, "ds_max": 0.05}])
+def test_a_branch_goes_on_with_the_options_it_was_traced_with(audit, lengths):
+    """On a line of slope 2: the rows there were stay, and those behind them follow the same rules unless told otherwise."""
+    class Line(Problem):
+        def residual(self, u, p):
+            return u - 2.0 * p
+    branch = trace(Line([0.0], 0.0, scale_u=1.0, scale_p=1.0), bounds=(-0.5, 0.5), audit=audit, **lengths)
+    longer = branch.extend(bounds=(-1.0, 2.0))
+    names = ("ds", "ds_min", "ds_max", "audit")
+    assert [longer.options[name] for name in names] == [branch.options[name] for name in names]
+    assert longer.options["audit"] == audit and [longer.options[name] for name in lengths] == list(lengths.values())
+    p = longer.column("p")
+    assert {p[0], p[-1]} == {-1.0, 2.0} and set(branch.column("p")) <= set(p)
+    np.testing.assert_allclose(longer.column("u_0"), 2.0 * p, atol=1e-12)
+    chords = np.hypot(np.diff(p), 2.0 * np.diff(p))
+    assert chords.max() <= branch.options["ds_max"] * (1.0 + 1e-9)
+    shorter = branch.extend(bounds=(-1.0, 2.0), ds_max=0.01)
+    assert shorter.options["ds_max"] == 0.01 and len(shorter) > len(longer)
+    with pytest.raises(ValueError, match="outside the bounds"):
+        branch.extend(bounds=(-0.2, 2.0))
