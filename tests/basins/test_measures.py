@@ -276,6 +276,20 @@ def test_starts_and_partners_of_an_uncertainty_exponent():
     assert (other.changed != found.changed).any()
 
 
+def test_one_attractor_beside_starts_that_reach_none_has_a_boundary_too():
+    """The same stripes, every second of them without a label: the same pairs differ."""
+    class Lonely(Stripes):
+        def labeller(self, workers, executor):
+            label = super().labeller(workers, executor)
+            return lambda points: np.where(points[:, 0] > 1.5, NO_START, label(points) - 1)
+    numbers = [uncertainty.uncertainty_exponent(stripes, 1e-3, 1e-1, rungs=5, samples=2000, seed=3)
+               for stripes in (Stripes(), Lonely(("one",)))]
+    np.testing.assert_array_equal(numbers[0].changed, numbers[1].changed)
+    assert numbers[0].samples == numbers[1].samples and numbers[0].exponent == numbers[1].exponent
+    with pytest.raises(ValueError, match="no attractor"):
+        uncertainty.uncertainty_exponent(Lonely(()))
+
+
 @pytest.mark.parametrize(("slow", "count"), [(True, uncertainty.SOME), (False, uncertainty.MANY)])
 def test_the_number_of_starts_follows_the_speed_of_the_map(slow, count, monkeypatch):
     kernel = Kernel.SIMULATION if slow else Kernel.BATCH
