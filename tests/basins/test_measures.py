@@ -287,7 +287,7 @@ def test_one_attractor_beside_starts_that_reach_none_has_a_boundary_too():
     np.testing.assert_array_equal(numbers[0].changed, numbers[1].changed)
     assert numbers[0].samples == numbers[1].samples and numbers[0].exponent == numbers[1].exponent
     with pytest.raises(ValueError, match="no attractor"):
-        uncertainty.uncertainty_exponent(Lonely(()))
+        uncertainty.uncertainty_exponent(Lonely(()), samples=100)
 
 
 @pytest.mark.parametrize(("slow", "count"), [(True, uncertainty.SOME), (False, uncertainty.MANY)])

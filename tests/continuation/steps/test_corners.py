@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from bifurc.continuation import Problem, trace
+from bifurc.continuation.steps.arclength import Half, StepOptions
 
 
 class Angle(Problem):
@@ -38,3 +39,20 @@ def test_without_a_tangent_behind_it_the_branch_ends_in_the_corner():
     problem.told_at_corner = False
     branch = trace(problem, bounds=(0.0, 2.0))
     assert "ds_min" in {str(reason) for reason in branch.stop_reason} and branch.column("p").max() == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_part_behind_a_corner_begins_like_any_other():
+    """The last row before the corner, known to lie on a boundary: the part behind it has a first row of its own, on none."""
+    branch = trace(Angle(3.0, 0.0, scale_u=1.0, scale_p=1.0), bounds=(0.0, 0.9), max_steps=4)
+    row, options = branch.rows()[-1], StepOptions(0.0, 2.0, 0.05, 1e-9, 0.2, 100)
+    half = Half(row, options)
+    half.edge, half.steps, half.slope, half.ds = 0.25, 3, row.tangent[-1], 1e-9
+    back = np.array([3.0, -1.0]) / np.sqrt(10.0)
+    row.part.problem.beyond_corner = lambda row: (row.part.problem, back)
+    assert half.turned(row) and half.edge is None and half.ds == options.ds
+    first = half.rows[-1]
+    assert half.parts[-1] is first.part is not row.part and first.part.index == row.part.index + 1
+    assert first.tangent @ back > 0.99 and 0.0 < first.s - row.s < 1e-2
+    (corner,) = half.found  # the parameter turns back in it
+    assert str(corner.kind) == "fold" and corner.name == "corner" and corner.x is row.x
+    assert not half.turned(first)  # no second one without a step between
