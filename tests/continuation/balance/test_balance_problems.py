@@ -151,6 +151,21 @@ def condensed(problem):
         np.full(made.size, problem.scale[0]), problem.scale[-1]), problem.listed)
 
 
+@pytest.mark.parametrize("fixed", [True, False])
+def test_determinants_are_of_rows_of_unit_size_over_the_tangent(problem, condensed, fixed):
+    """Of [F_u F_p] in scaled unknowns, whatever the units of forces: of a condensed problem times that of what it leaves out."""
+    for one in (problem, condensed):
+        c = one.correct(one.x0, np.append(np.zeros(one.size), 1.0), fixed)
+        A = np.column_stack(one.jacobian(c.x[:-1], c.p)) * one.scale
+        A /= np.abs(A).max(axis=1)[:, None]
+        sign, log = np.linalg.slogdet(np.vstack([A, c.tangent]))
+        left = 0.0
+        if one is condensed:
+            point = condensed._along.at(c.p)
+            left, sign = condensed.condensed.linear.log_determinant(point.T, point.moved), sign * point.linear.sign
+        assert c.converged and c.det_sign == sign and c.det_log == pytest.approx(log + left, abs=1e-9)
+
+
 def test_a_condensed_problem_has_the_solutions_of_the_whole_one(problem, condensed):
     only = np.append(np.zeros(problem.size), 1.0)
     few = np.append(np.zeros(condensed.size), 1.0)
