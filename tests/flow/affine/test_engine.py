@@ -96,12 +96,18 @@ def test_series_of_states_and_guards_are_their_derivatives(scene, rng):
     A = whole_matrix(scene, m)
     s = 0.6 * T.step[m]
     for _, x in starts(scene, rng, 3):
-        a, later = np.empty(ORDER + 1), expm(A * s) @ x
+        a, later = np.full(ORDER + 1, np.nan), expm(A * s) @ x
+        terms, sizes = [x], [np.abs(x)]  # A^j x/j!, and what its rounding is measured by
+        for j in range(1, ORDER + 1):
+            terms.append(A @ terms[-1] / j)
+            sizes.append(np.abs(A) @ sizes[-1] / j)
         for i in range(scene.ns):
             engine.state_series(T, m, i, x, a)
+            assert np.all(np.abs(a - np.array(terms)[:, i]) <= 1e-13 * np.array(sizes)[:, i])
             assert np.polyval(a[::-1], s) == pytest.approx(later[i], abs=1e-13 * np.abs(x).max())
         for g in range(T.n_guards[m]):
             engine.guard_series(T, m, g, x, a)
+            assert np.all(np.abs(a - np.array(terms) @ T.G[m, g]) <= 1e-13 * (np.array(sizes) @ np.abs(T.G[m, g])))
             assert np.polyval(a[::-1], s) == pytest.approx(T.G[m, g] @ later, abs=1e-13 * np.abs(x).max())
             assert engine.guard_value(T, m, g, x) == pytest.approx(T.G[m, g] @ x, abs=1e-14)
             assert engine.terms_size(T, m, g, x) == pytest.approx(np.abs(T.G[m, g]) @ np.abs(x), rel=1e-14)
