@@ -120,6 +120,29 @@ def test_a_touch_that_is_followed_is_the_maximum_of_the_motion():
     assert ratio[0] > 0.0
 
 
+@pytest.mark.parametrize("unit", [1e-10, 1.0, 1e8])
+@pytest.mark.parametrize("second", [0.0, 1e-3, 0.1])
+def test_the_bend_at_the_top_is_that_of_the_motion_in_any_unit_of_time(unit, second):
+    """Two harmonics: where the second is there, the motion is not symmetric about its top, by however little."""
+    loads, phases = {1: F, 2: second}, {1: 0.0, 2: 0.9}
+    q = {k: loads[k] * np.exp(1j * phases[k]) / (1.0 - (k * W)**2 + 2j * ZETA * k * W) for k in loads}
+
+    def motion(t, order=0):
+        return sum(float(((1j * k * W)**order * q[k] * np.exp(1j * k * W * t)).real) for k in q)
+    t = -np.angle(q[1]) / W
+    for _ in range(20):
+        t -= motion(t, 1) / motion(t, 2)
+    elements = [HarmonicForce(loads[k] * unit**2, harmonic=k, phase=phases[k], label=f"load{k}") for k in loads if loads[k]]
+    system = System(1.0, 2.0 * ZETA * unit, unit**2, (*elements, RigidStop(motion(t) * (1.0 + 1e-10), 0.6)), omega=W * unit)
+    orbit = bf.find_orbit(system, guess=(motion(0.0), motion(0.0, 1) * unit))
+    problem = orbit_problem(orbit, "load1.amplitude", (0.5 * F * unit**2, 2.0 * F * unit**2))
+    other, at, item = touching(problem, problem.x0)
+    condition = Touching(other, at, item)
+    value, tau = condition.top(other, at)
+    assert value == pytest.approx(0.0, abs=1e-9)
+    assert condition.apex(other, at, tau) == pytest.approx(motion(t, 2) * unit**2, rel=1e-9)
+
+
 @pytest.mark.parametrize("shift", [0.0, 0.3, -0.2])
 def test_the_stationary_point_next_to_the_origin(shift):
     """Of (t - shift)^2 (1 + t) + 2; no farther than the reach, on the side where it lies."""
