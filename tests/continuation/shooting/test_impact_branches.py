@@ -403,3 +403,24 @@ def test_branches_that_meet_in_the_touch_of_an_orbit_of_half_the_period_end_ther
         orbit = branch.orbits[row]
         middle = bf.simulate(orbit.system, orbit.state, periods=2).final
         assert bool(np.abs(middle - orbit.state).max() < 1e-4) is repeats
+
+
+@pytest.mark.parametrize(("force", "gap"), [(1.0, 1.0), (0.3, 0.5)])
+def test_a_branch_from_a_plastic_impact_is_that_of_any_restitution(force, gap):
+    """At undamped resonance the stop is hit with pi F/(1 + r), and both multipliers are -r; the equations are those of a start
+    elsewhere, although the speed after the impact vanishes at r = 0 only."""
+    def orbit_of(r):
+        system = bf.systems.impact_oscillator(zeta=0.0, omega=1.0, amplitude=force, gap=gap, restitution=r)
+        return bf.find_orbit(system, (gap, -r * np.pi * force / (1.0 + r)), periods=1)
+    branches = [bf.trace(orbit_of(r), "restitution", bounds=(0.0, 0.5)) for r in (0.0, 0.3)]
+    for branch in branches:
+        r = branch.column("restitution")
+        assert {r[0], r[-1]} == {0.0, 0.5} and not branch.special_points
+        for orbit, value in zip(branch.orbits, r, strict=True):
+            (impact,) = orbit.events
+            assert impact.speed == pytest.approx(np.pi * force / (1.0 + value), rel=1e-12)
+            assert np.abs(orbit.multipliers + value).max() < 1e-7  # a double one
+    first, second = (branch.problems[0] for branch in branches)
+    np.testing.assert_array_equal(first.sequence.nodes, second.sequence.nodes)
+    u = np.append(second.x0[:-1], 0.3)
+    np.testing.assert_allclose(first.residual(u[:-1], 0.3), second.residual(u[:-1], 0.3), atol=1e-12)
