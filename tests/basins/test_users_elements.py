@@ -22,13 +22,17 @@ def own_builder(*, amplitude: float = 0.6, omega: float = 1.0) -> bf.System:
     return system_of(OwnStop).with_parameters(omega=omega, **{"load.amplitude": amplitude})
 
 
+def grid(cells):
+    return basins.Grid(q0=(-1.0, 1.0, cells), v0=(-1.0, 1.0, cells))
+
+
 STUDIES = {
     "chart": lambda system, name, file: basins.parameter_chart(system, {name: AMPLITUDES, "omega": [0.9, 1.1]}, REGION, starts=2,
                                                                transient=30, file=file).periods,
     "diagram": lambda system, name, file: basins.bifurcation_diagram(system, name, AMPLITUDES, transient=30, keep=4,
                                                                      file=file).points,
-    "map": lambda system, name, file: basins.basins_of_attraction(system, basins.Grid(q0=(-1.0, 1.0, 4), v0=(-1.0, 1.0, 4)), file=file).labels,
-    "cells": lambda system, name, file: basins.cell_mapping(system, basins.Grid(q0=(-1.0, 1.0, 6), v0=(-1.0, 1.0, 6)), file=file).labels,
+    "map": lambda system, name, file: basins.basins_of_attraction(system, grid(4), file=file).labels,
+    "cells": lambda system, name, file: basins.cell_mapping(system, grid(6), file=file).labels,
     "sweep": lambda system, name, file: basins.sweep(system, name, AMPLITUDES, REGION, samples=20, file=file).fractions,
 }
 

@@ -1,4 +1,4 @@
-"""A piece of a branch in its tube, on the unit circle: its parabola in closed form, and what becomes of it when a proof is missing."""
+"""A piece of a branch in its tube, on the unit circle: its parabola in closed form, and what a missing proof makes of it."""
 from types import SimpleNamespace
 
 import numpy as np
@@ -59,7 +59,7 @@ def test_the_parabola_touches_the_circle_and_bends_as_it(monkeypatch, half):
     assert found.row @ (b.z - a.z) == pytest.approx(2.0 * np.sin(half))
 
 
-@pytest.mark.parametrize(("said", "why"), [({"contract": "too long"}, "too long"), ({"outside": 0}, "ends"), ({"outside": 1}, "ends")])
+@pytest.mark.parametrize(("said", "why"), [({"contract": "long"}, "long"), ({"outside": 0}, "ends"), ({"outside": 1}, "ends")])
 def test_a_piece_is_joined_only_where_its_tube_is_proved_and_holds_both_ends(monkeypatch, said, why):
     ends = [Node(*on_circle(angle), []) for angle in (0.1, 0.3)]
     tubes(monkeypatch, **said, ends=ends)
