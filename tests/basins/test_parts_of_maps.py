@@ -127,16 +127,18 @@ def test_a_labeller_follows_points_with_the_options_of_its_map(monkeypatch):
     monkeypatch.setattr(basin_map, "integrator_of", lambda *a: "integrator")
     monkeypatch.setattr(basin_map, "targets_of", lambda *a: "targets")
     monkeypatch.setattr(basin_map, "Labeller", lambda *a: "own")
-    monkeypatch.setattr(basin_map, "states_at", lambda scene, names, at, points: points)
+    fixed = {"v0": 0.7}
+    monkeypatch.setattr(basin_map, "states_at", lambda scene, names, at, points: asked.update(fixed=at, names=names) or points)
 
     def label(own, states, targets, most, store, run):
         asked.update(own=own, targets=targets, most=most, run=run)
         return SimpleNamespace(labels=np.array([0, -1, -1]), states=np.array([REACHED, OUTSIDE, DIVERGED]))
     monkeypatch.setattr(basin_map, "label_starts", label)
     stand_in = SimpleNamespace(system=SYSTEM, options={"max_events": 7, "max_periods": 9}, section=None, attractors=(), radii=(),
-                               scale=None, grid=SimpleNamespace(names=("q0",), at={}))
+                               scale=None, grid=SimpleNamespace(names=("q0",), at=fixed))
     assert BasinMap.labeller(stand_in, 3)(np.zeros((3, 1))).tolist() == [0, -2, -3]
-    assert asked == {"own": "own", "targets": "targets", "most": 9, "run": {"workers": 3, "executor": None}}
+    assert asked == {"own": "own", "targets": "targets", "most": 9, "run": {"workers": 3, "executor": None}, "fixed": fixed,
+                     "names": ("q0",)}
     monkeypatch.setattr(basin_map.os, "cpu_count", lambda: 5)
     BasinMap.labeller(stand_in, executor="e")(np.zeros((3, 1)))
     assert asked["run"] == {"workers": 5, "executor": "e"}
