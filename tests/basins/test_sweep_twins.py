@@ -1,4 +1,5 @@
 """Sweeps on stand-in maps whose motions are known: diagrams, charts, ramps and attractor sweeps against loops written out."""
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -445,6 +446,12 @@ def test_shares_errors_and_families_of_a_sweep():
     assert lines[1].strip().startswith("Track(0: period 1, 2 values from 0.5 to 1.5, share up to 0.8333)")
     assert lines[2].endswith("from track 0") and "chaotic" in lines[3]
     assert lines[4].strip() == "unresolved starts at 2 values, at most 10 of 50 (at 0.5)"
+    for worst in range(3):  # the value at which most are left, out of as many as start there
+        left, starts = [1, 1, 1], np.array([20, 30, 40])
+        left[worst] = 7
+        one = dataclasses.replace(made(((0,),) * 3, ((9,), (9,), (9,)), (0, 0, 0), left, {}), starts=starts)
+        said = f"unresolved starts at 3 values, at most 7 of {starts[worst]} (at {worst + 0.5:g})"
+        assert one.report().splitlines()[-1].strip() == said
     empty = made(((), ()), ((), ()), (50, 0), (0, 50), {})
     assert empty.fractions.shape == (2, 0) and empty.tracks == ()
 

@@ -270,14 +270,17 @@ def test_load_that_varies_and_separates():
     assert errors[1] <= 2e-3 and errors[1] < 0.4 * errors[0]
 
 
-def test_limits_that_vanish():
-    """No friction is the linear response; 1e-12 of it changes nothing."""
-    layout, linear, contacts = oscillator(10, upper=(0.0,))
+@pytest.mark.parametrize("unit", [1e-14, 1.0, 1e14])
+def test_limits_that_vanish(unit):
+    """No friction is the linear response, from any guess; 1e-12 of it changes nothing: of loads in any unit."""
+    layout, linear, contacts = oscillator(10, alpha=1.4 * unit, upper=(0.0,))
     free = np.linalg.solve(linear.blocks, linear.load)
-    assert np.abs(solve(layout, 1.0, linear, contacts).x - free).max() <= 1e-12
-    layout, linear, contacts = oscillator(10, upper=(1e-12,))
+    for guess in (None, 0.5 * free, -3.0 * free):
+        found = solve(layout, 1.0, linear, contacts, guess)
+        assert found.success and np.abs(found.x - free).max() <= 1e-12 * unit and found.residual <= 1e-11 * unit
+    layout, linear, contacts = oscillator(10, alpha=1.4 * unit, upper=(1e-12 * unit,))
     found = solve(layout, 1.0, linear, contacts)
-    assert found.success and np.abs(found.x - free).max() <= 1e-10
+    assert found.success and np.abs(found.x - free).max() <= 1e-10 * unit
 
 
 # several
