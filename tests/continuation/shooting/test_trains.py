@@ -215,3 +215,25 @@ def test_no_more_impacts_are_left_out_than_the_train_has(unit, most, listing):
     rising = packed(times, speeds[::-1])
     if unit == 1:
         assert train_length.longer(problem, rising) is None
+
+
+@pytest.mark.parametrize("rests", [(0.1, 0.02), (0.02, 0.1)])
+@pytest.mark.parametrize("first", [0, 3, 8])
+def test_of_several_trains_of_a_period_the_one_with_the_shortest_rest_is_told(rests, first):
+    """Two trains of six impacts, each with its rest; the period may begin within one of them.  A seventh impact before the
+    second train is none of it, and a train of five is none at all."""
+    inside, last, release, before = [0, 0, 0, 0, 2], [0, 0, 1, 0, 1], [1, 0, 0, 0, 0], [0, 0, 0, 0, 0]
+    nodes = [*[inside] * 5, last, release, before, *[inside] * 5, last, release]
+    times, t = [], 0.0
+    for rest in rests:
+        times += [t + 0.05 * k for k in range(1 if rest is rests[0] else 0, 7)] + [t + 0.3 + rest]
+        t = 0.5
+    places = {0: [0, 1, 2, 3, 4, 5], 1: [8, 9, 10, 11, 12, 13]}[int(np.argmin(rests))]
+    nodes, times = nodes[first:] + nodes[:first], np.array(times[first:] + [value + 1.0 for value in times[:first]])
+    x = np.append(np.column_stack([times, np.zeros((len(nodes), 2))]).ravel(), R)
+    impacts, let_go = completion.train(Problem(nodes), x)
+    count = len(nodes)
+    assert [k % count for k in impacts] == [(k - first) % count for k in places] and np.all(np.diff(impacts) == 1)
+    assert let_go == impacts[-1] + 1 and impacts[-1] >= 0
+    short = Problem([*[inside] * 4, last, release])
+    assert completion.train(short, np.append(np.column_stack([0.1 * np.arange(6), np.zeros((6, 2))]).ravel(), R)) is None
