@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 import bifurc as bf
@@ -178,6 +179,28 @@ def test_accelerations_of_variations_beside_the_force_of_a_wall(key):
     for k in range(4):
         ends = [stepped(y + d * 1e-5 * np.eye(4)[k], np.empty((0, 4)), 0)[0] for d in (1.0, -1.0)]
         np.testing.assert_allclose(accs[k], (ends[0] - ends[1]) / 2e-5, atol=1e-8)
+
+
+@pytest.mark.parametrize(("key", "sign", "speed"), [("roll", 0.0, 0.7), ("slip+", -1.0, 1.4), ("slip-", 1.0, 0.1)])
+def test_a_point_on_a_ring_moves_by_its_angle_alone(key, sign, speed):
+    """r'' along the ring is the force along it and the friction of what the wall bears, v^2/R and the force outwards; a point that
+    rolls goes with the surface whatever pushes it."""
+    C, K, beta, mu = np.array([[0.1, -0.5], [0.6, 0.05]]), np.array([[2.0, -0.4], [-0.4, 1.0]]), -3.0, 0.3
+    system = bf.System(np.eye(2), C, K, [HarmonicForce(0.5), CubicSpring(beta), RigidStator(
+        restitution=0.5, friction=mu, radius=1.0, surface_speed=0.7)], omega=1.3)
+    engine, T, joined = parts(system)
+    m = scene_of(system).index(("always", "always", key))
+
+    def along(t, y):
+        out, way = np.array([math.cos(y[0]), math.sin(y[0])]), np.array([-math.sin(y[0]), math.cos(y[0])])
+        force = np.array([0.5 * math.cos(1.3 * t) - beta * out[0]**3, 0.0]) - C @ way * y[1] - K @ out
+        return [y[1], way @ force + sign * mu * (y[1]**2 + out @ force)] if sign else [speed, 0.0]
+    for angle in (0.6, 2.5, -1.0):
+        found = solve_ivp(along, (0.4, 0.4 + 0.25), (angle, speed), method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+        x, y = joined((math.cos(angle), math.sin(angle), -speed * math.sin(angle), speed * math.cos(angle)), 0.4), np.empty(4)
+        engine.advance(T, m, x, 0.25, y)
+        wanted = [math.cos(found[0]), math.sin(found[0]), -found[1] * math.sin(found[0]), found[1] * math.cos(found[0])]
+        np.testing.assert_allclose(y, wanted, atol=1e-11)
 
 
 def test_pendulum_from_a_users_law_with_differenced_derivatives():
