@@ -24,6 +24,7 @@ from .ogy_motion import simulated
 BESIDE = (0.1, 1e-3)  # of the parameter: range over which its effect on the numbers of the system is known
 SINGULAR = 1e12  # condition number of the equations of an orbit, scaled
 UNSTABLE = 1.0 + 1e-8  # modulus
+DEAD = 1e-8  # modulus: what a period takes to the root of rounding, as sticking does, needs no control and allows none
 WEAK = 1e-10  # part of its size along the unstable direction below which a parameter controls nothing
 ON_EVENT = 1e-9  # periods
 
@@ -147,7 +148,7 @@ def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: s
     M = section_monodromy(orbit, section)
     g = (np.eye(len(M)) - M) @ orbit_derivative(orbit, parameter, section)
     state = orbit._states(np.array([section]))[0]
-    V = np.eye(len(M)) if method == "deadbeat" else _unstable(M)
+    V = _above(M, DEAD if method == "deadbeat" else UNSTABLE)
     gain = np.zeros(len(M)) if V.shape[1] == 0 else placed(M, g, V, parameter)
     closed = np.linalg.eigvals(M - np.outer(g, gain)).astype(complex)
     return OGYController(orbit, parameter, section, state, M, g, gain, closed[np.argsort(-np.abs(closed), kind="stable")], method)
@@ -219,15 +220,18 @@ def placed(M: np.ndarray, g: np.ndarray, V: np.ndarray, parameter: str) -> np.nd
     reach = np.column_stack([np.linalg.matrix_power(J, i) @ b for i in range(k)])
     sizes = np.linalg.norm(reach, axis=0)
     if not sizes.all() or np.linalg.norm(b) <= WEAK * np.linalg.norm(g) or np.linalg.svd(reach / sizes)[1][-1] < WEAK:
-        raise ValueError(f"parameter {parameter!r} does not act on the directions that are to be controlled (f . g = "
-                         f"{np.linalg.norm(b):.2g}); choose another parameter or section")
+        values = np.linalg.eigvals(J)
+        stays: complex = min(values, key=lambda value: np.linalg.svd(np.column_stack((J - value * np.eye(k), b)))[1][-1])  # Hautus
+        raise ValueError(f"parameter {parameter!r} does not act on all directions that are to be controlled: to rounding, the "
+                         f"multiplier {np.real_if_close(stays):.6g} stays whatever the gain, or is a double one; choose another "
+                         "parameter or section")
     last = np.linalg.solve(reach.T, np.eye(k)[-1])
     return (last @ np.linalg.matrix_power(J, k)) @ V.T
 
 
-def _unstable(M: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis (ns, k) of the left subspace of the unstable multipliers."""
-    _, Z, k = schur(M.T, output="real", sort=lambda real, imag=0.0: np.hypot(real, imag) > UNSTABLE)
+def _above(M: np.ndarray, least: float) -> np.ndarray:
+    """Return an orthonormal basis (ns, k) of the left subspace of the multipliers whose modulus is above ``least``."""
+    _, Z, k = schur(M.T, output="real", sort=lambda real, imag=0.0: np.hypot(real, imag) > least)
     return Z[:, :k]
 
 

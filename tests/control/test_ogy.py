@@ -34,6 +34,25 @@ def test_dead_beat_is_there_but_not_the_default(orbit, section):
     assert bf.control.ogy(orbit, "amplitude", section=section).method == "ogy"
 
 
+def test_dead_beat_leaves_what_sticking_has_put_to_zero():
+    """A period of stick and slip forgets one direction of two, control takes the other one: after two periods nothing of first
+    order is left."""
+    system = bf.systems.dry_friction_oscillator()
+    orbit = bf.find_orbit(system)
+    found = bf.control.ogy(orbit, "omega", method="deadbeat", section=0.1)
+    assert np.count_nonzero(np.abs(orbit.multipliers) > 1e-8) == 1
+
+    def left(h, controlled):
+        state = found.state + h * np.array((1.0, 0.5))
+        for _ in range(2):
+            other = system.with_parameters(omega=system.omega + controlled * found.correction(state))
+            state = bf.simulate(other, state, periods=1, t0=0.1 * other.period).final
+        return np.abs(state - found.state).max()
+
+    assert left(1e-4, False) / left(5e-5, False) == pytest.approx(2.0, rel=1e-2)
+    assert left(1e-4, True) / left(5e-5, True) == pytest.approx(4.0, rel=1e-2)
+
+
 @pytest.mark.parametrize("parameter", ["amplitude", "omega", "gap", "zeta"])
 def test_one_turn_of_the_exact_map_confirms_the_closed_loop(orbit, parameter):
     found = bf.control.ogy(orbit, parameter, section=0.1)
