@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import schur
 
+from ..compose.scene import scene_of
 from ..continuation.shooting.problem import OrbitProblem, orbit_problem
 from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
@@ -22,6 +23,7 @@ from .linearization import forced
 from .ogy_motion import simulated
 
 BESIDE = (0.1, 1e-3)  # of the parameter: range over which its effect on the numbers of the system is known
+STEP = 1e-6  # of the parameter: what memory follows is a simple function of it, and its difference good to 1e-10
 SINGULAR = 1e12  # condition number of the equations of an orbit, scaled
 UNSTABLE = 1.0 + 1e-8  # modulus
 DEAD = 1e-8  # modulus: what a period takes to the root of rounding, as sticking does, needs no control and allows none
@@ -150,6 +152,7 @@ def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: s
     state = orbit._states(np.array([section]))[0]
     V = _above(M, DEAD if method == "deadbeat" else UNSTABLE)
     gain = np.zeros(len(M)) if V.shape[1] == 0 else placed(M, g, V, parameter)
+    M, g = _shown(orbit, parameter, section, M, g)
     closed = np.linalg.eigvals(M - np.outer(g, gain)).astype(complex)
     return OGYController(orbit, parameter, section, state, M, g, gain, closed[np.argsort(-np.abs(closed), kind="stable")], method)
 
@@ -200,6 +203,31 @@ def orbit_derivative(orbit: PeriodicOrbit, parameter: str, section: float) -> np
         raise ValueError(f"the orbit has no smooth branch in {parameter!r} at {value:g}: it lies on a special point")
     change = -scale * np.linalg.solve(by_unknowns * scale, by_parameter)
     return change.reshape(len(nodes), -1)[k, 1:]
+
+
+def _shown(orbit: PeriodicOrbit, parameter: str, section: float, M: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of the map with the rows of memory that follows local values on the section: a slider that slips.
+
+    The equations write such memory when its mode is left; states show what it follows.  Nothing later depends on it: the columns,
+    the multipliers and the gain are the same.
+    """
+    whole, U = orbit._whole
+    rows = U.reshape(len(whole.nodes), -1)
+    at = rows[0, 0] + (section - rows[0, 0]) % whole.span
+    mode = int(whole.nodes[int(np.searchsorted(rows[:, 0], at, side="right")) - 1, AFTER])
+    following = orbit.scene.algebraic(mode)
+    if not following:
+        return M, g
+    R, ns = np.eye(len(M)), len(M)
+    for place, row in following:
+        R[place] = row[:ns]
+    value, key, state = orbit.system.parameter(parameter), orbit.scene.keys[mode], orbit._states(np.array([section]))
+    path, step, seen = _near(orbit, parameter, value).path, STEP * (abs(value) or 1.0), []
+    sides = np.clip((value - step, value + step), path.low, path.high).tolist()
+    for there in sides:
+        scene = scene_of(orbit.system.with_parameters(**{parameter: there}))
+        seen.append(scene.shown(np.array([scene.keys.index(key)]), state, np.array([section * scene.period]))[0])
+    return R @ M, R @ g + (seen[1] - seen[0]) / (sides[1] - sides[0])
 
 
 def _near(orbit: PeriodicOrbit, parameter: str, value: float) -> OrbitProblem:
