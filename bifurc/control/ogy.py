@@ -226,6 +226,7 @@ def _shown(orbit: PeriodicOrbit, parameter: str, section: float, M: np.ndarray, 
     sides = np.clip((value - step, value + step), path.low, path.high).tolist()
     for there in sides:
         scene = scene_of(orbit.system.with_parameters(**{parameter: there}))
+        assert scene.period is not None  # the orbit is forced
         seen.append(scene.shown(np.array([scene.keys.index(key)]), state, np.array([section * scene.period]))[0])
     return R @ M, R @ g + (seen[1] - seen[0]) / (sides[1] - sides[0])
 
