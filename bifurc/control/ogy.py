@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import schur
 
+from ..compose.scene import scene_of
 from ..continuation.shooting.problem import OrbitProblem, orbit_problem
 from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
@@ -22,8 +23,10 @@ from .linearization import forced
 from .ogy_motion import simulated
 
 BESIDE = (0.1, 1e-3)  # of the parameter: range over which its effect on the numbers of the system is known
+STEP = 1e-6  # of the parameter: what memory follows is a simple function of it, and its difference good to 1e-10
 SINGULAR = 1e12  # condition number of the equations of an orbit, scaled
 UNSTABLE = 1.0 + 1e-8  # modulus
+DEAD = 1e-8  # modulus: what a period takes to the root of rounding, as sticking does, needs no control and allows none
 WEAK = 1e-10  # part of its size along the unstable direction below which a parameter controls nothing
 ON_EVENT = 1e-9  # periods
 
@@ -147,8 +150,9 @@ def ogy(orbit: PeriodicOrbit, parameter: str, *, section: float = 0.0, method: s
     M = section_monodromy(orbit, section)
     g = (np.eye(len(M)) - M) @ orbit_derivative(orbit, parameter, section)
     state = orbit._states(np.array([section]))[0]
-    V = np.eye(len(M)) if method == "deadbeat" else _unstable(M)
+    V = _above(M, DEAD if method == "deadbeat" else UNSTABLE)
     gain = np.zeros(len(M)) if V.shape[1] == 0 else placed(M, g, V, parameter)
+    M, g = _shown(orbit, parameter, section, M, g)
     closed = np.linalg.eigvals(M - np.outer(g, gain)).astype(complex)
     return OGYController(orbit, parameter, section, state, M, g, gain, closed[np.argsort(-np.abs(closed), kind="stable")], method)
 
@@ -201,6 +205,32 @@ def orbit_derivative(orbit: PeriodicOrbit, parameter: str, section: float) -> np
     return change.reshape(len(nodes), -1)[k, 1:]
 
 
+def _shown(orbit: PeriodicOrbit, parameter: str, section: float, M: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of the map with the rows of memory that follows local values on the section: a slider that slips.
+
+    The equations write such memory when its mode is left; states show what it follows.  Nothing later depends on it: the columns,
+    the multipliers and the gain are the same.
+    """
+    whole, U = orbit._whole
+    rows = U.reshape(len(whole.nodes), -1)
+    at = rows[0, 0] + (section - rows[0, 0]) % whole.span
+    mode = int(whole.nodes[int(np.searchsorted(rows[:, 0], at, side="right")) - 1, AFTER])
+    following = orbit.scene.algebraic(mode)
+    if not following:
+        return M, g
+    R, ns = np.eye(len(M)), len(M)
+    for place, row in following:
+        R[place] = row[:ns]
+    value, key, state = orbit.system.parameter(parameter), orbit.scene.keys[mode], orbit._states(np.array([section]))
+    path, step, seen = _near(orbit, parameter, value).path, STEP * (abs(value) or 1.0), []
+    sides = np.clip((value - step, value + step), path.low, path.high).tolist()
+    for there in sides:
+        scene = scene_of(orbit.system.with_parameters(**{parameter: there}))
+        assert scene.period is not None  # the orbit is forced
+        seen.append(scene.shown(np.array([scene.keys.index(key)]), state, np.array([section * scene.period]))[0])
+    return R @ M, R @ g + (seen[1] - seen[0]) / (sides[1] - sides[0])
+
+
 def _near(orbit: PeriodicOrbit, parameter: str, value: float) -> OrbitProblem:
     """Return the equations of an orbit along a parameter next to its value, on one side where the other is not allowed."""
     for step in np.multiply(BESIDE, abs(value) or 1.0):
@@ -219,15 +249,18 @@ def placed(M: np.ndarray, g: np.ndarray, V: np.ndarray, parameter: str) -> np.nd
     reach = np.column_stack([np.linalg.matrix_power(J, i) @ b for i in range(k)])
     sizes = np.linalg.norm(reach, axis=0)
     if not sizes.all() or np.linalg.norm(b) <= WEAK * np.linalg.norm(g) or np.linalg.svd(reach / sizes)[1][-1] < WEAK:
-        raise ValueError(f"parameter {parameter!r} does not act on the directions that are to be controlled (f . g = "
-                         f"{np.linalg.norm(b):.2g}); choose another parameter or section")
+        values = np.linalg.eigvals(J)
+        stays: complex = min(values, key=lambda value: np.linalg.svd(np.column_stack((J - value * np.eye(k), b)))[1][-1])  # Hautus
+        raise ValueError(f"parameter {parameter!r} does not act on all directions that are to be controlled: to rounding, the "
+                         f"multiplier {np.real_if_close(stays):.6g} stays whatever the gain, or is a double one; choose another "
+                         "parameter or section")
     last = np.linalg.solve(reach.T, np.eye(k)[-1])
     return (last @ np.linalg.matrix_power(J, k)) @ V.T
 
 
-def _unstable(M: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis (ns, k) of the left subspace of the unstable multipliers."""
-    _, Z, k = schur(M.T, output="real", sort=lambda real, imag=0.0: np.hypot(real, imag) > UNSTABLE)
+def _above(M: np.ndarray, least: float) -> np.ndarray:
+    """Return an orthonormal basis (ns, k) of the left subspace of the multipliers whose modulus is above ``least``."""
+    _, Z, k = schur(M.T, output="real", sort=lambda real, imag=0.0: np.hypot(real, imag) > least)
     return Z[:, :k]
 
 

@@ -254,6 +254,17 @@ def test_cells_beyond_the_stop_are_no_starts_unless_motions_arrive_in_them():
     assert found.audit.wrong + found.audit.undecided <= 2
 
 
+@pytest.mark.parametrize("samples", [1, 3, 4])
+def test_a_cell_whose_centre_lies_beyond_the_stop_is_judged_by_a_start_in_it(samples):
+    """A table of less than the acceleration of gravity carries the ball for ever, from every start: amplitude omega^2 < g.  At
+    phase 0 it lies at (amplitude, 0); the cell of that point, 0.455 to 0.52, has its centre below the table."""
+    system = bf.systems.bouncing_ball(omega=1.0, amplitude=0.5, restitution=0.8, gravity=1.0)
+    found = cell_mapping(system, bf.Grid(q0=(-0.65, 0.65, 20), v0=(-0.65, 0.65, 20)), samples=samples, audit=60, max_periods=500)
+    assert np.allclose(found.points(0), [[0.5, 0.0]])
+    assert found.fractions[0] == 1.0 and not found.spurious
+    assert found.audit.wrong == found.audit.undecided == 0
+
+
 def test_saved_and_loaded(tmp_path):
     found = cell_mapping(A, bf.Grid(q0=(-2.5, 0, 20), v0=(-3, 3, 20)), periods=10, samples=2)
     found.save(tmp_path / "cells.npz")

@@ -34,6 +34,42 @@ def test_dead_beat_is_there_but_not_the_default(orbit, section):
     assert bf.control.ogy(orbit, "amplitude", section=section).method == "ogy"
 
 
+def test_dead_beat_leaves_what_sticking_has_put_to_zero():
+    """A period of stick and slip forgets one direction of two, control takes the other one: after two periods nothing of first
+    order is left."""
+    system = bf.systems.dry_friction_oscillator()
+    orbit = bf.find_orbit(system)
+    found = bf.control.ogy(orbit, "omega", method="deadbeat", section=0.1)
+    assert np.count_nonzero(np.abs(orbit.multipliers) > 1e-8) == 1
+
+    def left(h, controlled):
+        state = found.state + h * np.array((1.0, 0.5))
+        for _ in range(2):
+            other = system.with_parameters(omega=system.omega + controlled * found.correction(state))
+            state = bf.simulate(other, state, periods=1, t0=0.1 * other.period).final
+        return np.abs(state - found.state).max()
+
+    assert left(1e-4, False) / left(5e-5, False) == pytest.approx(2.0, rel=1e-2)
+    assert left(1e-4, True) / left(5e-5, True) == pytest.approx(4.0, rel=1e-2)
+
+
+@pytest.mark.parametrize("section", [0.0, 0.1, 0.3])  # slip, slip, stick
+@pytest.mark.parametrize("parameter", ["omega", "amplitude", "stiffness", "limit"])
+def test_the_map_of_a_slider_that_slips_on_the_section(parameter, section):
+    """Its memory is the coordinate less limit / stiffness there: all derivatives are those of simulated turns."""
+    system, h = bf.systems.jenkins_oscillator(), 1e-6
+    found = bf.control.ogy(bf.find_orbit(system), parameter, section=section)
+    value = system.parameter(parameter)
+
+    def turned(away, change):
+        other = system.with_parameters(**{parameter: value + change})
+        return bf.simulate(other, found.state + away, periods=1, t0=section * other.period).final
+
+    columns = [(turned(h * e, 0.0) - turned(-h * e, 0.0)) / (2.0 * h) for e in np.eye(3)]
+    np.testing.assert_allclose(found.monodromy, np.transpose(columns), atol=1e-6)
+    np.testing.assert_allclose(found.sensitivity, (turned(0.0, h) - turned(0.0, -h)) / (2.0 * h), rtol=1e-6, atol=1e-6)
+
+
 @pytest.mark.parametrize("parameter", ["amplitude", "omega", "gap", "zeta"])
 def test_one_turn_of_the_exact_map_confirms_the_closed_loop(orbit, parameter):
     found = bf.control.ogy(orbit, parameter, section=0.1)

@@ -25,7 +25,7 @@ from bifurc.control.feedback import (
     repeated,
 )
 from bifurc.control.linearization import NODES, Kick, Linearization, Piece, flow, gauss, places
-from bifurc.control.ogy import ControlStatus, OGYController, _unstable, placed
+from bifurc.control.ogy import UNSTABLE, ControlStatus, OGYController, _above, placed
 from bifurc.ensemble.outcomes import CellState
 from bifurc.orbits.shooting.labels import Labels
 
@@ -351,7 +351,7 @@ def test_unstable_multipliers_are_put_to_zero_and_stable_ones_stay(rng):
     mu = np.array([2.5, -1.7, 0.4, -0.2])
     M = P @ np.diag(mu) @ np.linalg.inv(P)
     g = rng.normal(size=4)
-    V = _unstable(M)
+    V = _above(M, UNSTABLE)
     assert V.shape == (4, 2)
     np.testing.assert_allclose(V.T @ V, np.eye(2), atol=1e-12)
     gain = placed(M, g, V, "p")
@@ -361,9 +361,11 @@ def test_unstable_multipliers_are_put_to_zero_and_stable_ones_stay(rng):
     np.testing.assert_allclose(np.linalg.matrix_power(M - np.outer(g, dead), 4), 0.0, atol=1e-8)
     with pytest.raises(ValueError, match="parameter 'p' does not act"):
         placed(M, P[:, 2] + P[:, 3], V, "p")
+    with pytest.raises(ValueError, match="the multiplier 2.5 stays"):
+        placed(M, P[:, 1] + P[:, 3], V, "p")
     with pytest.raises(ValueError, match="does not act"):
         placed(2.0 * np.eye(2), np.array([1.0, 0.5]), np.eye(2), "p")  # one number cannot hold two equal ones
-    assert _unstable(np.diag([0.5, -0.9])).shape == (2, 0) and _unstable(np.diag([0.5, -1.1])).shape == (2, 1)
+    assert _above(np.diag([0.5, -0.9]), UNSTABLE).shape == (2, 0) and _above(np.diag([0.5, -1.1]), UNSTABLE).shape == (2, 1)
 
 
 def test_corrections_and_their_window():

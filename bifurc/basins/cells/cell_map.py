@@ -21,6 +21,7 @@ from ..attractors.attractors import section_points
 from ..attractors.records import packed, unpacked
 from .confirmation import cells_around
 from .generalized import components, solved, stationary
+from .images import Carrier, representatives
 from .morse import morse_graph
 
 
@@ -236,14 +237,14 @@ class CellMap(Notebook):
         """
         if not isinstance(self.system, System):
             raise ValueError(f"saddles are solved for systems; the map is that of the function {self.system!r}")
-        ns, places = scene_of(self.system).ns, self._places
+        places = self._places
+        carrier = Carrier(self.system, self.grid, self.periods, self.options["max_events"])
         groups = [content for _, content in self.morse.nodes(data=True) if content["kind"] == "transient"]
         found: list = []
         for content in sorted(groups, key=lambda content: -content["cells"])[:most]:
             cells = content["numbers"]
             inside = self.matrix[cells][:, cells].sum(axis=1)
-            guess = np.empty(ns)
-            guess[places] = self.grid.points(cells[[int(np.argmax(inside))]])[0]
+            guess = representatives(carrier, cells[[int(np.argmax(inside))]], self.samples, {})[0]
             orbit = find_orbit(self.system, guess=guess, periods=self.periods * max(content["period"], 1))
             if not orbit.success or orbit.stable is not False:
                 continue

@@ -20,7 +20,7 @@ from ..maps.compute import scale_of
 from .cell_map import Audit, CellFate, CellMap, Group, GroupKind
 from .confirmation import MapJudge, SystemJudge, cells_around
 from .generalized import components, period, transition
-from .images import Carrier, cell_images
+from .images import Carrier, cell_images, representatives
 from .simple import colour, cycles
 
 RANDOM_STARTS = 64  # whose motions are followed too: an attractor may lie in no group of cells that are too large
@@ -124,12 +124,8 @@ def _mapped(system, grid: Grid, periods: int, samples: int, audit: int, options:
     judge.store = store  # what is asked of the motion is filed too
     embed = carrier.states
 
-    def centres(cells: np.ndarray) -> np.ndarray:
-        states = embed(grid.points(cells))
-        for place, cell in enumerate(np.asarray(cells).tolist()):
-            if cell in images.special:
-                states[place] = images.special[cell]
-        return states
+    def standing(cells: np.ndarray) -> np.ndarray:
+        return representatives(carrier, cells, samples, images.special)
 
     matrix = transition(images.rows, images.columns, grid.size)
     if samples == 1:
@@ -150,7 +146,7 @@ def _mapped(system, grid: Grid, periods: int, samples: int, audit: int, options:
     kept = [k for k, cells in enumerate(lists) if images.starts[cells].all()]
     rng = np.random.default_rng(int(options["seed"]))
     judge.search(embed(rng.uniform(grid.low, grid.high, (RANDOM_STARTS, len(grid.names)))))
-    groups = _judged(judge, grid, periods, samples == 1, [lists[k] for k in kept], [lengths[k] for k in kept], centres)
+    groups = _judged(judge, grid, periods, samples == 1, [lists[k] for k in kept], [lengths[k] for k in kept], standing)
     number = np.full(len(lists) + 1, -1)
     number[kept] = np.arange(len(kept))
     owner = np.array([group.attractor for group in groups] + [-1])
@@ -200,13 +196,13 @@ def _source(system, grid: Grid, periods: int, options: dict, run: dict) -> tuple
     return carrier, SystemJudge(system, grid, scale, options, run)
 
 
-def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths: list, centres) -> list[Group]:
+def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths: list, standing) -> list[Group]:
     """Ask the motion about every closed group: the attractor it reaches, and whether that lies in the group."""
     if not lists:
         judge.sort()
         return []
     order = sorted(range(len(lists)), key=lambda k: (-len(lists[k]), int(lists[k][0])))[:MOST_GROUPS]
-    judge.search(centres(np.concatenate([lists[k][:1] for k in order] + [_some(lists[k]) for k in order])))
+    judge.search(standing(np.concatenate([lists[k][:1] for k in order] + [_some(lists[k]) for k in order])))
     judge.sort()
     groups: list[Group] = []
     asked, near = set(order), {}
@@ -214,7 +210,7 @@ def _judged(judge, grid: Grid, periods: int, simple: bool, lists: list, lengths:
         if k not in asked:
             groups.append(Group(cells, GroupKind.UNCONFIRMED, length, -1))
             continue
-        answers = judge.label(centres(_some(cells)))
+        answers = judge.label(standing(_some(cells)))
         values, counts = np.unique(answers, return_counts=True)
         owner = int(values[np.argmax(counts)])
         if simple and owner >= 0:

@@ -116,6 +116,21 @@ def spread(grid: Grid, cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     return (grid.points(cells)[:, None] + (offsets - 0.5) * grid.widths).reshape(-1, len(grid.names))
 
 
+def representatives(carrier: Carrier, cells: np.ndarray, samples: int, special: Mapping) -> np.ndarray:
+    """Return a state (k, ns) for each of some cells: its own in ``special``, or the start nearest to the centre among centre and
+    samples.  A centre beyond a rigid stop stands for no motion, though other parts of the cell do."""
+    grid, offsets = carrier.grid, offsets_of(carrier.grid, samples)
+    offsets = np.vstack((np.full((1, len(grid.names)), 0.5), offsets[np.argsort(((offsets - 0.5)**2).sum(axis=1), kind="stable")]))
+    states = carrier.states(grid.points(cells))
+    for place, cell in enumerate(np.asarray(cells).tolist()):
+        if cell in special:
+            states[place] = special[cell]
+        elif samples > 1:
+            mine = carrier.states(spread(grid, np.array([cell]), offsets))
+            states[place] = mine[np.argmax(carrier.images(mine)[1] != OUTSIDE)]
+    return states
+
+
 def cell_images(carrier: Carrier, samples: int, max_events: int, store: ChunkStore, run: Mapping, bar: Progress) -> CellImages:
     """Map the samples of all cells, then one state of each cell that is reached but holds no sample that is a start.
 
