@@ -202,8 +202,8 @@ def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
             if events > wanted or (events == wanted and by < 0):
                 if touch > 0.0:
                     break
-                if wanted == 0 and by < 0:
-                    new = ALL
+                if wanted == 0 and by < 0 and contacts[k, contacts.shape[1] - 1, 0, MEMORY] > 0:
+                    new = ALL  # in one mode from a virgin start on; without memory either mode may be that of the period
                 else:
                     new = threshold(contact, grid, room.rates[k], segments, wanted, work.scratch[0, :waves.size], work.heights)
                 if new <= skip:

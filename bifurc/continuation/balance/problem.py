@@ -17,6 +17,7 @@ from ...hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
 from ...hbm.corrector import INFO, UNSEEN, watched
 from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
+from ...hbm.parts import event_kind
 from ...hbm.residual import kept, order_of
 from ...hbm.status import ContactStatus
 from ...hbm.tables import Series, numbers_at
@@ -260,6 +261,27 @@ class BalanceProblem(Problem):
         other = self.with_order(listed)
         other.x0 = point.x.copy()
         return other, point.x, other._inward(point, behind)
+
+    def change(self, kind, x, successor) -> SpecialPointKind:
+        """See `Problem.change`: a surface in space is grazed from either side, and a contact that its load opens or ends is a
+        separation, as branches of `OrbitProblem` have it."""
+        if kind not in (SpecialPointKind.GRAZING, SpecialPointKind.SEPARATION):
+            return kind
+        changed = np.flatnonzero(self.listed != successor.listed)
+        surfaces = {self._are_surfaces(k) for k in (changed.tolist() or range(len(self.listed)))} - {None}
+        return kind if len(surfaces) != 1 else (
+            SpecialPointKind.GRAZING if surfaces.pop() else SpecialPointKind.SEPARATION)
+
+    def _are_surfaces(self, contact) -> bool | None:
+        """Return whether contact and separation of a contact are surfaces in space: by positions alone; None without any."""
+        parts = self.balance.parts
+        numbers, guards = parts.numbers, parts.shape.guards[contact]
+        found = [(m, g) for m, count in enumerate(guards) for g in range(count)
+                 if event_kind(parts.shape, contact, m, g) in (EventKind.CONTACT, EventKind.SEPARATION)]
+        if not found:
+            return None
+        return all(numbers.GU[contact, m, g].any() and not numbers.GS[contact, m, g].any() and not numbers.GZ[contact, m, g].any()
+                   for m, g in found)
 
     def _inward(self, point, behind) -> np.ndarray:
         """Return the tangent at a point of the boundary of this order of events that leads to where it holds.
