@@ -134,3 +134,21 @@ def test_a_mass_whose_own_friction_turns_in_every_flight_completes_where_closed_
         other = bf.trace(branch.orbits[row], name, bounds=bounds)
         assert other.stop_reason == branch.stop_reason and other.column(name)[-1] == pytest.approx(low, abs=1e-6)
         assert [p.parameter for p in other.special_points] in ([], [pytest.approx(low, abs=1e-6)])
+
+
+def test_a_branch_does_not_turn_back_where_flights_become_rounding():
+    """Impacts are born on the way to the completion, and the times left to it fall to their power 4/3 where friction of the mass
+    itself turns in every flight; beside the last birth flights rise less than rounding, and the way ahead is not that back to it."""
+    system, name, bounds = branch_audit.scene("stop_and_friction", 52024)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    assert branch.audit.ok and branch.stop_reason == ("chattering", "bound")
+    limit = float(branch.column(name)[0])
+    found = [point.parameter for point in branch.special_points]
+    assert min(abs(a - b) for k, a in enumerate(found) for b in found[:k]) > 1e-9  # no point is met twice
+    births = np.array([point.parameter for point in branch.special_points.of("grazing")])
+    births = births[(births - limit > 1e-8) & (births < 0.92)]
+    falls = np.diff(np.log(births - limit))
+    assert len(births) == 4 and falls[:-1] / falls[1:] == pytest.approx([4.0 / 3.0, 4.0 / 3.0], rel=0.08)
+    for value, completes in ((limit - 1e-7, True), (limit + 1e-7, False)):
+        motion = bf.simulate(system.with_parameters(**{name: value}), branch.orbits[0].state, periods=8)
+        assert any(event.kind == "chatter" for event in motion.events) == completes
