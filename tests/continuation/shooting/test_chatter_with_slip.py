@@ -138,7 +138,7 @@ def test_a_mass_whose_own_friction_turns_in_every_flight_completes_where_closed_
 
 def test_a_branch_does_not_turn_back_where_flights_become_rounding():
     """Impacts are born on the way to the completion, and the times left to it fall to their power 4/3 where friction of the mass
-    itself turns in every flight; beside the last birth flights rise less than rounding, and the way ahead is not that back to it."""
+    itself turns in every flight; beside the last birth flights rise less than rounding, and the way back to it is not ahead."""
     system, name, bounds = branch_audit.scene("stop_and_friction", 52024)
     branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
     assert branch.audit.ok and branch.stop_reason == ("chattering", "bound")
