@@ -306,24 +306,29 @@ def listed(branch, other, width):
             if end.reason is not StopReason.BOUND]
     for one in (branch, other):
         exchanges = [p.parameter for p in one.special_points if "rigid_stop.impact..." in p.after]
-        ends += [(limit, ACCUMULATION) for limit in (*limits(exchanges), *limits(exchanges[::-1]))]
+        ends += [(limit, ACCUMULATION) for way in (exchanges, exchanges[::-1]) for limit in limits(way)]
     return [(p.kind.value, p.parameter) for p in branch.special_points
             if all(abs(p.parameter - end) >= near * width for end, near in ends)]
 
 
 def limits(values) -> list[float]:
-    """Return where numbers, in their order, accumulate: the limits of geometric sequences of five of them in a row.
+    """Return where numbers, in their order, accumulate: the limits of geometric sequences of five of them in a row, or of every
+    second one: an event that impacts overtake is exchanged with each of them twice, before it and behind.
 
     Examples
     --------
     >>> [round(limit, 9) for limit in limits([2.0, 0.9, 1.0 + 0.3**2, 1.0 + 0.3**3, 1.0 + 0.3**4, 1.0 + 0.3**5, 1.0 + 0.3**6])]
     [1.0]
+    >>> [round(limit, 9) for limit in limits([1.0 + part * 0.3**k for k in range(5) for part in (2.0, 1.7)])]
+    [1.0, 1.0]
     """
-    steps, found = np.diff(values), []
-    for i in range(len(steps) - 3):
-        ratios = steps[i + 1:i + 4] / steps[i:i + 3]
-        if 0.0 < ratios.min() and ratios.max() < min(0.9, (1.0 + GEOMETRIC) * ratios.min()):
-            found.append(float(values[i + 4] + steps[i + 3] * ratios[2] / (1.0 - ratios[2])))
+    found = []
+    for numbers in (values, values[::2], values[1::2]):
+        steps = np.diff(numbers)
+        for i in range(len(steps) - 3):
+            ratios = steps[i + 1:i + 4] / steps[i:i + 3]
+            if 0.0 < ratios.min() and ratios.max() < min(0.9, (1.0 + GEOMETRIC) * ratios.min()):
+                found.append(float(numbers[i + 4] + steps[i + 3] * ratios[2] / (1.0 - ratios[2])))
     return found
 
 

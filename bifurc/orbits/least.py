@@ -6,11 +6,13 @@ import numpy as np
 from ..compose.scene import Scene
 from .kinds import OrbitStatus
 from .orbit import PeriodicOrbit
+from .repetition import middles
 from .shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from .shooting.signature import Signature, divided, repeated, sections
 from .solving import solve
 
 SAME = 1e-8  # scaled difference of repeated halves, thirds, ... of an orbit
+LONG = 1e-2  # forcing periods: intervals in whose middles motions are compared, and not the last flights of a chattering
 GEOMETRIC = 1.25  # ratio of the factors by which speeds fall from impact to impact, up to which they are one sequence
 
 
@@ -49,27 +51,45 @@ def reduced(orbit: PeriodicOrbit) -> PeriodicOrbit:
     for k in range(1, n):
         if n % k:
             continue
-        times = n // k
-        if s.events == 0:
-            y0, y1 = orbit._states(np.array([0.0, float(k)]))
-            same = np.abs((y1 - y0) / orbit.weights).max() < SAME
-            nodes, rows = s.nodes[:1], orbit.unknowns[None, :1 + orbit.scene.ns]
-        else:
-            if len(s.nodes) % times:
-                continue
-            count = len(s.nodes) // times
-            rows = orbit.unknowns.reshape(len(s.nodes), -1)
-            scale = np.concatenate([[1.0], orbit.weights])
-            shift = np.zeros(len(scale))
-            shift[0] = k
-            same = (np.array_equal(s.nodes[:-count], s.nodes[count:])
-                    and np.abs((rows[count:] - shift - rows[:-count]) / scale).max() < SAME)
-            nodes, rows = s.nodes[:count], rows[:count]
-        if same:
+        found = repeating(orbit, k)
+        if found is not None:
+            nodes, rows = found
             how = {**orbit.how, "note": f"repeats after {k} of {n} periods and was reduced"}
             less = Signature(divided(orbit.scene, nodes), s.fixed[:len(nodes)], float(k))
             return solve(orbit.system, less, rows.ravel(), orbit.weights, how)
     return orbit
+
+
+def repeating(orbit: PeriodicOrbit, k: int):
+    """Return the nodes and rows of ``k`` forcing periods of an orbit that repeats after them; None where it does not.
+
+    How many impacts of a complete chattering are listed is a matter of accuracy, and may differ from one repetition to the next:
+    then the motions are compared, and one of them is listed from an event that both have.
+    """
+    s, ns = orbit.sequence, orbit.scene.ns
+    if s.events == 0:
+        y0, y1 = orbit._states(np.array([0.0, float(k)]))
+        same = np.abs((y1 - y0) / orbit.weights).max() < SAME
+        return (s.nodes[:1], orbit.unknowns[None, :1 + ns]) if same else None
+    total, rows = len(s.nodes), orbit.unknowns.reshape(len(s.nodes), -1)
+    count, rest = divmod(total * k, round(s.span))
+    scale, shift = np.append(1.0, orbit.weights), np.append(float(k), np.zeros(ns))
+    if not rest and np.array_equal(s.nodes[:-count], s.nodes[count:]):
+        same = np.abs((rows[count:] - shift - rows[:-count]) / scale).max() < SAME
+        return (s.nodes[:count], rows[:count]) if same else None
+    if not np.any(s.nodes[:, CLOSES] == 1):
+        return None
+    at, spans = middles(orbit)
+    at = at[spans > LONG]
+    if not np.abs((orbit._states(at + k) - orbit._states(at)) / orbit.weights).max(initial=0.0) < SAME:
+        return None
+    nodes, rows = np.vstack([s.nodes, s.nodes]), np.vstack([rows, rows + np.append(s.span, np.zeros(ns))])
+    for begin in range(total):
+        end = begin + int(np.count_nonzero(rows[begin:, 0] < rows[begin, 0] + k - SAME))
+        if (end < len(rows) and nodes[begin, DIVIDE] != TOGETHER and np.array_equal(nodes[begin, :AFTER], nodes[end, :AFTER])
+                and np.abs((rows[end] - shift - rows[begin]) / scale).max() < SAME):
+            return nodes[begin:end, :ENDING], rows[begin:end] - np.append(k * np.floor(rows[begin, 0] / k), np.zeros(ns))
+    return None
 
 
 def closed(orbit: PeriodicOrbit, closure: int | None, halved: Callable) -> PeriodicOrbit:

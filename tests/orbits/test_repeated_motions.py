@@ -9,8 +9,11 @@ from scipy.linalg import expm
 import bifurc as bf
 from bifurc.elements import ConstantForce, HarmonicForce, RigidStop
 from bifurc.orbits import repetition as module
+from bifurc.orbits.least import reduced
 from bifurc.orbits.orbit import PeriodicOrbit
 from bifurc.orbits.repetition import Repetition, middles, repetition
+from bifurc.orbits.shooting.signature import Signature, divided
+from studies import branch_audit
 
 
 def moved(orbit, away):
@@ -113,3 +116,27 @@ def test_how_far_an_orbit_is_from_its_own_solution(zeta):
         other = moved(orbit, away)
         step = np.abs(away / other.equations.scale[1:3]).max()
         assert other._correction == pytest.approx(max(step * near, other.residual), rel=1e-6)
+
+
+def test_a_chattering_listed_once_with_an_impact_more_is_no_motion_of_two_periods():
+    """The state comes back after one period of the load, by simulation, and of the two lists one is taken: the multipliers are
+    those of the map that is made twice there."""
+    system = branch_audit.scene("between_masses", 53044)[0]
+    orbit = bf.find_orbit(system)
+    assert orbit.success and orbit.periods == 1
+    motion = bf.simulate(system, orbit.state, periods=1)
+    assert np.abs(motion.y[-1] - orbit.state).max() < 1e-9
+    twice = PeriodicOrbit(system, *over_two_periods(orbit), orbit.weights)
+    assert reduced(twice).periods == 1 and np.allclose(np.sort(twice.multipliers), np.sort(orbit.multipliers**2), atol=1e-9)
+
+
+def over_two_periods(orbit):
+    """Return sequence and unknowns of an orbit over two of its periods, in the second of which the chattering closes an impact
+    earlier."""
+    s, size = orbit.sequence, 1 + orbit.scene.ns
+    nodes, rows = np.vstack([s.nodes[:, :5]] * 2), np.vstack([orbit.unknowns.reshape(-1, size)] * 2)
+    rows[len(s.nodes):, 0] += 1.0
+    end = len(s.nodes) + int(np.flatnonzero(s.nodes[:, 4] == 1)[0])
+    nodes[end - 1, [2, 4]] = nodes[end, [2, 4]]
+    nodes, rows = np.delete(nodes, end, axis=0), np.delete(rows, end, axis=0)
+    return Signature(divided(orbit.scene, nodes), np.zeros(len(nodes)), 2.0), rows.ravel()

@@ -155,9 +155,26 @@ def test_chattering_under_friction_ends_where_it_completes_no_more(number):
     assert row.found and row.ok and (row.not_repeated, row.failed, row.ends) == (0, 0, [])
 
 
+def test_folds_among_grazings_that_accumulate_are_all_found():
+    """Between two births of an impact the parameter turns back once, down to impacts as slow as 1e-9; each fold is nearer to the
+    end of the chattering by the restitution of the stop, the ratio of the last flights."""
+    system, name, bounds = branch_audit.scene("between_masses", 60038)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds)
+    points = [point for point in branch.special_points if point.kind in ("fold", "grazing")][:12]
+    assert branch.audit.ok and [point.kind for point in points] == ["fold", "grazing"] * 6
+    assert all(point.reverses for point in points)
+    assert np.all(np.diff(np.sign(np.diff([point.parameter for point in points]))))  # up and down by turns
+    steps = np.diff([point.parameter for point in points[::2]])
+    ratios = steps[:-1] / steps[1:]
+    assert np.all(np.diff(ratios) < 0.0)  # the nearer, the better
+    assert ratios[0] == pytest.approx(system.parameter("rigid_stop_2.restitution"), rel=0.01)
+
+
 def test_where_points_accumulate_is_told():
     """Geometric sequences have a limit, from either end; others have none."""
     values = [1.0 - 0.4**k for k in range(5)]
     assert branch_audit.limits(values) == [pytest.approx(1.0, abs=1e-12)]
     assert branch_audit.limits(values[::-1]) == [] == branch_audit.limits([0.0, 1.0, 1.5, 1.6, 1.61])
     assert branch_audit.limits(values[:4]) == []
+    both = [1.0 - part * 0.4**k for k in range(5) for part in (1.0, 0.7)]  # exchanged with each impact twice
+    assert branch_audit.limits(both) == pytest.approx([1.0, 1.0], abs=1e-12)

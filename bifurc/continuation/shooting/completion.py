@@ -20,6 +20,10 @@ Where a mass matrix passes the impulse on to a mass that friction holds, that ma
 the impulse away.  The slip lasts as long as tau^2 does, the flight as tau: near the boundary it is a second impulse in the same
 instant, and r in the above is what it leaves of the restitution (`rebound`).
 
+Where friction of the mass itself turns at the top of every flight, it brakes the way up and the way back by turns: the release is
+where the push no longer overcomes it, and ``c tau`` is what moves the mass back alone.  Then tau falls to ``C tau^(4/3)``, no ratio
+is that of the boundary, and a few impacts are as slow as rounding: where the rest vanishes is known without all this.
+
 One file, because listing, condition and descent share the places of the impacts of a train.
 """
 import math
@@ -86,6 +90,8 @@ def train(problem, x):
             if node_at(problem, k)[:AFTER] == own:
                 impacts.insert(0, k)
         rest = time_of(problem, x, i + 1) - time_of(problem, x, i)
+        if len(impacts) > 1 and impacts[-1] - impacts[-2] > 1 and moved_row(problem.equations.numbers_at(float(x[-1])), *own) < 0:
+            continue  # friction turns in every flight
         if len(impacts) >= IMPACTS and (found is None or rest < found[0]):
             found = rest, impacts, i + 1
     return None if found is None else found[1:]

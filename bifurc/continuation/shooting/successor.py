@@ -514,6 +514,8 @@ def _from(problem, point, signature, x, through, beside=False):
                 good.sort(key=lambda item: (min(nearest(new, item[1]), -ROUNDING), leads_back(point, new, x, item[0])))
         elif len(lines) > 1:  # rounding may have put the beginning a little inside: away from it, not back through it
             good.sort(key=lambda item: nearest(new, item[1]))
+        if beside:
+            good = [(way, c) for way, c in good if not comes_back(problem, point, new, x, way, c)]
         for way, c in good[:1] if beside else good:
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
@@ -559,6 +561,15 @@ def leads_back(point, new, x, tangent) -> bool:
     it is valid in a short interval, of which ``x`` is the other end."""
     away = float(point.x[-1] - x[-1])
     return abs(away) > NEXT * new.parameter_scale and away * tangent[-1] > 0.0
+
+
+def comes_back(problem, point, new, x, tangent, c) -> bool:
+    """Whether a sequence, followed along ``tangent`` from ``x`` (n + 1,) beside the old end ``point`` to ``c``, comes nearer to the
+    motion there, as it does to the parameter: that is the way to its beginning, behind which the branch would retrace itself."""
+    if not leads_back(point, new, x, tangent):
+        return False
+    end = problem.motion(point.x)
+    return distance(end, new.motion(c.x)) < distance(end, new.motion(x))
 
 
 def _nearer(problem, point, new, signature, found):

@@ -38,6 +38,7 @@ BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the n
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
+ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -443,7 +444,7 @@ def flat_to(part, c, root, j, curve=None) -> float:
         if aside >= root.error + rounded / slope:
             break
         beside = [curve.test(j)(root.at + sign * aside) for sign in (1.0, -1.0)]
-        known = [abs(made[0]) for made in beside if made is not None]
+        known = [abs(made[0]) for made in beside if made is not None and made[1].distance <= ASTRAY * length]
         if known and min(known) > CLEARLY * max(rounded, slope * aside):
             return aside
     return 0.0
