@@ -33,7 +33,7 @@ def test_a_pressed_contact_opens_where_the_linear_motion_says_within_the_stated_
 
 
 def pressed(omega):
-    """Return three masses, two of them pressed together with a stop between, which their motion opens twice, or four times, a period."""
+    """Return three masses, two of them pressed together on a stop, which their motion opens once or twice a period."""
     return bf.System(MASS, DAMPING, STIFFNESS, [HarmonicForce(1.62, dof=1), ElasticStop(-0.103, 2.11, row=(-1.0, 1.0, 0.0))],
                      omega=omega)
 
