@@ -289,14 +289,9 @@ class Half:
         if inner.s <= row.s:
             back, found, row = row, self.found, self.take_back()
         cause = self.accept_bound(row, inner) if self.beyond_bounds(inner.p, row.part) else self.accept(row, inner)
-        if back is None or cause is None:
-            return cause
-        shorter = cause[1] * (inner.s - row.s)
-        if shorter >= self.options.ds_min:  # the step before passed what cannot be located from its ends: it is made again
-            self.ds, self.rejected = shorter, self.rejected + 1
-            return None
-        self.rows.append(back)  # the next try begins where this one did
-        self.signs, self.found, self.steps = list(back.signs), found, self.steps + 1
+        if back is not None and cause is not None:  # the next try begins where this one did
+            self.rows.append(back)
+            self.signs, self.found, self.steps = list(back.signs), found, self.steps + 1
         return cause
 
     def beyond_bounds(self, p, part, error=0.0):
