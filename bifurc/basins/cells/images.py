@@ -119,15 +119,18 @@ def spread(grid: Grid, cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 def representatives(carrier: Carrier, cells: np.ndarray, samples: int, special: Mapping) -> np.ndarray:
     """Return a state (k, ns) for each of some cells: its own in ``special``, or the start nearest to the centre among centre and
     samples.  A centre beyond a rigid stop stands for no motion, though other parts of the cell do."""
-    grid, offsets = carrier.grid, offsets_of(carrier.grid, samples)
-    offsets = np.vstack((np.full((1, len(grid.names)), 0.5), offsets[np.argsort(((offsets - 0.5)**2).sum(axis=1), kind="stable")]))
+    grid = carrier.grid
     states = carrier.states(grid.points(cells))
+    if samples > 1:
+        offsets = offsets_of(grid, samples)
+        nearest = offsets[np.argsort(((offsets - 0.5)**2).sum(axis=1), kind="stable")]
+        offsets = np.vstack((np.full((1, len(grid.names)), 0.5), nearest))
+        mine = carrier.states(spread(grid, np.asarray(cells), offsets))
+        starts = (carrier.images(mine)[1] != OUTSIDE).reshape(len(states), len(offsets))
+        states = mine.reshape(*starts.shape, -1)[np.arange(len(states)), np.argmax(starts, axis=1)]
     for place, cell in enumerate(np.asarray(cells).tolist()):
         if cell in special:
             states[place] = special[cell]
-        elif samples > 1:
-            mine = carrier.states(spread(grid, np.array([cell]), offsets))
-            states[place] = mine[np.argmax(carrier.images(mine)[1] != OUTSIDE)]
     return states
 
 

@@ -269,8 +269,9 @@ class BalanceProblem(Problem):
             return kind
         changed = np.flatnonzero(self.listed != successor.listed)
         surfaces = {self._are_surfaces(k) for k in (changed.tolist() or range(len(self.listed)))} - {None}
-        return kind if len(surfaces) != 1 else (
-            SpecialPointKind.GRAZING if surfaces.pop() else SpecialPointKind.SEPARATION)
+        if len(surfaces) != 1:
+            return kind
+        return SpecialPointKind.GRAZING if surfaces == {True} else SpecialPointKind.SEPARATION
 
     def _are_surfaces(self, contact) -> bool | None:
         """Return whether contact and separation of a contact are surfaces in space: by positions alone; None without any."""
