@@ -48,6 +48,7 @@ NEAR, STEADY, CHORDS = 1e-2, 0.1, 4  # correction behind which events are taken 
 FINE = 16.0  # parts of half a shortest wave: events that move by less have the same ones beside them
 CLOSE = 1e-3  # part of a step within which the factors of one point serve another
 AROUND = 0.25  # rad: by which events may have moved along a branch where a correction begins with them
+SPRUNG = 0.5  # rad: an event that is farther from all of a row before has taken the place of another one, see `sprung`
 UNSEEN = -0.05  # monitors are cut off below: far from zero they are constant, so that no pair of zeros is looked for
 CONVERGED, NOT_CONVERGED, NOT_FINITE, SINGULAR, CONTACTS, OTHER_ORDER = 1, 0, -1, -2, -3, -4
 ITERATIONS, RESIDUAL, CONTRACTION, DISTANCE, DET_SIGN, DET_LOG, STATUS, INFO = 0, 1, 2, 3, 4, 5, 6, 7
@@ -258,6 +259,9 @@ def follow(equations: Equations, start, tangent, found: Found, steps: Run):
     past, lengths = np.zeros((4, n + 1)), np.zeros(2)
     past[:2], lengths[0] = before, run[BACK] if run[BACK] < np.inf else 0.0
     bench = bench_of(equations)
+    phases = np.empty(equations.room.ends.shape[:2])
+    residual_at(equations, last, 0.0, bench)
+    noted(equations.room, phases)
     for made in range(most):
         run[MADE] = made
         run[LENGTH] = min(run[LENGTH], run[MOST])
@@ -265,8 +269,9 @@ def follow(equations: Equations, start, tangent, found: Found, steps: Run):
         if predicted[n] > run[HIGH] or predicted[n] < run[LOW]:
             return BEYOND
         status = corrected(equations, Place(guess, predicted, old), False, found, made > 0, bench)
-        if status != CONVERGED or info[DET_SIGN] == 0.0:
+        if status != CONVERGED or info[DET_SIGN] == 0.0 or sprung(equations.room, phases):
             return status
+        noted(equations.room, phases)
         values[0] = new[n]
         for k in range(kinds.size):
             values[1 + 2 * k], values[2 + 2 * k] = monitored(events, kinds[k], MISS), monitored(events, kinds[k], OVERSHOOT)
@@ -285,6 +290,35 @@ def follow(equations: Equations, start, tangent, found: Found, steps: Run):
         last[:], old[:] = x, new
     run[MADE] = most
     return LAST_ROW
+
+
+@leaf
+def noted(room, phases):
+    """Write the phases of the events of the contacts that were followed, (nc, segments), NaN behind them."""
+    for k in range(len(phases)):
+        events = room.counts[k, 0] - 1
+        for n in range(phases.shape[1]):
+            phases[k, n] = room.ends[k, n, 0] if n < events else np.nan
+
+
+@leaf
+def sprung(room, phases):
+    """Return whether an event of the contacts that were followed has no other near the ``phases`` that were `noted`.
+
+    Of more events than are followed the least are ignored: one may grow and another one shrink until they change places, and no
+    margin passes zero there.
+    """
+    for k in range(len(phases)):
+        if not phases[k, 0] >= 0.0:
+            continue
+        for n in range(room.counts[k, 0] - 1):
+            least, i = np.pi, 0
+            while i < phases.shape[1] and phases[k, i] >= 0.0:
+                away = abs(room.ends[k, n, 0] - phases[k, i])
+                least, i = min(least, away, 2.0 * np.pi - away), i + 1
+            if least > SPRUNG:
+                return True
+    return False
 
 
 class Sought(NamedTuple):

@@ -11,7 +11,7 @@ from .rows import Curve, Row, tests_of
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
 BEFORE_END = (0.9, 0.99, 0.999)  # of a step on whose end several boundaries are zero, where they are looked up
 STATES = 1e-3  # of the test of a boundary, which is scaled: the least size of the states that it is made of
-APART, LOOKS = 1e-4, 6  # part of a span within which two places are one; most at which an interval is seen to last no time
+APART, LOOKS = 1e-4, 6  # part of a span within which two places are one; most that are looked at within a step
 doubtful, two_folds, two_zeros = (rule.py_func for rule in (steplaw.doubtful, steplaw.two_folds, steplaw.two_zeros))
 
 
@@ -175,11 +175,11 @@ def beyond(half, row, new):
         c = Curve(row, new).at(t)
         if c is not None and any(float(c.monitors[j - 1]) > part.touch for j in ends):
             return Row(c, part, row.s + t * (new.s - row.s), new.angle * t, tests_of(c), (1.0 - t) * (new.s - row.s))
-    for _ in range(LOOKS):
-        if not spans:
-            break
+    looks = 0
+    while spans and looks < LOOKS:
         a, b = spans.pop(0)
         t = part.problem.leaves(a, b)
+        looks += t > 0.0
         c = Curve(a, b).at(t) if t > 0.0 else None
         if c is None:
             continue
