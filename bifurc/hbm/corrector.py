@@ -292,6 +292,17 @@ def follow(equations: Equations, start, tangent, found: Found, steps: Run):
     return LAST_ROW
 
 
+@both
+def exchanged(equations: Equations, start, end):
+    """Return whether, between two points of a branch (n + 1,), events have taken the places of others, see `sprung`."""
+    bench, room = bench_of(equations), equations.room
+    phases = np.empty(room.ends.shape[:2])
+    if residual_at(equations, start, 0.0, bench) != FOLLOWED:  # on a boundary rounding may say what no mode allows
+        return False
+    noted(room, phases)
+    return residual_at(equations, end, 0.0, bench) == FOLLOWED and sprung(room, phases)
+
+
 @leaf
 def noted(room, phases):
     """Write the phases of the events of the contacts that were followed, (nc, segments), NaN behind them."""

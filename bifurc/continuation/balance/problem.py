@@ -14,7 +14,7 @@ from ...hbm import corrector
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
 from ...hbm.contacts.margins import FIELDS, KINDS, MISS, OVERSHOOT
-from ...hbm.corrector import INFO, UNSEEN, noted, sprung, watched
+from ...hbm.corrector import INFO, UNSEEN, watched
 from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import event_kind
@@ -223,27 +223,18 @@ class BalanceProblem(Problem):
         self._margins(np.append(u, p), self.listed)
         return self._values()
 
-    def _contacts(self, x, listed) -> ContactStatus:
-        """Follow the contacts along the motion ``x`` (n + 1,)."""
-        u = np.ascontiguousarray(x[:self.layout.size])
-        return self.balance.linearised(u, *self.numbers(x[-1]), slopes=False, listed=listed)[0]
-
     def _margins(self, x, listed) -> None:
-        status = self._contacts(x, listed)
+        flat, dflat = self.numbers(x[-1])
+        u = np.ascontiguousarray(x[:self.layout.size])
+        status, _, _ = self.balance.linearised(u, flat, dflat, slopes=False, listed=listed)
         if status is not ContactStatus.FOLLOWED:
             raise ValueError(status.sentence)
         parts = self.balance.parts
-        watched(parts.structure, self.numbers(x[-1])[0], self.balance.grid, self.balance.room, self._events)
+        watched(parts.structure, flat, self.balance.grid, self.balance.room, self._events)
 
     def leaves(self, a, b) -> float:
         """See `Problem.leaves`: where other events are followed than at the row before, there may be more of them in between."""
-        room = self.balance.room
-        phases = np.empty(room.ends.shape[:2])
-        if self._contacts(a.x, self.listed) is not ContactStatus.FOLLOWED:
-            return -1.0  # on a boundary rounding may say what no mode allows
-        noted(room, phases)
-        told = self._contacts(b.x, self.listed) is ContactStatus.FOLLOWED
-        return 0.5 if told and sprung(room, phases) else -1.0
+        return 0.5 if len(self.listed) and corrector.exchanged(self._equations(), a.x, b.x) else -1.0
 
     def _counted(self, x) -> np.ndarray:
         """Return the order of events at ``x``, as they come, see `hbm.residual.order_of`."""
