@@ -36,8 +36,8 @@ from ..solve.steprun import (
 from ..solve.zeros import AT, DONE, PARAMETER, TRIED, VALUE, enclosing, polishing
 from .contacts.common import FOLLOWED, Contact, Segments
 from .contacts.margins import FAR, MISS, OVERSHOOT, margins
-from .residual import Tools, kept, linearised_in, tools
-from .tables import Grid, Room, Series, expressions, numbers_at, structure
+from .residual import Tools, followed_in, kept, linearised_in, moved_rows, tools, work
+from .tables import INTERNAL, Grid, Room, Series, expressions, numbers_at, structure
 
 EPS = 2.220446049250313e-16
 MAX_ITERATIONS = 10
@@ -293,14 +293,25 @@ def follow(equations: Equations, start, tangent, found: Found, steps: Run):
 
 
 @both
-def exchanged(equations: Equations, start, end):
-    """Return whether, between two points of a branch (n + 1,), events have taken the places of others, see `sprung`."""
-    bench, room = bench_of(equations), equations.room
-    phases = np.empty(room.ends.shape[:2])
-    if residual_at(equations, start, 0.0, bench) != FOLLOWED:  # on a boundary rounding may say what no mode allows
-        return False
-    noted(room, phases)
-    return residual_at(equations, end, 0.0, bench) == FOLLOWED and sprung(room, phases)
+def exchanged(S, R, grid: Grid, listed, room: Room, points, numbers):
+    """Return whether, between two points of a branch, events have taken the places of others, see `sprung`.
+
+    Parameters
+    ----------
+    points : ndarray (2, size)
+        Packed motions.
+    numbers : ndarray (2, .)
+        Numbers of the system there.
+    """
+    space, line, phases = work(S, grid, room), np.empty(S[INTERNAL]), np.empty(room.ends.shape[:2])
+    c, v, cp, vp = room.rows[0], room.rows[1], room.rows[2], room.rows[3]
+    for i in range(2):
+        moved_rows(S, R, numbers[i], numbers[i], points[i], c, v, cp, vp, line)
+        if followed_in(S, numbers[i], grid, c, v, listed, room, space) != FOLLOWED:  # on a boundary rounding may forbid all modes
+            return False
+        if i == 0:
+            noted(room, phases)
+    return sprung(room, phases)
 
 
 @leaf

@@ -234,7 +234,13 @@ class BalanceProblem(Problem):
 
     def leaves(self, a, b) -> float:
         """See `Problem.leaves`: where other events are followed than at the row before, there may be more of them in between."""
-        return 0.5 if len(self.listed) and corrector.exchanged(self._equations(), a.x, b.x) else -1.0
+        if not len(self.listed):
+            return -1.0
+        balance, parts, size = self.balance, self.balance.parts, self.layout.size
+        points = np.array([a.x[:size], b.x[:size]])
+        numbers = np.array([self.numbers(a.p)[0].copy(), self.numbers(b.p)[0]])
+        found = corrector.exchanged(parts.structure, parts.shape.R, balance.grid, self.listed, balance.room, points, numbers)
+        return 0.5 if found else -1.0
 
     def _counted(self, x) -> np.ndarray:
         """Return the order of events at ``x``, as they come, see `hbm.residual.order_of`."""
