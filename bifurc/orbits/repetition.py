@@ -14,6 +14,7 @@ from ..flow.simulate import simulate
 ALLOWED = 1e-6  # scaled miss for each unit of the largest multiplier
 MOST = 0.02  # scaled miss that is never rounding
 GROWTH = 1e10  # largest multiplier above which rounding alone may miss by as much
+LASTING = 1e-6  # forcing periods: what an interval that is shorter holds may be rounding
 STARTS = 3  # states tried: where a held row or a slider begins, rounding may put one start on the wrong side
 
 
@@ -93,7 +94,7 @@ def _missed(orbit, at, spans, states, k: int) -> tuple[float, str]:
     if not motion.success:
         return np.inf, motion.message
     later = np.mod(at - at[k], span)
-    known = spans > 1e-6
+    known = spans > LASTING
     known[k] = False
     known &= ~closed(motion, (begin + later) * period, period)
     there = [motion((begin + late) * period) for late in later[known]]

@@ -17,7 +17,7 @@ import numpy as np
 from ...compose.writer import kernels
 from ...elements import EventKind
 from ...elements.friction.dry import STICK
-from ...orbits.repetition import middles
+from ...orbits.repetition import LASTING, middles
 from ...orbits.shooting import sequence
 from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, GUARD, TOGETHER
 from ...orbits.shooting.signature import since
@@ -124,9 +124,10 @@ def merges(problem, x, tangent) -> bool:
 
 def unlike(problem, x, part, sign=1.0) -> float:
     """Return the scaled difference of the orbit at ``x`` (n + 1,) from itself ``part`` forcing periods later, or with the ``sign``
-    -1 from its mirror image."""
+    -1 from its mirror image; in intervals that last for something: on a boundary an event may part what stays what it was."""
     orbit = problem.motion(x)
-    at = middles(orbit)[0]
+    at, spans = middles(orbit)
+    at = at[spans > LASTING]
     return float((np.abs(orbit._states(at) - sign * orbit._states(at + part)) / orbit.weights).max())
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc.elements import HarmonicForce, RigidStop
+from bifurc.elements import HarmonicForce, Jenkins, RigidStop
 from tests.reference import ball, chain, digits, one_stop, two_stops
 from tests.reference.oscillator import Oscillator
 
@@ -424,3 +424,16 @@ def test_a_branch_from_a_plastic_impact_is_that_of_any_restitution(force, gap):
     np.testing.assert_array_equal(first.sequence.nodes, second.sequence.nodes)
     u = np.append(second.x0[:-1], 0.3)
     np.testing.assert_allclose(first.residual(u[:-1], 0.3), second.residual(u[:-1], 0.3), atol=1e-12)
+
+
+def test_a_branch_of_tripled_period_ends_on_both_sides_where_its_parent_grazes_and_its_slider_turns():
+    """Contact and the turn of a slider are one instant of the parent: an interval between them holds nothing."""
+    def scene(gap):
+        return bf.System(1.0, 0.0918, 1.0, [HarmonicForce(1.13), RigidStop(gap, 0.275), Jenkins(1.15, 0.212)], omega=2.53)
+    (touch,) = bf.trace(bf.find_orbit(scene(0.29)), "rigid_stop.gap", bounds=(0.21, 0.3)).special_points
+    orbit = bf.find_orbit(scene(0.218))
+    branch = bf.trace(orbit, "rigid_stop.gap", bounds=(0.1308, 0.3052))
+    assert orbit.periods == 6 and [str(end.reason) for end in branch.ends] == ["merged", "merged"]
+    assert all(abs(end.p - touch.parameter) <= 1e-9 for end in branch.ends)
+    inside = branch.special_points[1:-1]
+    assert all(point.parameter < touch.parameter for point in inside) and "period_doubling" in [str(p.kind) for p in inside]
