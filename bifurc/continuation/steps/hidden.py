@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ...solve import steplaw
 from ...solve.steplaw import ASIDE, AT_END, JUMPS, MONITOR_BAND, NEARLY_SINGULAR, SLOPE_BAND, UNCLEAR
 from ..kinds import SpecialPointKind
-from .inside import beginning, ending, known_to
+from .inside import WIDE, beginning, ending, known_to
 from .rows import Curve, Row, tests_of
 
 FORETOLD = 0.25  # part of a value by which an interpolated one may be wrong
@@ -24,9 +24,13 @@ class Edge:
     known: float
 
     def holds(self, half, c):
-        """Whether a corrected point of the step is that place, to rounding."""
+        """Whether a corrected point of the step is that place, to rounding: as long as its own test is zero, others tell nothing."""
         away = abs(float(c.x[-1]) - self.row.p) / float(self.row.part.scale[-1])
-        return away <= self.known and abs(float(c.monitors[self.test - 1])) <= rounding(half, self.test)
+        return away <= max(self.known, WIDE) and abs(float(c.monitors[self.test - 1])) <= self.noise(half)
+
+    def noise(self, half) -> float:
+        """Return the value of the test that tells nothing here: at the row, where it is zero, it has one too."""
+        return max(rounding(half, self.test), min(2.0 * abs(self.row.tests[self.test]), self.row.part.touch))
 
 
 def nearly_singular(rows, row, log, length):
@@ -244,9 +248,9 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
             return None if c is None else (c.det_sign * math.exp(min(log, 50.0)) if c.det_sign else 0.0, c)
         outer = 1.0, math.exp(min(new.det_log - row.det_log - rate * curve.length, 50.0))
     band = SLOPE_BAND if j == 0 else MONITOR_BAND * max(*outer, half.sizes[j] if j < part.count else 0.0)
-    if j in part.boundary:
-        band = max(band, rounding(half, j))
     edges = first_edge(half, row), ends
+    if j in part.boundary:
+        band = max(band, rounding(half, j), *(edge.noise(half) for edge in edges if edge is not None and edge.test == j))
     zero = [on_boundary(half, end) and abs(v) <= band for end, v in zip((row, new), outer, strict=True)]
     low, high, least, aside = 0.0, 1.0, math.inf, []
     t = min(max(t, APART), 1.0 - APART)  # a least value at an end is looked for beside it: what the end has is known
@@ -266,10 +270,10 @@ def between(half, row, new, j, t, sign, rate=0.0, told=None, ends=None):
         if made is None:
             return None
         f = sign * made[0]
-        if f < -band:
+        end = next((k for k in (0, 1) if is_end(k, t, f, made[1])), None)
+        if end is None and f < -band:
             rest = (1.0 - t) * curve.length
             return Row(made[1], part, row.s + t * curve.length, new.angle * t, tests_of(made[1]), rest)
-        end = next((k for k in (0, 1) if is_end(k, t, f, made[1])), None)
         if end is None:
             least = min(least, f)
             points = sorted([*points, (t, f)])
