@@ -59,6 +59,7 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("mixed", 43027, id="a row beside the birth of two slips, where Newton finds no equations nearer than 1e-3"),
     pytest.param("stop_and_friction", 45017, id="a stick at a reversal beside a train of which one more impact is listed"),
     pytest.param("stop_and_friction", 52024, id="a birth beside which flights rise less than rounding: the way back to it"),
+    pytest.param("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
     pytest.param("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])

@@ -24,7 +24,7 @@ class Edge:
     known: float
 
     def holds(self, half, c):
-        """Whether a corrected point of the step is that place, to rounding: as long as its own test is zero, others tell nothing."""
+        """Whether a corrected point of the step is that place, to rounding: while its own test is zero, others tell nothing."""
         away = abs(float(c.x[-1]) - self.row.p) / float(self.row.part.scale[-1])
         return away <= max(self.known, WIDE) and abs(float(c.monitors[self.test - 1])) <= self.noise(half)
 
