@@ -51,8 +51,13 @@ def earlier_modes(scene, signature) -> list[Earlier]:
             mode = scene.combine(before, owner.element, key)
             if mode == after or key == scene.keys[after][owner.element]:  # also where another element has changed with it
                 break
-            if mode is not None and mode != before and scene.tables.n_holds[mode]:
-                found.append(Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))))
+            joined = scene.combine(after, owner.element, key)
+            for one in dict.fromkeys((mode, joined)):
+                if one is None or one == before or not scene.tables.n_holds[one]:
+                    continue
+                others = let_go(scene, i, owner.element, before, joined) if one == mode != joined is not None else []
+                guards = (*scene.guards_of(one, owner.element), *(q for other in others for q in other.guards))
+                found.append(Earlier(i, one, guards))
     return found
 
 
