@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...compose.tables import ORDER
-from .sequence import AFTER, BEFORE, DIVIDE, STARTS, TOGETHER
+from .sequence import AFTER, BEFORE, STARTS
 
 SAMPLES = 6  # states at which the two conditions are compared
 ONE = 1e-9  # relative difference of two conditions that are one
@@ -45,7 +45,7 @@ def earlier_modes(scene, signature) -> list[Earlier]:
     found = []
     for i, node in enumerate(signature.nodes.tolist()):
         before, guard, after = node[:AFTER + 1]
-        if guard < 0 or node[DIVIDE] == TOGETHER:
+        if guard < 0:
             continue
         owner = scene.guard(before, guard)
         found += let_go(scene, i, owner.element, before, after)
