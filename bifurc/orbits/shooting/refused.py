@@ -136,8 +136,8 @@ class Refusal:
             if all(abs(T.H[one.mode, k] @ start) <= RESTS * e.kernel.scale_of(T.H[one.mode, k], e.weights)
                    for k in range(int(T.n_holds[one.mode]))):
                 beyond = max((self._scaled(T, one.mode, q, start) for q in one.guards), default=-np.inf)
-                let_go = self._scaled(T, one.alone[0], one.alone[1], start) if one.alone else np.inf
-                worst = max(worst, min(-beyond, let_go))
+                relief = self._scaled(T, one.alone[0], one.alone[1], start) if one.alone else np.inf
+                worst = max(worst, min(-beyond, relief))
         return worst
 
     def _scaled(self, T, mode, guard, x) -> float:
