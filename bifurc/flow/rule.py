@@ -208,8 +208,9 @@ def join(T, m, g, c, kicked, x, xp, scale, signs, orders, a):
     """Mode after an event of guard ``g`` of mode ``m`` when the other elements that it takes along (`taken_along`) join in.
 
     ``x`` and ``xp`` (nx,) are the states on both sides, ``c`` is a mode that the element of the guard may take; ``signs``,
-    ``orders`` (guards,) are of `admit` there, and of the mode returned then.  Returns -1 where no candidate of a joining
-    element may start, or it is not built yet.
+    ``orders`` (guards,) are of `admit` there, and of the mode returned then; there the guards of the event's own element are
+    inside.  Returns -1 where no candidate of a joining element may start; where one comes first that is not built yet, -2 minus
+    the place in `then` of the guard that leads to it.
     """
     own, then = T.element[m, g], T.then
     for _ in range(JOINS):
@@ -222,6 +223,8 @@ def join(T, m, g, c, kicked, x, xp, scale, signs, orders, a):
         owner, found = T.element[c, beyond], -1
         for i in range(then.shape[2]):
             d = then[c, beyond, i]
+            if d == -2:
+                return -2 - (c * then.shape[1] + beyond)
             if d < 0 or d == c or broken_hold(T, d, xp, scale) >= 0:
                 continue
             good = True

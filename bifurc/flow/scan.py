@@ -17,8 +17,8 @@ from .chatter import UNSEEN, closing, multiple
 from .rule import broken_hold, inside, join, jumped, sizes, taken_along
 
 DONE, NEED, SETTLE, LIMIT, FULL, LOST = range(6)  # what `run` returns
-MODE, WHOLE, COUNT, EVENTS, AT_GUARD, INSTANT, LOW = range(7)  # places in `ints`; then one order a guard from ORDERS
-ORDERS = 7
+MODE, WHOLE, COUNT, EVENTS, AT_GUARD, INSTANT, LOW, LACKS = range(8)  # places in `ints`; then one order a guard from ORDERS
+ORDERS = 8
 TAU, SINCE, FLIGHT = range(3)  # places in `floats`; then one slope a guard from SLOPES
 SLOPES = 3
 BEFORE, GUARD, AFTER, KIND, PERIODS = range(5)  # columns of the integer record; GUARD -1: a section was passed
@@ -242,6 +242,7 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                     c = then[m, g, i]
                 if c == -2:
                     status = NEED
+                    ints[LACKS], ints[AT_GUARD] = m, g
                     break
                 if c < 0 or broken_hold(T, c, xp, scale) >= 0:
                     continue
@@ -255,10 +256,14 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
                     if signs[k] > 0:  # of another element: it joins in, or fires at once with its own candidates
                         good = good and element[c, k] != element[m, g]
                         joining = joining or taken_along(T, m, g, c, k, kicked, new_orders[k], x, scale, a)
-                if not good:
+                if not good and (kick[m, g] == 1 or not joining):  # without a kick what lets go may relieve what would hold
                     continue
                 if joining:
                     c = join(T, m, g, c, kicked, x, xp, scale, signs, new_orders, a)
+                    if c < -1:
+                        status = NEED
+                        ints[LACKS], ints[AT_GUARD] = (-2 - c) // then.shape[1], (-2 - c) % then.shape[1]
+                        break
                     if c < 0:
                         continue
                     for k in range(n_guards[c]):
@@ -274,7 +279,9 @@ def integrate(T, ints, floats, x, end, limit, rows, record, room):
             if status == DONE and ints[COUNT] >= limit:
                 status = LIMIT
             if status != DONE:  # the state before the event stays: Python decides and goes on
-                ints[AT_GUARD], floats[SINCE] = g, arrive
+                if status != NEED:
+                    ints[AT_GUARD] = g
+                floats[SINCE] = arrive
                 break
             ints[COUNT] += 1
         if recording:

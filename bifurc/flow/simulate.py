@@ -20,6 +20,7 @@ from .scan import (
     FULL,
     INSTANT,
     INSTANTS,
+    LACKS,
     LIMIT,
     LOST,
     LOW,
@@ -134,7 +135,7 @@ def integrate(scene, y0, begin, end, max_events=2000) -> Trajectory:
             rows = np.concatenate((rows, np.zeros_like(rows)))
             record = np.concatenate((record, np.zeros_like(record)))
         elif code == NEED:
-            T = scene.expand(m, g)
+            T = scene.expand(int(ints[LACKS]), g)
             _paced(scene, given)
             give_modal(T)
             engine = engine_of(scene)

@@ -52,6 +52,9 @@ SCENES = {
                                      (-1.0, -1.0, -1.5, -1.5), (1.0, 1.0, 1.5, 1.5)),
     "a stop between two masses": (chain(2, bf.elements.RigidStop(0.4, 0.6, row=(-1.0, 1.0)), omega=0.9),
                                   (-0.5, -0.5, -1.0, -1.0), (0.0, -0.1, 1.0, 1.0)),
+    "static friction below friction between": (bf.System(np.eye(2), 0.1 * np.eye(2), 0.2 * np.eye(2), [
+        bf.elements.HarmonicForce(2.0, dof=1), bf.elements.Coulomb(1.2, row=(1.0, -1.0)),
+        bf.elements.Coulomb(1.0, static_ratio=1.5)], omega=0.9), (-1.0, -1.0, -1.5, -1.5), (1.0, 1.0, 1.5, 1.5)),
     "three masses": (chain(3, bf.elements.RigidStop(0.8, 0.7, dof=2)), (-0.8,) * 3 + (-1.0,) * 3, (0.8,) * 3 + (1.0,) * 3),
     "smooth": (bf.systems.duffing_oscillator(**DUFFING), (-2.2, -2.2), (2.2, 2.2)),
 }

@@ -278,3 +278,31 @@ def test_starts_beyond_a_stop_by_rounding_are_put_on_it(beyond):
     assert motion.y[:, 0].max() == motion.y[0, 0]
     with pytest.raises(ValueError, match="beyond the stop"):
         bf.simulate(system, (1.0 + 1e-8, -0.3), periods=1)
+
+
+def carried(coupling, pull):
+    """Return a mass on a floor of friction 1, static 1.5, that carries another one, which a constant force pulls back."""
+    return bf.System(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), (
+        ConstantForce(-pull, dof=1), Coulomb(coupling, row=(1.0, -1.0)), Coulomb(1.0, static_ratio=1.5)), omega=1.0)
+
+
+@pytest.mark.parametrize(("coupling", "pull"), [(1.2, 2.0), (1.4, 3.0), (1.2, 1.6), (0.5, 1.7)])
+def test_what_stops_stays_where_another_friction_lets_go_of_what_pulls_at_it(coupling, pull):
+    """Both slide with speed 1 and stop together.  The floor could not hold both, but the upper one slides back: what its friction
+    passes on is within the static limit of the floor, so that the lower one stays, whichever mode was met before."""
+    system, late = carried(coupling, pull), 0.7
+    stop = 2.0 / (1.0 + pull)  # the two are slowed down by floor and pull
+    for _ in range(2):
+        motion = bf.simulate(system, np.array([0.0, 0.0, 1.0, 1.0]), duration=stop + late)
+        assert motion.success
+        back, speed = 0.5 * stop - 0.5 * (pull - coupling) * late**2, -(pull - coupling) * late
+        np.testing.assert_allclose(motion.final, [0.5 * stop, back, 0.0, speed], rtol=0, atol=1e-14)
+
+
+def test_what_the_friction_between_passes_on_beyond_the_static_limit_drags_the_lower_mass_back():
+    """As above with a friction of 1.6 between them: 1.6 - 1 is left for the lower mass, pull - 1.6 for the upper one."""
+    pull, late = 4.0, 0.5
+    stop = 2.0 / (1.0 + pull)
+    motion = bf.simulate(carried(1.6, pull), np.array([0.0, 0.0, 1.0, 1.0]), duration=stop + late)
+    expected = [0.5 * stop - 0.3 * late**2, 0.5 * stop - 1.2 * late**2, -0.6 * late, -2.4 * late]
+    np.testing.assert_allclose(motion.final, expected, rtol=0, atol=1e-14)

@@ -61,6 +61,8 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("stop_and_friction", 52024, id="a birth beside which flights rise less than rounding: the way back to it"),
     pytest.param("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
     pytest.param("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
+    pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
+    pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])
 def test_branches_of_the_audited_kinds_are_the_same_from_everywhere(kind, number):

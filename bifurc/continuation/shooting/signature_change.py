@@ -298,7 +298,8 @@ def shortest(problem, x, elements):
     or stick; None without one.
 
     Other contacts may have events meanwhile: where one begins to slip just as the stick of another breaks for a moment, the two
-    parts of this moment are as long as rounding says, the whole is a slip.
+    parts of this moment are as long as rounding says, the whole is a slip.  Of two that last no time the one of fewer parts lies in
+    the other.
     """
     scene, nodes, spans = problem.scene, problem.sequence.nodes.tolist(), intervals(problem, x)
     ending = []
@@ -309,12 +310,12 @@ def shortest(problem, x, elements):
     return min(ending)[1] if ending else None
 
 
-def stay(scene, nodes, spans, i, element) -> float:
-    """Return how long an element has been in the mode that node ``i`` ends, of the intervals ``spans`` (nodes,) before the nodes;
-    inf where that is always nothing."""
+def stay(scene, nodes, spans, i, element) -> tuple[float, int]:
+    """Return how long an element has been in the mode that node ``i`` ends, of the intervals ``spans`` (nodes,) before the nodes,
+    and of how many; inf where that is always nothing."""
     begin = next(k for k in range(i - 1, i - 1 - len(nodes), -1) if is_left(scene, nodes, k, element))
     found = [spans[k] for k in range(begin + 1, i + 1)]
-    return sum(span for span in found if span < math.inf) if min(found) < math.inf else math.inf
+    return sum(max(span, 0.0) for span in found if span < math.inf) if min(found) < math.inf else math.inf, len(found)
 
 
 def is_left(scene, nodes, k, element) -> bool:

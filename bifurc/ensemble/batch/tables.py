@@ -97,7 +97,8 @@ def candidates(T: Tables, m: int, g: int) -> list[int]:
     """Return the modes that the step may try in turn after an event; none: the scalar integrator decides.
 
     What jumps, and which rows are at rest, is linear: random states that meet the guard tell.  A kick may turn friction round,
-    whose guard is then outside and fires at once: the modes behind that guard follow those of the stop.
+    whose guard is then outside and fires at once: the modes behind that guard follow those of the stop.  Where a mode holds another
+    element, too, what refuses it may be that element, which would let go in the same instant: the scalar integrator decides.
     """
     X, sizes = meeting(T, m, g)
     ns, kicks, after = T.A.shape[1], T.kick[m, g] == 1, X.copy()
@@ -113,6 +114,8 @@ def candidates(T: Tables, m: int, g: int) -> list[int]:
         rest = np.all(np.abs(after @ rows.T) <= SAME * (np.abs(rows) @ sizes), axis=1)
         if rest.all():
             found.append(c)
+            if not kicks and T.n_holds[c] > 1:
+                break
             for k in range(T.n_guards[c] if kicks else 0):
                 turned = (X @ T.G[c, k] < 0.0) & (after @ T.G[c, k] > 0.0)
                 if T.element[c, k] != T.element[m, g] and T.kick[c, k] == 0 and turned.any():

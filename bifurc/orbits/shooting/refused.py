@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...compose.tables import ORDER
-from .sequence import AFTER, BEFORE, DIVIDE, STARTS, TOGETHER
+from .sequence import AFTER, BEFORE, STARTS
 
 SAMPLES = 6  # states at which the two conditions are compared
 ONE = 1e-9  # relative difference of two conditions that are one
@@ -29,11 +29,15 @@ class Earlier:
     mode : int
     guards : tuple of int
         Its guards of the element whose event it is, or of those that are let go with it: one of them must be beyond its limit.
+    alone : tuple of int, optional
+        The mode in which the event changes nothing but its own element, and the guard there by which another is let go at the same
+        instant: unless it is beyond its limit, too, the mode is not tried.
     """
 
     node: int
     mode: int
     guards: tuple[int, ...]
+    alone: tuple[int, int] | None = None
 
 
 def earlier_modes(scene, signature) -> list[Earlier]:
@@ -41,7 +45,7 @@ def earlier_modes(scene, signature) -> list[Earlier]:
     found = []
     for i, node in enumerate(signature.nodes.tolist()):
         before, guard, after = node[:AFTER + 1]
-        if guard < 0 or node[DIVIDE] == TOGETHER:
+        if guard < 0:
             continue
         owner = scene.guard(before, guard)
         found += let_go(scene, i, owner.element, before, after)
@@ -52,7 +56,23 @@ def earlier_modes(scene, signature) -> list[Earlier]:
             if mode == after or key == scene.keys[after][owner.element]:  # also where another element has changed with it
                 break
             if mode is not None and mode != before and scene.tables.n_holds[mode]:
-                found.append(Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))))
+                found += [Earlier(i, mode, tuple(scene.guards_of(mode, owner.element))), *relieved(scene, i, owner.element, mode)]
+    return found
+
+
+def relieved(scene, i, element, mode) -> list[Earlier]:
+    """Return the modes in which the ``element`` of the event at node ``i`` takes the key it has in ``mode`` while another that this
+    mode holds is let go at the same instant: what they cannot hold together one of them may hold."""
+    found, T = [], scene.tables
+    held = {scene.hold_element(mode, k) for k in range(T.n_holds[mode])} - {element}
+    for guard in range(int(T.n_guards[mode])):
+        other = scene.guard(mode, guard)
+        if other.element not in held or T.kick[mode, guard] or callable(other.guard.then):
+            continue
+        for key in other.guard.then:
+            joined = scene.combine(mode, other.element, key)
+            if joined is not None and scene.tables.n_holds[joined]:
+                found.append(Earlier(i, joined, tuple(scene.guards_of(joined, element)), (mode, guard)))
     return found
 
 
@@ -91,7 +111,8 @@ class Refusal:
     def __init__(self, equations, earlier, value: float):
         self.equations = equations
         T = equations.numbers_at(value) if earlier else None
-        self.earlier = [one for one in earlier if not self._implied(T, one)]
+        implied = {(one.node, one.mode) for one in earlier if one.alone is None and self._implied(T, one)}
+        self.earlier = [one for one in earlier if (one.node, one.alone[0] if one.alone else one.mode) not in implied]
 
     def on(self, equations) -> "Refusal":
         """Return the same conditions on the same equations with other numbers."""
@@ -114,16 +135,16 @@ class Refusal:
             e.kernel.forcing(T, U[one.node * size] * period, start)
             if all(abs(T.H[one.mode, k] @ start) <= RESTS * e.kernel.scale_of(T.H[one.mode, k], e.weights)
                    for k in range(int(T.n_holds[one.mode]))):
-                worst = max(worst, -self._beyond(T, one, start))
+                beyond = max((self._scaled(T, one.mode, q, start) for q in one.guards), default=-np.inf)
+                relief = self._scaled(T, one.alone[0], one.alone[1], start) if one.alone else np.inf
+                worst = max(worst, min(-beyond, relief))
         return worst
 
-    def _beyond(self, T, one, x) -> float:
-        """Return the largest scaled value of the guards of an earlier mode at ``x`` (nx,)."""
-        e, row, most = self.equations, np.empty(x.size), -np.inf
-        for q in one.guards:
-            e.kernel.guard_gradient(T, one.mode, q, x, row)
-            most = max(most, float(e.kernel.guard_value(T, one.mode, q, x)) / e.kernel.scale_of(row, e.weights))
-        return most
+    def _scaled(self, T, mode, guard, x) -> float:
+        """Return the scaled value of a guard at ``x`` (nx,)."""
+        e, row = self.equations, np.empty(x.size)
+        e.kernel.guard_gradient(T, mode, guard, x, row)
+        return float(e.kernel.guard_value(T, mode, guard, x)) / e.kernel.scale_of(row, e.weights)
 
     def _implied(self, T, one) -> bool:
         """Whether the leading rate at the start of the listed mode is a guard of the earlier mode, times a constant."""

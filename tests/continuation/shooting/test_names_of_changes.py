@@ -107,8 +107,17 @@ def test_a_moment_in_which_another_contact_begins_to_slip_is_one_slip(parts):
     problem, x = at(*events, keys=keys, modes=[(0, 1), (1, 2), (2, 3), (3, 0)])
     assert changes.shortest(problem, x, {0}) is Kind.SLIP_ONSET
     spans = changes.intervals(problem, x)
-    assert changes.stay(problem.scene, problem.sequence.nodes.tolist(), spans, 2, 0) == pytest.approx(sum(parts))
-    assert changes.stay(problem.scene, problem.sequence.nodes.tolist(), spans, 0, 0) == pytest.approx(1.0 - sum(parts))
+    assert changes.stay(problem.scene, problem.sequence.nodes.tolist(), spans, 2, 0) == (pytest.approx(sum(parts)), 2)
+    assert changes.stay(problem.scene, problem.sequence.nodes.tolist(), spans, 0, 0) == (pytest.approx(1.0 - sum(parts)), 2)
+
+
+@pytest.mark.parametrize("parts", [(0.0, 0.0), (1e-16, -1e-16), (-1e-16, 2e-16), (3e-16, 1e-16)])
+def test_of_two_stays_that_last_no_time_the_one_within_the_other_is_told(parts):
+    """Element 0 sticks while element 1 begins to slip; it lets go, and element 1 sticks again: the stick lies within that slip."""
+    events = ((0.3, g(0, STICKS)), (0.3 + parts[0], g(0, SLIP)), (0.3 + sum(parts), g(1, STICKS)), (0.8, g(1, SLIP)))
+    keys = ((SLIP_UP, STICK), (STICK, SLIP_UP), (SLIP_UP, SLIP_UP), (SLIP_UP, STICK), (SLIP_UP, SLIP_UP))
+    problem, x = at(*events, keys=keys, modes=[(0, 1), (1, 2), (2, 3), (3, 0)])
+    assert changes.shortest(problem, x, {0, 1}) is Kind.STICK_ONSET
 
 
 # what changes places
