@@ -1,4 +1,4 @@
-"""What a step does at its nodes, against polynomials, whose integrals are known, and against linear maps, taken column by column."""
+"""What a step does at its nodes, against polynomials with known integrals and against linear maps, column by column."""
 from fractions import Fraction
 
 import numpy as np
@@ -138,7 +138,7 @@ def test_accelerations_are_made_linear_column_by_column(rng):
 
 @pytest.mark.parametrize("fresh", [False, True])
 def test_an_attempt_moves_everything_to_the_end_of_the_step(fresh):
-    """Positions by their polynomials, memory not at all, forcing by its angles; the defect is that at the end, of the largest force."""
+    """Positions by their polynomials, memory not at all, forcing by angles; the defect is that at the end."""
     h, theta, omega = 0.3, 0.9, 1.7
     now = np.array([0.2, -0.5, 1.1, 0.4, 0.66, 1.0, np.cos(theta), np.sin(theta), np.cos(4 * theta), np.sin(4 * theta)])
     harmonics, turn, calls_ = np.array([1, 4]), np.full((5, 9), np.nan), []
