@@ -22,8 +22,8 @@ def T(rng):
     owners[calls.OWNER] = [10, 11, 12, 13, 14]
     kick = np.zeros((2, 2), np.int64)
     kick[1, 1] = 1
-    return SimpleNamespace(LU=rng.normal(size=(ROWS, 8)), LS=rng.normal(size=(ROWS, 8)), LP=rng.normal(size=(2, ROWS, 2)), kick=kick,
-                           A=rng.normal(size=(2, 5, 8)), stages=stages, owners=owners, element=np.array([[0, 4], [0, 7]]),
+    return SimpleNamespace(LU=rng.normal(size=(ROWS, 8)), LS=rng.normal(size=(ROWS, 8)), LP=rng.normal(size=(2, ROWS, 2)),
+                           kick=kick, A=rng.normal(size=(2, 5, 8)), stages=stages, owners=owners, element=np.array([[0, 4], [0, 7]]),
                            LG=np.zeros((2, 2, ROWS)), n_guards=np.array([1, 2]), step=np.array([0.5, 0.25]),
                            ratio=np.array([[0.0, 0.0], [0.0, 0.6]]), G=rng.normal(size=(2, 2, 8)),
                            GT=rng.normal(size=(2, 2, 8, ORDER + 1)))
@@ -198,7 +198,8 @@ def test_what_the_rounding_of_forces_is_measured_by(T, rng):
     T.stages[[calls.FORCES, calls.ACTING]] = 1, 2
     T.owners[calls.FIRST, :2], T.owners[calls.COUNT, :2] = [0, 2], [2, 1]
     local, scale, edge = rng.normal(size=(4, ROWS, 1)), rng.uniform(0.5, 2.0, 8), rng.normal(size=(3, ROWS, 2, 1))
-    sizes, pull = plain(guards.force_sizes, slopes=lambda T_, what, m, at: edge if what == calls.SLOPE else None)(T, 1, scale, local)
+    found = plain(guards.force_sizes, slopes=lambda T_, what, m, at: edge if what == calls.SLOPE else None)
+    sizes, pull = found(T, 1, scale, local)
     terms = [abs(edge[0, 0, b, 0] * T.LU[b]) + abs(edge[1, 0, b, 0] * T.LS[b]) for b in range(2)]
     force = abs(local[2, 0, 0]) + sum(terms) @ scale
     free = np.abs(T.A[1, 2:4]) @ scale + np.abs(T.LP[1, 0]) * force
