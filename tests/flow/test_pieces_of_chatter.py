@@ -31,9 +31,10 @@ def bounced(r, kick, push, slopes, u):
             u = 1e-30 * np.sign(slopes[side])
 
 
-SLIDES = [(0.5, -0.3, (2.0, 1.2), (0.4, 0.7), 0.5), (0.5, 0.3, (2.0, 1.2), (-0.4, -0.7), -0.5), (0.7, -0.6, (1.0, 1.6), (0.5, 0.8), 0.9),
-          (0.4, -0.2, (3.0, 2.0), (0.2, 0.1), 5.0), (0.4, -0.2, (3.0, 2.0), (-0.2, -0.1), -5.0), (0.6, 0.8, (1.5, 0.9), (-1.1, -0.6), 0.2),
-          (0.5, -0.05, (2.0, 1.5), (-0.4, -0.7), 1.0)]
+SLIDES = [(0.5, -0.3, (2.0, 1.2), (0.4, 0.7), 0.5), (0.5, 0.3, (2.0, 1.2), (-0.4, -0.7), -0.5),
+          (0.7, -0.6, (1.0, 1.6), (0.5, 0.8), 0.9), (0.4, -0.2, (3.0, 2.0), (0.2, 0.1), 5.0),
+          (0.4, -0.2, (3.0, 2.0), (-0.2, -0.1), -5.0),
+          (0.6, 0.8, (1.5, 0.9), (-1.1, -0.6), 0.2), (0.5, -0.05, (2.0, 1.5), (-0.4, -0.7), 1.0)]
 
 
 @pytest.mark.parametrize("r, kick, push, slopes, u", SLIDES)
@@ -70,7 +71,8 @@ def test_frictions_that_stick_are_not_known(push, slopes, rests, u):
 def tables(rng, n=2, ns=5, nx=8):
     T = SimpleNamespace(A=rng.normal(size=(3, ns, nx)), B=rng.normal(size=(3, 2, ns)), D=rng.normal(size=(3, 2, n)),
                         G=rng.normal(size=(3, 2, nx)), GT=rng.normal(size=(3, 2, nx, 4)), H=np.zeros((3, 2, ns)),
-                        LP=np.zeros((3, 0, n)), n_holds=np.array([0, 1, 0]), ends_in=np.full((3, 2), -1), ratio=np.full((3, 2), 0.5))
+                        LP=np.zeros((3, 0, n)), n_holds=np.array([0, 1, 0]),
+                        ends_in=np.full((3, 2), -1), ratio=np.full((3, 2), 0.5))
     return T
 
 
@@ -147,7 +149,8 @@ def test_a_friction_that_turned_leaves_a_change_of_its_time(rng):
 def test_the_mode_in_which_a_friction_is_against_what_it_was():
     """Of the modes behind a guard the first that differs, with as many holds and guards, that guard turned and the same stop."""
     T = SimpleNamespace(then=np.full((6, 2, 5), -1), n_holds=np.array([1, 1, 1, 1, 2, 1]), n_guards=np.array([2, 2, 2, 2, 2, 3]),
-                        G=np.tile([[[0.0, 1.0], [1.0, 0.0]]], (6, 1, 1)), element=np.tile([4, 9], (6, 1)), kick=np.ones((6, 2), int))
+                        G=np.tile([[[0.0, 1.0], [1.0, 0.0]]], (6, 1, 1)),
+                        element=np.tile([4, 9], (6, 1)), kick=np.ones((6, 2), int))
     T.G[[2, 3, 4, 5], 0, 1] = -1.0
     mode = plain(chatter.reversed_mode)
 

@@ -23,7 +23,8 @@ def T(rng):
     kick = np.zeros((2, 2), np.int64)
     kick[1, 1] = 1
     return SimpleNamespace(LU=rng.normal(size=(ROWS, 8)), LS=rng.normal(size=(ROWS, 8)), LP=rng.normal(size=(2, ROWS, 2)),
-                           kick=kick, A=rng.normal(size=(2, 5, 8)), stages=stages, owners=owners, element=np.array([[0, 4], [0, 7]]),
+                           kick=kick, A=rng.normal(size=(2, 5, 8)), stages=stages, owners=owners,
+                           element=np.array([[0, 4], [0, 7]]),
                            LG=np.zeros((2, 2, ROWS)), n_guards=np.array([1, 2]), step=np.array([0.5, 0.25]),
                            ratio=np.array([[0.0, 0.0], [0.0, 0.6]]), G=rng.normal(size=(2, 2, 8)),
                            GT=rng.normal(size=(2, 2, 8, ORDER + 1)))
