@@ -238,6 +238,7 @@ def lengthened(r, monkeypatch, chatters=(0, 1, 0), valid=lambda count: True, lon
             return (new, np.array([count, 7.0])) if name == longer else None
 
         def correct(guess, tangent, fixed=False):
+            assert not fixed or tangent.tolist() == [0.0, 1.0]
             good = fixed or valid(tried[-1][1])
             if not fixed:
                 ahead.append(guess.tolist())
@@ -346,7 +347,7 @@ def test_orders_of_a_plastic_impact_whose_restitution_varies_are_those_along_the
 def test_what_is_touched_all_along_changes_its_mode_as_a_whole():
     """Two guards: the first is small all along the period, the second at all times but one."""
     count, off = appearing.ALL_ALONG, {}
-    phases = []
+    phases, forced = [], []
     T = SimpleNamespace(A=np.zeros((1, 2, 4)), flat=np.array([np.pi]), n_guards=np.array([0, 2]))
 
     def states(T_, nodes, span, U, times, out):
@@ -361,7 +362,7 @@ def test_what_is_touched_all_along_changes_its_mode_as_a_whole():
     then[1] = [[1, 5, 3, 5], [1, 2, -1, -1]]
     scene = SimpleNamespace(ns=2, expand=lambda m, g: SimpleNamespace(then=then))
     s = Signature(np.array([[0, -1, 1, 0, 0]]), np.zeros(1), 2.0, 1, 0.0)
-    motion = SimpleNamespace(states=states, forcing=lambda T_, t, joined: None)
+    motion = SimpleNamespace(states=states, forcing=lambda T_, t, joined: forced.append((joined[0], t)))
     whole = SimpleNamespace(span=2.0, nodes=s.nodes)
     problem = SimpleNamespace(equations=SimpleNamespace(numbers_at=lambda p: T, motion=motion, kernel=kernel, weights=None),
                               sequence=s,
@@ -376,6 +377,7 @@ def test_what_is_touched_all_along_changes_its_mode_as_a_whole():
     off[1, 3] = -0.3 * appearing.NEAR
     assert found() == [([[m, -1, m, 0, 0]], "x1") for m in (3, 5)]
     assert phases[0] == pytest.approx(np.linspace(0.0, 2.0, count, endpoint=False))
+    assert all(t == pytest.approx(2.0 * time) for time, t in forced) and len(forced) == 2 * count  # a forcing period is 2
     off[1, 3] = 0.0
     assert [new[0][0] for new, _ in found()] == [3, 5, 2]
     off[0, count - 1] = 4.0 * appearing.NEAR

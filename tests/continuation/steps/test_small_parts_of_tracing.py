@@ -46,7 +46,7 @@ def test_a_step_goes_straight_to_a_bound_that_it_would_pass():
     """Shortened so that the parameter is that of the bound, which is kept; from a bound itself nothing is shortened."""
     (new, cause), asked = stepped(0.4, 0.1)
     assert asked == [([3.05, pytest.approx(0.6)], False)] and cause == ("judged", 0.1, False) and new.p == pytest.approx(0.6)
-    for ds, bound in ((0.5, 1.0), (-0.5, 0.0)):
+    for ds, bound in ((0.7, 1.0), (-0.5, 0.0)):
         (new, cause), asked = stepped(0.4, ds)
         length = (bound - 0.4) / 2.0
         assert asked == [([pytest.approx(3.0 + 0.5 * length), bound], True)] and cause == ("judged", pytest.approx(length), True)
