@@ -196,7 +196,8 @@ def test_a_guard_at_a_time_of_any_period(tau, begins, monkeypatch):
 
 
 @pytest.mark.parametrize("tau, half, mode, order", [
-    (0.6, False, 1, [2, 0, 1]), (0.6, True, 1, []), (0.75, True, 1, []), (1.75, False, 1, [2, 0, 1]), (1.8, True, 0, [0, 1]), (0.25, False, 0, [1, 2]),
+    (0.6, False, 1, [2, 0, 1]), (0.6, True, 1, []), (0.75, True, 1, []),
+    (1.75, False, 1, [2, 0, 1]), (1.8, True, 0, [0, 1]), (0.25, False, 0, [1, 2]),
     (0.25, True, 0, [1]), (0.5, True, 0, [1])])
 def test_the_map_of_an_orbit_from_any_time(tau, half, mode, order, monkeypatch):
     """The node at that time comes first, then the events in their order until the (half) period is over; a section there
