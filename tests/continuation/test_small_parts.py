@@ -4,12 +4,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bifurc.continuation import equilibria, resimulation
+from bifurc.continuation import equilibria, free_vibration, resimulation
 from bifurc.continuation import problem as problems
 from bifurc.continuation.curves import tracing as curve_tracing
 from bifurc.continuation.curves.problem import FARTHEST, ROUNDINGS, CurveProblem
 from bifurc.continuation.families import degree_of
 from bifurc.continuation.kinds import SpecialPointKind as Kind
+from bifurc.continuation.kinds import StopReason
 from bifurc.continuation.maps.base import Map
 from bifurc.continuation.maps.problem import CycleProblem
 from bifurc.continuation.monitors import WithMonitors
@@ -203,3 +204,26 @@ def test_rows_of_what_an_equilibrium_holds():
     A[0, 5, 2], T.n_holds[0] = 1.0, 0  # this memory follows a rate
     free, rows = equilibria.EquilibriumProblem._rows(problem)
     assert np.array_equal(free, np.eye(2)) and rows == pytest.approx(known[2:3])
+
+
+@pytest.mark.parametrize("still, lingers, found", [(True, True, StopReason.AT_REST), (False, True, StopReason.HOMOCLINIC),
+                                                   (True, False, StopReason.AT_REST), (False, False, None)])
+def test_ends_of_branches_over_the_energy(still, lingers, found, monkeypatch):
+    """What hardly moves is at rest, to a size of its own; what hardly comes back is homoclinic; other ends keep their names."""
+    asked = []
+
+    def small(orbits, x, size=None):
+        asked.append((orbits, x.tolist(), size))
+        return still
+
+    monkeypatch.setattr(free_vibration.autonomous, "small", small)
+    monkeypatch.setattr(free_vibration.autonomous, "homoclinic", lambda orbit: lingers and orbit == "orbit")
+    problem = SimpleNamespace(orbits="orbits", solution=lambda x: "orbit")
+
+    def named(reason):
+        return free_vibration.EnergyProblem.named_end(problem, np.array([1.0, 2.0, 3.0]), reason, "m")
+
+    assert named(StopReason.BOUND) == (StopReason.BOUND, "m") and not asked
+    for reason in free_vibration.ENDED:
+        assert named(reason) == ((reason, "m") if found is None else (found, ""))
+    assert asked == [("orbits", [1.0, 2.0], free_vibration.STILL)] * len(free_vibration.ENDED)

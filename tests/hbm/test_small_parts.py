@@ -1,7 +1,10 @@
 """Small functions of harmonic balance one by one: rows, first order forms, phases and guards, against numpy."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from bifurc.hbm.balance import GRID, LEAST_GRID, Balance
 from bifurc.hbm.condensation.condensed import _independent
 from bifurc.hbm.condensation.receptance import _first_order
 from bifurc.hbm.contacts import event_driven, sampled
@@ -84,3 +87,21 @@ def test_the_first_cell_in_which_a_guard_may_be_zero(first, values, slopes, add,
             assert unquiet(2, np.array(guards, float), rates, offset, ignored, first) == found
         assert unquiet(2, np.array(guards, float), rates, offset, [0, 1], first) == first
     assert unquiet(0, np.zeros((0, 4)), np.zeros((0, 4)), [], [], 1) == 4
+
+
+@pytest.mark.parametrize("samples", [0, 12])
+def test_the_grid_of_a_balance_is_fine_for_its_highest_harmonic(samples):
+    """Waves and excitations at its nodes, the last one a period behind the first; derivatives by the angle."""
+    waves, excited = np.array([0, 1, 1, 30, 30]), np.array([0, 1, 4])  # constant, cos 1, sin 30
+    balance = SimpleNamespace(samples=samples, parts=SimpleNamespace(shape=SimpleNamespace(waves=waves, excited=excited)))
+    grid = Balance.grid.func(balance)
+    nodes = samples or max(LEAST_GRID, GRID * 30)
+    angle = 2.0 * np.pi * np.arange(nodes + 1) / nodes
+    assert grid.samples == samples
+    for i, k in enumerate((1, 30)):
+        assert grid.cosines[i] == pytest.approx(np.cos(k * angle), abs=1e-12)
+        assert grid.sines[i] == pytest.approx(np.sin(k * angle), abs=1e-12)
+    zero = np.zeros_like(angle)
+    known = [zero, np.cos(angle), np.sin(30 * angle)], [zero, -np.sin(angle), 30 * np.cos(30 * angle)]
+    np.testing.assert_allclose(grid.excite, known[0], atol=1e-12)
+    np.testing.assert_allclose(grid.dexcite, known[1], atol=1e-10)
