@@ -493,3 +493,17 @@ def test_starts_of_one_value_are_labelled_until_nothing_new_is_found(monkeypatch
     assert found[0] == 1 and sorted(found) == [0, 1, 2]
     per = {k: sum(1 for x in range(100) if x // 25 == k and x % 10) for k in range(4)}
     assert counts == {"counts": [per[k] for k in found], "outside": 10, "unresolved": per[3], "starts": 100}
+
+
+def test_a_sweep_that_is_read_has_numbers_for_the_names_of_its_tracks(monkeypatch):
+    """JSON knows keys of text only: parents and failures are looked up by numbers."""
+    module = sweeps.Sweep.from_record.__func__.__globals__
+    monkeypatch.setitem(module, "unpacked_points", lambda header, arrays, elements: [["a"], ["b", "c"]])
+    for name in ("System", "Region"):
+        monkeypatch.setitem(module, name, type(name, (), {"from_record": staticmethod(lambda record, *more: record)}))
+    header = {"attractors": None, "system": "system", "parameter": "p", "numbers": [[0], [0, 1]], "counts": [[5], [3, 2]],
+              "parents": {"1": 0, "12": 1}, "region": "region", "options": {}, "failures": {"3": "why"}, "key": "key"}
+    arrays = {name: np.arange(2) for name in ("values", "unresolved", "outside", "starts")}
+    read = sweeps.Sweep.from_record(header, arrays)
+    assert read.parents == {1: 0, 12: 1} and read.failures == {3: "why"}
+    assert read.numbers == ((0,), (0, 1)) and read.counts == ((5,), (3, 2)) and read.attractors == (("a",), ("b", "c"))

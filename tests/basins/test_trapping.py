@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bifurc.basins.attractors.trapping import MARGIN, _numbers, _places, touches, trapping
+from bifurc.basins.attractors.trapping import MARGIN, _closed, _numbers, _places, touches, trapping
 from bifurc.ensemble.outcomes import REACHED
 
 CENTRE = np.array([0.37, -1.21])
@@ -49,3 +49,20 @@ def test_a_spiral_has_a_trapping_union_that_holds_its_sample():
 @pytest.mark.parametrize("factor", [1.0 + 1e-2, 2.0])
 def test_a_spiral_outwards_has_none(factor):
     assert trapping(Spiral(factor), CENTRE + 1e-3 * SCALE * np.array([[1.0, 0.3]]), SCALE, 0.05) is None
+
+
+@pytest.mark.parametrize("away", [0.0, 3.0])
+def test_a_closed_union_holds_all_boxes_that_it_began_with_and_all_their_images(away):
+    """A contraction, and points beside its centre: nothing comes back to the boxes of the points, which belong to the union."""
+    width, points = 0.25, CENTRE + SCALE * (np.array([[0.1, 0.2], [-0.3, 0.0]]) + away)
+    carrier = Spiral(0.5)
+    boxes = _closed(carrier, points, SCALE, width)
+    if away:
+        assert boxes is None or {tuple(b) for b in np.floor(points / SCALE / width).tolist()} <= {tuple(b) for b in boxes.tolist()}
+        return
+    known = {tuple(b) for b in boxes.tolist()}
+    assert {tuple(b) for b in np.floor(points / SCALE / width).tolist()} <= known
+    corner = np.array([(a, b) for a in (0.0, 0.5, 1.0) for b in (0.0, 0.5, 1.0)])
+    starts = ((boxes[:, None] + corner) * width * SCALE).reshape(-1, 2)
+    ends = carrier.propagate(starts, 1).ends
+    assert {tuple(b) for b in np.floor(ends / SCALE / width).tolist()} <= known
