@@ -12,7 +12,7 @@ import copy
 import functools
 import itertools
 import math
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Collection, Hashable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
 from .writer import bind
 
 CLOSURE = 64  # scenes of at most so many reachable modes are built at once
+DISORDER = 1e-9  # of the lengths in it: memory so far from its order is in order
 
 
 class GuardOf(NamedTuple):
@@ -203,14 +204,32 @@ class Scene:
             self._pack()
         return found
 
-    def start_modes(self) -> Iterator[int]:
-        """Yield the modes that may hold at a start, in the order they are tried: first keys of all elements first."""
-        for keys in self._start_keys():
+    def start_modes(self, unordered: Collection[int] = ()) -> Iterator[int]:
+        """Yield the modes that may hold at a start, in the order they are tried: first keys of all elements first.
+
+        The memory of the elements ``unordered`` is not such as their own starts rely on, see `disordered`.
+        """
+        for keys in self._start_keys(unordered):
             yield self.index(keys)
 
-    def _start_keys(self) -> Iterator[tuple]:
+    def disordered(self, X: np.ndarray) -> dict[int, np.ndarray]:
+        """Return the elements whose memory, in some of the states ``X`` (N, nx or ns), their starts do not rely on: which (N,).
+
+        See `Element.ordered`.
+        """
+        found = {}
+        for e, element in enumerate(self.system.elements):
+            if element.ordered is not None:
+                W, room = element.ordered
+                z = X[:, self.slices[e]]
+                past = np.abs(z @ W.T) - room > DISORDER * (np.abs(z) @ np.abs(W).T + room + np.max(room, initial=0.0))
+                if past.any():
+                    found[e] = past.any(axis=1)
+        return found
+
+    def _start_keys(self, unordered: Collection[int] = ()) -> Iterator[tuple]:
         """Yield the keys of start modes.  Of contacts that hold the same rows (two frictions on one mass) one holds them."""
-        starts = [element.start for element in self.system.elements]
+        starts = [(element.unordered,) if e in unordered else element.start for e, element in enumerate(self.system.elements)]
         for changes in range(sum(len(keys) - 1 for keys in starts) + 1):
             for choice in itertools.product(*(range(min(len(keys), changes + 1)) for keys in starts)):
                 if sum(choice) == changes:

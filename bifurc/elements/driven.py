@@ -52,6 +52,8 @@ class Driven(Element):
     memory = property(lambda self: self.element.memory)
     virgin = property(lambda self: self.element.virgin)
     harmonics = property(lambda self: self.element.harmonics)
+    ordered = property(lambda self: self.element.ordered)
+    unordered = property(lambda self: self.element.unordered)
 
     @property
     def parameters(self):

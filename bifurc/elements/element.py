@@ -6,6 +6,8 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ..renamed import deprecated
 from .checks import number
 from .local import Affine, Core
@@ -32,6 +34,7 @@ class Element:
     * ``harmonics``: harmonics of the excitation that occur in its expressions (those of the site are found),
     * ``memory``: names of its memory states; ``virgin``: their values, affine in u and s, where a start gives none
       (default: zeros),
+    * ``ordered``: what memory its modes of a start rely on; ``unordered``: key of a start with other memory (default: any is right),
     * ``stored_energy(u)``: its energy at given coordinates, if it keeps energy (default: not known),
     * ``surface`` or ``ring``: the `Surface` or `Ring` that pictures show (default: none),
     * ``mirrored()``: the element seen after u -> -u and half a period, or None when that is not known;
@@ -61,6 +64,8 @@ class Element:
     harmonics: ClassVar[tuple[int, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
     virgin: ClassVar[tuple[Affine, ...]] = ()
+    ordered: ClassVar[tuple[np.ndarray, np.ndarray] | None] = None  # W, c: memory z with |W z| <= c is; None: all is
+    unordered: ClassVar[Hashable | None] = None  # key of a start with other memory
     isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
     delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
 
