@@ -26,7 +26,6 @@ from .tables import MODAL, NUMBERS, Tables, allocate, keep, rebuild
 from .writer import bind
 
 CLOSURE = 64  # scenes of at most so many reachable modes are built at once
-DISORDER = 1e-9  # of the lengths in it: memory so far from its order is in order
 
 
 class GuardOf(NamedTuple):
@@ -219,12 +218,10 @@ class Scene:
         """
         found = {}
         for e, element in enumerate(self.system.elements):
-            if element.ordered is not None:
-                W, room = element.ordered
-                z = X[:, self.slices[e]]
-                past = np.abs(z @ W.T) - room > DISORDER * (np.abs(z) @ np.abs(W).T + room + np.max(room, initial=0.0))
+            if element.unordered is not None:
+                past = ~element.ordered(X[:, self.slices[e]])
                 if past.any():
-                    found[e] = past.any(axis=1)
+                    found[e] = past
         return found
 
     def _start_keys(self, unordered: Collection[int] = ()) -> Iterator[tuple]:

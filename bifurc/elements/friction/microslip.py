@@ -25,6 +25,7 @@ STICK = "stick"
 STUCK = "s"
 TURNED = str.maketrans("+-", "-+")
 TIES = 1e-10  # of the drive: sliders whose turns differ by less slip together
+DISORDER = 1e-9  # of the lengths in it: memory so far from its order is in order
 CLOSE = 1e-11  # of the limit: sliders so near to theirs are at it
 
 
@@ -113,8 +114,8 @@ class SliderSet(Sliders):
         return STUCK * self.count
 
     @functools.cached_property
-    def ordered(self):
-        """Every slider turns after those before it in `order` whichever way the drive goes: |W z| <= c, see `Element.ordered`."""
+    def _room(self) -> tuple[np.ndarray, np.ndarray]:
+        """W and c of |W z| <= c: every slider turns after those before it in `order`, whichever way the drive goes."""
         rows, room, slips = [], [], ()
         for group, threshold in zip(self.order, self.thresholds, strict=True):
             now, first = self.response(slips), group[0]
@@ -181,12 +182,19 @@ class SliderSet(Sliders):
         left = tuple(i for group in self.order for i in group if i not in slips)
         force, places = self.expressions(sign, slips, (*slips, *left))
         springs = {i: self.stiffness_of(i) * (places[i] - Affine({("z", i): 1.0})) for i in left}
-        guards = [Guard(-sign * s(0), EventKind.STICK, (self.unordered,))] if slips else []
+        memory = self._followed(sign, slips, places)
+        guards = [Guard(-sign * s(0), EventKind.STICK, _Stopping(self, memory))] if slips else []
         for i in left:
             for way in (1.0, -1.0):  # against the motion none slips, but a start may be beyond that limit
                 guards.append(Guard(way * springs[i] - self.limits[i], EventKind.SLIP,
                                     _Slipping(self, i, way, slips if way == sign else (), springs)))
-        return Mode(force=(-force,), memory=self._followed(sign, slips, places), guards=tuple(guards))
+        return Mode(force=(-force,), memory=memory, guards=tuple(guards))
+
+    def ordered(self, z):
+        """Return whether every slider turns after those before it in `order`, but for rounding."""
+        W, room = self._room
+        size = np.abs(z) @ np.abs(W).T + room + np.max(room, initial=0.0)
+        return np.all(np.abs(z @ W.T) - room <= DISORDER * size, axis=-1)
 
     def key_of(self, slips, way: float) -> str:
         """Return the key of the mode in which some sliders slip; all that ever slip are in order."""
@@ -209,6 +217,19 @@ class SliderSet(Sliders):
             return guard
         first = 0 if key in (STICK, self.unordered) else 1  # the reversal
         return guard if guard < first else first + (guard - first ^ 1)
+
+
+@dataclass(frozen=True)
+class _Stopping:
+    """What follows where the drive turns: all stick, in order where the memory is by now."""
+
+    sliders: SliderSet
+    memory: tuple[Algebraic | None, ...]
+
+    def __call__(self, value) -> tuple[str, ...]:
+        """Return the keys."""
+        z = [value(Affine({("z", i): 1.0}) if follows is None else follows.value) for i, follows in enumerate(self.memory)]
+        return (STICK, self.sliders.unordered) if self.sliders.ordered(np.array(z)) else (self.sliders.unordered,)
 
 
 @dataclass(frozen=True)
