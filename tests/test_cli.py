@@ -70,7 +70,7 @@ def said(capsys, *arguments):
         (["hysteresis", "micro_slip_strip", "--out", "/dev/null/x"], ["--out", "/dev/null"]),
         (["hysteresis", "micro_slip_strip", "--set", "loads=1,x"], ["loads", "numbers with commas", "'1,x'"]),
         (["hysteresis", "micro_slip_strip", "--set", "load_amplitude=x"], ["load_amplitude", "float", "'x'"]),
-        (["basins", "impact_oscillator", "--window", "q0", "0", "1", "--window", "q0", "0", "2"], ["once a component", "q0 and q0"]),
+        (["basins", "impact_oscillator", "--window", "q0", "0", "1", "--window", "q0", "0", "2"], ["once a component"]),
         (["frf", "friction_damped_oscillator", "--vary", "n", "1", "2"], ["'n' = 15 cannot vary continuously"]),
         (["frf", "jenkins_oscillator", "--parameter", "mass"], ["'mass'", "zeta, omega"]),
         (["frf", "impact_oscillator", "--set", "gap=0", "--parameter", "gap"], ["--bounds", "gap"]),
@@ -114,8 +114,8 @@ def test_foreign_files_are_left_alone_and_told_before_the_work(capsys, tmp_path,
 
 def test_values_that_are_none_by_default_can_be_set(capsys, tmp_path):
     """Two blocks joined by a spring so weak that the second feels nothing: 4 F (A - F/k) of a single contact."""
-    code, out, _ = said(capsys, "hysteresis", "micro_slip_strip", "--set", "n=2", "loads=1,4", "friction=0.5", "amplitude=2", "area=1",
-                        "modulus=1e-9", "length=2", "width=1", "contact=1", "--out", str(tmp_path))
+    numbers = ("n=2", "loads=1,4", "friction=0.5", "amplitude=2", "area=1", "modulus=1e-9", "length=2", "width=1", "contact=1")
+    code, out, _ = said(capsys, "hysteresis", "micro_slip_strip", "--set", *numbers, "--out", str(tmp_path))
     assert code == 0
     assert float(out.split("work a period ")[1].split(",")[0]) == pytest.approx(4.0 * 0.5 * (2.0 - 0.5), rel=1e-6)
     assert cli.main(["hysteresis", "macro_slip_contact", "--set", "load=40", "load_phase=None", "--out", str(tmp_path)]) == 0

@@ -11,7 +11,7 @@ from bifurc.ensemble.integrator import Integrator
 
 
 def chain_turns(chain, w, drives):
-    """Return memory (n,) after a drive that goes straight from one value to the next: springs' energy and friction's work are least.
+    """Return memory (n,) after a drive that goes straight from one value to the next: springs' energy and lost work are least.
 
     The work is that of |w - w before|, with all blocks but the first free; one slider after the other, until none moves.
     """
