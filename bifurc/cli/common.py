@@ -82,7 +82,7 @@ def set_values(name: str, settings: list[str]) -> dict[str, Any]:
     Lists of numbers are written with commas between them; ``None`` is what it is where the builder allows it.
     """
     kinds = typing.get_type_hints(getattr(bf.systems, name))
-    changes = {}
+    changes: dict[str, Any] = {}
     for item in settings:
         key, equals, text = item.partition("=")
         if not equals:

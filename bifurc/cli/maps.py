@@ -106,7 +106,7 @@ def boundary(edge: Any) -> Any:
 def forget(file: Path, kind: str) -> None:
     """Remove a result of a kind and the chunk files of its unfinished run; anything else is left alone, with an error."""
     from bifurc.jobs.resumable import replaceable  # the command line starts without numba
-    from bifurc.jobs.store import ChunkStore
+    from bifurc.jobs.store import ChunkStore  # likewise
 
     replaceable(file, kind)
     file.unlink(missing_ok=True)

@@ -112,6 +112,8 @@ class Scene:
         Laws that are not affine; the tables hold their places, rows, pushes and values, and in A the affine rest.
     bound : ndarray (2,)
         Addresses of what is compiled for these laws, zeros before; part of all tables with these laws.
+    divisions : dict
+        What was found about event sequences with the numbers of this scene, kept by those who ask it again and again.
     sampled : dict
         How the numbers depend on parameters, kept by those who sample them for all systems made from each other.
     """
@@ -139,6 +141,7 @@ class Scene:
         self._leads: list[Leads] = []
         self._algebraic: dict[int, list] = {}
         self.sampled: dict[tuple, tuple] = {}
+        self.divisions: dict[tuple, np.ndarray] = {}
         self._reach: list[tuple[int, Hashable]] | None = None
         self.laws: tuple[SceneLaw, ...] = ()
         self._blocks: list[Block] = []
@@ -169,7 +172,7 @@ class Scene:
         other.keys, other._index, other._holds, other._leads = (
             self.keys.copy(), self._index.copy(), self._holds.copy(), self._leads.copy())
         other._buildable = dict.fromkeys(self.keys, True)
-        other._algebraic = {}
+        other._algebraic, other.divisions = {}, {}
         other.tables = self._rebuilt(other._filled(other._packer)) if tables is None else tables
         return other
 
@@ -431,7 +434,7 @@ class Scene:
             known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
             if known:  # whoever integrates with kernels in hand goes on with the new tables
                 bind(self)
-        self._blocks = self._packer.blocks(self.keys, laws)
+        self._blocks, self.divisions = self._packer.blocks(self.keys, laws), {}
         tables = self._allocate()
         self._layout = layout(tables)
         self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws, self._blocks,

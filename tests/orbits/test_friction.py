@@ -169,6 +169,7 @@ def test_the_monodromy_has_the_rows_of_memory_that_follows():
     begin = orbit.events[0].time - 1e-9 * orbit.period
     state, h = bf.simulate(system, orbit.state, duration=begin).final, 1e-6
     for column, direction in ((0, (1.0, 0.0, 1.0)), (1, (0.0, 1.0, 0.0))):
-        more, less = (bf.simulate(system, state + sign * h * np.array(direction), periods=1, t0=begin).final for sign in (1.0, -1.0))
+        step = h * np.array(direction)
+        more, less = (bf.simulate(system, state + sign * step, periods=1, t0=begin).final for sign in (1.0, -1.0))
         assert orbit.monodromy[:, column] == pytest.approx((more - less) / (2.0 * h), rel=0, abs=1e-6)
     assert np.all(orbit.monodromy[:, 2] == 0.0)

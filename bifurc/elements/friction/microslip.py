@@ -6,7 +6,9 @@ does (Masing 1926; specs: Zhao & Lin 2015, sections 2 and 3, derived again).  A 
 groups of sliders slip: 2 n + 1 modes with two guards each instead of 3^n, and a reversal is one event.
 
 Memory that no drive leaves (of other limits, or as somebody gave it) breaks that order.  What starts with such has modes that name
-the sliders that slip, with the guards of all that stick; when all slip the order is there.
+the sliders that slip, with the guards of all that stick; when the drive turns in order again, or all slip, the usual ones follow.
+
+One file, because order, modes, words and the two sets are one statics.
 """
 import dataclasses
 import functools
@@ -116,7 +118,8 @@ class SliderSet(Sliders):
     @functools.cached_property
     def _room(self) -> tuple[np.ndarray, np.ndarray]:
         """W and c of |W z| <= c: every slider turns after those before it in `order`, whichever way the drive goes."""
-        rows, room, slips = [], [], ()
+        rows, room = [], []
+        slips: tuple[int, ...] = ()
         for group, threshold in zip(self.order, self.thresholds, strict=True):
             now, first = self.response(slips), group[0]
             turns = (np.eye(self.count) - now.held) / np.where(now.drive != 0.0, now.drive, np.inf)[:, None]
