@@ -65,6 +65,16 @@ def said(capsys, *arguments):
         (["basins", "belt_oscillator", "--section", "v0", "x"], ["finite number", "'x'"]),
         (["basins", "impact_oscillator", "--section", "v0"], ["--section is for systems without excitation"]),
         (["completion", "tcsh"], ["bash", "zsh", "fish"]),
+        (["explore", "oil_film_rotor"], ["oil_film_rotor has no ready story"]),
+        (["explore", "micro_slip_ring"], ["bifurc hysteresis micro_slip_ring"]),
+        (["hysteresis", "micro_slip_strip", "--out", "/dev/null/x"], ["--out", "/dev/null"]),
+        (["hysteresis", "micro_slip_strip", "--set", "loads=1,x"], ["loads", "numbers with commas", "'1,x'"]),
+        (["hysteresis", "micro_slip_strip", "--set", "load_amplitude=x"], ["load_amplitude", "float", "'x'"]),
+        (["basins", "impact_oscillator", "--window", "q0", "0", "1", "--window", "q0", "0", "2"], ["once a component"]),
+        (["frf", "friction_damped_oscillator", "--vary", "n", "1", "2"], ["'n' = 15 cannot vary continuously"]),
+        (["frf", "jenkins_oscillator", "--parameter", "mass"], ["'mass'", "zeta, omega"]),
+        (["frf", "impact_oscillator", "--set", "gap=0", "--parameter", "gap"], ["--bounds", "gap"]),
+        (["atlas", "impact_oscillator", "--measure", "speed"], ["'speed'", "max_0"]),
     ],
 )
 def test_bad_requests_are_answered_in_one_line_with_code_2(capsys, tmp_path, monkeypatch, arguments, words):
@@ -76,6 +86,48 @@ def test_bad_requests_are_answered_in_one_line_with_code_2(capsys, tmp_path, mon
     for word in words:
         assert word in err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        (["trace", "impact_oscillator"], "impact_oscillator_omega_3.npz"),
+        (["trace", "impact_oscillator"], "impact_oscillator_basins.npz"),
+        (["trace", "impact_oscillator", "--no-basins", "--save", "{}/mine.npz"], "mine.npz"),
+        (["frf", "jenkins_oscillator"], "jenkins_oscillator_frf_1.npz"),
+        (["frf", "friction_damped_oscillator"], "friction_damped_oscillator_peaks_micro.npz"),
+        (["basins", "impact_oscillator"], "impact_oscillator_basins.npz"),
+        (["basins", "impact_oscillator", "--no-resume"], "impact_oscillator_basins.npz"),
+        (["sweep", "impact_oscillator", "--no-resume"], "impact_oscillator_omega_sweep.npz"),
+        (["atlas", "impact_oscillator", "--no-resume"], "impact_oscillator_omega_atlas.npz"),
+    ],
+)
+def test_foreign_files_are_left_alone_and_told_before_the_work(capsys, tmp_path, monkeypatch, arguments, file):
+    for name in ("trace", "find_orbit", "sweep", "atlas", *(["basins_of_attraction"] if arguments[2:] else [])):
+        monkeypatch.setattr(bf, name, None, raising=False)  # a map that goes on is told by its function
+    place = tmp_path / file
+    place.write_text("notes of somebody")
+    code, _, err = said(capsys, *(item.format(tmp_path) for item in arguments), "--quiet", "--out", str(tmp_path))
+    assert code == 2 and file in err and "It is left alone" in err and err.count("\n") == 1
+    assert place.read_text() == "notes of somebody" and [*tmp_path.iterdir()] == [place]
+
+
+def test_values_that_are_none_by_default_can_be_set(capsys, tmp_path):
+    """Two blocks joined by a spring so weak that the second feels nothing: 4 F (A - F/k) of a single contact."""
+    numbers = ("n=2", "loads=1,4", "friction=0.5", "amplitude=2", "area=1", "modulus=1e-9", "length=2", "width=1", "contact=1")
+    code, out, _ = said(capsys, "hysteresis", "micro_slip_strip", "--set", *numbers, "--out", str(tmp_path))
+    assert code == 0
+    assert float(out.split("work a period ")[1].split(",")[0]) == pytest.approx(4.0 * 0.5 * (2.0 - 0.5), rel=1e-6)
+    assert cli.main(["hysteresis", "macro_slip_contact", "--set", "load=40", "load_phase=None", "--out", str(tmp_path)]) == 0
+    loops = bf.hysteresis(bf.systems.macro_slip_contact(load=40.0)).loops
+    assert f"work a period {loops[0].work:.9g}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", bf.systems.__all__)
+def test_what_info_prints_can_be_set(name):
+    """The lines of ``bifurc info`` are arguments."""
+    for parameter, value in getattr(bf.systems, name)().parameters.items():
+        assert common.set_values(name, [f"{parameter}={value}"]) == {parameter: value}
 
 
 def test_info_lists_versions_folder_and_systems(capsys):

@@ -313,7 +313,7 @@ def test_a_run_of_an_atlas(monkeypatch, tmp_path, capsys):
     asked, forgotten = [], []
     found = SimpleNamespace(report=lambda: "the report", plot=lambda ax, measure: asked.append(("plot", measure)), failures=())
     monkeypatch.setattr(bf, "atlas", lambda *arguments, **more: asked.append((arguments, more)) or found)
-    monkeypatch.setattr(atlas, "forget", forgotten.append)
+    monkeypatch.setattr(atlas, "forget", lambda file, kind: forgotten.append(file))
     monkeypatch.setattr(bf.plotting, "save_figure", lambda figure, path: path)
     arguments = [
         "atlas",

@@ -193,3 +193,21 @@ def test_load_names_unknown_kinds(tmp_path):
     path = io.write(tmp_path / "x.npz", {"kind": "recipe"}, {})
     with pytest.raises(io.FileFormatError, match="'recipe'.*basins, branch.*orbit"):
         bf.load(path)
+
+
+@pytest.mark.parametrize("name", ["system", "closure", "nodes", "unknowns"])
+def test_a_record_that_lacks_something_is_told_with_its_file(tmp_path, name):
+    path = tmp_path / "orbit.npz"
+    bf.find_orbit(bf.systems.impact_oscillator(omega=0.6)).save(path)
+    header, arrays = io.read(path)
+    assert (name in header) + (name in arrays) == 1
+    for wrong in ("missing", None, "x"):
+        changed = {key: value for key, value in header.items() if key != name}
+        fewer = {key: value for key, value in arrays.items() if key != name}
+        if wrong != "missing" and name in header:
+            changed[name] = wrong
+        elif wrong == "x":
+            fewer[name] = np.array(["x"])
+        io.write(path, changed, fewer)
+        with pytest.raises(io.FileFormatError, match=r"orbit\.npz holds a 'orbit' that cannot be read: .*\w"):
+            bf.load(path)

@@ -5,7 +5,7 @@ import inspect
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import add_window, folder_of, number, range_of, say_saved, system_of, window_of
+from .common import add_window, check_measure, folder_of, number, range_of, say_saved, system_of, window_of
 from .maps import forget
 
 
@@ -31,12 +31,14 @@ def run_atlas(options: argparse.Namespace) -> int:
     parameter = system.parameter_name(options.parameter or story.parameter)
     low, high = range_of(options, system, story, parameter)
     region = window_of(options, story)
+    if options.measure is not None:
+        check_measure(options.measure, system, ("period", "n_events"))
     folder = folder_of(options.out)
     stem = f"{name}_{parameter}_atlas"
     print(f"{system!r}: {parameter} from {low:g} to {high:g}", flush=True)
     warm_up()
     if not options.resume:
-        forget(folder / f"{stem}.npz")
+        forget(folder / f"{stem}.npz", "atlas")
     found = bf.atlas(system, parameter, (low, high), region, samples=options.samples, periods=options.periods,
                      workers=options.workers, file=folder / f"{stem}.npz")
     print(found.report())

@@ -14,7 +14,7 @@ from bifurc.orbits.concentric import concentric
 from bifurc.warm import warm_up
 
 from . import maps
-from .common import UsageError, check_measure, folder_of, number, range_of, reason, say_saved, system_of
+from .common import UsageError, check_files, check_measure, folder_of, number, range_of, reason, say_saved, system_of
 
 BRANCHES = 12  # at most, followed from one start
 
@@ -71,6 +71,10 @@ def traced(options: argparse.Namespace) -> tuple[int, dict]:
     low, high = range_of(options, system, story, parameter)
     start = system.with_parameters(**{parameter: min(max(value, low), high)})
     stem = f"{name}_{parameter}"
+    folder = Path(options.out)
+    check_files(*(folder / f"{stem}_{end}.npz" for end in (*range(1, BRANCHES + 1), "rest")),
+                *([] if options.save is None else [Path(options.save)]),
+                *([folder / f"{name}_basins.npz"] if options.basins else []))
     print(f"{system!r}: {parameter} from {low:g} to {high:g}", flush=True)
     warm_up()
 

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import bifurc as bf
 
+from .common import check_files
+
 
 def add(commands) -> None:
     """Add the command to the parser."""
@@ -19,6 +21,9 @@ def add(commands) -> None:
 def run_certify(options: argparse.Namespace) -> int:
     """Prove a saved orbit, or a saved branch from row to row; write the certificate beside the file."""
     result = bf.load(options.file)
+    place = Path(options.file)
+    target = place.with_name(f"{place.stem}.certificate.npz")
+    check_files(target)
     branch = isinstance(result, bf.Branch)
     if not (branch or isinstance(result, bf.PeriodicOrbit)):
         raise ValueError(f"{options.file} holds a {type(result).__name__}; orbits and branches can be proved")
@@ -32,8 +37,6 @@ def run_certify(options: argparse.Namespace) -> int:
     for part in parts:
         print(f"  {part!r}")
     print(certificate.message)
-    place = Path(options.file)
-    target = place.with_name(f"{place.stem}.certificate.npz")
     certificate.save(target)
     print(f"saved {target}")
     return 0 if certificate.proved else 1

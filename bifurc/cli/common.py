@@ -3,11 +3,14 @@ import argparse
 import math
 import os
 import re
+import types
+import typing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import bifurc as bf
+from bifurc import io
 
 
 @dataclass(frozen=True)
@@ -74,18 +77,27 @@ def system_name(system: str) -> str:
 
 
 def set_values(name: str, settings: list[str]) -> dict[str, Any]:
-    """Return the values of ``NAME=VALUE`` by name, in the types of the builder's own."""
-    kinds = {key: type(value) for key, value in getattr(bf.systems, name)().parameters.items()}
-    changes = {}
+    """Return the values of ``NAME=VALUE`` by name, in the types that the builder declares.
+
+    Lists of numbers are written with commas between them; ``None`` is what it is where the builder allows it.
+    """
+    kinds = typing.get_type_hints(getattr(bf.systems, name))
+    changes: dict[str, Any] = {}
     for item in settings:
         key, equals, text = item.partition("=")
         if not equals:
             raise UsageError(f"--set takes NAME=VALUE, got {item!r}")
-        kind = kinds.get(key, float)
+        declared = kinds.get(key, float)
+        kind, *others = typing.get_args(declared) if isinstance(declared, types.UnionType) else (declared,)
+        several = typing.get_origin(kind) is tuple
         try:
-            changes[key] = kind(text)
+            if text == "None" and others:
+                changes[key] = None
+            else:
+                changes[key] = tuple(float(part) for part in text.split(",")) if several else kind(text)
         except ValueError:
-            raise UsageError(f"--set {key} takes a value of type {kind.__name__}, got {text!r}") from None
+            words = "numbers with commas between them" if several else f"a value of type {kind.__name__}"
+            raise UsageError(f"--set {key} takes {words}, got {text!r}") from None
     return changes
 
 
@@ -95,13 +107,17 @@ def system_of(options: argparse.Namespace) -> tuple[str, Any, Story]:
     if options.cells is not None and options.cells < 2:
         raise UsageError(f"--cells must be at least 2, got {options.cells}")
     if name not in STORIES:
-        if any(isinstance(element, bf.elements.Driven) for element in getattr(bf.systems, name)().elements):
-            raise UsageError(f"{name} is driven by a displacement: its motion is given; `bifurc hysteresis {name}` shows its "
-                             "forces")
-        raise UsageError(f"{name} has no ready story for the command line; in Python: "
-                         f"bf.trace(bf.find_orbit(bf.systems.{name}()), ...)")
+        raise no_story(name)
     check_outputs(options)
     return name, getattr(bf.systems, name)(**set_values(name, options.set)), STORIES[name]
+
+
+def no_story(name: str) -> UsageError:
+    """Return the error of a command that a system without a story cannot serve."""
+    if any(isinstance(element, bf.elements.Driven) for element in getattr(bf.systems, name)().elements):
+        return UsageError(f"{name} is driven by a displacement: its motion is given; `bifurc hysteresis {name}` shows its forces")
+    return UsageError(f"{name} has no ready story for the command line; in Python: "
+                      f"bf.trace(bf.find_orbit(bf.systems.{name}()), ...)")
 
 
 def range_of(options: argparse.Namespace, system: Any, story: Story, parameter: str) -> tuple[float, float]:
@@ -133,7 +149,12 @@ def add_window(command, words: str = "once a component") -> None:
 
 def window_of(options: argparse.Namespace, story: Story) -> dict[str, tuple[float, float]]:
     """Return the components of the starts and their ranges: those given, or those of the story."""
-    return {component: (number(low), number(high)) for component, low, high in options.window} if options.window else story.window
+    if not options.window:
+        return story.window
+    components = [component for component, *_ in options.window]
+    if len({*components}) < len(components):
+        raise UsageError(f"--window is given once a component, got {' and '.join(components)}")
+    return {component: (number(low), number(high)) for component, low, high in options.window}
 
 
 def check_outputs(options: argparse.Namespace) -> None:
@@ -145,6 +166,17 @@ def check_outputs(options: argparse.Namespace) -> None:
         raise UsageError(f"--out {options.out}: {folder} is {'not writable' if folder.is_dir() else 'a file'}")
     if options.workers is not None and options.workers < 1:
         raise UsageError(f"--workers must be at least 1, got {options.workers}")
+
+
+def check_files(*files: Path) -> None:
+    """Refuse, before any work, to write where something else than a result is.
+
+    Raises
+    ------
+    FileExistsError
+    """
+    for file in files:
+        io.replaceable(file)
 
 
 def check_measure(name: str, system: Any, extra: tuple[str, ...] = ()) -> str:

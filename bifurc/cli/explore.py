@@ -7,7 +7,7 @@ from pathlib import Path
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import STORIES, Parser, UsageError, number, set_values, system_name
+from .common import STORIES, Parser, UsageError, no_story, number, set_values, system_name
 
 
 def add(commands) -> None:
@@ -37,7 +37,7 @@ def run_explore(options: argparse.Namespace) -> int:
         name = system_name(options.what)
         story = STORIES.get(name)
         if story is None:
-            raise UsageError(f"{name} is driven by a displacement; `bifurc hysteresis {name}` shows its forces")
+            raise no_story(name)
         what, window = getattr(bf.systems, name)(**set_values(name, options.set)), story.window
         parameter = what.parameter_name(options.parameter or story.parameter)
         bounds = options.bounds or (story.bounds if parameter == story.parameter else None)

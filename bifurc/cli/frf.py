@@ -10,7 +10,7 @@ import numpy as np
 import bifurc as bf
 from bifurc.warm import warm_up
 
-from .common import UsageError, check_measure, folder_of, number, reason, say_saved, system_of
+from .common import UsageError, check_files, check_measure, folder_of, number, range_of, reason, say_saved, system_of
 
 FURTHER = 12  # responses beyond the end of a curve of peaks
 
@@ -48,8 +48,8 @@ def add(commands, shared) -> None:
 def run_frf(options: argparse.Namespace) -> int:
     """Trace frequency responses, check their peaks against the true motion, follow the peak over a second parameter."""
     name, system, story = system_of(options)
-    parameter = options.parameter or story.parameter
-    low, high = sorted(options.bounds or story.bounds)
+    parameter = system.parameter_name(options.parameter or story.parameter)
+    low, high = range_of(options, system, story, parameter)
     compared = _compared(name, system, options)
     check_measure(options.measure, system)
     if low == high:
@@ -58,10 +58,15 @@ def run_frf(options: argparse.Namespace) -> int:
         raise UsageError(f"--harmonics must be at least 1, got {options.harmonics}")
     measured = None if options.data is None else read_points(options.data)
     method = bf.HarmonicBalance(harmonics=options.harmonics)
+    folder = Path(options.out)
+    keyword, variants = compared.variants
+    files = {(variant, value): folder / f"{_stem(name, 'frf', variant, f'{value:g}' if compared.name else '')}.npz"
+             for variant in variants for value in compared.values}
+    curves = {variant: folder / f"{_stem(name, 'peaks', variant)}.npz" for variant in variants}
+    check_files(*files.values(), *curves.values())
     print(f"{system!r}: {parameter} from {low:g} to {high:g}, {options.harmonics} harmonics", flush=True)
     warm_up()
     folder = folder_of(options.out)
-    keyword, variants = compared.variants
     drawn: dict[str, tuple[list, Any, list]] = {}
     for variant in variants:
         chosen = system if not keyword else rebuilt(name, system, keyword, variant)
@@ -75,8 +80,7 @@ def run_frf(options: argparse.Namespace) -> int:
             if not orbit.success:
                 raise UsageError(f"no response at {compared.name} = {value:g}: {orbit.message}")
             branch = bf.trace(orbit, parameter, bounds=(low, high), peaks=options.measure, progress=not options.quiet)
-            stem = "_".join(filter(None, (name, "frf", variant, f"{value:g}" if compared.name else "")))
-            branch.save(folder / f"{stem}.npz")
+            branch.save(files[variant, value])
             branches.append(branch)
             for line in peak_lines(branch, options.measure, f"{value:g}" if compared.name else ""):
                 print(line)
@@ -86,7 +90,7 @@ def run_frf(options: argparse.Namespace) -> int:
         peaks = [(value, highest(branch, options.measure)) for value, branch in zip(compared.values, branches, strict=True)]
         if curve is not None:
             peaks += further(chosen, parameter, compared, (low, high), curve, method, options)
-            curve.save(folder / f"{'_'.join(filter(None, (name, 'peaks', variant)))}.npz")
+            curve.save(curves[variant])
             for point in curve.special_points:
                 if point.kind == "extremum" and point.name == options.measure:
                     print(f"extreme peak: {point.measures[options.measure]:.6g} at {compared.name} = "
@@ -94,6 +98,10 @@ def run_frf(options: argparse.Namespace) -> int:
         drawn[variant] = branches, curve, sorted(peak for peak in peaks if peak[1] is not None)
     draw(drawn, compared, name, folder, options, measured)
     return 0
+
+
+def _stem(*parts: str) -> str:
+    return "_".join(filter(None, parts))
 
 
 def read_points(path: str) -> np.ndarray:
@@ -198,6 +206,7 @@ def _compared(name: str, system: Any, options: argparse.Namespace) -> Comparison
         return _COMPARISONS.get(name, Comparison("", (0.0,), (0.0, 0.0)))
     varied, *texts = options.vary
     varied = system.parameter_name(varied)
+    system.parameter(varied)  # it varies
     values = tuple(sorted(number(text) for text in texts))
     if len(values) < 2:
         raise UsageError(f"--vary takes a parameter and two or more values, got {' '.join(options.vary)!r}")

@@ -4,7 +4,7 @@ import inspect
 
 import bifurc as bf
 
-from .common import folder_of, say_saved, set_values, system_name
+from .common import check_outputs, folder_of, say_saved, set_values, system_name
 
 
 def add(commands, shared) -> None:
@@ -18,6 +18,7 @@ def run_hysteresis(options: argparse.Namespace) -> int:
     """Find the periodic loops of a contact driven by a displacement; print events, work a period and slip; draw them."""
     name = system_name(options.system)
     system = getattr(bf.systems, name)(**set_values(name, options.set))
+    check_outputs(options)
     print(repr(system))
     loops = bf.hysteresis(system).loops
     figure, axes = bf.plotting.figure(3.6 * len(loops), 3.0, columns=len(loops))

@@ -66,7 +66,7 @@ def map_basins(name: str, system: Any, window: dict[str, tuple[float, float]], f
     grid = bf.Grid(**{component: (*bounds, cells) for component, bounds in window.items()})
     file = folder / f"{name}_basins.npz"
     if fresh:
-        forget(file)
+        forget(file, "basins")
     basins = bf.basins_of_attraction(system, grid, workers=options.workers, progress=not options.quiet, file=file,
                                      section=section)
     print(basin_table(basins))
@@ -103,10 +103,12 @@ def boundary(edge: Any) -> Any:
     return found
 
 
-def forget(file: Path) -> None:
-    """Remove a result and the chunk files of its unfinished run."""
-    from bifurc.jobs.store import ChunkStore  # the command line starts without numba
+def forget(file: Path, kind: str) -> None:
+    """Remove a result of a kind and the chunk files of its unfinished run; anything else is left alone, with an error."""
+    from bifurc.jobs.resumable import replaceable  # the command line starts without numba
+    from bifurc.jobs.store import ChunkStore  # likewise
 
+    replaceable(file, kind)
     file.unlink(missing_ok=True)
     if Path(f"{file}.chunks").is_dir():
         ChunkStore(f"{file}.chunks", {}).clear()

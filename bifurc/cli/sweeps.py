@@ -47,7 +47,7 @@ def run_sweep(options: argparse.Namespace) -> int:
     print(f"{system!r}: {parameter} at {options.points} values from {low:g} to {high:g}, {options.samples} starts each", flush=True)
     warm_up()
     if not options.resume:
-        forget(folder / f"{stem}.npz")
+        forget(folder / f"{stem}.npz", "sweep")
     found = bf.sweep(system, parameter, np.linspace(low, high, options.points), region, samples=options.samples,
                      workers=options.workers, progress=not options.quiet, file=folder / f"{stem}.npz")
     print(found.report())

@@ -12,7 +12,7 @@ import copy
 import functools
 import itertools
 import math
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Collection, Hashable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -112,6 +112,8 @@ class Scene:
         Laws that are not affine; the tables hold their places, rows, pushes and values, and in A the affine rest.
     bound : ndarray (2,)
         Addresses of what is compiled for these laws, zeros before; part of all tables with these laws.
+    divisions : dict
+        What was found about event sequences with the numbers of this scene, kept by those who ask it again and again.
     sampled : dict
         How the numbers depend on parameters, kept by those who sample them for all systems made from each other.
     """
@@ -139,6 +141,7 @@ class Scene:
         self._leads: list[Leads] = []
         self._algebraic: dict[int, list] = {}
         self.sampled: dict[tuple, tuple] = {}
+        self.divisions: dict[tuple, np.ndarray] = {}
         self._reach: list[tuple[int, Hashable]] | None = None
         self.laws: tuple[SceneLaw, ...] = ()
         self._blocks: list[Block] = []
@@ -169,7 +172,7 @@ class Scene:
         other.keys, other._index, other._holds, other._leads = (
             self.keys.copy(), self._index.copy(), self._holds.copy(), self._leads.copy())
         other._buildable = dict.fromkeys(self.keys, True)
-        other._algebraic = {}
+        other._algebraic, other.divisions = {}, {}
         other.tables = self._rebuilt(other._filled(other._packer)) if tables is None else tables
         return other
 
@@ -203,14 +206,30 @@ class Scene:
             self._pack()
         return found
 
-    def start_modes(self) -> Iterator[int]:
-        """Yield the modes that may hold at a start, in the order they are tried: first keys of all elements first."""
-        for keys in self._start_keys():
+    def start_modes(self, unordered: Collection[int] = ()) -> Iterator[int]:
+        """Yield the modes that may hold at a start, in the order they are tried: first keys of all elements first.
+
+        The memory of the elements ``unordered`` is not such as their own starts rely on, see `disordered`.
+        """
+        for keys in self._start_keys(unordered):
             yield self.index(keys)
 
-    def _start_keys(self) -> Iterator[tuple]:
+    def disordered(self, X: np.ndarray) -> dict[int, np.ndarray]:
+        """Return the elements whose memory, in some of the states ``X`` (N, nx or ns), their starts do not rely on: which (N,).
+
+        See `Element.ordered`.
+        """
+        found = {}
+        for e, element in enumerate(self.system.elements):
+            if element.unordered is not None:
+                past = ~element.ordered(X[:, self.slices[e]])
+                if past.any():
+                    found[e] = past
+        return found
+
+    def _start_keys(self, unordered: Collection[int] = ()) -> Iterator[tuple]:
         """Yield the keys of start modes.  Of contacts that hold the same rows (two frictions on one mass) one holds them."""
-        starts = [element.start for element in self.system.elements]
+        starts = [(element.unordered,) if e in unordered else element.start for e, element in enumerate(self.system.elements)]
         for changes in range(sum(len(keys) - 1 for keys in starts) + 1):
             for choice in itertools.product(*(range(min(len(keys), changes + 1)) for keys in starts)):
                 if sum(choice) == changes:
@@ -415,7 +434,7 @@ class Scene:
             known, self.laws, self.bound = self.bound.any(), laws, np.zeros(2, np.int64)
             if known:  # whoever integrates with kernels in hand goes on with the new tables
                 bind(self)
-        self._blocks = self._packer.blocks(self.keys, laws)
+        self._blocks, self.divisions = self._packer.blocks(self.keys, laws), {}
         tables = self._allocate()
         self._layout = layout(tables)
         self._packer.fill(tables.flat, views(tables.flat, self._layout), self.keys, self.laws, self._blocks,

@@ -52,6 +52,7 @@ class Driven(Element):
     memory = property(lambda self: self.element.memory)
     virgin = property(lambda self: self.element.virgin)
     harmonics = property(lambda self: self.element.harmonics)
+    unordered = property(lambda self: self.element.unordered)
 
     @property
     def parameters(self):
@@ -84,6 +85,10 @@ class Driven(Element):
             raise ValueError(f"Driven: {self.element!r} stops or holds its coordinate, which is prescribed; "
                              "use an elastic contact, such as Jenkins for Coulomb or ElasticStop for RigidStop")
         return mode
+
+    def ordered(self, z):
+        """As the element."""
+        return self.element.ordered(z)
 
     def loaded(self, key, slider: int) -> bool:
         """Return whether a slider carries a normal load in a mode."""

@@ -6,6 +6,8 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ..renamed import deprecated
 from .checks import number
 from .local import Affine, Core
@@ -32,6 +34,7 @@ class Element:
     * ``harmonics``: harmonics of the excitation that occur in its expressions (those of the site are found),
     * ``memory``: names of its memory states; ``virgin``: their values, affine in u and s, where a start gives none
       (default: zeros),
+    * ``unordered``: key of a start with memory for which ``ordered(z)`` is not (default: all memory is),
     * ``stored_energy(u)``: its energy at given coordinates, if it keeps energy (default: not known),
     * ``surface`` or ``ring``: the `Surface` or `Ring` that pictures show (default: none),
     * ``mirrored()``: the element seen after u -> -u and half a period, or None when that is not known;
@@ -61,6 +64,7 @@ class Element:
     harmonics: ClassVar[tuple[int, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
     virgin: ClassVar[tuple[Affine, ...]] = ()
+    unordered: ClassVar[Hashable | None] = None  # key of a start with memory that is not `ordered`; None: all memory is
     isotropic: ClassVar[bool] = False  # acts in a plane, the same in every direction around its centre
     delayed: ClassVar[bool] = False  # acts on what the motion was one delay ago
 
@@ -99,6 +103,10 @@ class Element:
     def ring(self) -> Ring | None:
         """The round surface that a picture shows of the element; None: it has none."""
         return None
+
+    def ordered(self, z: np.ndarray) -> np.ndarray:
+        """Return whether memory ``z`` (..., memory) is such as the keys of `start` rely on, shape (...)."""
+        return np.ones(z.shape[:-1], bool)
 
     def loaded(self, key: Hashable, slider: int) -> bool:
         """Return whether a slider (an internal variable) carries a normal load in a mode."""

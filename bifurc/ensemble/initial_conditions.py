@@ -76,7 +76,10 @@ def unloaded(scene: Scene, X: np.ndarray) -> None:
     if ns == 2 * n or not len(X):
         return
     x = np.hstack((X, np.tile(scene.forcing(np.zeros(1)), (len(X), 1))))
-    waiting = [(next(scene.start_modes()), np.arange(len(X)), 4 * (ns - 2 * n))]
+    disordered = scene.disordered(X)
+    patterns, which = np.unique(np.array([*disordered.values()]).T.reshape(len(X), -1), axis=0, return_inverse=True)
+    waiting = [(next(scene.start_modes([e for e, yes in zip(disordered, pattern, strict=True) if yes])),
+                np.flatnonzero(which.ravel() == i), 4 * (ns - 2 * n)) for i, pattern in enumerate(patterns)]
     while waiting:
         mode, rows, turns = waiting.pop()
         for g in range(scene.tables.n_guards[mode]):

@@ -20,7 +20,7 @@ from ..flow.trajectory import Trajectory
 from . import scalar
 from .batch import packing, smooth
 from .initial_conditions import begin, unloaded
-from .outcomes import ASK, BEYOND, CROWDED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED, Cells
+from .outcomes import ASK, BEYOND, CROWDED, DEFERRED, DIVERGED, OUTSIDE, REACHED, STUCK, UNSETTLED, Cells
 from .proximity import Targets, boxed, nearest
 
 MOST_START_MODES = 64  # tried by the compiled start; more go to Python
@@ -115,6 +115,8 @@ class Integrator:
             T = self.scene.tables
         modes = np.empty(len(X), np.int64)
         begin(T, self._candidates, X, modes)
+        for rows in self.scene.disordered(X).values():
+            modes[rows] = DEFERRED
         return T, modes
 
     def _followers(self, T: Tables) -> np.ndarray:

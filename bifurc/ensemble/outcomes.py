@@ -46,6 +46,7 @@ def coded(labels: np.ndarray, states: np.ndarray) -> np.ndarray:
     return np.where(states == OUTSIDE, NO_START, np.where(states == DIVERGED, INFINITY, labels))
 BEYOND = -1  # in place of the mode of a start: it lies beyond a rigid stop
 UNCLEAR = -2  # it lies on a surface, or no mode is clear: all elements decide together
+DEFERRED = -3  # its memory is not such as the usual modes of a start rely on: the general integration knows others
 
 
 class Cells(NamedTuple):

@@ -118,7 +118,7 @@ def start(scene, x):
     reasons, arriving, deepest = [], None, None
     rule = Rule(scene)
     x = unloaded(scene, x)
-    for m in scene.start_modes():
+    for m in scene.start_modes(scene.disordered(x[None])):
         T = scene.tables
         y = x.copy()
         for g in range(T.n_guards[m]):  # a state beyond a surface by rounding is on it
@@ -195,7 +195,7 @@ def unloaded(scene, x):
     if scene.ns == 2 * scene.n:
         return x
     x = x.copy()
-    mode = next(scene.start_modes())
+    mode = next(scene.start_modes(scene.disordered(x[None])))
     for _ in range(4 * (scene.ns - 2 * scene.n)):
         T = scene.tables
         for g in range(T.n_guards[mode]):

@@ -21,6 +21,7 @@ CHUNK = 40  # forcing periods simulated between attempts
 MOST_PERIODS = 16  # longest period looked for when none is given
 MAP_STEPS = 20
 LOST = 100.0  # times the misfit and the sizes at the first of them: so far off full steps lead nowhere
+EPS = float(np.finfo(float).eps)
 CLOSE = 0.02  # scaled gap of the map below which the event sequence of the motion is tried
 TOUCHING = 1e-7  # scaled duration or speed of an event that is none
 CLEAR = 0.1  # of the interval before an event, within which it returns after a period
@@ -178,7 +179,8 @@ def sizes_of(scene: Scene, states) -> np.ndarray:
     n, omega = scene.n, scene.omega
     assert omega is not None  # `find_orbit` refuses autonomous systems
     length = max(float(np.abs(states[:, :n]).max()), float(np.abs(states[:, n:2 * n]).max()) / omega)
-    weights = np.full(scene.ns, length if length > 0.0 else 1.0)
+    left = EPS * float(np.abs(states[:, 2 * n:]).max(initial=0.0))  # below it coordinates are what damping has left of a start
+    weights = np.full(scene.ns, length if length > left else 1.0)
     weights[n:2 * n] *= omega
     return weights
 

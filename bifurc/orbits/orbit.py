@@ -336,11 +336,16 @@ class PeriodicOrbit(Orbit):
 
     @functools.cached_property
     def monodromy(self) -> np.ndarray:
-        """Derivative of the period map just before the first listed event (ns, ns)."""
+        """Derivative of the period map just before the first listed event (ns, ns).
+
+        Memory that follows the motion there has the row that it follows, and a column of zeros: nothing is left of what it was.
+        """
         whole, U = self._whole
         M = np.empty((self.scene.ns, self.scene.ns))
         motion = self.equations.motion
         motion.monodromy(self.equations.path.tables, whole.nodes, whole.span, U, M)
+        for place, row in self.scene.algebraic(int(whole.nodes[0, BEFORE])):
+            M[place] = row[:self.scene.ns] @ M
         return M
 
     @functools.cached_property

@@ -159,3 +159,17 @@ def test_without_a_guess_the_symmetric_member_of_a_family_is_given():
     assert orbit.success and orbit.closure == -1 and not orbit.events and orbit.state[2] == pytest.approx(0.0, abs=1e-15)
     given = bf.find_orbit(system, (*orbit.state[:2], 0.02))
     assert given.success and given.closure == 1 and given.state[2] == 0.02
+
+
+def test_the_monodromy_has_the_rows_of_memory_that_follows():
+    """From just before the first stick, with the slider at its limit behind the mass, against simulated neighbours."""
+    system = bf.systems.jenkins_oscillator()
+    orbit = bf.find_orbit(system)
+    assert str(orbit.events[0].kind) == "stick"
+    begin = orbit.events[0].time - 1e-9 * orbit.period
+    state, h = bf.simulate(system, orbit.state, duration=begin).final, 1e-6
+    for column, direction in ((0, (1.0, 0.0, 1.0)), (1, (0.0, 1.0, 0.0))):
+        step = h * np.array(direction)
+        more, less = (bf.simulate(system, state + sign * step, periods=1, t0=begin).final for sign in (1.0, -1.0))
+        assert orbit.monodromy[:, column] == pytest.approx((more - less) / (2.0 * h), rel=0, abs=1e-6)
+    assert np.all(orbit.monodromy[:, 2] == 0.0)

@@ -10,6 +10,7 @@ from bifurc.orbits.equilibria.hopf import Forms, _coefficient, critical_pair
 from bifurc.orbits.least import mark_trains
 from bifurc.orbits.multipliers import without
 from bifurc.orbits.orbit import PeriodicOrbit
+from bifurc.orbits.shooting.signature import divided
 
 
 def test_a_free_motion_of_coupled_masses_keeps_its_energy():
@@ -90,3 +91,16 @@ def test_an_event_at_phase_zero_is_the_first_of_the_period(late):
     unknowns[0] = late
     made = PeriodicOrbit(shifted, moved.sequence, unknowns, moved.weights)
     assert 0.0 <= made.events[0].time < 1e-15 and made.events[0].speed == pytest.approx(orbit.events[0].speed, rel=1e-10)
+
+
+def test_what_is_kept_of_sequences_is_that_of_their_scene():
+    """Of another scene, and after modes were met, it is found anew; what was given is not changed by who got it."""
+    system = bf.systems.jenkins_oscillator()
+    orbit = bf.find_orbit(system)
+    scene, nodes, closure = orbit.scene, orbit.sequence.nodes, orbit.closure
+    anew = divided(scene, nodes, scene.tables, closure)
+    first = divided(scene, nodes, closure=closure)
+    assert np.array_equal(first, anew)
+    first[:] = -7
+    assert np.array_equal(divided(scene, nodes, closure=closure), anew)
+    assert scene.divisions and not scene.at(system.with_parameters(limit=0.5)).divisions

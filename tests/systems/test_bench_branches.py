@@ -67,3 +67,14 @@ def test_a_leap_of_the_order_of_slip_is_named():
     assert orders[0] != orders[1]
     with pytest.raises(ValueError, match=r"they leap at 7\.6\d+, as where sliders begin to slip in another order"):
         bf.trace(bf.find_orbit(system), "load_end", bounds=(6.8, 7.8))
+
+
+def test_what_damping_has_left_of_a_start_is_no_size():
+    """The coordinate of a bench falls like exp(-t/2) whatever it began with; the contacts do not feel it."""
+    system = bf.systems.macro_slip_contact(case=2)
+    orbit = bf.find_orbit(system)
+    for start in ((0.3, 0.2), (-1.0, 1.0)):
+        late = bf.simulate(system, (*start, *orbit.state[2:]), periods=40).final
+        assert 0.0 < np.abs(late[:2]).max() < 10.0 * np.exp(-40.0 * np.pi)
+        found = bf.find_orbit(system, late)
+        assert found.success and np.abs(found.state - orbit.state).max() < 1e-12

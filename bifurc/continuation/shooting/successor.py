@@ -374,8 +374,11 @@ def _read(problem, x, search):
     for k in np.argsort(-spans, kind="stable")[:STARTS]:
         begin = at[k] % 1.0
         try:
-            length = {"duration": orbit.period} if orbit.autonomous else {"periods": orbit.periods}
-            motion = simulate(orbit.system, states[k], t0=begin * orbit.forcing_period, **length)
+            span = {"t0": begin * orbit.forcing_period,
+                    **({"duration": orbit.period} if orbit.autonomous else {"periods": orbit.periods})}
+            motion = simulate(orbit.system, states[k], **span)
+            if orbit.scene.disordered(states[k][None]):  # a slider held beyond its limit: a period later it has slipped
+                motion = simulate(orbit.system, motion.final, **span)
         except (Penetration, Inconsistent, ValueError) as error:
             search.say(f"simulation does not start beyond: {error}")
             continue

@@ -4,6 +4,11 @@ Under constant limits and one driven coordinate the sliders of such a set slip i
 order of the virgin curve: the stiffness matrix of the stuck rest is an M-matrix, so that no slider stops before the drive
 does (Masing 1926; specs: Zhao & Lin 2015, sections 2 and 3, derived again).  A mode is therefore a direction and how many
 groups of sliders slip: 2 n + 1 modes with two guards each instead of 3^n, and a reversal is one event.
+
+Memory that no drive leaves (of other limits, or as somebody gave it) breaks that order.  What starts with such has modes that name
+the sliders that slip, with the guards of all that stick; when the drive turns in order again, or all slip, the usual ones follow.
+
+One file, because order, modes, words and the two sets are one statics.
 """
 import dataclasses
 import functools
@@ -19,7 +24,11 @@ from ..mode import Algebraic, Guard, Mode
 from .sliders import Sliders
 
 STICK = "stick"
+STUCK = "s"
+TURNED = str.maketrans("+-", "-+")
 TIES = 1e-10  # of the drive: sliders whose turns differ by less slip together
+DISORDER = 1e-9  # of the lengths in it: memory so far from its order is in order
+CLOSE = 1e-11  # of the limit: sliders so near to theirs are at it
 
 
 class Response(NamedTuple):
@@ -37,8 +46,9 @@ class Response(NamedTuple):
 class SliderSet(Sliders):
     """Sliders with constant limits that one row drives; what a set must define is `stiffness_of` and `response`.
 
-    Modes: "stick", and "slip+k", "slip-k": the first k groups of `order` slip in that direction.  The memory holds the
-    positions of the sliders, each where its spring would carry no force.
+    Modes: "stick", and "slip+k", "slip-k": the first k groups of `order` slip in that direction; from memory that is not
+    `ordered` a word with one letter a slider, "s" sticks, "+" and "-" slip.  The memory holds the positions of the sliders, each
+    where its spring would carry no force.
 
     Attributes
     ----------
@@ -100,6 +110,27 @@ class SliderSet(Sliders):
             left = [i for i in left if i not in group]
         return found
 
+    @property
+    def unordered(self):
+        """Word of a start with memory that is not `ordered`: all stick."""
+        return STUCK * self.count
+
+    @functools.cached_property
+    def _room(self) -> tuple[np.ndarray, np.ndarray]:
+        """W and c of |W z| <= c: every slider turns after those before it in `order`, whichever way the drive goes."""
+        rows, room = [], []
+        slips: tuple[int, ...] = ()
+        for group, threshold in zip(self.order, self.thresholds, strict=True):
+            now, first = self.response(slips), group[0]
+            turns = (np.eye(self.count) - now.held) / np.where(now.drive != 0.0, now.drive, np.inf)[:, None]
+            for i in sorted({j for later in self.order for j in later} - {first, *slips}):
+                if now.drive[i] != 0.0:
+                    reach = self.limits[i] / self.stiffness_of(i) - now.pushed[i] @ np.array(self.limits)
+                    rows.append(turns[i] - turns[first])
+                    room.append(max(reach / now.drive[i] - threshold, 0.0))
+            slips += group
+        return np.array(rows).reshape(-1, self.count), np.array(room)
+
     def virgin_force(self, drive) -> np.ndarray:
         """Return the force for a drive that grows from the virgin state, same shape as ``drive`` (at least 0)."""
         drive = np.asarray(drive, float)
@@ -122,11 +153,13 @@ class SliderSet(Sliders):
         return expression(now.force_drive, now.force_held, now.force_pushed), places
 
     def mode(self, key, core):
-        """Return "stick", "slip+k" or "slip-k"."""
+        """Return "stick", "slip+k", "slip-k", or the mode of a word."""
         return _mode(self, key)
 
     def _made(self, key: str) -> Mode:
         """Return the mode of a key, made anew."""
+        if set(key) <= {STUCK, "+", "-"}:
+            return self._worded(key)
         sign, k = (0.0, 0) if key == STICK else (1.0 if key[4] == "+" else -1.0, int(key[5:]))
         slips = sum(self.order[:k], ())
         following = self.order[k][:1] if k < len(self.order) else ()
@@ -138,10 +171,40 @@ class SliderSet(Sliders):
             spring = self.stiffness_of(i) * (places[i] - Affine({("z", i): 1.0}))
             for way in (1.0, -1.0) if key == STICK else (sign,):
                 guards.append(Guard(way * spring - self.limits[i], EventKind.SLIP, (f"slip{'+' if way > 0.0 else '-'}{k + 1}",)))
-        memory: list[Algebraic | None] = [None] * self.count
-        for i in slips:
-            memory[i] = Algebraic(places[i] - sign * self.limits[i] / self.stiffness_of(i))
-        return Mode(force=(-force,), memory=tuple(memory), guards=tuple(guards))
+        return Mode(force=(-force,), memory=self._followed(sign, slips, places), guards=tuple(guards))
+
+    def _followed(self, sign: float, slips: tuple[int, ...], places: dict[int, Affine]) -> tuple[Algebraic | None, ...]:
+        """Return the memory while those of ``slips`` slip: theirs stays a limit behind their places."""
+        return tuple(Algebraic(places[i] - sign * self.limits[i] / self.stiffness_of(i)) if i in slips else None
+                     for i in range(self.count))
+
+    def _worded(self, word: str) -> Mode:
+        """Return the mode in which the sliders slip that a word names, whatever the memory of the others."""
+        slips = tuple(i for i, letter in enumerate(word) if letter != STUCK)
+        sign = 0.0 if not slips else 1.0 if word[slips[0]] == "+" else -1.0
+        left = tuple(i for group in self.order for i in group if i not in slips)
+        force, places = self.expressions(sign, slips, (*slips, *left))
+        springs = {i: self.stiffness_of(i) * (places[i] - Affine({("z", i): 1.0})) for i in left}
+        memory = self._followed(sign, slips, places)
+        guards = [Guard(-sign * s(0), EventKind.STICK, _Stopping(self, memory))] if slips else []
+        for i in left:
+            for way in (1.0, -1.0):  # against the motion none slips, but a start may be beyond that limit
+                guards.append(Guard(way * springs[i] - self.limits[i], EventKind.SLIP,
+                                    _Slipping(self, i, way, slips if way == sign else (), springs)))
+        return Mode(force=(-force,), memory=memory, guards=tuple(guards))
+
+    def ordered(self, z):
+        """Return whether every slider turns after those before it in `order`, but for rounding."""
+        W, room = self._room
+        size = np.abs(z) @ np.abs(W).T + room + np.max(room, initial=0.0)
+        return np.all(np.abs(z @ W.T) - room <= DISORDER * size, axis=-1)
+
+    def key_of(self, slips, way: float) -> str:
+        """Return the key of the mode in which some sliders slip; all that ever slip are in order."""
+        letter = "+" if way > 0.0 else "-"
+        if {i for group in self.order for i in group} <= set(slips):
+            return f"slip{letter}{len(self.order)}"
+        return "".join(letter if i in slips else STUCK for i in range(self.count))
 
     def mirrored(self):
         """Its own image."""
@@ -149,11 +212,45 @@ class SliderSet(Sliders):
 
     def mirrored_key(self, key):
         """Slip turns round."""
-        return key if key == STICK else f"slip{'-' if key[4] == '+' else '+'}{key[5:]}"
+        return key if key == STICK else key.translate(TURNED)
 
     def mirrored_guard(self, key, guard):
-        """The two limits of stick change places."""
-        return 1 - guard if key == STICK else guard
+        """The two limits of what sticks change places."""
+        if key.startswith("slip"):
+            return guard
+        first = 0 if key in (STICK, self.unordered) else 1  # the reversal
+        return guard if guard < first else first + (guard - first ^ 1)
+
+
+@dataclass(frozen=True)
+class _Stopping:
+    """What follows where the drive turns: all stick, in order where the memory is by now."""
+
+    sliders: SliderSet
+    memory: tuple[Algebraic | None, ...]
+
+    def __call__(self, value) -> tuple[str, ...]:
+        """Return the keys."""
+        z = [value(Affine({("z", i): 1.0}) if follows is None else follows.value) for i, follows in enumerate(self.memory)]
+        return (STICK, self.sliders.unordered) if self.sliders.ordered(np.array(z)) else (self.sliders.unordered,)
+
+
+@dataclass(frozen=True)
+class _Slipping:
+    """What follows where a slider of a set that is not in order reaches its limit: all that are at theirs slip."""
+
+    sliders: SliderSet
+    slider: int
+    way: float
+    slips: tuple[int, ...]
+    springs: dict[int, Affine]
+
+    def __call__(self, value) -> tuple[str, ...]:
+        """Return the keys."""
+        limits = self.sliders.limits
+        at_limit = [i for i, spring in self.springs.items() if self.way * value(spring) >= limits[i] * (1.0 - CLOSE)]
+        return tuple(dict.fromkeys(self.sliders.key_of((*self.slips, *more), self.way)
+                                   for more in ((self.slider, *at_limit), (self.slider,))))
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from .sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, FOREVER, GUARD, KEP
 
 PROPORTIONAL = 1e-12  # a row that other rows leave less of (relative) follows from them
 MOST = 5  # orders looked at
+SEQUENCES = 1024  # of which a scene keeps what `divided` found
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +161,22 @@ def divided(scene: Scene, nodes: np.ndarray, tables=None, closure: int = 1) -> n
     memory was written.  The derivatives of a guard that follow from that alone are trivially zero; how many there are is its
     order at the start.  That of the guard that closes the interval is written into DIVIDE.
     """
-    T = scene.tables if tables is None else tables
+    if tables is not None:
+        return _divided(scene, nodes, tables, closure)
+    key = np.asarray(nodes, np.int64)[:, :ENDING].tobytes(), closure  # one motion is read many times before it is known
+    found = scene.divisions.get(key)
+    if found is None:
+        T = scene.tables
+        found = _divided(scene, nodes, T, closure)
+        if scene.tables is T:  # no mode was met
+            if len(scene.divisions) >= SEQUENCES:
+                scene.divisions.clear()
+            scene.divisions[key] = found
+    return found.copy()
+
+
+def _divided(scene: Scene, nodes: np.ndarray, T, closure: int) -> np.ndarray:
+    """Return what `divided` returns, found anew."""
     nodes = np.asarray(nodes, np.int64)
     whole = np.zeros((len(nodes), STARTS + T.G.shape[1]), np.int64)
     whole[:, :ENDING] = nodes[:, :ENDING]
