@@ -211,7 +211,8 @@ def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
                 if wanted == 0 and by < 0 and contacts[k, contacts.shape[1] - 1, 0, MEMORY] > 0:
                     new = ALL  # in one mode from a virgin start on; without memory either mode may be that of the period
                 else:
-                    new = threshold(contact, grid, room.rates[k], segments, counts[k, 0] - 1 - more, work.scratch[0, :waves.size], work.heights)
+                    left = counts[k, 0] - 1 - more
+                    new = threshold(contact, grid, room.rates[k], segments, left, work.scratch[0, :waves.size], work.heights)
                 if new <= skip:
                     break
                 skip = new
@@ -357,8 +358,8 @@ def order_of(room: Room) -> np.ndarray:
     """Return the order of events of the contacts that were followed (nc,): the number of events of each.
 
     Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with virgin memory 0.  With it, in powers
-    of `UNIT`, how many contacts slip at once as they close, slip down as they open, and open.  Where one of the first two changes, a
-    stay in stick or slip has no duration; the force is zero there and its rate the same both ways, so that the equations need no
+    of `UNIT`, how many contacts slip at once as they close, slip down as they open, and open.  Where one of the first two changes,
+    a stay in stick or slip has no duration; the force is zero there and its rate the same both ways, so that the equations need no
     order to be smooth.
     """
     orders = []
