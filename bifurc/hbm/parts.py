@@ -50,7 +50,7 @@ class Shape(NamedTuple):
     kinds: np.ndarray  # (nc, M, G) code of the event
     silent: np.ndarray  # (nc, M, G) 1: no force changes at the event
     trial: np.ndarray  # (nc, M, G) of modes that write memory: the first successor that keeps it; -1: none
-    choice: np.ndarray  # (nc, M, G) 1: a contact closes, and sticks (``trial``) or slips at once; 2, 3: it slips up, down, and opens
+    choice: np.ndarray  # (nc, M, G) 1: a contact closes, to stick (``trial``) or slip at once; 2, 3: it slips up, down, and opens
 
 
 class Numbers(NamedTuple):

@@ -35,7 +35,7 @@ from .contacts.common import (
 from .contacts.event_driven import crest, exact, followed_on, overshoot
 from .contacts.sampled import sampled
 from .contacts.spectra import Scratch, Slopes, Sums, divisors, gather, joined, signals
-from .tables import HEAD, INTERNAL, MEMORIES, MEMORY, MODES, MOST_GUARDS, PAIRED, Grid, Room, core, expressions, structure
+from .tables import CHOOSES, HEAD, INTERNAL, MEMORIES, MEMORY, MODES, MOST_GUARDS, PAIRED, Grid, Room, core, expressions, structure
 from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
@@ -197,9 +197,12 @@ def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
                 status = exact(contact, tabulated, skip, touch, segments, space, room.rates[k])
             if status != FOLLOWED:
                 return status
-            sources[k, CHOSEN:ASKED] = choices(contacts[k], room.paths[k], counts[k, 0])
-            for i in range(ASKED - CHOSEN):
-                sources[k, ASKED + i] = sources[k, CHOSEN + i] if listed[k] == -1 else max(listed[k], 0) // UNIT**(1 + i) % UNIT
+            if contacts[k, contacts.shape[1] - 1, 0, CHOOSES] > 0:
+                sources[k, CHOSEN:ASKED] = choices(contacts[k], room.paths[k], counts[k, 0])
+                order = max(listed[k], 0)
+                for i in range(ASKED - CHOSEN):
+                    order //= UNIT
+                    sources[k, ASKED + i] = sources[k, CHOSEN + i] if listed[k] == -1 else order % UNIT
             more = surplus(wanted, sources[k], counts[k])
             events = wanted + more
             wrote = int(sources[k, WRITER])

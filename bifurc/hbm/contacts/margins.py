@@ -9,7 +9,7 @@ import numpy as np
 from ..._jit import leaf
 from ...elements import EventKind
 from ..residual import arose
-from ..tables import CHOICE, GUARDS, KIND, MEMORY, SILENT, TRIAL
+from ..tables import CHOICE, CHOOSES, GUARDS, KIND, MEMORY, SILENT, TRIAL
 from ..waves import size, turn, value
 from .common import ASKED, GUARD, MODE, RESTING, TOUCHED, WRITER, WRITTEN, back, further, guard_of, resting, virgin, writer
 from .event_driven import TURNED, slopes_on, summit
@@ -118,7 +118,7 @@ def margins(contact, segments, grid, rates, out, a, line, relaxation):
                 guard_of(contact, m, g, z, a)
                 kind = A[m, 1 + g, KIND]
                 out[kind, OVERSHOOT] = min(out[kind, OVERSHOOT], value(waves, a, source[WRITTEN])[0] / size(a))
-    for n in range(count - 1):
+    for n in range(count - 1 if A[A.shape[0] - 1, 0, CHOOSES] > 0 else 0):
         choice = A[path[n, MODE], 1 + path[n, GUARD], CHOICE]
         if choice == 0:
             continue
