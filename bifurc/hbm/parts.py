@@ -50,6 +50,7 @@ class Shape(NamedTuple):
     kinds: np.ndarray  # (nc, M, G) code of the event
     silent: np.ndarray  # (nc, M, G) 1: no force changes at the event
     trial: np.ndarray  # (nc, M, G) of modes that write memory: the first successor that keeps it; -1: none
+    choice: np.ndarray  # (nc, M, G) 1: a contact closes, to stick (``trial``) or slip at once; 2, 3: it slips up, down, and opens
 
 
 class Numbers(NamedTuple):
@@ -311,7 +312,7 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
     guards, then = np.zeros((nc, most), np.int64), np.full((nc, most, G, T), -1)
     algebraic, start = np.zeros((nc, most, Z), np.int64), np.full((nc, most), -1)
     kinds, silent = np.zeros((nc, most, G), np.int64), np.zeros((nc, most, G), np.int64)
-    memory, trial = np.zeros(nc, np.int64), np.full((nc, most, G), -1)
+    memory, trial, choice = np.zeros(nc, np.int64), np.full((nc, most, G), -1), np.zeros((nc, most, G), np.int64)
     for c, (contact, own) in enumerate(zip(contacts, modes, strict=True)):
         element = system.elements[contact.element]
         index = {key: i for i, key in enumerate(contact.keys)}
@@ -328,9 +329,21 @@ def _shape(system, layout, found, contacts, R, internal, excited, values, laws) 
                 silent[c, m, g] = guard.silent
                 if algebraic[c, m].any():
                     trial[c, m, g] = next((i for i in after if not any(isinstance(z, Algebraic) for z in own[i].memory)), -1)
+                    choice[c, m, g] = guard.kind is EventKind.CONTACT and trial[c, m, g] >= 0 and len(after) > 1
+        for m, mode in enumerate(own):
+            ways = _slips_beside(own, index, mode)
+            for g, guard in enumerate(mode.guards):
+                if guard.kind is EventKind.SEPARATION and m in ways:
+                    choice[c, m, g] = 2 + ways.index(m)
     count = np.array([len(own) for own in modes], np.int64)
     return Shape(dims, waves, place, columns, np.ascontiguousarray(R, float), rows, count, guards, then, algebraic, memory, start,
-                 kinds, silent, trial)
+                 kinds, silent, trial, choice)
+
+
+def _slips_beside(own, index, mode) -> list[int]:
+    """Return the modes of slip that follow the stick in which a mode of slip ends; empty for other modes."""
+    stick = next((own[index[key]] for guard in mode.guards if guard.kind is EventKind.STICK for key in guard.then[:1]), None)
+    return [] if stick is None else [index[guard.then[0]] for guard in stick.guards if guard.kind is EventKind.SLIP]
 
 
 def _blocks(shape: Shape) -> list[tuple[int, ...]]:

@@ -13,6 +13,8 @@ import numpy as np
 from .._jit import WHOLE, apart, both, leaf, njit
 from ..solve.dense import lessened
 from .contacts.common import (
+    ASKED,
+    CHOSEN,
     FOLLOWED,
     GUARD,
     MODE,
@@ -27,18 +29,20 @@ from .contacts.common import (
     Segments,
     Space,
     Tabulated,
+    choices,
     guard_of,
 )
 from .contacts.event_driven import crest, exact, followed_on, overshoot
 from .contacts.sampled import sampled
 from .contacts.spectra import Scratch, Slopes, Sums, divisors, gather, joined, signals
-from .tables import HEAD, INTERNAL, MEMORIES, MEMORY, MODES, MOST_GUARDS, PAIRED, Grid, Room, core, expressions, structure
+from .tables import CHOOSES, HEAD, INTERNAL, MEMORIES, MEMORY, MODES, MOST_GUARDS, PAIRED, Grid, Room, core, expressions, structure
 from .waves import size, value
 
 TOUCH = 0.5  # part of a guard's size below zero up to which it may count as a touch where events are missing
 TOGETHER = 1e-6  # relative difference of near misses that are taken at once
 ATTEMPTS = 6  # passes along a contact until it has the events that are asked for
 ALL = 2.0  # above the height of any event
+UNIT = 1 << 14  # of what an order of events counts beside events: more than a contact has
 
 
 @leaf
@@ -185,7 +189,7 @@ def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
     for k in range(len(contacts)):
         skip, touch, contact = 0.0, 0.0, Contact(waves, excited, contacts[k], X[k], loose[k], c, v)
         segments = Segments(room.paths[k], room.ends[k], zs[k], sources[k], counts[k])
-        wanted, by = max(listed[k], 0), -2 - listed[k] if listed[k] < -1 else -1
+        wanted, by = max(listed[k], 0) % UNIT, -2 - listed[k] if listed[k] < -1 else -1
         for _ in range(ATTEMPTS):
             if samples:
                 status = sampled(contact, tabulated, skip, touch, segments, space)
@@ -193,9 +197,14 @@ def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
                 status = exact(contact, tabulated, skip, touch, segments, space, room.rates[k])
             if status != FOLLOWED:
                 return status
-            events = counts[k, 0] - 1
-            if touch > 0.0:
-                events += int(sources[k, PASSED])
+            if contacts[k, contacts.shape[1] - 1, 0, CHOOSES] > 0:
+                sources[k, CHOSEN:ASKED] = choices(contacts[k], room.paths[k], counts[k, 0])
+                order = max(listed[k], 0)
+                for i in range(ASKED - CHOSEN):
+                    order //= UNIT
+                    sources[k, ASKED + i] = sources[k, CHOSEN + i] if listed[k] == -1 else order % UNIT
+            more = surplus(wanted, sources[k], counts[k])
+            events = wanted + more
             wrote = int(sources[k, WRITER])
             if listed[k] == -1 or (events == wanted and (events > 0 or wrote == by)):
                 break
@@ -205,7 +214,8 @@ def followed_in(S, flat, grid: Grid, c, v, listed, room: Room, work: Work):
                 if wanted == 0 and by < 0 and contacts[k, contacts.shape[1] - 1, 0, MEMORY] > 0:
                     new = ALL  # in one mode from a virgin start on; without memory either mode may be that of the period
                 else:
-                    new = threshold(contact, grid, room.rates[k], segments, wanted, work.scratch[0, :waves.size], work.heights)
+                    left = counts[k, 0] - 1 - more
+                    new = threshold(contact, grid, room.rates[k], segments, left, work.scratch[0, :waves.size], work.heights)
                 if new <= skip:
                     break
                 skip = new
@@ -233,6 +243,21 @@ def followed_again(S, flat, c, v, room: Room, far, scratch, p):
 
 
 @leaf
+def surplus(wanted, source, counts):
+    """Return how many events a contact that was followed has more than an order asks for: ``wanted``, but see `order_of`.
+
+    What is counted as a touch is an event there and one back.  Of contacts that open as often, one that closes otherwise than the
+    order says has one event more, or one less; one that opens otherwise up to two.
+    """
+    passed = int(source[PASSED]) if source[TOUCHED] > 0.0 else 0
+    more, opened = counts[0] - 1 + passed - wanted, 2 * int(source[CHOSEN + 2] - source[ASKED + 2])
+    if opened > 0 or opened + passed < 0:
+        return more if more * opened > 0 else opened
+    either = abs(source[CHOSEN] - source[ASKED]) + 2.0 * abs(source[CHOSEN + 1] - source[ASKED + 1])
+    return 0 if opened == 0 and abs(more) <= either else more
+
+
+@leaf
 def kept(listed, sources, counts):
     """Return whether the contacts that were followed have the events ``listed`` (nc,) asks for: where they cannot, it is far away.
 
@@ -241,10 +266,8 @@ def kept(listed, sources, counts):
     for k in range(len(listed)):
         if listed[k] == -1:
             continue
-        events = counts[k, 0] - 1
-        if sources[k, TOUCHED] > 0.0:
-            events += int(sources[k, PASSED])
-        if events != max(listed[k], 0) or (events == 0 and int(sources[k, WRITER]) != (-2 - listed[k] if listed[k] < -1 else -1)):
+        by = -2 - listed[k] if listed[k] < -1 else -1
+        if surplus(max(listed[k], 0) % UNIT, sources[k], counts[k]) or (max(listed[k], 0) == 0 and int(sources[k, WRITER]) != by):
             return False
     return True
 
@@ -337,11 +360,22 @@ def moved_rows(S, R, flat, dflat, x, c, v, cp, vp, line):
 def order_of(room: Room) -> np.ndarray:
     """Return the order of events of the contacts that were followed (nc,): the number of events of each.
 
-    Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with virgin memory 0.
+    Of one that always stays in one mode with memory that mode m wrote before, -2 - m; with virgin memory 0.  With it, in powers
+    of `UNIT`, how many contacts slip at once as they close, slip down as they open, and open.  Where one of the first two changes,
+    a stay in stick or slip has no duration; the force is zero there and its rate the same both ways, so that the equations need no
+    order to be smooth.
     """
-    orders = [-2 - int(wrote) if count == 1 and wrote >= 0.0 else count - 1
-              for count, wrote in zip(room.counts[:, 0].tolist(), room.sources[:, WRITER].tolist(), strict=True)]
+    orders = []
+    for count, source in zip(room.counts[:, 0].tolist(), room.sources.tolist(), strict=True):
+        stays = count == 1 and source[WRITER] >= 0.0
+        chosen = sum(int(found) * UNIT**(1 + i) for i, found in enumerate(source[CHOSEN:ASKED]))
+        orders.append(-2 - int(source[WRITER]) if stays else count - 1 + chosen)
     return np.array(orders, np.int64)
+
+
+def events_of(listed) -> int:
+    """Return how many events a period has by the orders of events of all contacts (nc,), see `order_of`."""
+    return int((np.maximum(listed, 0) % UNIT).sum())
 
 
 @both

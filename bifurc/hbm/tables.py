@@ -14,9 +14,11 @@ DOFS, SLOTS, ROWS_ALL, INTERNAL, EXCITED, CONTACTS, MODES, PAIRED, MOST_GUARDS, 
 
 # one contact: (modes + 1, guards + 1, columns); row 0 of a mode, further rows of its guards
 GUARDS, WRITES, FORGETS, ALGEBRAIC = 0, 1, 2, 3  # number; memory is written when left: any, all; from here on: which
-KIND, SILENT, TRIAL, THEN = 0, 1, 2, 3  # code; no force changes; mode tried first, -1: none; from here on: successors, -1: none
+# code; no force changes; mode tried first, -1: none; choice, see `parts.Shape`; from here on: successors, -1: none
+KIND, SILENT, TRIAL, CHOICE, THEN = 0, 1, 2, 3, 4
 # and of its last "mode": row 0 of the contact, row 1 the modes of a start in order, -1: none
-COUNT, MEMORY, WIDTH, PAIRS, ROWS = 0, 1, 2, 3, 4  # modes, memories, rows; rows of an expression (padded); from here on: rows
+# modes, memories, rows; rows of an expression (padded); whether guards have a choice; from here on: rows
+COUNT, MEMORY, WIDTH, PAIRS, CHOOSES, ROWS = 0, 1, 2, 3, 4, 5
 
 # an expression (columns,): constant and harmonics, then pairs of coordinate and speed of every row, then memory
 # the expressions of a mode: forces, guards, algebraic memory
@@ -69,13 +71,14 @@ def packed(shape) -> np.ndarray:
     for k in range(nc):
         last = own[k, M]
         last[0, [COUNT, MEMORY, WIDTH, PAIRS]] = shape.modes[k], shape.memory[k], (shape.rows[k] >= 0).sum(), Q
-        last[0, ROWS:ROWS + Q] = shape.rows[k]
+        last[0, CHOOSES], last[0, ROWS:ROWS + Q] = shape.choice[k].any(), shape.rows[k]
         last[1, :M] = shape.start[k]
         for m_ in range(int(shape.modes[k])):
             algebraic = shape.algebraic[k, m_, :shape.memory[k]]
             own[k, m_, 0, [GUARDS, WRITES, FORGETS]] = shape.guards[k, m_], algebraic.any(), algebraic.size > 0 and algebraic.all()
             own[k, m_, 0, ALGEBRAIC:ALGEBRAIC + Z] = shape.algebraic[k, m_]
             own[k, m_, 1:, [KIND, SILENT, TRIAL]] = shape.kinds[k, m_], shape.silent[k, m_], shape.trial[k, m_]
+            own[k, m_, 1:, CHOICE] = shape.choice[k, m_]
             own[k, m_, 1:, THEN:THEN + T] = shape.then[k, m_]
     head = (n, m, nr, mi, nx, nc, M, Q, G, Z, columns)
     return np.concatenate([head, shape.waves, shape.place, shape.excited, own.ravel()]).astype(np.int64)

@@ -18,7 +18,7 @@ from ...hbm.corrector import INFO, UNSEEN, watched
 from ...hbm.floquet.stability import multipliers_along
 from ...hbm.measures import measure_gradient
 from ...hbm.parts import event_kind
-from ...hbm.residual import kept, order_of
+from ...hbm.residual import events_of, kept, order_of
 from ...hbm.status import ContactStatus
 from ...hbm.tables import Series, numbers_at
 from ...orbits.balance.harmonic_orbit import HarmonicOrbit, largest
@@ -258,19 +258,26 @@ class BalanceProblem(Problem):
 
     def _words(self) -> str:
         """Return how many events a period has."""
-        return f"{int(np.maximum(self.listed, 0).sum())} events" if len(self.listed) else ""
+        return f"{events_of(self.listed)} events" if len(self.listed) else ""
 
     def switch(self, point, monitor):
         """Return the problem for the number of events behind a boundary."""
-        listed, behind = self.listed, point.x
+        found = None
         for ahead in AHEAD:
             behind = point.x + ahead * self.scale * point.tangent
             listed = self._counted(behind)
-            if not np.array_equal(listed, self.listed):
-                break
-        other = self.with_order(listed)
-        other.x0 = point.x.copy()
-        return other, point.x, other._inward(point, behind)
+            if np.array_equal(listed, self.listed):
+                continue
+            other = self.with_order(listed)
+            other.x0 = point.x.copy()
+            tangent, holds = other._inward(point, behind)
+            if holds:
+                return other, point.x, tangent
+            found = found or (other, point.x, tangent)  # so near, rounding may have made it
+        if found is None:
+            found = self.with_order(self.listed), point.x, self._inward(point, behind)[0]
+            found[0].x0 = point.x.copy()
+        return found
 
     def change(self, kind, x, successor) -> SpecialPointKind:
         """See `Problem.change`: a surface in space is grazed from either side, and a contact that its load opens or ends is a
@@ -294,8 +301,8 @@ class BalanceProblem(Problem):
         return all(numbers.GU[contact, m, g].any() and not numbers.GS[contact, m, g].any() and not numbers.GZ[contact, m, g].any()
                    for m, g in found)
 
-    def _inward(self, point, behind) -> np.ndarray:
-        """Return the tangent at a point of the boundary of this order of events that leads to where it holds.
+    def _inward(self, point, behind) -> tuple[np.ndarray, bool]:
+        """Return the tangent at a point of the boundary of this order of events that leads to where it holds, and whether it does.
 
         At the point itself rounding decides from which side the Jacobian is taken: the one of this order is that at
         ``behind`` (n + 1,), where its events are clearly there.  The branch may turn back in its corner: it goes on where the
@@ -304,13 +311,13 @@ class BalanceProblem(Problem):
         """
         tangent, det_sign = self._null_vector(behind)
         if not det_sign:
-            return point.tangent
+            return point.tangent, False
         way = 1.0 if det_sign * point.det_sign > 0.0 else -1.0
         for sign in (way, -way):
             beside = self.correct(point.x + sign * BESIDE * self.scale * tangent, sign * tangent)
             if beside.converged and beside.monitors.max(initial=-1.0) < 0.0:
-                return sign * tangent
-        return way * tangent
+                return sign * tangent, True
+        return way * tangent, False
 
     def beyond_corner(self, row):
         """See `Problem.beyond_corner`: sampled contacts make a corner wherever an event passes a sample.
@@ -422,7 +429,7 @@ class BalanceProblem(Problem):
     def measure(self, name, xs):
         """Return the column ``name`` (m,) for the rows ``xs`` (m, n + 1)."""
         if name == "n_events":
-            return np.full(len(xs), int(np.maximum(self.listed, 0).sum()))
+            return np.full(len(xs), events_of(self.listed))
         if name == "period":
             return np.array([2.0 * np.pi / self.numbers(x[-1])[0][0] for x in xs])
         if name == "stable" or name.startswith("multiplier_"):

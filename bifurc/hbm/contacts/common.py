@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._jit import leaf
-from ..tables import ALGEBRAIC, COUNT, FORGETS, GUARDS, MEMORY, PAIRS, ROWS, THEN, TRIAL, WIDTH, WRITES
+from ..tables import ALGEBRAIC, CHOICE, COUNT, FORGETS, GUARDS, MEMORY, PAIRS, ROWS, THEN, TRIAL, WIDTH, WRITES
 from ..waves import jet, powers, size
 
 FOLLOWED, INCONSISTENT, TOO_MANY, NOT_SETTLED, NOT_FINITE = range(5)  # codes, see `ContactStatus`
@@ -23,9 +23,9 @@ MODE, GUARD, AFTER, WROTE = 0, 1, 2, 3  # mode, guard that ended it (-1: end of 
 FIELDS = 4
 # columns of a source: mode that wrote the memory at phase 0 (-1: a virgin start) and phase of it; with touches: how near, as
 # part of its size, the guard came that is next to touch (-inf: none), the number of events that were only counted, and how
-# near a touch has to come (0: none is looked for)
-WRITER, WRITTEN, NEXT, PASSED, TOUCHED = 0, 1, 2, 3, 4
-SOURCE = 5
+# near a touch has to come (0: none is looked for); from there on `choices`, and those that an order asks for
+WRITER, WRITTEN, NEXT, PASSED, TOUCHED, CHOSEN, ASKED = 0, 1, 2, 3, 4, 5, 8
+SOURCE = 11
 RESTING = 1e-4  # radians
 
 
@@ -221,9 +221,30 @@ def begin(contact, slack, z, p, a):
 
 @leaf
 def further(A, m, g):
-    """Return the mode that follows a guard of a mode that writes memory, if it writes too (more sliders slip); -1: it does not."""
+    """Return the mode that follows a guard of a mode that writes memory, if it writes more (more sliders slip); -1: it does not."""
     b = A[m, 1 + g, THEN]
-    return b if b >= 0 and b != m and A[m, 0, WRITES] > 0 and A[b, 0, WRITES] > 0 else -1
+    if b < 0 or A[m, 0, WRITES] <= 0:
+        return -1
+    for i in range(A[A.shape[0] - 1, 0, MEMORY]):
+        if A[b, 0, ALGEBRAIC + i] > A[m, 0, ALGEBRAIC + i]:
+            return b
+    return -1
+
+
+@leaf
+def choices(A, path, count):
+    """Return how many contacts on a path slip at once as they close, where they could stick, how many slip down as they open, and
+    how many open."""
+    slips, down, opened = 0, 0, 0
+    for n in range(count - 1):
+        m, g = path[n, MODE], path[n, GUARD]
+        choice = A[m, 1 + g, CHOICE]
+        if choice == 1 and path[n, AFTER] != A[m, 1 + g, TRIAL]:
+            slips += 1
+        elif choice > 1:
+            down += choice - 2
+            opened += 1
+    return slips, down, opened
 
 
 @leaf

@@ -47,6 +47,7 @@ from .common import (
 
 TURNED = 1e-7  # of the size: a guard of a set of sliders turns where the drive does, which is where its mode ends
 SAME = 1e-14  # difference of phases that is none
+TIED = 1e-10  # of the size: a guard so near to zero may be the first of two that vanish at one instant
 SLACK = 0.05  # of the height of a cell's cubic above its ends: how far below zero it is still looked at
 
 
@@ -246,6 +247,17 @@ def unquiet(guards, values, slopes, offset, ignored, first):
 
 
 @leaf
+def successor(contact, m, which, z, p, a):
+    """Return the first mode that may follow a guard of mode ``m`` at the phase of the powers ``p``; -1: none."""
+    A = contact.A
+    for i in range(THEN, A.shape[2]):
+        b = A[m, 1 + which, i]
+        if b >= 0 and admissible(contact, b, z, p, 0.0, a):
+            return b
+    return -1
+
+
+@leaf
 def exact(contact, tabulated, skip, touch, segments, space, slopes):
     """Follow a contact along the motion event by event over one period that repeats.
 
@@ -375,12 +387,13 @@ def exact(contact, tabulated, skip, touch, segments, space, slopes):
                         for i in range(z.size):
                             zs[events, i] = z[i]
                         slaves(contact, m, p, z, a)
-                after = -1
-                for i in range(THEN, A.shape[2]):
-                    b = A[m, 1 + which, i]
-                    if b >= 0 and admissible(contact, b, z, p, 0.0, a):
-                        after = b
+                after = successor(contact, m, which, z, p, a)
+                for g in range(A[m, 0, GUARDS]):
+                    if after >= 0:
                         break
+                    guard_of(contact, m, g, z, a)
+                    if g != which and jet(waves, a, p)[0] > -TIED * size(a):  # rounding says which of two is first
+                        which, after = g, successor(contact, m, g, z, p, a)
                 if after < 0:
                     return INCONSISTENT
                 closed = period > 0 and touch == 0.0 and again(A, m, which, after, segments, events, soonest, SAME)

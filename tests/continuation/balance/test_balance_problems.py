@@ -91,7 +91,7 @@ def test_points_tangents_and_the_way_inward(problem):
     np.testing.assert_array_equal(problem.order_at(found.x), problem.listed)
     np.testing.assert_allclose(problem.monitor_values(found.x[:-1], found.p, found.tangent), found.monitors, atol=1e-8)
     assert len(found.monitors) == len(problem.monitors) and found.monitors.min() >= -0.05
-    ahead = problem._inward(found, found.x + 1e-4 * problem.scale * found.tangent)
+    ahead = problem._inward(found, found.x + 1e-4 * problem.scale * found.tangent)[0]
     assert ahead @ found.tangent > 0.9
 
 
@@ -222,7 +222,7 @@ def test_of_two_ways_from_a_boundary_the_one_that_is_solved_and_valid_is_taken(p
     only = np.append(np.zeros(problem.size), 1.0)
     found = problem.correct(problem.x0, only, True)
     ahead = found.x + 1e-4 * problem.scale * found.tangent
-    way = problem._inward(found, ahead)
+    way = problem._inward(found, ahead)[0]
 
     for solved in (False, True):  # the other one is not solved; or is, and not valid
         seen = []
@@ -232,7 +232,8 @@ def test_of_two_ways_from_a_boundary_the_one_that_is_solved_and_valid_is_taken(p
             seen.append(good)
             return SimpleNamespace(converged=solved or good, monitors=np.array([-1.0 if good or not solved else 1.0]))
         monkeypatch.setattr(problem, "correct", correct)
-        assert problem._inward(found, ahead) @ way == pytest.approx(-1.0)
+        tangent, holds = problem._inward(found, ahead)
+        assert holds and tangent @ way == pytest.approx(-1.0)
         assert seen == [False, True]
         monkeypatch.undo()
 
