@@ -133,7 +133,7 @@ class Linearization:
             if last is None or piece.A is not last.A:  # pieces of one interval with constant equations share them
                 step = flow(piece, piece.A + kappa[..., None] * (piece.b @ self.rows))
             last, total = piece, step @ total
-        return total
+        return self.orbit._followed @ total
 
     def reduced(self, M: np.ndarray) -> np.ndarray:
         """Return matrices (k, ns, ns) without the states that only label a continuum."""

@@ -344,9 +344,15 @@ class PeriodicOrbit(Orbit):
         M = np.empty((self.scene.ns, self.scene.ns))
         motion = self.equations.motion
         motion.monodromy(self.equations.path.tables, whole.nodes, whole.span, U, M)
-        for place, row in self.scene.algebraic(int(whole.nodes[0, BEFORE])):
-            M[place] = row[:self.scene.ns] @ M
-        return M
+        return self._followed @ M
+
+    @functools.cached_property
+    def _followed(self) -> np.ndarray:
+        """Changes (ns, ns) just before the first listed event: memory that follows the motion there changes with it."""
+        R = np.eye(self.scene.ns)
+        for place, row in self.scene.algebraic(int(self._whole[0].nodes[0, BEFORE])):
+            R[place] = row[:self.scene.ns]
+        return R
 
     @functools.cached_property
     def _energy_gradient(self) -> np.ndarray | None:

@@ -50,8 +50,9 @@ def kick_of(S, push=0.0, jump=0.0):
 
 
 def linear(*pieces, kept=()):
-    labels = Labels.of(np.eye(3 if kept else 2)[list(kept)])
-    return Linearization(SimpleNamespace(weights=np.array([1.0, 4.0])), pieces, ROW, labels)
+    unit = np.eye(3 if kept else 2)
+    orbit = SimpleNamespace(weights=np.array([1.0, 4.0]), _followed=unit)
+    return Linearization(orbit, pieces, ROW, Labels.of(unit[list(kept)]))
 
 
 # linear equations of an orbit

@@ -1,4 +1,7 @@
-"""What the ends of a step do not show: two zeros of one test in it, and a jump to another branch."""
+"""What the ends of a step do not show: two zeros of one test in it, and a jump to another branch.
+
+One file, because every search in it looks at the same step, beside the same boundaries at its ends.
+"""
 import math
 from dataclasses import dataclass
 
