@@ -266,7 +266,7 @@ class BalanceProblem(Problem):
         for ahead in AHEAD:
             behind = point.x + ahead * self.scale * point.tangent
             listed = self._counted(behind)
-            if np.array_equal(listed, self.listed):
+            if np.array_equal(listed, self.listed) and (found or ahead < AHEAD[-1]):
                 continue
             other = self.with_order(listed)
             other.x0 = point.x.copy()
@@ -274,9 +274,6 @@ class BalanceProblem(Problem):
             if holds:
                 return other, point.x, tangent
             found = found or (other, point.x, tangent)  # so near, rounding may have made it
-        if found is None:
-            found = self.with_order(self.listed), point.x, self._inward(point, behind)[0]
-            found[0].x0 = point.x.copy()
         return found
 
     def change(self, kind, x, successor) -> SpecialPointKind:
