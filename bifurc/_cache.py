@@ -21,6 +21,7 @@ LONE = {"bifurc._jit": "bifurc._jit", "bifurc._apart": "bifurc._apart", "bifurc.
         "bifurc.elements": "bifurc.elements.kinds"}  # and what an import of others can bring
 
 
+@functools.cache
 def source_hash() -> str:
     """Return 16 hexadecimal digits that change with any source a kernel can depend on."""
     files = [path for folder in KERNELS for path in (_PACKAGE / folder).rglob("*.py")]
@@ -101,5 +102,8 @@ def cache_folder() -> pathlib.Path:
 
 
 def kernel_folder(module: str) -> pathlib.Path:
-    """Return the folder of the kernels of one module; modules from elsewhere have all of theirs in `cache_folder`."""
-    return cache_folder() / closure_hash(module) if _path(module) is not None else cache_folder()
+    """Return the folder of the kernels of one module.
+
+    A module from elsewhere (a study, a written law) may call any kernel of the package: its own is stale when any of them changes.
+    """
+    return cache_folder() / (closure_hash(module) if _path(module) is not None else source_hash())

@@ -53,4 +53,18 @@ def test_kernels_lie_in_the_folder_of_their_sources(tmp_path):
                          env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)})
     assert out.stdout.startswith(str(tmp_path / _cache.closure_hash("bifurc.solve.dense")))
     assert _cache.kernel_folder("bifurc.flow.scan").name == _cache.closure_hash("bifurc.flow.scan")
-    assert _cache.kernel_folder("elsewhere") == _cache.cache_folder()
+    assert _cache.kernel_folder("elsewhere") == _cache.cache_folder() / _cache.source_hash()
+
+
+def test_a_kernel_from_elsewhere_follows_what_it_calls(tmp_path):
+    """Its file stays as it is while the package changes: replayed in its old form it would write beyond shorter arrays."""
+    shutil.copytree(_cache._PACKAGE, tmp_path / "bifurc", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "elsewhere.py").write_text("from bifurc._jit import njit\nfrom bifurc.solve.probe import size\n\n\n"
+                                           "@njit\ndef twice():\n    return 2 * size()\n")
+    told = []
+    for size in (7, 8):
+        (tmp_path / "bifurc" / "solve" / "probe.py").write_text(f"from .._jit import njit\n\n\n@njit\ndef size():\n    return {size}\n")
+        told.append(subprocess.run([sys.executable, "-c", "import elsewhere; print(elsewhere.twice())"], text=True, check=True,
+                                   capture_output=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path),
+                                   "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}).stdout)
+    assert told == ["14\n", "16\n"]
