@@ -63,7 +63,8 @@ def test_a_kernel_from_elsewhere_follows_what_it_calls(tmp_path):
                                            "@njit\ndef twice():\n    return 2 * size()\n")
     told = []
     for size in (7, 8):
-        (tmp_path / "bifurc" / "solve" / "probe.py").write_text(f"from .._jit import njit\n\n\n@njit\ndef size():\n    return {size}\n")
+        text = f"from .._jit import njit\n\n\n@njit\ndef size():\n    return {size}\n"
+        (tmp_path / "bifurc" / "solve" / "probe.py").write_text(text)
         told.append(subprocess.run([sys.executable, "-c", "import elsewhere; print(elsewhere.twice())"], text=True, check=True,
                                    capture_output=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path),
                                    "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}).stdout)

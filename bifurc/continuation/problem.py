@@ -78,10 +78,12 @@ class Corrected:
         Values of the problem's monitors.
     left : float
         Size of the largest scaled unknown of the correction that would come next; 0 where that is not known.
+    before : ndarray (n + 1,) or None
+        Of a point on a boundary the last one on the way there that is clear of it, where there is one.
     """
 
     __slots__ = ("x", "tangent", "converged", "status", "iterations", "residual", "distance", "contraction", "det_sign",
-                 "det_log", "monitors", "left")
+                 "det_log", "monitors", "left", "before")
 
     def __init__(self, x, tangent, converged, status, iterations, residual, distance, contraction, det_sign, det_log,
                  monitors, left=0.0):
@@ -97,6 +99,7 @@ class Corrected:
         self.det_log = det_log
         self.monitors = monitors
         self.left = left
+        self.before = None
 
     @property
     def u(self) -> np.ndarray:

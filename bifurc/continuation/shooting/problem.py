@@ -430,7 +430,9 @@ class OrbitProblem(Problem):
 
     def silent(self, monitor, x) -> bool:
         """See `Problem.silent`: the difference of the halves of a doubled orbit may turn away from that at the start, and is
-        measured along another direction from there on."""
+        measured along another direction from there on; how many impacts a chattering lists changes nothing unless it vanishes."""
+        if monitor.name == CLOSURE and signature_change.fewer_chatters(self, x):
+            return False
         return monitor.silent or monitor.name == MERGES and self._apart(x) > branching.SEPARATE
 
     def confirm(self, kind, x) -> bool:

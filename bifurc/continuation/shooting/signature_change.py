@@ -78,6 +78,12 @@ def through_grazing(problem, point, monitor):
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
 
 
+def fewer_chatters(problem, x) -> bool:
+    """Whether at ``x`` (n + 1,) a complete chattering has lost its duration, with the speed of all its impacts."""
+    made = autonomous.changed(dropped, problem, x, NEAR)
+    return made is not None and complete_chatters(made[0]) < complete_chatters(problem.sequence)
+
+
 def solves(problem, x, tangent) -> bool:
     """Whether ``x`` (n + 1,), constructed for the equations of ``problem``, solves them: where an event moves by a leap what
     another one waits for, the two do not change places at one instant, however near each other they are.  The corrector along the
@@ -158,7 +164,7 @@ def constructed(problem, x, name):
         yield from passed_whole(problem, x)
     for near in (SHARP, NEAR):
         found = None
-        if name == LISTED:
+        if name in (LISTED, CLOSURE):  # of a chattering whose impacts all lose their speed either may be zero first
             found = autonomous.changed(dropped, problem, x, near)
         elif name == UNLISTED:
             found = autonomous.changed(functools.partial(inserted, near=near), problem, x)

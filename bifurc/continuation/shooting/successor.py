@@ -42,6 +42,7 @@ BESIDE = (1e-7, 1e-6, 1e-5)  # scaled lengths from an end at which its index is 
 STARTS = 2  # intervals from which a period is simulated
 EPS = 2.2e-16
 OF_FLOW = 100.0  # rounding of a flow to that of single products
+STRETCH = 1e3  # times the way from the last row to an end: the farthest at which a motion before it is looked for
 STILL = 1e-13  # speed of a held row that is none
 LOOSER, FASTER = (10.0, 100.0, 1000.0), 2.0  # by how much other steps are longer, and how much faster a row moves that is not
 ROUNDING = 1e-12  # value of a monitor that tells nothing
@@ -192,13 +193,17 @@ def jumps(problem, point) -> bool:
 def verified(problem, point, new, x, tangent) -> bool:
     """Whether the orbits of the equations ``new`` a little inside from ``x`` (n + 1,) along ``tangent`` are admissible, other
     than those through which the end ``point`` of ``problem`` was reached, and repeated by simulation."""
+    answer = False
     for step in () if rebounds(new) else INSIDE:
         c = along(new, x, tangent, step)
         if c is not None and inside_ahead(new, x, tangent, step, c):
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
-                return determined(new, c.x) and not retraces(problem, point, new, c) and not loosens(new, x, tangent, step, c)
-    return False
+                back = retraces(problem, point, new, c)
+                answer = not back and determined(new, c.x) and not loosens(new, x, tangent, step, c)
+                if back is not None or not answer:
+                    break
+    return answer
 
 
 def loosens(problem, x, tangent, step, c) -> bool:
@@ -248,26 +253,44 @@ def determined(problem, x) -> bool:
     return bool(clear.all())
 
 
-def retraces(problem, point, new, c) -> bool:
-    """Whether ``c``, a point of the equations ``new`` near ``point``, is the motion that the old equations have before it.
+def retraces(problem, point, new, c) -> bool | None:
+    """Whether ``c``, a point of the equations ``new`` near ``point``, is the motion that the old equations have before it; None
+    where dp/ds of the branch is rounding and no such motion is found.
 
     Events that change places at one instant can be listed in either order: what is listed differently is no other motion.  Nor
     is one that is its own mirror image, listed over the whole period.
     """
     if problem.sequence.closure < 0 and over_whole(cycle(problem)) == cycle(new) and new.half_multipliers(c.x) is not None:
         return True
-    back = c.p - float(point.x[-1])
-    if back * point.tangent[-1] > 0.0 or more_impacts(problem, new):
+    if more_impacts(problem, new):
         return False
-    away = (c.x[-1] - point.x[-1]) / problem.scale[-1]
-    length = min(abs(away / point.tangent[-1]), 10.0 * math.sqrt(abs(away))) if point.tangent[-1] else math.sqrt(abs(away))
-    x = point.x - length * problem.scale * point.tangent
-    x[-1] = c.p
-    old = problem.correct(x, point.tangent, True)
-    if not old.converged:
-        return False
+    came = -problem.scale * point.tangent if point.before is None else point.before - point.x
+    if (c.p - point.x[-1]) * came[-1] < 0.0:
+        return False  # its motions at that parameter lie ahead
+    old = _before(problem, point, came, c.p)
+    if old is None:
+        return None if abs(point.tangent[-1]) <= BOUNDARY_BAND else False
     here, there = problem.motion(old.x), new.motion(c.x)
     return distance(here, there) <= ALIKE * max(distance(here, problem.motion(point.x)), SAME)
+
+
+def _before(problem, point, came, p):
+    """Return the solution of the old equations at a parameter on the way ``came`` (n + 1,) to their end ``point``; None where
+    Newton does not find it.
+
+    The parameter falls with the way or, where an event is born or several end at once, with its square.
+    """
+    away = p - float(point.x[-1])
+    bend = math.sqrt(abs(away / (problem.scale[-1] if point.before is None else came[-1] or math.inf)))
+    lengths = [min(away / came[-1], STRETCH), bend] if came[-1] else [bend]
+    way = -came / problem.scale
+    for length in lengths[::-1] if abs(point.tangent[-1]) <= BOUNDARY_BAND else lengths:
+        x = point.x + length * came
+        x[-1] = p
+        found = problem.correct(x, way / np.linalg.norm(way), True)
+        if found.converged and float((found.x - point.x) / problem.scale @ way) < 0.0:
+            return found
+    return None
 
 
 def more_impacts(one, other) -> bool:
@@ -500,6 +523,7 @@ def _from(problem, point, signature, x, through, beside=False):
     lines = directions(new, x)
     if not lines:
         return None
+    doubtful = None  # what goes on, or back on the way on which the branch came
     here = new.correct(x, lines[0]) if beside else None
     if here is not None and not (here.converged and inside(new, here)):
         return None
@@ -521,9 +545,14 @@ def _from(problem, point, signature, x, through, beside=False):
             good = [(way, c) for way, c in good if not comes_back(problem, point, new, x, way, c)]
         for way, c in good[:1] if beside else good:
             orbit = new.motion(c.x)
-            if orbit.success and repetition(orbit).repeated and determined(new, c.x) and not retraces(problem, point, new, c):
+            if not (orbit.success and repetition(orbit).repeated and determined(new, c.x)):
+                continue
+            back = retraces(problem, point, new, c)
+            if back is None and doubtful is None and not loosens(new, x, way, step, c):
+                doubtful = new, x, way
+            elif back is False:
                 return None if loosens(new, x, way, step, c) else (new, x, way)
-    return None
+    return doubtful
 
 
 def along(problem, x, tangent, step):

@@ -1,7 +1,7 @@
 """Events that vanish from an orbit: the equations without those that have lost their speed or their duration."""
 import numpy as np
 
-from ...orbits.shooting.sequence import AFTER, BEFORE, DIVIDE, ENDING, GUARD, TOGETHER
+from ...orbits.shooting.sequence import AFTER, BEFORE, CLOSES, DIVIDE, ENDING, GUARD, TOGETHER
 from ...orbits.shooting.signature import Signature, divided, sections
 from .appearing import NEAR
 
@@ -21,6 +21,7 @@ def dropped(problem, x, near=NEAR, staying=frozenset()):
     changed = len(kept) < len(items)
     if changed and kept:  # impacts that have lost their speed
         join(kept, s)
+        kept = [item for item in kept if item[0][GUARD] < 0 or item[2] is False or item[0][BEFORE] != item[0][AFTER]]
     while len(kept) > 1:
         short = [i for i in range(len(kept)) if vanishing(kept, s, i, near)]
         if not short:
@@ -55,9 +56,14 @@ def join(items, s):
 
 
 def vanishing(items, s, i, near=NEAR) -> bool:
-    """Whether the interval that node ``i`` closes has no duration, and is no pair of kicks or coinciding stops."""
+    """Whether the interval that node ``i`` closes has no duration, and is no pair of kicks or coinciding stops.
+
+    A complete chattering that ends in the mode from which it was released has none where all its impacts have no speed.
+    """
     node, before = items[i][0], items[i - 1][0]
-    if node[GUARD] < 0 or before[GUARD] < 0 or not items[i][2] or node[DIVIDE] == TOGETHER or not items[i - 1][2]:
+    if node[GUARD] < 0 or before[GUARD] < 0 or node[DIVIDE] == TOGETHER or not items[i - 1][2]:
+        return False
+    if not items[i][2] and not (node[CLOSES] == 1 and node[AFTER] == before[BEFORE]):
         return False
     return bool(abs(items[i][1][0] - items[i - 1][1][0] + (s.span if i == 0 else 0.0)) <= near)
 

@@ -10,9 +10,11 @@ One file, because predicting, correcting, judging and cutting a step are one loo
 import copy
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from ...lazy import Later
 from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
 from ...solve.steprun import ON_BOUND
@@ -23,7 +25,7 @@ from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
 FARTHEST = 1e-3  # the same where several events are born at once, of which Newton finds the lengths no nearer
-BLURRED = 0.1  # of such a length, by which rounding may move what is found there
+CLEAR = 1e-5  # arclength from a boundary at which a row tells from where the branch came
 STARTS = 20  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
@@ -511,6 +513,8 @@ class Half:
             return None
         part = row.part
         monitor = part.monitors[cut.test - 1]
+        clear = max(known_to(cut.special), CLEAR)
+        cut.corrected.before = next((one.x for one in reversed(self.rows) if one.part is part and row.s - one.s > clear), None)
         try:
             answer = part.problem.switch(cut.corrected, monitor)
             if not isinstance(answer, tuple) and self.reach(row):  # what is so near to the bound lies on it
@@ -539,6 +543,8 @@ class Half:
         first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
         if born:
             successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
+        cut.special.bound = Later(partial(detect.told_behind, cut.special, cut.special.bound, first))
+        self.drop_beside(row, cut.special)
         self.parts.append(successor)
         self.rows.append(first)
         self.signs = [0] * successor.count
@@ -551,6 +557,17 @@ class Half:
         self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
         cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding
+
+    def drop_beside(self, row, special):
+        """Undo the steps to points that differ from a boundary, on which ``row`` lies, by rounding: where several events end at once
+        steps creep up to it, and what lies between those points says nothing."""
+        rows, known = self.rows, known_to(special)
+        while len(rows) > 2 and rows[-3].part is row.part and (
+                row.s - rows[-2].s <= known or detect.one_with(rows[-2], row, special.bound)):
+            self.slope = rows[-3].tests[0]
+            self.found = [other for other in self.found if other is special or other.s <= rows[-3].s]
+            self.steps -= 1
+            del rows[-2]
 
     @staticmethod
     def begun(problem, x, tangent):
@@ -566,7 +583,7 @@ class Half:
             if not c.converged:
                 continue
             same = float(np.dot(c.tangent, tangent)) > problem.same_tangent
-            told = problem.blur(c) <= BLURRED * max(step, ASIDE[0])
+            told = problem.blur(c) <= detect.BLURRED * max(step, ASIDE[0])
             if same and told:
                 return c, step
             if same or step:

@@ -39,6 +39,8 @@ FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficien
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
+AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
+BLURRED = 0.1  # of the way to a boundary, by which rounding may move what is told there
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -151,6 +153,8 @@ def boundary(half, row, new):
             if end.tests[j] > zero_band(half, new, j) and (cut is None or j != cut.test):
                 break
         else:
+            if cut is not None and (cut.row.singular or nearly_singular(half.rows, row, cut.row.det_log, cut.row.s - row.s)):
+                cut.special.reach = max(cut.special.known, told_from(part, cut.corrected))
             return cut, None
         a = beginning(half, row, new, j)
         if half.signs[j] >= 0:
@@ -168,6 +172,13 @@ def boundary(half, row, new):
     return cut, None
 
 
+def told_from(part, c) -> float:
+    """Return the arclength from a boundary, at the point ``c``, from which on solutions are told apart: where equations lose
+    several ranks rounding moves those next to it more than they differ."""
+    blur = part.problem.blur(c)
+    return blur / BLURRED if math.isfinite(blur) else 0.0
+
+
 def creeping(half, row):
     """Return the cut at a last row beside a boundary that no step reaches, or None where no boundary is near."""
     part = row.part
@@ -178,7 +189,7 @@ def creeping(half, row):
     c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0, row.det_sign,
                   row.det_log, np.array(row.tests[1:]))
     special = Found(*named(part, j, row.x), row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
-                    1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c)
+                    1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c, reach=told_from(part, c))
     return Cut(row, c, j, special)
 
 
@@ -279,9 +290,13 @@ def crossed(half, row, new, cut):
     return found, None
 
 
-def one_with(special, edge, bound) -> bool:
-    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, known to a ``bound``."""
-    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + float(bound)
+def one_with(other, edge, bound) -> bool:
+    """Whether a fold or a row is next to a row ``edge`` on a boundary, and its parameter that of the boundary, which is known to a
+    ``bound``."""
+    if abs(other.s - edge.s) > SHORT:
+        return False
+    own = other.error if isinstance(other, Found) else 0.0
+    return abs(float(other.x[-1]) - edge.p) <= own + float(bound)
 
 
 def beside_edge(edge, inner, j, s, known) -> bool:
@@ -423,6 +438,30 @@ def parameter_error(part, c, root, j, curve=None):
     bend = root.p_curve if curve is None else min(root.p_curve, curve.parameter_bend())
     own = part.problem.uncertainty(c.x, c.tangent) + number_error(part, c, root, j, length)
     return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
+
+
+def told_behind(special, bound, first) -> float:
+    """Bound on the error of the parameter of a boundary, own units: its own ``bound``, and what the equations behind it tell, which
+    begin there with the row ``first``.
+
+    Equations may be singular on their boundary, as where several events end at once, and those behind it not: what is known
+    better counts.  Two that contradict each other are off by as much.
+    """
+    part, own = first.part, float(bound)
+    try:
+        c = part.problem.correct(first.x + AHEAD * first.direction, first.tangent)
+        if part.born == 0 or not c.converged:
+            return own
+        beyond = Row(c, part, first.s + AHEAD, 0.0, tests_of(c), first.ds)
+        curve = Curve(first, beyond)
+        root = polish(curve.test(part.born), 0.0, first.tests[part.born], None)
+        if root is None:
+            return own
+        behind = parameter_error(part, root.point, root, part.born, curve)
+    except part.problem.errors:
+        return own
+    apart = abs(float(root.point.x[-1] - special.x[-1]))
+    return min(own, apart + behind) if apart <= own + behind else apart + behind
 
 
 def place_error(part, c, root, j, curve=None) -> float:

@@ -224,7 +224,7 @@ def test_a_motion_before_the_end_is_no_successor(p, off, more, known, way, monke
     old.motion, new.motion = (lambda x: float(x[-1])), (lambda x: float(x[-1]) + off)
     monkeypatch.setattr(rules, "more_impacts", lambda one, other: more)
     monkeypatch.setattr(rules, "distance", lambda one, other: abs(one - other))
-    end = SimpleNamespace(x=at(2.0), tangent=way * old.null_tangent(at(2.0)))
+    end = SimpleNamespace(x=at(2.0), tangent=way * old.null_tangent(at(2.0)), before=None)
     here = 2.0 + way * (p - 2.0)
     assert rules.retraces(old, end, new, SimpleNamespace(x=at(here), p=here)) is known
 
