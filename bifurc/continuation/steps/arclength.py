@@ -97,8 +97,10 @@ class Half:
             self.step()
         if self.reason is StopReason.INADMISSIBLE:
             self.come_back()
-        last = self.rows[-1]
+        last, crept = self.rows[-1], self.reason is StopReason.DS_MIN
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
+        if crept and self.reason is StopReason.CHATTERING:
+            last = self.come_inside()
         if self.reason is StopReason.SHRUNK:  # the equations lose all their ranks: a last step that turns is rounding
             while len(self.rows) > 2 and float(np.dot(self.rows[-1].tangent, self.rows[-2].tangent)) < math.cos(MAX_ANGLE):
                 last = self.take_back()
@@ -351,6 +353,17 @@ class Half:
         row = self.rows[-1]
         while len(self.rows) > 1 and self.rows[-2].part is row.part and any(row.tests[j] > 0.0 for j in row.part.boundary):
             row = self.take_back()
+
+    def come_inside(self):
+        """Undo the steps behind the last row that has no test beyond a boundary, however little; returns it, or the last row where
+        the equations have none.  Where changes of the sequence accumulate, steps creep over one whose test stays below what an
+        orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
+        part = self.rows[-1].part
+        inside = next((row for row in reversed(self.rows) if row.part is part and not any(row.tests[j] > 0.0 for j in part.boundary)),
+                      self.rows[-1])
+        while self.rows[-1] is not inside:
+            self.take_back()
+        return inside
 
     def ask_user(self, row):
         """Call ``record``, ``stop`` and ``progress``; their exceptions end the branch with the row kept."""
