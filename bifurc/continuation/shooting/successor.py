@@ -473,7 +473,7 @@ def _begun(problem, point, signature, x, search, through):
     else:
         if complete_chatters(signature) > complete_chatters(problem.sequence) and just_completes(new, begin):
             search.completing = new
-        found = _from(problem, point, signature, begin, through)
+        found = _from(problem, point, signature, begin, through, farther=x)
         if found is not None and leads_back(point, *found):
             found = _nearer(problem, point, new, signature, found)
         if found is not None:
@@ -489,15 +489,18 @@ def just_completes(problem, x) -> bool:
     return bool(abs(info[RESTS]) <= VALID)
 
 
-def _from(problem, point, signature, x, through, beside=False):
+def _from(problem, point, signature, x, through, beside=False, farther=None):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
-    where the orbits that follow are motions; or None."""
+    where the orbits that follow are motions; or None.  Where no direction is told at ``x``, as where two slips are born of which
+    one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on."""
     new = problem.with_sequence(signature, x)
     if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
         return None
     if not distance(problem.motion(point.x), new.motion(x)) <= SAME:
         return None
     lines = directions(new, x)
+    if not lines and farther is not None and (length := float(np.linalg.norm((farther - x) / new.scale))) > CLOSE:
+        lines = [(farther - x) / new.scale / length]
     if not lines:
         return None
     here = new.correct(x, lines[0]) if beside else None
