@@ -27,6 +27,8 @@ BLURRED = 0.1  # of such a length, by which rounding may move what is found ther
 STARTS = 20  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
+FURTHER, FEW = 4.0, 5  # times the test of a boundary at the last few rows before it, that of one at least twice as far away
+FALLEN = 1e-6  # of the largest value of a test, one that falls to nothing
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 NOTHING_BEYOND = (StopReason.CHATTERING, StopReason.AT_REST, StopReason.HOMOCLINIC)  # ends behind which no single sequence goes on
@@ -435,6 +437,7 @@ class Half:
         if cut is None:
             return False
         before = self.slope, self.signs, self.sizes, self.edge, self.pending
+        crept = self.crept(row)
         self.slope = row.tests[0]
         self.cross(row, cut)
         if self.reason is not None:
@@ -449,12 +452,24 @@ class Half:
             return False
         first = self.rows[-1]
         special = cut.special
-        special.bound = special.error + abs(first.p - row.p)
+        special.bound = special.error + abs(first.p - row.p) + crept
         special.x = np.append(row.x[:-1], first.p)
         if not cut.silent:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
         return True
+
+    def crept(self, row) -> float:
+        """Return how far the parameter of a last ``row`` that creeps up to a boundary may be from there: a test that is zero there
+        with at most the square of the way is `FURTHER` times as large twice as far away.  Rounding may leave nearly nothing of one:
+        of the last few rows the largest counts, and of the tests that fall to nothing the one that tells most."""
+        mine, found = [other for other in self.rows if other.part is row.part], 0.0
+        for j in row.part.boundary:
+            near = max(abs(other.tests[j]) for other in mine[-FEW:])
+            if near < FALLEN * self.sizes[j]:
+                found = max(found, next((abs(other.p - row.p) for other in reversed(mine) if abs(other.tests[j]) >= FURTHER * near),
+                                        0.0))
+        return found
 
     def meets(self, row):
         """Whether the bound is just ahead, and the equations are singular on it: an interval lasts no time there, as flights behind
