@@ -575,6 +575,9 @@ class Half:
         first.signs = tuple(self.signs)
         cut.special.successor = problem
         cut.special.after = problem.signature
+        off = problem.uncertainty(np.asarray(x, float), tangent)
+        if off > 0.0:  # else nothing asks for the error yet
+            cut.special.bound = cut.special.error + off
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
         self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
