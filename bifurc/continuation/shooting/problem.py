@@ -177,6 +177,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._labels = self.equations.labels
+        self.free = len(self._labels.rows)
         self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale, lambda: self.wide_jacobian(self.x0) * self.scale)

@@ -499,8 +499,9 @@ def _from(problem, point, signature, x, through, beside=False, farther=None):
     if not distance(problem.motion(point.x), new.motion(x)) <= as_near(problem, point, new):
         return None
     lines = directions(new, x)
-    if not lines and farther is not None and (length := float(np.linalg.norm((farther - x) / new.scale))) > CLOSE:
-        lines = [(farther - x) / new.scale / length]
+    if not lines and farther is not None and new.free < problem.free:
+        chord = (farther - x) / new.scale
+        lines = [chord / length] if (length := float(np.linalg.norm(chord))) > CLOSE else []
     if not lines:
         return None
     here = new.correct(x, lines[0]) if beside else None
@@ -533,8 +534,7 @@ def as_near(problem, point, new) -> float:
     """Return the scaled distance of two motions that are one: `SAME`.  What slips in the old equations and sticks all the time in
     the ``new`` ones may stand at any place of an interval, and does so where it stood at the old end ``point``: that is known to
     the rounding of the old equations there, where they are singular."""
-    free = len(new._labels.rows) > len(problem._labels.rows)
-    return max(SAME, min(problem.blur(point), CREPT)) if free else SAME
+    return max(SAME, min(problem.blur(point), CREPT)) if new.free > problem.free else SAME
 
 
 def along(problem, x, tangent, step):

@@ -437,7 +437,6 @@ class Half:
         if cut is None:
             return False
         before = self.slope, self.signs, self.sizes, self.edge, self.pending
-        crept = self.crept(row)
         self.slope = row.tests[0]
         self.cross(row, cut)
         if self.reason is not None:
@@ -452,24 +451,14 @@ class Half:
             return False
         first = self.rows[-1]
         special = cut.special
-        special.bound = special.error + abs(first.p - row.p) + crept
+        special.bound = special.error + abs(first.p - row.p)
+        if first.part.problem.free > row.part.problem.free:  # where it stands is known as well as where steps end
+            special.bound += crept(self.rows[:-1], row, before[2])
         special.x = np.append(row.x[:-1], first.p)
         if not cut.silent:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
         return True
-
-    def crept(self, row) -> float:
-        """Return how far the parameter of a last ``row`` that creeps up to a boundary may be from there: a test that is zero there
-        with at most the square of the way is `FURTHER` times as large twice as far away.  Rounding may leave nearly nothing of one:
-        of the last few rows the largest counts, and of the tests that fall to nothing the one that tells most."""
-        mine, found = [other for other in self.rows if other.part is row.part], 0.0
-        for j in row.part.boundary:
-            near = max(abs(other.tests[j]) for other in mine[-FEW:])
-            if near < FALLEN * self.sizes[j]:
-                found = max(found, next((abs(other.p - row.p) for other in reversed(mine) if abs(other.tests[j]) >= FURTHER * near),
-                                        0.0))
-        return found
 
     def meets(self, row):
         """Whether the bound is just ahead, and the equations are singular on it: an interval lasts no time there, as flights behind
@@ -654,3 +643,17 @@ def outward(row, options):
     """Whether a row lies on a bound, but for the rounding of the arclength, and its branch leaves through it."""
     room, slope = ON_BOUND * (1.0 + row.s) * float(row.part.scale[-1]), row.tests[0]
     return bool(row.p >= options.high - room and slope > SLOPE or row.p <= options.low + room and slope < -SLOPE)
+
+
+def crept(rows, row, sizes) -> float:
+    """Return how far the parameter of a last ``row``, of ``rows`` whose tests had at most the ``sizes``, may be from a boundary that
+    they creep up to: a test that is zero there with at most the square of the way is `FURTHER` times as large twice as far away.
+    Rounding may leave nearly nothing of one: of the last few rows the largest counts, and of the tests that fall to nothing the one
+    that tells most."""
+    mine, found = [other for other in rows if other.part is row.part], 0.0
+    for j in row.part.boundary:
+        near = max(abs(other.tests[j]) for other in mine[-FEW:])
+        if near < FALLEN * sizes[j]:
+            away = (abs(other.p - row.p) for other in reversed(mine) if abs(other.tests[j]) >= FURTHER * near)
+            found = max(found, next(away, 0.0))
+    return found

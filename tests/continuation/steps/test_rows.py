@@ -465,6 +465,7 @@ class Creeping:
         self.crossed, self.end = crossed, end
         self.slope, self.signs, self.sizes, self.edge, self.pending = 0.1, [1, -1], [2.0, 3.0], None, ["later"]
         self.rows, self.parts, self.found = [SimpleNamespace(p=1.0)], ["first"], []
+        self.part = SimpleNamespace(problem=SimpleNamespace(free=0))
         self.reason, self.message, self.ds = None, "", 1e-9
         self.options = SimpleNamespace(ds=0.3, ds_max=0.2)
 
@@ -474,7 +475,7 @@ class Creeping:
         if isinstance(self.crossed, StopReason):
             self.reason, self.message = self.crossed, "it ends"
         else:
-            self.rows.append(SimpleNamespace(p=self.crossed))
+            self.rows.append(SimpleNamespace(p=self.crossed, part=self.part))
             self.parts.append("second")
 
     def ends_in(self, row):
@@ -493,7 +494,8 @@ class Creeping:
 @pytest.mark.parametrize("silent", [False, True])
 def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent, monkeypatch):
     half = Creeping(half.crossed, half.end)
-    row, special = SimpleNamespace(tests=[0.7], p=1.0, x=np.array([5.0, 6.0, 1.0])), SimpleNamespace(error=1e-6, x=None)
+    row = SimpleNamespace(tests=[0.7], p=1.0, x=np.array([5.0, 6.0, 1.0]), part=half.part)
+    special = SimpleNamespace(error=1e-6, x=None)
     monkeypatch.setattr(arclength.detect, "creeping", lambda made, start: None)
     assert arclength.Half.leap_from(half, row, "start") is False and half.rows[1:] == [] and half.slope == 0.1
     monkeypatch.setattr(arclength.detect, "creeping", lambda made, start: SimpleNamespace(special=special, silent=silent))
