@@ -330,8 +330,8 @@ class OrbitProblem(Problem):
         return ROUNDED + float(self.scale[1] / self.weights[0]) * found.left
 
     def uncertainty(self, x, tangent) -> float:
-        """See `Problem.uncertainty`: the last listed impact of a complete chattering brings the mass to rest at once.  Another event
-        that meets this instant meets the end of the impacts that are not listed, by which the parameter may be off."""
+        """See `Problem.uncertainty`: the last listed impact of a complete chattering brings the mass to rest at once.  Another
+        event that meets this instant meets the end of the impacts that are not listed, by which the parameter may be off."""
         if not self._chatters or self._released(x) or self._resting(x)[1] > self._unlisted(x):
             return 0.0
         beside = [c for sign in (-1.0, 1.0) if (c := self.correct(x + sign * AWAY * self.scale * tangent, tangent)).converged]

@@ -361,8 +361,8 @@ class Half:
         the equations have none.  Where changes of the sequence accumulate, steps creep over one whose test stays below what an
         orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
         part = self.rows[-1].part
-        inside = next((row for row in reversed(self.rows) if row.part is part and not any(row.tests[j] > 0.0 for j in part.boundary)),
-                      self.rows[-1])
+        mine = (row for row in reversed(self.rows) if row.part is part)
+        inside = next((row for row in mine if not any(row.tests[j] > 0.0 for j in part.boundary)), self.rows[-1])
         while self.rows[-1] is not inside:
             self.take_back()
         return inside
@@ -565,8 +565,9 @@ class Half:
         cut.special.successor = problem
         cut.special.after = problem.signature
         off = problem.uncertainty(np.asarray(x, float), tangent)
-        if off > 0.0:  # else nothing asks for the error yet
-            cut.special.bound = cut.special.error + off
+        if off > 0.0:  # else nothing asks for the error yet; what both equations are off by is in it
+            own = part.problem.uncertainty(cut.corrected.x, cut.corrected.tangent)
+            cut.special.bound = cut.special.error + max(off - own, 0.0)
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
         self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
@@ -646,10 +647,12 @@ def outward(row, options):
 
 
 def crept(rows, row, sizes) -> float:
-    """Return how far the parameter of a last ``row``, of ``rows`` whose tests had at most the ``sizes``, may be from a boundary that
-    they creep up to: a test that is zero there with at most the square of the way is `FURTHER` times as large twice as far away.
-    Rounding may leave nearly nothing of one: of the last few rows the largest counts, and of the tests that fall to nothing the one
-    that tells most."""
+    """Return how far the parameter of a last ``row``, of ``rows`` whose tests had at most the ``sizes``, may be from a boundary
+    that they creep up to.
+
+    A test that is zero there with at most the square of the way is `FURTHER` times as large twice as far away.  Rounding may leave
+    nearly nothing of one: of the last few rows the largest counts, and of the tests that fall to nothing the one that tells most.
+    """
     mine, found = [other for other in rows if other.part is row.part], 0.0
     for j in row.part.boundary:
         near = max(abs(other.tests[j]) for other in mine[-FEW:])

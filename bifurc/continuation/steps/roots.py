@@ -91,7 +91,8 @@ def bracketed(f, a, fa, b, fb, jumps=True):
     if not near or b - a > WIDE or not jumps and max(abs(fa), abs(fb)) > least:
         return None
     slope = (fb - fa) / (b - a) or math.copysign(1e-300, fb)
-    return Root(*near[-1], a, b, b - a, slope, aside([(t, float(point.x[-1])) for t, point in near[-LAST:]]), 0.0, False)
+    noise = 2.0 * aside([(t, float(point.x[-1])) for t, point in near[-LAST:]])  # it moves the place of the root as well
+    return Root(*near[-1], a, b, b - a, slope, noise, 0.0, False)
 
 
 def aside(points) -> float:

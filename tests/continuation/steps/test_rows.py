@@ -511,3 +511,29 @@ def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent
     assert leaps or half.slope == 0.1
     if half.crossed == 1.25:
         assert half.kept == before
+
+
+# a branch that creeps over a change of its sequence ends before it
+
+@pytest.mark.parametrize("tests, kept", [
+    ([-1e-3, -1e-16, 1e-15, 1e-14, 2e-13], 2), ([-1e-3, -1e-4, -1e-5, -1e-6, -1e-7], 5),
+    ([1e-17, 1e-17, 1e-17, 1e-17, 1e-17], 5), ([-1e-3, 1e-17, -1e-17, 1e-15, -1e-16], 5)],
+    ids=["over it", "up to it", "zero by itself", "to and fro"])
+def test_rows_behind_a_change_below_rounding_are_undone(tests, kept):
+    part = SimpleNamespace(boundary=[1])
+    other = SimpleNamespace(part=SimpleNamespace(boundary=[1]), tests=[0.5, -1.0])
+    half = SimpleNamespace(rows=[other, *(SimpleNamespace(part=part, tests=[0.5, value]) for value in tests)])
+    half.take_back = half.rows.pop
+    last = arclength.Half.come_inside(half)
+    assert last is half.rows[-1] and len(half.rows) == 1 + kept and half.rows[0] is other
+
+
+def test_how_far_a_row_that_creeps_is_from_its_boundary():
+    """Tests that fall with the distance and with its square, and one that stays: the distance is not more than what is stated."""
+    part = SimpleNamespace(boundary=[1, 2, 3])
+    away = 3.0 * 0.7**np.arange(60)
+    for power in (1.0, 1.5, 2.0):
+        rows = [SimpleNamespace(part=part, p=2.0 + d, tests=[0.1, -d**power, -0.2, -1e-9 * d**power]) for d in away]
+        stated = arclength.crept(rows, rows[-1], [0.1, away[0]**power, 0.2, 1e-9 * away[0]**power])
+        assert away[-1] <= stated <= 25.0 * away[-1]
+    assert arclength.crept(rows[:3], rows[2], [0.1, 9.0, 0.2, 9e-9]) == 0.0  # nothing has fallen yet
