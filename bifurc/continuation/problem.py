@@ -187,6 +187,7 @@ class Problem:
     smooth_boundaries = False  # whether the equations are smooth across boundaries, at which only the order of events changes
     monitors_read_tangent = True  # whether `monitor_values` does
     follows = False  # whether `follow` makes steps
+    free = 0  # how many quantities no equation decides: what sticks all the time may stand anywhere in an interval
     wraps = False  # whether `wrapped_jacobian` gives the multipliers as singularities of the equations
 
     # What the solutions are motions of: None for algebraic equations.

@@ -1,6 +1,7 @@
 """Branches of the random systems of `test_settled_motions`: every row is a motion, every end is one, from either end the same."""
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 import bifurc as bf
 from studies import branch_audit as audits
@@ -61,6 +62,9 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("stop_and_friction", 52024, id="a birth beside which flights rise less than rounding: the way back to it"),
     pytest.param("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
     pytest.param("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
+    pytest.param("stop_and_friction", 61016, id="a change of the sequence that is smaller than a touch, beside an accumulation"),
+    pytest.param("between_masses", 62026, id="one row beside the birth of an impact: its tangent is rounding"),
+    pytest.param("two_masses", 61034, id="two slips born at once, one far longer than the other", marks=pytest.mark.slow),
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
     pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
@@ -68,3 +72,76 @@ def test_branches_are_the_same_from_everywhere(seed):
 def test_branches_of_the_audited_kinds_are_the_same_from_everywhere(kind, number):
     row = audits.audited(kind, number)
     assert row.rows > 20 and (row.not_repeated, row.failed, row.ends, row.one_way, row.starts, row.ok) == (0, 0, [], [], [], True)
+
+
+def traced_with_others(kind, number, rows):
+    """Return the branch of a scene, and those from some of its rows."""
+    system, name, bounds = audits.scene(kind, number)
+    branch = bf.trace(bf.find_orbit(system), name, bounds=bounds, max_steps=audits.MAX_STEPS)
+    return branch, [bf.trace(branch.orbits[k], name, bounds=bounds, max_steps=2 * audits.MAX_STEPS) for k in rows]
+
+
+# of the scene `two_masses` 61034: frequency, damping, stiffness, spring and dashpot between the masses, gap, restitution, friction
+OMEGA, DAMPING, SPRING, JOINT, DASHPOT, ROOM, BOUNCE, HOLDING = 0.538, 0.168, 2.8, 1.8, 0.108, 0.1, 0.786, 0.192
+
+
+def limits_of_standing(unknowns):
+    """Return what is zero where the second mass begins to slip both ways: it stands at ``y``, the first is an oscillator with two
+    impacts a period, of which the motion is known.  What it pulls has its least value at ``t`` between the two, and its greatest
+    just before the second."""
+    amplitude, y, first, v1, second, v2, t = unknowns
+    wave = amplitude / (SPRING - OMEGA**2 + 1j * DAMPING * OMEGA)
+    free = complex(-0.5 * DAMPING, np.sqrt(SPRING - 0.25 * DAMPING**2))
+
+    def behind(begin, speed):
+        swing = ROOM - JOINT * y / SPRING - (wave * np.exp(1j * OMEGA * begin)).real
+        leaves = -BOUNCE * speed - (1j * OMEGA * wave * np.exp(1j * OMEGA * begin)).real
+        size = complex(swing, (swing * free.real - leaves) / free.imag)
+
+        def moved(t, order):
+            rates = (1j * OMEGA)**order * wave * np.exp(1j * OMEGA * t) + free**order * size * np.exp(free * (t - begin))
+            return rates.real + (JOINT * y / SPRING if order == 0 else 0.0)
+        return moved
+    one, two, end = behind(first, v1), behind(second, v2), first + 2.0 * np.pi / OMEGA
+
+    def pull(t, order):
+        return JOINT * one(t, order) + DASHPOT * one(t, order + 1) - (SPRING * y if order == 0 else 0.0)
+    return [one(second, 0) - ROOM, one(second, 1) - v2, two(end, 0) - ROOM, two(end, 1) - v1,
+            pull(second, 0) - HOLDING, pull(t, 0) + HOLDING, pull(t, 1)]
+
+
+def test_slips_both_ways_are_born_at_one_place_from_either_side():
+    """One is born at an instant of greatest pull and lasts as the power 3/4 of the distance, the other before an impact."""
+    onset = fsolve(limits_of_standing, [0.2963, -0.0035, 0.98, 0.0083, 10.92, 0.0203, 6.19], xtol=1e-14)[0]
+    branch, others = traced_with_others("two_masses", 61034, (2, 60, 120))
+    for other in (branch, *others):
+        assert [end.reason.value for end in other.ends] == ["bound", "bound"] and other.audit.ok
+        point = min(other.special_points.of("slip_onset"), key=lambda point: abs(point.parameter - onset))
+        sticks = any(problem is point.problem and problem.free for problem in other.problems)
+        # from the side of the stick it is where this member slips, of which the place is known as well as where steps ended
+        assert abs(point.parameter - onset) <= (1e-8 if sticks else point.error) < 1e-6
+
+
+def test_an_event_that_meets_the_end_of_a_chattering_is_known_to_what_is_not_listed():
+    """A stick is overtaken by one impact after the other: where, falls to the end of them by the restitution."""
+    branch, others = traced_with_others("mixed", 60038, (2,))
+    far = [point.parameter for point in branch.special_points if 0.17602650 < point.parameter < 0.1763][::2]
+    for other in (branch, *others):
+        values = [point.parameter for point in other.special_points if 0.1760 < point.parameter < 0.1790]
+        assert len(values) > 5 and len(far) >= 3
+        a, b, c = far[0], far[1], far[2]
+        limit = a - (b - a)**2 / (c - 2.0 * b + a)
+        meets = min(other.special_points, key=lambda point: abs(point.parameter - limit))
+        assert abs(meets.parameter - limit) <= meets.error + 1e-8 and meets.error < 5e-6
+
+
+EXACT = 0.45995676454  # +- 1e-12
+
+
+def test_the_last_change_before_an_accumulation_is_within_its_stated_error():
+    """Period map of the mass in closed form from event to event, with 30 digits: its events are one more below this gap."""
+    branch, others = traced_with_others("stop_and_friction", 61016, (2, 105, -3))
+    for other in (branch, *others):
+        point = min(other.special_points, key=lambda point: point.parameter)
+        assert abs(point.parameter - EXACT) <= point.error < 1e-9
+        assert min(end.p for end in other.ends) > EXACT - 1e-7 and other.audit.ok

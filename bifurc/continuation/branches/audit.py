@@ -69,14 +69,15 @@ def told_slopes(arrays):
     """Return dp/ds of the rows, zero where it tells nothing.
 
     Where a contact is born at speed zero the equations are singular on the boundary itself: the tangent of the row that lies
-    there is rounding, and its slope counts only where the chord to the next row of the same equations has its sign.
+    there is rounding, and its slope counts only where the chord to the next row of the same equations has its sign. A row that is
+    the only one of its equations has none.
     """
     slope, part, p, s = arrays["slope"].copy(), arrays["part"], arrays["parameter"], arrays["s"]
     same = part[1:] == part[:-1]
     chords = np.where(same & (s[1:] > s[:-1]), p[1:] - p[:-1], 0.0)
     first, last = np.flatnonzero(~same) + 1, np.flatnonzero(~same)
     for rows, beside in ((first, np.append(chords, 0.0)[first]), (last, np.append(0.0, chords)[last])):
-        slope[rows[slope[rows] * beside < 0.0]] = 0.0
+        slope[rows[slope[rows] * beside <= 0.0]] = 0.0
     return slope
 
 

@@ -177,6 +177,7 @@ class OrbitProblem(Problem):
         self.x0 = np.array(x0, float)
         self.signature = sequence.text(self.scene)
         self._labels = self.equations.labels
+        self.free = len(self._labels.rows)
         self._known: dict[bytes, np.ndarray] = {}  # multipliers of the last solutions
         self._clear: tuple[np.ndarray, float] | None = None  # a solution and its test of the multiplier -1
         self._halves = branching.halves(self.sequence, self.x0, self.scale, lambda: self.wide_jacobian(self.x0) * self.scale)
@@ -328,6 +329,16 @@ class OrbitProblem(Problem):
         """See `Problem.test_uncertainty`: tests are parts of the natural sizes of states, of which the scale is a multiple."""
         return ROUNDED + float(self.scale[1] / self.weights[0]) * found.left
 
+    def uncertainty(self, x, tangent) -> float:
+        """See `Problem.uncertainty`: the last listed impact of a complete chattering brings the mass to rest at once.  Another
+        event that meets this instant meets the end of the impacts that are not listed, by which the parameter may be off."""
+        if not self._chatters or self._released(x) or self._resting(x)[1] > self._unlisted(x):
+            return 0.0
+        beside = [c for sign in (-1.0, 1.0) if (c := self.correct(x + sign * AWAY * self.scale * tangent, tangent)).converged]
+        rest = self._resting(x)[1]
+        rate = max((abs((c.p - float(x[-1])) / (self._resting(c.x)[1] - rest)) for c in beside), default=0.0)
+        return rate * max(self._unlisted(at) for at in (x, *(c.x for c in beside)))  # where the two meet friction may seem to turn
+
     def blur(self, found: Corrected) -> float:
         """See `Problem.blur`: at a given arclength, by the rounding of the flow."""
         _, wide, rounded = self._linearised(found.x)
@@ -389,11 +400,15 @@ class OrbitProblem(Problem):
         return node[GUARD] >= 0 and bool(self.scene.tables.kick[node[BEFORE], node[GUARD]])
 
     def _excess(self, node, row) -> float:
-        """Return the closure of an impact, see `flow.chatter.closure`; ``row`` (1 + ns,) are its time and the state before."""
-        e, scene = self.equations, self.scene
-        T = e.path.tables
+        """Return the first of `_closing`."""
+        return float(self._closing(node, row)[0])
+
+    def _closing(self, node, row):
+        """Return the closure of an impact and how long the impacts behind it last, own units, see `flow.chatter.closure`; ``row``
+        (1 + ns,) are its time and the state before."""
         z = self._joined(row)
-        return float(closure_of(scene)(T, node[BEFORE], node[GUARD], z, self.arriving(node, row), np.empty(z.size))[0])
+        return closure_of(self.scene)(self.equations.path.tables, node[BEFORE], node[GUARD], z, self.arriving(node, row),
+                                      np.empty(z.size))
 
     def arriving(self, node, row) -> float:
         """Return the rate of the guard of an event, own units; ``row`` (1 + ns,) are its time and the state before."""
@@ -599,11 +614,16 @@ class OrbitProblem(Problem):
 
     def _shortest_rest(self, x) -> tuple[int, float]:
         """Return the last node of the complete chattering with the shortest rest behind it, and that as part of the period."""
+        i, rest = self._resting(x)
+        return i, rest / self.sequence.written_out(x[:-1])[0].span
+
+    def _resting(self, x) -> tuple[int, float]:
+        """Return the last node of the complete chattering with the shortest rest behind it, and that in forcing periods."""
         s, U = self.sequence.written_out(x[:-1])
         times = U[::1 + self.scene.ns]
         ends = np.flatnonzero(s.nodes[:, CLOSES] == 1)
         rests = np.diff(np.append(times, times[0] + s.span))[ends]
-        return int(ends[np.argmin(rests)]), float(rests.min()) / s.span
+        return int(ends[np.argmin(rests)]), float(rests.min())
 
     def _slip(self, x) -> float:
         """Least share of the period for which a contact slips that also sticks, 1 without such a contact."""
@@ -639,6 +659,12 @@ class OrbitProblem(Problem):
                     zero.add((element, scene.keys[mode][element], number))
             found.append(zero)
         return set.intersection(*found)
+
+    def _unlisted(self, x) -> float:
+        """Return how long the impacts last that are not listed of the complete chattering with the shortest rest at ``x`` (n + 1,),
+        forcing periods."""
+        (s, U), i, T = self.sequence.written_out(x[:-1]), self._resting(x)[0], self.equations.numbers_at(float(x[-1]))
+        return float(self._closing(s.nodes[i], U.reshape(len(s.nodes), -1)[i])[1] * T.flat[0]) / (2.0 * np.pi)
 
     def _released(self, x) -> bool:
         """Whether the shortest rest behind a complete chattering at ``x`` (n + 1,) ends in the release of that stop."""

@@ -60,7 +60,7 @@ SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 STAYS = 10.0  # times the last change of a value: a larger one has not changed
 LISTED, HELD_ROWS = "listed", "held"  # names of the monitors of events and of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
-SAME = 2e-6  # scaled distance of two motions that are one
+SAME, CREPT = 2e-6, 1e-5  # scaled distance of two motions that are one; most of one with another member of its family
 PHASES, EXACT = 1000, 1e-12  # phases at which an orbit without a clock is looked for on another; scaled error of the one found
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
 SLOW = 1e-3  # scaled speed or duration of an event that may be about to begin
@@ -496,7 +496,7 @@ def _begun(problem, point, signature, x, search, through):
     else:
         if complete_chatters(signature) > complete_chatters(problem.sequence) and just_completes(new, begin):
             search.completing = new
-        found = _from(problem, point, signature, begin, through)
+        found = _from(problem, point, signature, begin, through, farther=x)
         if found is not None and leads_back(point, *found):
             found = _nearer(problem, point, new, signature, found)
         if found is not None:
@@ -512,15 +512,19 @@ def just_completes(problem, x) -> bool:
     return bool(abs(info[RESTS]) <= VALID)
 
 
-def _from(problem, point, signature, x, through, beside=False):
+def _from(problem, point, signature, x, through, beside=False, farther=None):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
-    where the orbits that follow are motions; or None."""
+    where the orbits that follow are motions; or None.  Where no direction is told at ``x``, as where two slips are born of which
+    one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on."""
     new = problem.with_sequence(signature, x)
     if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
         return None
-    if not distance(problem.motion(point.x), new.motion(x)) <= SAME:
+    if not distance(problem.motion(point.x), new.motion(x)) <= as_near(problem, point, new):
         return None
     lines = directions(new, x)
+    if not lines and farther is not None and new.free < problem.free:
+        chord = (farther - x) / new.scale
+        lines = [chord / length] if (length := float(np.linalg.norm(chord))) > CLOSE else []
     if not lines:
         return None
     doubtful = None  # what goes on, or back on the way on which the branch came
@@ -553,6 +557,13 @@ def _from(problem, point, signature, x, through, beside=False):
             elif back is False:
                 return None if loosens(new, x, way, step, c) else (new, x, way)
     return doubtful
+
+
+def as_near(problem, point, new) -> float:
+    """Return the scaled distance of two motions that are one: `SAME`.  What slips in the old equations and sticks all the time in
+    the ``new`` ones may stand at any place of an interval, and does so where it stood at the old end ``point``: that is known to
+    the rounding of the old equations there, where they are singular."""
+    return max(SAME, min(problem.blur(point), CREPT)) if new.free > problem.free else SAME
 
 
 def along(problem, x, tangent, step):

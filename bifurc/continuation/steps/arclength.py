@@ -29,6 +29,8 @@ CLEAR = 1e-5  # arclength from a boundary at which a row tells from where the br
 STARTS = 20  # last rows from which a point on a bound, or what goes on, is looked for
 AT_BOUND, REACH = 1e-7, 1e-4  # scaled distance of the parameter, and of all unknowns, from a bound that no step reaches
 OVER = 1.1  # of the way to a boundary, the step behind a row before it: none ends on the boundary itself, where tests are not known
+FURTHER, FEW = 4.0, 5  # times the test of a boundary at the last few rows before it, that of one at least twice as far away
+FALLEN = 1e-6  # of the largest value of a test, one that falls to nothing
 NUDGE = 0.83  # factor for a step that lands on a branch point
 SLOPE = 1e-9  # dp/ds that clearly leads out of the bounds
 NOTHING_BEYOND = (StopReason.CHATTERING, StopReason.AT_REST, StopReason.HOMOCLINIC)  # ends behind which no single sequence goes on
@@ -99,8 +101,10 @@ class Half:
             self.step()
         if self.reason is StopReason.INADMISSIBLE:
             self.come_back()
-        last = self.rows[-1]
+        last, crept = self.rows[-1], self.reason is StopReason.DS_MIN
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
+        if crept and self.reason is StopReason.CHATTERING:
+            last = self.come_inside()
         if self.reason is StopReason.SHRUNK:  # the equations lose all their ranks: a last step that turns is rounding
             while len(self.rows) > 2 and float(np.dot(self.rows[-1].tangent, self.rows[-2].tangent)) < math.cos(MAX_ANGLE):
                 last = self.take_back()
@@ -354,6 +358,17 @@ class Half:
         while len(self.rows) > 1 and self.rows[-2].part is row.part and any(row.tests[j] > 0.0 for j in row.part.boundary):
             row = self.take_back()
 
+    def come_inside(self):
+        """Undo the steps behind the last row that has no test beyond a boundary, however little; returns it, or the last row where
+        the equations have none.  Where changes of the sequence accumulate, steps creep over one whose test stays below what an
+        orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
+        part = self.rows[-1].part
+        mine = (row for row in reversed(self.rows) if row.part is part)
+        inside = next((row for row in mine if not any(row.tests[j] > 0.0 for j in part.boundary)), self.rows[-1])
+        while self.rows[-1] is not inside:
+            self.take_back()
+        return inside
+
     def ask_user(self, row):
         """Call ``record``, ``stop`` and ``progress``; their exceptions end the branch with the row kept."""
         options = self.options
@@ -439,6 +454,8 @@ class Half:
         first = self.rows[-1]
         special = cut.special
         special.bound = special.error + abs(first.p - row.p)
+        if first.part.problem.free > row.part.problem.free:  # where it stands is known as well as where steps end
+            special.bound += crept(self.rows[:-1], row, before[2])
         special.x = np.append(row.x[:-1], first.p)
         if not cut.silent:
             self.found.append(special)
@@ -553,6 +570,10 @@ class Half:
         first.signs = tuple(self.signs)
         cut.special.successor = problem
         cut.special.after = problem.signature
+        off = problem.uncertainty(np.asarray(x, float), tangent)
+        if off > 0.0:  # else nothing asks for the error yet; what both equations are off by is in it
+            own = part.problem.uncertainty(cut.corrected.x, cut.corrected.tangent)
+            cut.special.bound = cut.special.error + max(off - own, 0.0)
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
         self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
@@ -640,3 +661,19 @@ def outward(row, options):
     """Whether a row lies on a bound, but for the rounding of the arclength, and its branch leaves through it."""
     room, slope = ON_BOUND * (1.0 + row.s) * float(row.part.scale[-1]), row.tests[0]
     return bool(row.p >= options.high - room and slope > SLOPE or row.p <= options.low + room and slope < -SLOPE)
+
+
+def crept(rows, row, sizes) -> float:
+    """Return how far the parameter of a last ``row``, of ``rows`` whose tests had at most the ``sizes``, may be from a boundary
+    that they creep up to.
+
+    A test that is zero there with at most the square of the way is `FURTHER` times as large twice as far away.  Rounding may leave
+    nearly nothing of one: of the last few rows the largest counts, and of the tests that fall to nothing the one that tells most.
+    """
+    mine, found = [other for other in rows if other.part is row.part], 0.0
+    for j in row.part.boundary:
+        near = max(abs(other.tests[j]) for other in mine[-FEW:])
+        if near < FALLEN * sizes[j]:
+            away = (abs(other.p - row.p) for other in reversed(mine) if abs(other.tests[j]) >= FURTHER * near)
+            found = max(found, next(away, 0.0))
+    return found

@@ -10,6 +10,7 @@ from ...solve.zeros import PROBE
 __all__ = ["PROBE", "Root", "bracketed", "enclose", "off_line", "polish", "root_of"]
 
 HALVINGS, NARROW, WIDE = 40, 1e-9, 1e-2  # of a bracket that cannot be polished: most, and width that is enough, or too much
+LAST = 10  # points next to such a root that show the rounding of the parameter
 CONTINUOUS = 1e-6  # of the values at its ends, which are left of one that does not jump
 off_line = zeros.off_line.py_func
 enclosing = zeros.enclosing.py_func
@@ -72,9 +73,9 @@ def bracketed(f, a, fa, b, fb, jumps=True):
     zero with some power of the way; or None.
 
     ``fa`` and ``fb`` have opposite signs.  The error is what is left of the bracket: its middle may have no point.  Where the test
-    ``jumps`` over zero that is no root unless it may.
+    ``jumps`` over zero that is no root unless it may.  So near to rounding that of the parameter may count more than the bracket.
     """
-    found, least = None, CONTINUOUS * max(abs(fa), abs(fb))
+    near, least = [], CONTINUOUS * max(abs(fa), abs(fb))
     for _ in range(HALVINGS):
         t = 0.5 * (a + b)
         made = f(t)
@@ -84,12 +85,21 @@ def bracketed(f, a, fa, b, fb, jumps=True):
             b, fb = t, made[0]
         else:
             a, fa = t, made[0]
-        found = t, made[1]
+        near.append((t, made[1]))
         if b - a < NARROW or made[0] == 0.0:
             break
-    if found is None or b - a > WIDE or not jumps and max(abs(fa), abs(fb)) > least:
+    if not near or b - a > WIDE or not jumps and max(abs(fa), abs(fb)) > least:
         return None
-    return Root(*found, a, b, b - a, (fb - fa) / (b - a) or math.copysign(1e-300, fb), 0.0, 0.0, False)
+    slope = (fb - fa) / (b - a) or math.copysign(1e-300, fb)
+    noise = 2.0 * aside([(t, float(point.x[-1])) for t, point in near[-LAST:]])  # it moves the place of the root as well
+    return Root(*near[-1], a, b, b - a, slope, noise, 0.0, False)
+
+
+def aside(points) -> float:
+    """Return how far the parameters of points (t, p) that close in on the last one lie beside a line from that to the first."""
+    (first, p0), (last, p1) = points[0], points[-1]
+    slope = (p1 - p0) / (last - first) if last != first else 0.0
+    return max(abs(p - p1 - slope * (t - last)) for t, p in points)
 
 
 def polish(f, t, value, point):

@@ -196,6 +196,17 @@ def test_slopes_on_boundaries_count_where_the_chord_agrees():
     assert told_slopes(arrays).tolist() == [0.5, -0.2, -0.3, 0.4, 0.6]
 
 
+def test_a_row_alone_in_its_equations_has_no_slope_for_the_parity():
+    """A parabola whose least value lies on a boundary: of the row beside it there the tangent is rounding, of either sign."""
+    s = np.array([0.0, 0.0, 1.0, 2.0])
+    for rounded in (-5e-6, 5e-6):
+        arrays = {"slope": np.array([rounded, *(2.0 * s[1:] + 0.1)]), "part": np.array([0, 1, 1, 1]), "s": s,
+                  "parameter": s**2 + 0.1 * s}
+        slopes = told_slopes(arrays)
+        assert slopes.tolist() == [0.0, 0.1, 2.1, 4.1]
+        assert parity_violations(s, slopes, arrays["part"], [], [PROBLEM, SimpleNamespace()]) == ()
+
+
 def test_an_audit_is_well_where_nothing_speaks_against_it():
     def audit(**more):
         return Audit(**{"parity": True, "violations": (), "angles": np.zeros(7), "n_points": 9, "n_rejected": 2,

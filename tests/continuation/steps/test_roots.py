@@ -123,6 +123,22 @@ def test_halving_leaves_a_bracket_with_the_root(sign):
     assert bracketed(broken, 0.0, f(0.0), 1.0, f(1.0)) is None  # what is left is too wide
 
 
+@pytest.mark.parametrize("noise", (0.0, 1e-11))
+def test_halving_states_the_rounding_of_the_parameter(noise):
+    """Points whose parameter is a line and noise: that of the root is the line's to what is stated, which is no more than a few
+    times the noise."""
+    rng = np.random.default_rng(3)
+
+    def f(t):
+        p = 2.0 + 0.1 * t + noise * rng.uniform(-1.0, 1.0)
+        return t - 0.3 + 1e-3 * math.copysign(1.0, t - 0.3), SimpleNamespace(x=[0.0, p])
+
+    root = bracketed(f, 0.0, -0.3, 1.0, 0.7)
+    rounding = 1e-15
+    assert abs(root.point.x[-1] - (2.0 + 0.1 * 0.3)) <= root.p_noise + 0.1 * root.error + rounding
+    assert 0.1 * noise <= root.p_noise <= 8.0 * noise + rounding
+
+
 def test_a_root_of_infinite_slope_is_left_to_halving():
     def f(t):
         return math.copysign(math.sqrt(abs(t - 0.35)), t - 0.35)

@@ -465,6 +465,7 @@ class Creeping:
         self.crossed, self.end = crossed, end
         self.slope, self.signs, self.sizes, self.edge, self.pending = 0.1, [1, -1], [2.0, 3.0], None, ["later"]
         self.rows, self.parts, self.found = [SimpleNamespace(p=1.0)], ["first"], []
+        self.part = SimpleNamespace(problem=SimpleNamespace(free=0))
         self.reason, self.message, self.ds = None, "", 1e-9
         self.options = SimpleNamespace(ds=0.3, ds_max=0.2)
 
@@ -474,7 +475,7 @@ class Creeping:
         if isinstance(self.crossed, StopReason):
             self.reason, self.message = self.crossed, "it ends"
         else:
-            self.rows.append(SimpleNamespace(p=self.crossed))
+            self.rows.append(SimpleNamespace(p=self.crossed, part=self.part))
             self.parts.append("second")
 
     def ends_in(self, row):
@@ -493,7 +494,8 @@ class Creeping:
 @pytest.mark.parametrize("silent", [False, True])
 def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent, monkeypatch):
     half = Creeping(half.crossed, half.end)
-    row, special = SimpleNamespace(tests=[0.7], p=1.0, x=np.array([5.0, 6.0, 1.0])), SimpleNamespace(error=1e-6, x=None)
+    row = SimpleNamespace(tests=[0.7], p=1.0, x=np.array([5.0, 6.0, 1.0]), part=half.part)
+    special = SimpleNamespace(error=1e-6, x=None)
     monkeypatch.setattr(arclength.detect, "creeping", lambda made, start: None)
     assert arclength.Half.leap_from(half, row, "start") is False and half.rows[1:] == [] and half.slope == 0.1
     monkeypatch.setattr(arclength.detect, "creeping", lambda made, start: SimpleNamespace(special=special, silent=silent))
@@ -509,3 +511,29 @@ def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent
     assert leaps or half.slope == 0.1
     if half.crossed == 1.25:
         assert half.kept == before
+
+
+# a branch that creeps over a change of its sequence ends before it
+
+@pytest.mark.parametrize("tests, kept", [
+    ([-1e-3, -1e-16, 1e-15, 1e-14, 2e-13], 2), ([-1e-3, -1e-4, -1e-5, -1e-6, -1e-7], 5),
+    ([1e-17, 1e-17, 1e-17, 1e-17, 1e-17], 5), ([-1e-3, 1e-17, -1e-17, 1e-15, -1e-16], 5)],
+    ids=["over it", "up to it", "zero by itself", "to and fro"])
+def test_rows_behind_a_change_below_rounding_are_undone(tests, kept):
+    part = SimpleNamespace(boundary=[1])
+    other = SimpleNamespace(part=SimpleNamespace(boundary=[1]), tests=[0.5, -1.0])
+    half = SimpleNamespace(rows=[other, *(SimpleNamespace(part=part, tests=[0.5, value]) for value in tests)])
+    half.take_back = half.rows.pop
+    last = arclength.Half.come_inside(half)
+    assert last is half.rows[-1] and len(half.rows) == 1 + kept and half.rows[0] is other
+
+
+def test_how_far_a_row_that_creeps_is_from_its_boundary():
+    """Tests that fall with the distance and with its square, and one that stays: the distance is not more than what is stated."""
+    part = SimpleNamespace(boundary=[1, 2, 3])
+    away = 3.0 * 0.7**np.arange(60)
+    for power in (1.0, 1.5, 2.0):
+        rows = [SimpleNamespace(part=part, p=2.0 + d, tests=[0.1, -d**power, -0.2, -1e-9 * d**power]) for d in away]
+        stated = arclength.crept(rows, rows[-1], [0.1, away[0]**power, 0.2, 1e-9 * away[0]**power])
+        assert away[-1] <= stated <= 25.0 * away[-1]
+    assert arclength.crept(rows[:3], rows[2], [0.1, 9.0, 0.2, 9e-9]) == 0.0  # nothing has fallen yet
