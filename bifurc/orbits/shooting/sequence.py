@@ -27,7 +27,7 @@ import numpy as np
 
 from ..._jit import FLAG, NOTHING, NUMBER, WHOLE, apart, both, inlined, leaf, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
-from ...elements import EventKind
+from ...elements.kinds import EventKind
 from ...flow.affine.engine import (
     KNOWS_BESIDE,
     advance,
