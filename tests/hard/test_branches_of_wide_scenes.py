@@ -67,6 +67,10 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("two_masses", 61034, id="two slips born at once, one far longer than the other", marks=pytest.mark.slow),
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
     pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
+    pytest.param("mixed", 62042, id="a separation that leaps over a rest on the surface of a stop"),
+    pytest.param("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
+    pytest.param("mixed", 62005, id="equations that are valid over less than the length at which they are begun",
+                 marks=pytest.mark.slow),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])
 def test_branches_of_the_audited_kinds_are_the_same_from_everywhere(kind, number):

@@ -352,6 +352,9 @@ def condition_of(problem, kind, name, x):
     # a change of the sequence of events may be called by what changes: its monitor is found by its own name
     followed = [k for k, monitor in enumerate(problem.monitors)
                 if monitor.name == name and (monitor.kind == kind or monitor.boundary and name)]
+    if len(followed) > 1:  # of several of one name that which is zero
+        values = problem.monitor_values(x[:-1], float(x[-1]), np.zeros(x.size))
+        followed = [min(followed, key=lambda k: abs(values[k]))]
     if kind is SpecialPointKind.PERIOD_DOUBLING and problem.wraps:
         return conditions.Flip(problem), -1
     if kind is SpecialPointKind.BRANCH_POINT and followed and problem.wraps:

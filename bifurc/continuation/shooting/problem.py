@@ -65,6 +65,7 @@ FLIP = sequence.FLIP, Monitor(SpecialPointKind.PERIOD_DOUBLING)
 HALF_FLIP = sequence.FLIP, Monitor(SpecialPointKind.BRANCH_POINT)
 HIT = sequence.LISTED, Monitor(SpecialPointKind.GRAZING, LISTED, boundary=True)
 PASS = sequence.PEAK, Monitor(SpecialPointKind.GRAZING, UNLISTED, boundary=True)
+APART = [(place, PASS[1]) for place in (sequence.MOVING, sequence.HOLDING)]  # the same of what moves, and of what is held
 LEAVE = sequence.LEAVING, Monitor(SpecialPointKind.STICK_ONSET, LEAVING, boundary=True)
 BREAK = sequence.BROKEN, Monitor(SpecialPointKind.USER, HELD_ROWS, boundary=True, silent=True)
 SHORTEST = 1e-9  # forcing periods: contacts of a shorter time leave rounding alone in the multipliers
@@ -126,7 +127,9 @@ def watched(scene, signature: Signature) -> tuple[np.ndarray, list[Monitor]]:
     found = [FLIP if signature.closure > 0 else HALF_FLIP]
     if signature.events:
         found.append(HIT)
-    found.append(PASS)
+    kinds = {scene.event_kind(mode, guard) in (EventKind.RELEASE, EventKind.SLIP) for mode in set(nodes[:, AFTER].tolist())
+             for guard in range(int(scene.tables.n_guards[mode]))}
+    found += APART if len(kinds) > 1 else [PASS]
     if np.any(nodes[:, STARTS:] < 0):
         found.append(LEAVE)
     if np.any((nodes[:, GUARD] >= 0) & (scene.tables.n_holds[nodes[:, AFTER]] > 0)):

@@ -216,7 +216,7 @@ def changed(problem, x, other):
         if told[2] and (impacts or len(told[2]) < len(apart)):  # which events count as leading to the completion differs, too
             one, two, apart = told
     if not apart:
-        return None
+        return leapt(problem, x, other)
     kinds = {EventKind(kind) for _, kind in apart}
     if kinds != {EventKind.IMPACT} and completes:
         kinds.discard(EventKind.IMPACT)  # more or fewer of those that lead to the completion
@@ -237,6 +237,32 @@ def changed(problem, x, other):
     if kinds == {EventKind.CONTACT, EventKind.SEPARATION}:
         return brief_contact(richer, at, {element for element, kind in apart if EventKind(kind) is EventKind.CONTACT})
     return None
+
+
+def leapt(problem, x, other):
+    """Return the kind of the change between two sequences of the same events that differ by the place of one; None without it.
+
+    An event moves by a leap where what it waits for does not happen before a stay: a mass comes to rest just where a surface is,
+    and parts from it before that, or only when it slips again.  The interval that vanishes is another one from either side, what
+    moves is one event.
+    """
+    one, two = named_events(problem), named_events(other)
+    if turns(one) & turns(two):
+        return None
+    moved = {event for event in one if without(one, event) & without(two, event)}
+    kinds = [of_surface(problem, x, {element}, EventKind(kind)) if EventKind(kind) in (EventKind.CONTACT, EventKind.SEPARATION)
+             else KINDS.get(EventKind(kind), SpecialPointKind.GRAZING) for element, kind in moved]
+    return min(kinds, key=ORDER.index, default=None)
+
+
+def turns(events) -> set:
+    """Return the cycle of ``events`` as tuples, begun at each of them."""
+    return {tuple(events[k:] + events[:k]) for k in range(len(events))} or {()}
+
+
+def without(events, event) -> set:
+    """Return the cycles of ``events`` that are left without one ``event``, each as its first turn in order."""
+    return {min(turns(events[i + 1:] + events[:i])) for i, other in enumerate(events) if other == event}
 
 
 def differ(problem, other, masks):
@@ -291,11 +317,17 @@ def beside_stick(problem, x, elements):
 def brief_contact(problem, x, elements):
     """Return what a contact more at ``x`` (n + 1,) is, of one of the ``elements``: a grazing where it begins on a surface in space,
     also where something else happens within it (a stick, that goes on without it); else a change of the load, which ends it too."""
+    return of_surface(problem, x, elements, EventKind.CONTACT)
+
+
+def of_surface(problem, x, elements, kind):
+    """Return what the first event of a ``kind`` at ``x`` (n + 1,) is, of one of the ``elements``: a grazing on a surface in space,
+    else a separation."""
     scene, T, ns = problem.scene, problem.equations.numbers_at(float(x[-1])), problem.scene.ns
-    begin = next(i for i, (mode, guard, *_) in enumerate(problem.sequence.nodes.tolist()) if guard >= 0
-                 and scene.event_kind(mode, guard) is EventKind.CONTACT and scene.guard(mode, guard).element in elements)
-    mode, guard = problem.sequence.nodes[begin, :AFTER].tolist()
-    place = begin * (1 + ns) + 1
+    at = next(i for i, (mode, guard, *_) in enumerate(problem.sequence.nodes.tolist()) if guard >= 0
+              and scene.event_kind(mode, guard) is kind and scene.guard(mode, guard).element in elements)
+    mode, guard = problem.sequence.nodes[at, :AFTER].tolist()
+    place = at * (1 + ns) + 1
     return SpecialPointKind.GRAZING if is_surface(scene, T, mode, guard, x[place:place + ns]) else SpecialPointKind.SEPARATION
 
 

@@ -580,8 +580,8 @@ class Half:
         cut.special.reverses = self.slope * self.signs[0] < 0.0  # unless the first step shows it to be rounding
 
     def drop_beside(self, row, special):
-        """Undo the steps to points that differ from a boundary, on which ``row`` lies, by rounding: where several events end at once
-        steps creep up to it, and what lies between those points says nothing."""
+        """Undo the steps to points that differ from a boundary, on which ``row`` lies, by rounding: where several events end at
+        once steps creep up to it, and what lies between those points says nothing."""
         rows, known = self.rows, known_to(special)
         while len(rows) > 2 and rows[-3].part is row.part and (
                 row.s - rows[-2].s <= known or detect.one_with(rows[-2], row, special.bound)):
@@ -594,21 +594,22 @@ class Half:
     def begun(problem, x, tangent):
         """Return the first corrected point of new equations and its distance from their beginning.
 
-        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known; and
-        farther where rounding moves solutions by a part of the way: which of them Newton finds is chance, and no step from it goes
-        on.
+        Where they are singular there, or two branches of them meet, it is a little inside, where the tangent is that known, and no
+        farther than they are valid; and farther where rounding moves solutions by a part of the way: which of them Newton finds is
+        chance, and no step from it goes on.
         """
-        made = []
+        made, boundaries = [], [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
         for step in (0.0, *ASIDE, FARTHEST):
             c = problem.correct(x + step * problem.scale * tangent, tangent)
             if not c.converged:
                 continue
             same = float(np.dot(c.tangent, tangent)) > problem.same_tangent
             told = problem.blur(c) <= detect.BLURRED * max(step, ASIDE[0])
-            if same and told:
+            valid = step == 0.0 or all(c.monitors[k] <= problem.touch for k in boundaries)
+            if same and told and valid:
                 return c, step
             if same or step:
-                made.append((not (told and step), not same, len(made), c, step))
+                made.append((not valid, not (told and step), not same, len(made), c, step))
         return min(made)[-2:] if made else (c, step)
 
     def closing(self, row, new):

@@ -27,6 +27,7 @@ import numpy as np
 
 from ..._jit import FLAG, NOTHING, NUMBER, WHOLE, apart, both, inlined, leaf, njit
 from ...compose.tables import ORDER, rebuild, rebuild_mode
+from ...elements.kinds import EventKind
 from ...flow.affine.engine import (
     KNOWS_BESIDE,
     advance,
@@ -93,7 +94,9 @@ NO_PEAK = -1.0  # scaled value of the unlisted maximum where there is none
 DETERMINED = 2e-14  # relative, for each unknown, to which a ratio of determinants is known
 DIFFERENCE = 1e-7  # of the parameter's natural size; the tangent is good to that, special points to its square
 (ITERATIONS, RESIDUAL, DET_SIGN, DET_LOG, CONTRACTION, FLIP, LISTED, LISTED_AT, PEAK, PEAK_SEGMENT, PEAK_GUARD,
- PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, LEFT, INFO) = range(19)  # places in the `info` that `correct` fills
+ PEAK_TIME, RESTS, LEAVING, LEAVING_AT, LEAVING_GUARD, BROKEN, LEFT, MOVING, HOLDING,
+ INFO) = range(21)  # places in the `info` that `correct` fills
+RELEASED, SLIPS = EventKind.RELEASE.code, EventKind.SLIP.code  # where a force can hold no longer
 UNKNOWN = 2  # `locate`: the kernel does not know the test there
 
 
@@ -434,7 +437,11 @@ def moved_end(arc, xp, y1):
 def monitor(T, nodes, fixed, span, closure, U, weights, info):
     """Fill LISTED (least arriving speed or duration of a listed event), PEAK (largest unlisted maximum), LEAVING (largest
     leading rate of a guard that vanishes at a start), BROKEN (largest value or speed of a row that a mode holds, where it
-    begins), all scaled, and RESTS (shortest rest behind a complete chattering, periods)."""
+    begins), all scaled, and RESTS (shortest rest behind a complete chattering, periods).
+
+    PEAK is the larger of HOLDING, of guards beyond which a force can hold no longer, and MOVING, of the others: a mass that rests
+    next to a stop is as near to it all the while, and would hide that its friction just holds.
+    """
     flat, n_guards = T.flat, T.n_guards
     count = nodes.shape[0]
     ns, nx = T.A.shape[1], T.A.shape[2]
@@ -450,7 +457,7 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
     info[LISTED], info[LISTED_AT], info[RESTS] = np.inf, -1.0, np.inf
     info[LEAVING], info[LEAVING_AT], info[LEAVING_GUARD] = -np.inf, -1.0, -1.0
     info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = -np.inf, -1.0, -1.0, 0.0
-    info[BROKEN] = 0.0
+    info[BROKEN], info[MOVING], info[HOLDING] = 0.0, -np.inf, -np.inf
     for i in range(count):
         before, g, after = nodes[i, BEFORE], nodes[i, GUARD], nodes[i, AFTER]
         tau = U[i * size]
@@ -497,6 +504,8 @@ def monitor(T, nodes, fixed, span, closure, U, weights, info):
                 if first > value:
                     value, at = first, 0.0
             value /= scale
+            kind = HOLDING if T.kind[after, q] == RELEASED or T.kind[after, q] == SLIPS else MOVING
+            info[kind] = max(info[kind], value)
             if value > info[PEAK]:
                 info[PEAK], info[PEAK_SEGMENT], info[PEAK_GUARD], info[PEAK_TIME] = value, i, q, tau + at / period
 
@@ -935,8 +944,8 @@ def monitored(info, place):
     """Return the value of the test that stands at a place of ``info``, negative where the sequence is valid."""
     if place == LISTED:
         return -info[LISTED] if info[LISTED] < np.inf else NO_PEAK
-    if place == PEAK:
-        return max(info[PEAK], NO_PEAK)
+    if place == PEAK or place == MOVING or place == HOLDING:
+        return max(info[place], NO_PEAK)
     if place == BROKEN:
         return info[BROKEN] - 0.5 * HELD
     return info[place]

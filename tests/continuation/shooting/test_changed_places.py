@@ -7,6 +7,7 @@ from bifurc.continuation.shooting.completion import begun_at
 from bifurc.continuation.shooting.train_length import longer
 from bifurc.elements import Coulomb, ElasticStop, HarmonicForce, Jenkins, RigidStop
 from bifurc.orbits.shooting.sequence import CLOSES
+from tests.reference.time_stepping import stepped
 
 
 def points(branch):
@@ -95,6 +96,48 @@ def test_events_that_change_places_have_one_name_from_both_sides():
     assert branch.audit.ok and len(branch.special_points) == 9
     for row in (2, len(branch) // 2, len(branch) - 3):
         assert points(bf.trace(branch.orbits[row], "jenkins_2.limit", bounds=bounds)) == points(branch)
+
+
+def test_a_mass_that_comes_to_rest_on_a_surface_grazes_it_from_both_sides():
+    """Where a mass stops just as it leaves an elastic stop it parts before that rest, or behind it: the separation leaps over the
+    rest, and of the intervals one that ends in slip vanishes from one side, one that ends in separation from the other.  Time
+    stepping says where the mass stands."""
+    def chain(friction=0.151, turn=0.0):
+        return bf.System(np.diag([1.9251, 1.1984, 0.8363]),
+                         [[0.3731, -0.1959, 0.0], [-0.1959, 0.2551, -0.0358], [0.0, -0.0358, 0.1544]],
+                         [[2.9882, -1.7451, 0.0], [-1.7451, 2.064, -0.3189], [0.0, -0.3189, 1.2297]], [
+            HarmonicForce(0.439, phase=2.0 * np.pi * turn), Coulomb(friction, dof=1, static_ratio=1.3),
+            ElasticStop(0.224, 96.8, dof=1)], omega=0.429)
+
+    bounds = (0.12, 0.1632)
+    branches = [bf.trace(bf.find_orbit(chain(0.15)), "coulomb.friction", bounds=bounds)]
+    branches += [bf.trace(branches[0].orbits[row], "coulomb.friction", bounds=bounds) for row in (2, len(branches[0]) - 3)]
+    assert len({tuple(points(branch)) for branch in branches}) == 1
+    assert [p.kind for p in branches[0].special_points] == ["grazing", "stick_onset", "grazing"]
+    for point, turn, way in ((branches[0].special_points[0], 0.149, 1.0), (branches[0].special_points[2], 0.193, -1.0)):
+        stands = {}
+        for aside in (-1e-3, 0.0, 1e-3):
+            system = chain(point.parameter + aside, turn)
+            stands[aside] = way * (stepped(system, bf.find_orbit(system).state, 4, 32000)[1] - 0.224)
+        assert stands[-1e-3] < -1e-4 and abs(stands[0.0]) < 3e-6 and stands[1e-3] > 1e-4
+
+
+def test_a_mass_that_rests_beside_its_stop_does_not_hide_what_its_friction_does():
+    """Between two amplitudes a mass that impacts have stopped 1e-7 beside its stop is pushed back before it rests.  The step of the
+    branch over both saw the nearness of the stop alone, which is next to zero all the while.  Simulations of single amplitudes
+    tell how many events a period has, and where that changes."""
+    system = bf.System(1.0, 0.0494, 1.0, [HarmonicForce(1.0), RigidStop(0.447, 0.662), Coulomb(0.0603)], omega=0.461)
+    branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.5, 1.5), max_steps=250)
+    window = [p for p in branch.special_points if 0.6175 < p.parameter < 0.6255]
+    assert branch.audit.ok and [p.kind for p in window] == ["slip_onset"] * 2
+
+    def events(amplitude):
+        here = system.with_parameters(amplitude=amplitude)
+        return len(bf.simulate(here, bf.simulate(here, (0.0, 0.0), periods=60).final, periods=1).events)
+
+    assert [events(amplitude) for amplitude in (0.6178, 0.6213, 0.6248)] == [14, 15, 14]
+    for point in window:
+        assert {events(point.parameter + aside) for aside in (-1e-7, 1e-7)} == {14, 15}
 
 
 def test_friction_beside_a_stiff_contact_is_traced():

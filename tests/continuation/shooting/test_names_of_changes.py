@@ -145,6 +145,26 @@ def test_two_neighbours_that_change_places_name_the_change():
     assert changes.exchanged(half, x, whole) is Kind.SLIP_ONSET
 
 
+def test_an_event_that_leaps_over_a_stay_names_the_change():
+    """A separation before a stick and the slip behind it, or after them; a stick that leaps; nothing where two have moved."""
+    part, touch, stick, slip, other = g(0, PARTS), g(0, CONTACT), g(1, STICKS), g(1, SLIP), g(2, SLIP)
+
+    def made(*guards, surface=1.0):
+        problem, x = at(*((0.1 + 0.1 * k, guard) for k, guard in enumerate(guards)))
+        T = SimpleNamespace(D=np.zeros((1, 40, 2)), LG=np.zeros((1, 40, 1)))
+        T.D[0, part, 0] = surface
+        problem.equations = SimpleNamespace(numbers_at=lambda p: T)
+        return problem, x
+
+    early, late = (touch, part, stick, slip, other), (slip, part, other, touch, stick)  # begun anywhere
+    for one, two in ((early, late), (late, early)):
+        assert changes.leapt(*made(*one), made(*two)[0]) is Kind.GRAZING
+        assert changes.leapt(*made(*one, surface=0.0), made(*two)[0]) is Kind.SEPARATION
+    assert changes.leapt(*made(touch, part, other, stick, slip), made(stick, touch, part, other, slip)[0]) is Kind.STICK_ONSET
+    assert changes.leapt(*made(*early), made(other, slip, stick, part, touch)[0]) is None
+    assert changes.leapt(*made(*early), made(*early[2:], *early[:2])[0]) is None
+
+
 def test_events_of_one_instant_stand_in_one_order():
     a, b, c = g(2, SLIP), g(1, SLIP), g(0, IMPACT)
     one, x = at((0.3, a), (0.3, b, TOGETHER), (0.6, c))

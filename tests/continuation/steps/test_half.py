@@ -8,12 +8,13 @@ import pytest
 
 from bifurc.continuation import SpecialPointKind, StopReason, trace
 from bifurc.continuation.kinds import CorrectorStatus
-from bifurc.continuation.problem import Corrected
+from bifurc.continuation.problem import Corrected, Monitor
 from bifurc.continuation.steps import arclength, detect
 from bifurc.continuation.steps.arclength import ASIDE, FARTHEST, Half
 from bifurc.continuation.steps.inside import known_to
 from bifurc.continuation.steps.rows import Part, Row
 from bifurc.continuation.steps.rows import tests_of as values_of
+from bifurc.orbits.orbit import TOUCH
 from bifurc.solve.steplaw import MAX_ANGLE
 from tests.continuation.problems import Scalar, circle
 from tests.continuation.steps.lines import Line, edge, user, walk
@@ -178,16 +179,18 @@ def test_behind_a_boundary_the_equations_begin_on_the_one_that_is_zero_there():
 
 
 def asked_problem(answers, scale=(64.0, 0.25)):
-    """A problem of which every correction is one of ``answers`` (status, cosine to the given tangent, and how far rounding
-    moves it); what was asked is kept."""
+    """A problem of which every correction is one of ``answers`` (status, cosine to the given tangent, how far rounding moves
+    it, value of its boundary); what was asked is kept."""
     problem = SimpleNamespace(scale=np.array(scale), same_tangent=0.99, asked=[])
 
     def correct(x, tangent):
-        converged, cosine, *blur = answers[min(len(problem.asked), len(answers) - 1)]
+        converged, cosine, *more = answers[min(len(problem.asked), len(answers) - 1)]
         problem.asked.append(x.copy())
         t = cosine * tangent + math.sqrt(1.0 - cosine**2) * np.array([-tangent[1], tangent[0]])
-        return SimpleNamespace(x=x, tangent=t, converged=converged, blur=sum(blur))
-    problem.correct, problem.blur = correct, lambda found: found.blur
+        blur, beyond = (*more, *(0.0, -1.0)[len(more):])
+        return SimpleNamespace(x=x, tangent=t, converged=converged, blur=blur, monitors=np.array([1.0, beyond]))
+    problem.monitors = Monitor(SpecialPointKind.FOLD), Monitor(SpecialPointKind.GRAZING, boundary=True)
+    problem.correct, problem.blur, problem.touch = correct, lambda found: found.blur, TOUCH
     return problem
 
 
@@ -198,7 +201,10 @@ def test_equations_that_are_singular_where_they_begin_are_solved_a_little_inside
                           ([(True, 0.5), (False, 1.0), (True, 0.5)], ASIDE[1]),  # none the same: the first inside
                           # the first that rounding does not move by as much as the way, also with another tangent
                           ([(True, 1.0, 1e-3), (True, 1.0, 1e-5), (True, 1.0, 1e-6)], ASIDE[1]),
-                          ([(True, 1.0, 1e-3)] * 4 + [(True, 0.5, 1e-6)], FARTHEST), ([(True, 1.0, 1e-3)], 0.0)):
+                          ([(True, 1.0, 1e-3)] * 4 + [(True, 0.5, 1e-6)], FARTHEST), ([(True, 1.0, 1e-3)], 0.0),
+                          # not beyond another boundary, if there is a place before it
+                          ([(True, 0.5), (True, 1.0, 0.0, 1e-3), (True, 1.0, 0.0, 1e-2), (True, 1.0)], ASIDE[2]),
+                          ([(True, 0.5), (True, 1.0, 0.0, 1e-3), (False, 1.0)], ASIDE[0])):
         problem = asked_problem(answers)
         c, along = Half.begun(problem, x, t)
         assert c.converged and along == step
