@@ -37,6 +37,7 @@ from ..steps.rows import followed
 BIRTH, DEATH = "birth", "death"
 AHEAD = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # arclengths behind a boundary at which the new order of events is read
 BESIDE = 1e-5  # arclength behind a boundary at which the new order must hold
+CLEARLY = 1e-3  # of a shorter arclength: margins beyond that are not those of rounding
 POINT = {EventKind.SLIP: SpecialPointKind.SLIP_ONSET, EventKind.STICK: SpecialPointKind.STICK_ONSET,
          EventKind.CONTACT: SpecialPointKind.GRAZING, EventKind.SEPARATION: SpecialPointKind.SEPARATION}
 CORNER = 4.0  # most of these parts, seen
@@ -270,7 +271,7 @@ class BalanceProblem(Problem):
                 continue
             other = self.with_order(listed)
             other.x0 = point.x.copy()
-            tangent, holds = other._inward(point, behind)
+            tangent, holds = other._inward(point, behind, ahead)
             if holds:
                 return other, point.x, tangent
             found = found or (other, point.x, tangent)  # so near, rounding may have made it
@@ -298,22 +299,26 @@ class BalanceProblem(Problem):
         return all(numbers.GU[contact, m, g].any() and not numbers.GS[contact, m, g].any() and not numbers.GZ[contact, m, g].any()
                    for m, g in found)
 
-    def _inward(self, point, behind) -> tuple[np.ndarray, bool]:
+    def _inward(self, point, behind, ahead=BESIDE) -> tuple[np.ndarray, bool]:
         """Return the tangent at a point of the boundary of this order of events that leads to where it holds, and whether it does.
 
         At the point itself rounding decides from which side the Jacobian is taken: the one of this order is that at
         ``behind`` (n + 1,), where its events are clearly there.  The branch may turn back in its corner: it goes on where the
         new order holds, not where the old one came from.  The Jacobians of two orders differ by one rank, so that the sign of
-        the bordered determinant says which way that is; with several changes at one point the margins do.
+        the bordered determinant says which way that is; with several changes at one point the margins do.  Behind a graze it may
+        turn within less than `BESIDE`: then its order holds next to the place ``ahead`` where the tangent is taken, and a margin
+        is seen there that grows from zero.
         """
         tangent, det_sign = self._null_vector(behind)
         if not det_sign:
             return point.tangent, False
         way = 1.0 if det_sign * point.det_sign > 0.0 else -1.0
-        for sign in (way, -way):
-            beside = self.correct(point.x + sign * BESIDE * self.scale * tangent, sign * tangent)
-            if beside.converged and beside.monitors.max(initial=-1.0) < 0.0:
-                return sign * tangent, True
+        inside = (BESIDE, -math.inf, 0.0), (ahead, UNSEEN, -CLEARLY * ahead)
+        for near, low, high in inside[:2 if ahead < BESIDE else 1]:
+            for sign in (way, -way):
+                beside = self.correct(point.x + sign * near * self.scale * tangent, sign * tangent)
+                if beside.converged and low < beside.monitors.max(initial=-1.0) < high:
+                    return sign * tangent, True
         return way * tangent, False
 
     def beyond_corner(self, row):

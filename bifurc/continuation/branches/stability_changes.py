@@ -19,6 +19,7 @@ ON_CIRCLE = 1e-6  # distance of a located multiplier from the unit circle
 CLEAR = 1e-8  # a test that is nearer to zero has no sign: rounding of multipliers
 COMPLEX = 1e-6  # imaginary part of a multiplier that is not real
 NEAR_FOLD = 3  # rows: a multiplier passes +1 beside the fold of truncated equations, not in it
+STAYS = 0.2  # and farther where it stays as near to +1: in a fold as sharp as the truncation error rows are dense
 WIDTH = 1e-13  # of a step, to which a change is enclosed
 HALVINGS = 60
 REAL = ((SpecialPointKind.PERIOD_DOUBLING, -1.0), (SpecialPointKind.BRANCH_POINT, 1.0))
@@ -60,13 +61,13 @@ def stability_changes(branch, points) -> list:
         for kind, test in tests():
             values = np.array([test(mu) if np.isfinite(mu).all() else math.nan for mu in table])
             clear = np.flatnonzero(np.abs(values) > CLEAR)  # a row on a change is passed over; without losses none is clear
-            for i, j in zip(clear[:-1].tolist(), clear[1:].tolist(), strict=True):
-                if values[i] * values[j] > 0.0 or j - i > 2 or not np.isfinite(values[i:j + 1]).all():
-                    continue
+            changes = [(i, j) for i, j in zip(clear[:-1].tolist(), clear[1:].tolist(), strict=True)
+                       if values[i] * values[j] <= 0.0 and j - i <= 2 and np.isfinite(values[i:j + 1]).all()]
+            for i, j in changes:
                 a, b = int(here[i]), int(here[j])
                 if kind is SpecialPointKind.BRANCH_POINT:
                     low, high = s[max(a - NEAR_FOLD, 0)], s[min(b + NEAR_FOLD, len(s) - 1)]
-                    if np.any((known >= low) & (known <= high)):
+                    if np.any((known >= low) & (known <= high)) or of_a_fold(np.abs(values), s[here], changes, (i, j), known):
                         continue
                 rows = branch.rows() if rows is None else rows
                 found = enclosed(problem, Curve(rows[a], rows[b]), test, values[i], values[j], kind)
@@ -79,6 +80,33 @@ def stability_changes(branch, points) -> list:
                                          before=problem.signature, after=problem.signature, problem=problem,
                                          directions=crossing_of(problem, c.x) if kind is SpecialPointKind.BRANCH_POINT else None))
     return made
+
+
+def of_a_fold(values, s, changes, change, known) -> bool:
+    """Whether a multiplier passes +1 in this change because of a fold: it stays near there between them, and no other change is
+    nearer to that fold.
+
+    Parameters
+    ----------
+    values : ndarray (rows,)
+        Distance of the nearest multiplier from +1 in the rows of a part.
+    s : ndarray (rows,)
+        Their arclengths.
+    changes : list of pair of int
+        Rows between which a multiplier passes +1.
+    change : pair of int
+        One of them.
+    known : ndarray
+        Arclengths of folds and branch points.
+    """
+    low, high = change
+    while low > 0 and values[low - 1] < STAYS:
+        low -= 1
+    while high < len(s) - 1 and values[high + 1] < STAYS:
+        high += 1
+    middles = np.array([0.5 * (s[i] + s[j]) for i, j in changes])
+    here = known[(known >= s[low]) & (known <= s[high])]
+    return any(changes[int(np.abs(middles - place).argmin())] == change for place in here.tolist())
 
 
 def tests():
