@@ -1,7 +1,7 @@
 """Malformed calls of the public face: every argument of every verb in turn gets values that it cannot mean.
 
-`calls` yields them; `verdict` runs one within a limit of processor time and says what came of it.  A good end is a ValueError (or a subclass), a
-FileNotFoundError or a FileExistsError whose text names the argument or shows the value.
+`calls` yields them; `verdict` runs one within a limit of processor time and says what came of it.  A good end is a ValueError
+(or a subclass), a FileNotFoundError or a FileExistsError whose text names the argument or shows the value.
 """
 
 import math

@@ -54,6 +54,7 @@ def test_lengths_and_rounding_of_points(rng):
     for sign in (1.0, -1.0):
         assert plain(corrector.rounding_of)(sign * x, scale) == pytest.approx(
             4.0 * np.finfo(float).eps * (1.0 + np.linalg.norm(x / scale, np.inf)), rel=1e-14, abs=0.0)
+    assert plain(corrector.rounding_of)(0.0 * x, scale) == 4.0 * np.finfo(float).eps
 
 
 @pytest.mark.parametrize("kind", [-1, 0, 2])

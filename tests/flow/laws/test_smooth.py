@@ -313,7 +313,7 @@ def test_rest_on_a_stop_ends_with_the_rate_of_its_reaction():
 
 @pytest.mark.parametrize("k", [2, 7, 13, 16])
 def test_a_motion_ends_where_its_law_is_no_number(k):
-    """No state lies where the root of the law has none: the step that would go there is made shorter, and told when it cannot be."""
+    """No state lies where the root of the law has none: a step that would go there is made shorter, or told."""
     system = bf.System(1.0, 0.05, 1.0, [HarmonicForce(1.5), Force(lambda u, s: -math.sqrt(0.7 - u), site=0)],
                        omega=0.9 + 0.01 * k)
     motion = bf.simulate(system, (-0.1 * (k % 7), 0.0), periods=10)
