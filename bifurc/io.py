@@ -11,7 +11,7 @@ import struct
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,10 @@ VERSION = 1  # of the file layout; raised when an older reader would misread a n
 # what zip, npy and JSON readers say to bytes that somebody changed
 _DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError, EOFError, OSError, LookupError, ValueError, TypeError,
            SyntaxError, AttributeError, NotImplementedError, RuntimeError, MemoryError, ArithmeticError)
+_TYPES = {"finite": "finite real numbers (float64)", "real": "real numbers (float64)", "whole": "whole numbers",
+          "logical": "True or False"}
 _HEADER = "__header__"  # name of the array that holds the UTF-8 bytes of the JSON header
+_WRITTEN = "arrays"  # entry of the header: type, shape and checksum of every array
 
 
 class FileFormatError(ValueError):
@@ -63,15 +66,16 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
         replaceable(path)
     if not isinstance(header.get("kind"), str):
         raise ValueError(f"header['kind'] must name what the record is, got {header.get('kind')!r}")
-    text = json.dumps({**header, "format": FORMAT, "version": VERSION}, default=_plain, allow_nan=False)
-    content = {_HEADER: np.frombuffer(text.encode(), np.uint8)}
+    content, written = {}, {}
     for name, values in arrays.items():
         array = np.asarray(values)
         if array.dtype.hasobject:
             raise TypeError(f"array {name!r} holds Python objects; only numbers, booleans and strings are written")
         if name == _HEADER or "/" in name:
             raise ValueError(f"array name {name!r} is not allowed: no '/', and not {_HEADER!r}")
-        content[name] = array
+        content[name], written[name] = array, _told(array)
+    text = json.dumps({**header, "format": FORMAT, "version": VERSION, _WRITTEN: written}, default=_plain, allow_nan=False)
+    content = {_HEADER: np.frombuffer(text.encode(), np.uint8), **content}
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(path.parent))
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
@@ -131,6 +135,99 @@ def read(path: str | os.PathLike, kind: str | None = None) -> tuple[dict[str, An
     return _open(path, kind, True)
 
 
+def made(path: str | os.PathLike, read: Callable, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Any:
+    """Return what ``read`` makes of the record of a file; whatever it says of a record that does not fit names the file.
+
+    Raises
+    ------
+    FileFormatError
+    """
+    try:
+        return read(header, arrays)
+    except FileFormatError:
+        raise
+    except Exception as error:  # whatever a record that somebody changed, or another version, makes a reader say
+        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {(str(error).splitlines() or [''])[0]}"
+        raise FileFormatError(f"{path} holds a {header['kind']!r} that cannot be read: {said}") from error
+
+
+class Part(dict):
+    """Arrays of a record inside another one, by their own names; ``start`` is what the names in the file begin with."""
+
+    start = ""
+
+
+def part(arrays: Mapping[str, np.ndarray], start: str) -> Part:
+    """Return the arrays whose names begin with ``start``, without it."""
+    found = Part({name.removeprefix(start): values for name, values in arrays.items() if name.startswith(start)})
+    found.start = getattr(arrays, "start", "") + start
+    return found
+
+
+def fitted(arrays: Mapping[str, np.ndarray], shapes: Mapping[str, str], **sizes: int | tuple[int, ...]) -> None:
+    """Raise unless arrays have the types and shapes that their class gives them.
+
+    Parameters
+    ----------
+    arrays : mapping of str to ndarray
+    shapes : mapping of str to str
+        Name of an array (ending in ``?``: it may be missing) -> its type and its axes, such as ``"finite m 4"``.  Types are
+        ``finite``, ``real`` (NaN and infinity may stand), ``whole``, ``logical`` and ``any``.  An axis is a length, ``*`` (any), or
+        a name that stands for one length wherever it is met; ``name+1`` is one more than one that was met.
+    **sizes
+        Lengths that are known; several for a name that stands for several axes.
+
+    Raises
+    ------
+    ValueError
+        Naming the array.
+
+    Examples
+    --------
+    >>> fitted({"x": np.zeros((3, 2)), "t": np.zeros(2)}, {"x": "finite m 2", "t": "finite m"})
+    Traceback (most recent call last):
+    ...
+    ValueError: array 't' has the shape (2,); it must be (3,)
+    """
+    for name, words in shapes.items():
+        kind, *axes = words.split()
+        name, optional = name.removesuffix("?"), name.endswith("?")
+        called = f"array {getattr(arrays, 'start', '') + name!r}"
+        if name not in arrays:
+            if optional:
+                continue
+            raise ValueError(f"{called} is missing")
+        array = arrays[name]
+        if not _of_type(array, kind):
+            raise ValueError(f"{called} holds {array.dtype}{' with NaN or infinity' if kind == 'finite' else ''}; "
+                             f"it must hold {_TYPES[kind]}")
+        wanted = _wanted(axes, sizes, array.shape)
+        if array.shape != wanted:
+            raise ValueError(f"{called} has the shape {array.shape}; it must be {wanted}")
+
+
+def _of_type(array: np.ndarray, kind: str) -> bool:
+    if kind in ("finite", "real"):
+        return array.dtype == np.float64 and (kind == "real" or bool(np.isfinite(array).all()))
+    return kind == "any" or array.dtype.kind == {"whole": "i", "logical": "b"}[kind]
+
+
+def _wanted(axes: list[str], sizes: dict, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the shape that ``axes`` mean; names not met before take the lengths of ``shape``, and are met then."""
+    found: list[int] = []
+    for axis in axes:
+        name, _, more = axis.partition("+")
+        here = shape[len(found)] if len(found) < len(shape) else 0
+        if axis == "*":
+            size: int | tuple[int, ...] = here
+        elif axis.isdigit():
+            size = int(axis)
+        else:
+            size = sizes.setdefault(name, here)
+        found += size if isinstance(size, tuple) else [size + int(more or 0)]
+    return tuple(found)
+
+
 def _open(path: str | os.PathLike, kind: str | None, whole: bool) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the header, and the arrays where the whole file is asked for."""
     path = Path(path)
@@ -148,12 +245,21 @@ def _open(path: str | os.PathLike, kind: str | None, whole: bool) -> tuple[dict[
                 header = json.loads(archive[_HEADER].tobytes().decode())
                 _check(path, header, kind)
                 arrays = {name: archive[name] for name in archive.files if whole and name != _HEADER}
+                written = header.pop(_WRITTEN, {})
+                for name, told in written.items() if whole else ():
+                    if name not in arrays or _told(arrays[name]) != told:
+                        raise ValueError(f"array {name!r} is {'missing' if name not in arrays else 'not as it was written'}")
         except FileFormatError:
             raise
         except _DAMAGE as error:
             raise FileFormatError(f"{path} is damaged ({error}); results are renamed into place when complete, so it "
                                   "was changed or cut after it was written") from error
     return header, arrays
+
+
+def _told(array: np.ndarray) -> list:
+    """Return type, shape and checksum of an array, as JSON keeps them."""
+    return [array.dtype.str, list(array.shape), zlib.crc32(np.ascontiguousarray(array).tobytes())]
 
 
 def _check(path: Path, header: Any, kind: str | None) -> None:

@@ -1,4 +1,5 @@
 """Load any saved result: the header's kind names the class that reads it."""
+import functools
 import importlib
 import os
 from collections.abc import Iterable
@@ -44,7 +45,8 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
     ------
     FileNotFoundError
     bifurc.io.FileFormatError
-        If the file is foreign, damaged, or newer than this version, or its system needs classes that ``elements`` lacks.
+        If the file is foreign, damaged, or newer than this version, an array has not the type or shape that it must have, or its
+        system needs classes that ``elements`` lacks.
 
     Examples
     --------
@@ -60,10 +62,5 @@ def load(path: str | os.PathLike, elements: Iterable[type] = ()) -> Any:
     module, name = _READERS[kind]
     reader = getattr(importlib.import_module(module, __package__), name)
     elements = tuple(elements)
-    try:
-        return reader.from_record(header, arrays, elements=elements) if elements else reader.from_record(header, arrays)
-    except io.FileFormatError:
-        raise
-    except Exception as error:  # whatever a record that somebody changed, or another version, makes a reader say
-        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {(str(error).splitlines() or [''])[0]}"
-        raise io.FileFormatError(f"{path} holds a {kind!r} that cannot be read: {said}") from error
+    read = functools.partial(reader.from_record, elements=elements) if elements else reader.from_record
+    return io.made(path, read, header, arrays)

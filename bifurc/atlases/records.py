@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..continuation.branches.branch import Branch
+from ..io import part
 
 
 def packed_branches(branches: Sequence[Branch | None]) -> tuple[list[dict | None], dict[str, np.ndarray]]:
@@ -24,9 +25,7 @@ def unpacked_branches(headers: Sequence[dict | None], arrays: Mapping[str, np.nd
     """Return the branches that `packed_branches` described; ``elements`` are user classes and laws."""
     found: list[Branch | None] = []
     for k, header in enumerate(headers):
-        start = _prefix(k)
-        mine = {name.removeprefix(start): values for name, values in arrays.items() if name.startswith(start)}
-        found.append(None if header is None else Branch.from_record(header, mine, elements=elements))
+        found.append(None if header is None else Branch.from_record(header, part(arrays, _prefix(k)), elements=elements))
     return found
 
 

@@ -82,13 +82,10 @@ class BranchCertificate:
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "BranchCertificate":
         """Make the certificate that `to_record` described."""
-        def part(name, i):
-            start = f"{name}.{i}."
-            return {key[len(start):]: value for key, value in arrays.items() if key.startswith(start)}
-        rows = tuple(Certificate.from_record(item, part("rows", i)) for i, item in enumerate(header["rows"]))
-        points = tuple(PointCertificate.from_record(item, part("points", i)) for i, item in enumerate(header["points"]))
-        stretches = tuple(StretchCertificate.from_record(item, part("stretches", i))
-                          for i, item in enumerate(header.get("stretches", ())))
+        def read(name, kind):
+            return tuple(kind.from_record(item, io.part(arrays, f"{name}.{i}.")) for i, item in enumerate(header.get(name, ())))
+        rows, points, stretches = read("rows", Certificate), read("points", PointCertificate), read("stretches", StretchCertificate)
+        io.fitted(arrays, {"values": "finite m", "seconds": "real"}, m=len(rows))
         return cls(header["parameter"], arrays["values"], rows, points, stretches, float(arrays["seconds"]), header["message"])
 
     def save(self, path) -> None:

@@ -136,6 +136,8 @@ class Certificate:
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Certificate":
         """Make the certificate that `to_record` described."""
+        io.fitted(arrays, {"numbers": "real 5", "multipliers": "real k 2 2", "times": "real m 2", "speeds": "real m 2",
+                           "states": "real m ns 2"}, m=len(header["elements"]))
         numbers = [float(v) for v in arrays["numbers"]]
         events = tuple(EventEnclosure((float(t[0]), float(t[1])), element, kind, (float(v[0]), float(v[1])), state)
                        for t, element, kind, v, state in zip(arrays["times"], header["elements"], header["kinds"],
@@ -198,6 +200,7 @@ class PointCertificate:
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "PointCertificate":
         """Make the certificate that `to_record` described."""
+        io.fitted(arrays, {"numbers": "real 4"})
         low, high, unique, seconds = (float(v) for v in arrays["numbers"])
         return cls(header["point"], Verdict(header["exists"]), (low, high), unique, Verdict(header["transversal"]),
                    int(header["precision"]), seconds, header["message"])
@@ -254,6 +257,7 @@ class StretchCertificate:
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "StretchCertificate":
         """Make the certificate that `to_record` described."""
+        io.fitted(arrays, {"parameter": "real 2", "undecided": "real k 2"})
         low, high = (float(v) for v in arrays["parameter"])
         first, last = (int(v) for v in header["rows"])
         return cls((first, last), (low, high), Verdict(header["verdict"]), int(header["pieces"]),

@@ -1,5 +1,6 @@
 """What `feedback_basins` returns: which starts end on the orbit, and the motions on which others end."""
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -99,10 +100,12 @@ class FeedbackBasins(LabelledStarts):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "FeedbackBasins":
         """Make the map that `to_record` described; ``elements`` are user classes and laws."""
-        stored = {name.removeprefix("orbit."): values for name, values in arrays.items() if name.startswith("orbit.")}
-        orbit = PeriodicOrbit.from_record(header["orbit"], stored, elements)
+        grid = Grid.from_record(header["grid"])
+        orbit = PeriodicOrbit.from_record(header["orbit"], io.part(arrays, "orbit."), elements)
+        io.fitted(arrays, {"labels": "whole grid", "states": "whole grid", "periods": "whole grid", "counts": "whole k",
+                           "points": "finite all ns"}, grid=grid.shape, all=int(arrays["counts"].sum()), ns=orbit.state.size)
         parts = np.split(arrays["points"], np.cumsum(arrays["counts"])[:-1]) if arrays["counts"].size else []
-        return cls(System.from_record(header["system"], elements), orbit, Grid.from_record(header["grid"]), header["past"],
+        return cls(System.from_record(header["system"], elements), orbit, grid, header["past"],
                    arrays["labels"], arrays["states"], arrays["periods"], (orbit, *(HeldMotion(part, len(part)) for part in parts)),
                    header["key"])
 
@@ -113,7 +116,7 @@ class FeedbackBasins(LabelledStarts):
     @classmethod
     def load(cls, path, elements=()) -> "FeedbackBasins":
         """Read a map that `save`, or `feedback_basins` with ``file=``, has written."""
-        return cls.from_record(*io.read(path, KIND), elements=elements)
+        return io.made(path, partial(cls.from_record, elements=elements), *io.read(path, KIND))
 
     def plot(self, ax=None):
         """Draw the map; return the axes."""

@@ -49,7 +49,7 @@ def resumable(kind: str, file, job: Mapping, read: Callable, compute: Callable, 
     ready = finished(file, kind, key)
     if ready is not None:
         store.clear()
-        return read(*ready)
+        return io.made(file, read, *ready)
     found = compute(store, key)
     if file is not None and whole(found):
         replaceable(file, kind)  # what has come there meanwhile is not ours either

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from .. import io
 from ..compose.scene import Scene, numbered, scene_of
 from ..compose.writer import kernels
 from ..elements import EventKind
@@ -497,7 +498,12 @@ class PeriodicOrbit(Orbit):
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "PeriodicOrbit":
         """Make the orbit that `to_record` described; ``elements`` are user classes and laws."""
         system = System.from_record(header["system"], elements)
-        scene_of(system)
+        scene = scene_of(system)
+        io.fitted(arrays, {"nodes": "whole m *", "fixed": "finite *", "weights": "finite ns"}, ns=scene.ns)
+        io.fitted(arrays, {"unknowns": "finite size"}, size=len(arrays["nodes"]) * (1 + scene.ns))
+        known = arrays["nodes"][:, [BEFORE, AFTER]]
+        if not ((known >= 0) & (known < len(scene.keys))).all():
+            raise ValueError(f"array 'nodes' names modes that the system has not; it has {len(scene.keys)}")
         signature = Signature(arrays["nodes"].astype(np.int64), arrays["fixed"], float(header["span"]),
                               int(header["closure"]), float(header.get("clock", 0.0)))
         status = None if header["status"] is None else OrbitStatus(header["status"])

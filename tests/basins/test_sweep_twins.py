@@ -503,7 +503,7 @@ def test_a_sweep_that_is_read_has_numbers_for_the_names_of_its_tracks(monkeypatc
         monkeypatch.setitem(module, name, type(name, (), {"from_record": staticmethod(lambda record, *more: record)}))
     header = {"attractors": None, "system": "system", "parameter": "p", "numbers": [[0], [0, 1]], "counts": [[5], [3, 2]],
               "parents": {"1": 0, "12": 1}, "region": "region", "options": {}, "failures": {"3": "why"}, "key": "key"}
-    arrays = {name: np.arange(2) for name in ("values", "unresolved", "outside", "starts")}
+    arrays = {"values": np.array([0.5, 1.0]), **{name: np.arange(2) for name in ("unresolved", "outside", "starts")}}
     read = sweeps.Sweep.from_record(header, arrays)
     assert read.parents == {1: 0, 12: 1} and read.failures == {3: "why"}
     assert read.numbers == ((0,), (0, 1)) and read.counts == ((5,), (3, 2)) and read.attractors == (("a",), ("b", "c"))

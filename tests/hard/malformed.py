@@ -1,12 +1,11 @@
 """Malformed calls of the public face: every argument of every verb in turn gets values that it cannot mean.
 
-`calls` yields them; `verdict` runs one within a time limit and says what came of it.  A good end is a ValueError (or a subclass), a
-FileNotFoundError or a FileExistsError whose text names the argument or shows the value.
+`calls` yields them; `verdict` runs one within a limit of processor time and says what came of it.  A good end is a ValueError
+(or a subclass), a FileNotFoundError or a FileExistsError whose text names the argument or shows the value.
 """
 
 import math
 import signal
-import time
 import warnings
 
 import numpy as np
@@ -293,15 +292,14 @@ def verdict(argument, value, call, limit: float = 20.0) -> tuple[str, str]:
         raise Slow
 
     function, keywords = call
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, limit)
-    start = time.perf_counter()
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             found = function(**keywords)
     except Slow:
-        return "slow", f"no answer in {limit:g} s"
+        return "slow", f"no answer in {limit:g} s of processor time"
     except (ValueError, TypeError, FileNotFoundError, FileExistsError, NotADirectoryError, KeyError) as error:
         text = str(error)
         if isinstance(error, TypeError) and not (argument in text and "must be" in text):
@@ -317,6 +315,6 @@ def verdict(argument, value, call, limit: float = 20.0) -> tuple[str, str]:
     except Exception as error:  # whatever else a call raises is confusing: that is what is looked for
         return "confusing", f"{type(error).__name__}: {error}"
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-    return "accepted", f"{found!r:.80}, {time.perf_counter() - start:.1f} s"
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+    return "accepted", f"{found!r:.80}"

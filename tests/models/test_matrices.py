@@ -1,12 +1,11 @@
 """Systems from matrices with named coordinates, and reduced ones with their contacts."""
-import time
-
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import bifurc as bf
 from bifurc import elements
-from bifurc.models.cost import warn_if_slow
+from bifurc.models.cost import SLOW, period_cost, warn_if_slow
 from bifurc.models.reducing import seated
 from tests.reference.beam import cantilever
 
@@ -38,12 +37,13 @@ def test_a_reduced_beam_is_fast_and_keeps_its_names(stopped):
     assert small.elements == (elements.HarmonicForce(0.5, dof=0), elements.RigidStop(0.3, 0.7, dof=0))
     motion = bf.simulate(small, np.zeros(2 * small.n), periods=2)
     assert motion.success and any(str(event.kind) == "impact" for event in motion.events)
-    used = []
-    for _ in range(3):
-        start = time.process_time()
-        bf.simulate(small, np.zeros(2 * small.n), periods=10)
-        used.append((time.process_time() - start) / 10.0)
-    assert np.median(used) < 0.020
+    # counts of work: a step reaches at least a radian of the fastest motion, and costs 16 products of state matrix and state
+    top, bottom = (np.sqrt(eigh(item.stiffness, item.mass, eigvals_only=True).max()) for item in (stopped, small))
+    period = 2.0 * np.pi / 3.0
+    assert period_cost(small) == pytest.approx(16.0 * 18**2 * bottom * period, rel=1e-6)
+    assert period_cost(stopped) / period_cost(small) == pytest.approx((40 / 9)**2 * top / bottom, rel=1e-6)
+    assert period_cost(small) < 0.1 * SLOW < SLOW < period_cost(stopped)
+    assert motion.t.size - 2 * len(motion.events) <= 2.0 * bottom * period
     loaded = bf.System.from_record(small.to_record())
     assert np.array_equal(loaded.reduction.recovery, small.reduction.recovery)
     assert small.with_parameters(omega=4.0).reduction is small.reduction

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ... import io
 from ...compose.scene import scene_of
 from ...ensemble.integrator import Integrator, Targets
 from ...ensemble.outcomes import REACHED
@@ -105,6 +106,7 @@ class SampledAttractor(Motion):
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "SampledAttractor":
         """Make the attractor that `to_record` described."""
         system = System.from_record(header["system"], elements)
+        io.fitted(arrays, {"points": "finite k ns", "cover?": "finite boxes ns"}, ns=scene_of(system).ns)
         return cls(system, arrays["points"], header["exponent"], header["exponent_error"], header["width"],
                    arrays.get("cover"))
 

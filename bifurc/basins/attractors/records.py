@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...io import part
 from ...orbits.equilibria.equilibrium import Equilibrium
 from ...orbits.orbit import PeriodicOrbit
 from .attractors import ChaoticAttractor, QuasiperiodicAttractor
@@ -65,8 +66,6 @@ def _packed(attractors: Sequence, prefix: str) -> tuple[list[dict], dict[str, np
 def _unpacked(headers: Sequence[dict], arrays: Mapping[str, np.ndarray], prefix: str, elements: Sequence) -> list:
     found = []
     for k, header in enumerate(headers):
-        start = f"{prefix}{k}_"
-        mine = {name.removeprefix(start): values for name, values in arrays.items() if name.startswith(start)}
         reader = READERS.get(header["kind"], PeriodicOrbit)
-        found.append(reader.from_record(header, mine, elements))
+        found.append(reader.from_record(header, part(arrays, f"{prefix}{k}_"), elements))
     return found

@@ -341,11 +341,17 @@ class CellMap(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "CellMap":
         """Make the map that `to_record` described."""
+        grid = Grid.from_record(header["grid"])
+        cells = {f"group_{number}": f"whole {item['period'] if header['samples'] == 1 else '*'}"  # a cycle visits each cell once
+                 for number, item in enumerate(header["groups"])}
+        io.fitted(arrays, {"labels": "whole grid", "fates": "whole grid", "group?": "whole grid", "steps?": "whole grid",
+                           "data": "finite k", "indices": "whole k", "indptr": "whole rows", **cells},
+                  grid=grid.shape, rows=grid.size + 2)
         attractors = unpacked(header["attractors"], arrays, elements=elements)
         groups = tuple(Group(arrays[f"group_{number}"], GroupKind(item["kind"]), item["period"], item["attractor"])
                        for number, item in enumerate(header["groups"]))
-        grid = Grid.from_record(header["grid"])
         matrix = sparse.csr_matrix((arrays["data"], arrays["indices"], arrays["indptr"]), shape=(grid.size + 1, grid.size + 1))
+        matrix.check_format()
         audit = None if header["audit"] is None else Audit(*header["audit"])
         return cls(System.from_record(header["system"], elements), grid, header["periods"], header["samples"], tuple(attractors),
                    groups, matrix, arrays["labels"], arrays["fates"], arrays.get("group"), arrays.get("steps"), audit,

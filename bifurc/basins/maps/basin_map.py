@@ -253,8 +253,12 @@ class BasinMap(LabelledStarts, Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "BasinMap":
         """Make the map that `to_record` described; ``elements`` are user classes and laws."""
+        system, grid = System.from_record(header["system"], elements), Grid.from_record(header["grid"])
+        io.fitted(arrays, {"labels": "whole grid", "states": "whole grid", "periods": "whole grid", "impacts": "whole grid",
+                           "radii": "real k", "scale": "finite ns", "speeds?": "real grid"},
+                  grid=grid.shape, k=len(header["attractors"]), ns=scene_of(system).ns)
         attractors = unpacked(header["attractors"], arrays, elements=elements)
-        return cls(System.from_record(header["system"], elements), Grid.from_record(header["grid"]), arrays["labels"],
+        return cls(system, grid, arrays["labels"],
                    tuple(attractors), arrays["states"], arrays["periods"], arrays["impacts"],
                    tuple(float(radius) for radius in arrays["radii"]), arrays["scale"],
                    LabelNoise.from_record(header["noise"]), header["options"], header["key"],

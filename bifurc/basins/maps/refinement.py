@@ -96,6 +96,7 @@ class Refinement:
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Refinement":
         """Make the refinement that `to_record` described; ``elements`` are user classes and laws."""
         basins, status = BasinMap.from_record(header["basins"], arrays, elements), RefinementStatus(header["status"])
+        io.fitted(arrays, {"evaluated": "logical grid"}, grid=basins.grid.shape)
         return cls(basins, status, arrays["evaluated"], header["predicted"], header["exponent"], Audit(*header["missed"]))
 
     def save(self, path) -> None:

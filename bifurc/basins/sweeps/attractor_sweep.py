@@ -171,6 +171,7 @@ class Sweep(Notebook):
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Sweep":
         """Make the sweep that `to_record` described; ``elements`` are user classes and laws."""
         items = tuple(tuple(mine) for mine in unpacked_points(header["attractors"], arrays, elements))
+        io.fitted(arrays, {"values": "finite m", "unresolved": "whole m", "outside": "whole m", "starts": "whole m"}, m=len(items))
         return cls(System.from_record(header["system"], elements), header["parameter"], arrays["values"], items,
                    _nested(header["numbers"]), _nested(header["counts"]), arrays["unresolved"], arrays["outside"], arrays["starts"],
                    {int(k): v for k, v in header["parents"].items()}, Region.from_record(header["region"]), header["options"],

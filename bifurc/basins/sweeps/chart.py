@@ -88,6 +88,8 @@ class ParameterChart(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "ParameterChart":
         """Make the chart that `to_record` described."""
+        io.fitted(arrays, {"values0": "finite a", "values1": "finite b",
+                           **{name: f"{'whole' if kind is np.int64 else 'real'} a b" for name, kind in FIELDS.items()}})
         return cls(System.from_record(header["system"], elements), tuple(header["parameters"]),
                    (arrays["values0"], arrays["values1"]), options=header["options"],
                    failures={int(k): v for k, v in header["failures"].items()}, key=header["key"],

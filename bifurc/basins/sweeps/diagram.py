@@ -83,6 +83,8 @@ class BifurcationDiagram(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "BifurcationDiagram":
         """Make the diagram that `to_record` described."""
+        io.fitted(arrays, {"values": "finite m", "points": "real d m starts keep ns", "periods": "whole d m starts",
+                           "impacts": "real d m starts", "outcomes": "whole d m starts"}, d=len(header["directions"]))
         return cls(System.from_record(header["system"], elements), header["parameter"], directions=tuple(header["directions"]),
                    options=header["options"], key=header["key"], **arrays)
 

@@ -133,7 +133,10 @@ class Ramp(Notebook):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Ramp":
         """Make what `to_record` described."""
-        return cls(System.from_record(header["system"], elements), header["parameter"], tuple(header["directions"]), **arrays,
+        system = System.from_record(header["system"], elements)
+        io.fitted(arrays, {"values": "finite d m", "maximum": "real d m n", "minimum": "real d m n", "events": "whole d m",
+                           "states": "real d m ns"}, d=len(header["directions"]), n=system.n)
+        return cls(system, header["parameter"], tuple(header["directions"]), **arrays,
                    message=header["message"])
 
     def save(self, path) -> None:

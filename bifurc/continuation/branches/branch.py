@@ -286,7 +286,7 @@ class Branch(Notebook):
     @classmethod
     def load(cls, path, problem=None, elements=()) -> "Branch":
         """Read a branch from a file; see `from_record`."""
-        return cls.from_record(*io.read(path), problem=problem, elements=elements)
+        return io.made(path, functools.partial(cls.from_record, problem=problem, elements=elements), *io.read(path))
 
     # ---- private -----------------------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@ import copy
 
 import numpy as np
 
+from ... import io
 from ..kinds import CorrectorStatus, End, LocationStatus, SpecialPointKind, StopReason
 from ..monitors import WithMonitors, unknown
 from ..peaks import WithPeaks
@@ -94,6 +95,7 @@ def branch_record(branch, arrays):
 def from_arrays(kind, header, arrays, problem, elements):
     """Rebuild a branch of class ``kind`` from `branch_record`."""
     problems = [problem_from(record, problem, elements) for record in header["problems"]]
+    _check(header, arrays, [made.scale.size for made in problems])
     points, start, crossing = [], 0, 0
     names = [name for name in arrays if name.startswith("special_recorded.")]
     for k, entry in enumerate(header["special_points"]):
@@ -117,6 +119,30 @@ def from_arrays(kind, header, arrays, problem, elements):
             if not name.startswith("special") and name not in ("bounds", "ends")}
     return kind(header["parameter"], problems, rows, points, ends, tuple(float(value) for value in arrays["bounds"]),
                 header["options"], [tuple(entry) for entry in header["unresolved"]])
+
+
+def _check(header, arrays, sizes):
+    """Raise ValueError, naming the array, unless the arrays are those of a branch whose problems have ``sizes`` unknowns."""
+    recorded = {name: "any m" for name in arrays if name.startswith("recorded.")}
+    beside = {name: "real k" for name in arrays if name.startswith("special_recorded.")}
+    io.fitted(arrays, {
+        **dict.fromkeys(TOLD, "real m"), "s": "finite m", "parameter": "finite m", "iterations": "whole m", "singular": "logical m",
+        "part": "whole m", "x": "finite all", "tangent": "finite all", "offsets": "whole m+1", "monitors": "real tests",
+        "monitor_offsets": "whole m+1", "bounds": "real *", "ends": "real 2 2", "special": "real k 4",
+        "special_crossing": "logical k", **recorded, **beside,
+    }, k=len(header["special_points"]))
+    part = arrays["part"]
+    if not part.size or part.min() < 0 or part.max() >= len(sizes):
+        raise ValueError(f"array 'part' holds {part}; it must hold numbers of the {len(sizes)} problems")
+    if arrays["offsets"][0] != 0 or not np.array_equal(np.diff(arrays["offsets"]), np.array(sizes)[part]):
+        raise ValueError("array 'offsets' does not divide 'x' into the unknowns of each row")
+    if arrays["monitor_offsets"][0] != 0 or (np.diff(arrays["monitor_offsets"]) < 0).any():
+        raise ValueError("array 'monitor_offsets' does not divide 'monitors' among the rows")
+    mine = [sizes[entry["problem"]] for entry in header["special_points"]]
+    turns = 2 * sum(size for size, crossing in zip(mine, arrays["special_crossing"], strict=True) if crossing)
+    io.fitted(arrays, {"x": "finite all", "monitors": "real tests", "special_x": "finite mine", "special_tangent": "finite mine",
+                       "special_directions": "finite turns"}, all=int(arrays["offsets"][-1]),
+              tests=int(arrays["monitor_offsets"][-1]), mine=sum(mine), turns=turns)
 
 
 def problem_from(record, problem, elements):

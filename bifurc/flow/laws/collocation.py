@@ -366,7 +366,9 @@ def attempt(motion, m, clock, h, fresh, now, moved, ends, turn, local, one, room
         moved[c], moved[c + 1] = cos * now[c] - sin * now[c + 1], cos * now[c + 1] + sin * now[c]
     rate(A, m, LU, LS, LP, law, acts, moved, f1, one)
     e = defect(n, h, f0, f1, max(top, FLOOR * stiff * largest(n, q)), a)
-    return iterations, e if e < np.inf else np.inf
+    if not e < np.inf:  # a force that is no number at an end of the step
+        return 0, np.inf
+    return iterations, e
 
 
 @intrinsic

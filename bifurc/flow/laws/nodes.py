@@ -88,16 +88,20 @@ def largest(n, a):
 
 @separate
 def defect(n, h, f0, f1, top, a):
-    """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed."""
-    worst = 0.0
+    """Interpolated against true accelerations at both ends of a step, relative to the largest force and speed.
+
+    NaN where one of them is no finite number: comparisons leave out what is none.
+    """
+    worst = none = 0.0
     for i in range(n):
         a0, a1 = 0.0, 0.0
         for k in range(NODES):
             a0 += EDGES[0, k] * a[i, k]
             a1 += EDGES[1, k] * a[i, k]
         worst = max(worst, abs(a0 - f0[n + i]), abs(a1 - f1[n + i]))
+        none += 0.0 * (a1 + f0[n + i] + f1[n + i])
         top = max(top, abs(f1[i] / h))
-    return worst / top if top > 0.0 else 0.0
+    return worst / top + none if top > 0.0 else none
 
 
 @separate

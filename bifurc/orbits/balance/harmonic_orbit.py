@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ... import io
 from ...flow.trajectory import Event, Events
 from ...hbm.balance import Balance
 from ...hbm.condensation.condensed import Condensed
@@ -288,6 +289,7 @@ class HarmonicOrbit(Orbit):
         """Make the orbit that `to_record` described; ``elements`` are user classes and laws."""
         system = System.from_record(header["system"], elements)
         layout = Layout(tuple(header["harmonics"]), system.n, int(header["periods"]))
+        io.fitted(arrays, {"coefficients": "finite size"}, size=layout.size)
         status = None if header["status"] is None else BalanceStatus(header["status"])
         return cls(system, HarmonicBalance.from_record(header["method"]), layout, arrays["coefficients"], header["how"], status)
 

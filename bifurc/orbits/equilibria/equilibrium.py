@@ -13,6 +13,7 @@ import functools
 
 import numpy as np
 
+from ... import io
 from ...compose.scene import Scene, scene_of
 from ...enumerations import DescribedEnum
 from ...flow import settle
@@ -243,7 +244,9 @@ class Equilibrium(Notebook, Motion):
     @classmethod
     def from_record(cls, header: dict, arrays: dict, elements=()) -> "Equilibrium":
         """Make the equilibrium that `to_record` described: it is solved for again from its state."""
-        return find_equilibrium(System.from_record(header["system"], elements), arrays["state"])
+        system = System.from_record(header["system"], elements)
+        io.fitted(arrays, {"state": "finite ns"}, ns=scene_of(system).ns)
+        return find_equilibrium(system, arrays["state"])
 
     def __repr__(self):
         stable = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]

@@ -74,6 +74,19 @@ def test_the_defect_is_the_largest_difference_at_an_end():
     assert defect(2, 0.5, np.zeros(4), np.zeros(4), 0.0, np.zeros((2, 8))) == 0.0
 
 
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+def test_a_defect_that_is_no_number_is_told(wrong):
+    """Compiled: a comparison with NaN is false there, so that the largest of some numbers does not see it."""
+    for place in range(8):
+        f0, f1, a = np.zeros(4), np.zeros(4), accelerations()
+        (f0 if place < 2 else f1)[2 + place % 2] = wrong if place < 4 else 0.0
+        if place > 3:
+            a[place % 2, place] = wrong
+        assert not np.isfinite(nodes.defect(2, 0.5, f0, f1, 1.0, a))
+    f1[0] = 1.0
+    assert not np.isfinite(nodes.defect(2, 0.5, f0, f1, 0.0, a))
+
+
 def test_what_a_higher_frequency_adds(rng):
     v, a, D, load = rng.normal(size=(2, 8)), rng.normal(size=(2, 8)), rng.normal(size=(2, 2, 8)), rng.normal(size=(2, 8))
     known = load + 0.25 * (np.einsum("icj,cj->ij", D, v) - 2.0 * a)

@@ -309,3 +309,13 @@ def test_rest_on_a_stop_ends_with_the_rate_of_its_reaction():
         angle = 0.6 * event.time + 0.3
         assert 2.0 * np.cos(angle) == pytest.approx(0.2 + 0.4 * 0.2**3, abs=1e-11)
         assert event.speed == pytest.approx(2.0 * 0.6 * abs(np.sin(angle)), rel=1e-10)
+
+
+@pytest.mark.parametrize("k", [2, 7, 13, 16])
+def test_a_motion_ends_where_its_law_is_no_number(k):
+    """No state lies where the root of the law has none: a step that would go there is made shorter, or told."""
+    system = bf.System(1.0, 0.05, 1.0, [HarmonicForce(1.5), Force(lambda u, s: -math.sqrt(0.7 - u), site=0)],
+                       omega=0.9 + 0.01 * k)
+    motion = bf.simulate(system, (-0.1 * (k % 7), 0.0), periods=10)
+    assert not motion.success and "left the finite numbers" in motion.message
+    assert motion.y[:, 0].max() <= 0.7 < motion.y[:, 0].max() + 1e-5
