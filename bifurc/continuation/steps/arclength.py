@@ -20,7 +20,7 @@ from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WA
 from ...solve.steprun import ON_BOUND
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
-from .inside import known_to
+from .inside import AT_BOUNDARY, known_to
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
@@ -439,7 +439,8 @@ class Half:
         if cut is None:
             return False
         before = self.slope, self.signs, self.sizes, self.edge, self.pending
-        self.slope = row.tests[0]
+        chord = row.p - self.rows[-2].p if self.rows[-2].part is row.part else 0.0
+        self.slope = chord if chord * row.tests[0] < 0.0 else row.tests[0]  # so near to a singular end its sign is rounding
         self.cross(row, cut)
         if self.reason is not None:
             if self.reason is not StopReason.NO_SUCCESSOR:
@@ -585,10 +586,12 @@ class Half:
         rows, known = self.rows, known_to(special)
         while len(rows) > 2 and rows[-3].part is row.part and (
                 row.s - rows[-2].s <= known or detect.one_with(rows[-2], row, special.bound)):
+            known = max(known, row.s - rows[-2].s)
             self.slope = rows[-3].tests[0]
-            self.found = [other for other in self.found if other is special or other.s <= rows[-3].s]
             self.steps -= 1
             del rows[-2]
+        if known > AT_BOUNDARY:
+            self.found = [other for other in self.found if other is special or row.s - other.s > known]
 
     @staticmethod
     def begun(problem, x, tangent):

@@ -41,6 +41,7 @@ FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
 BLURRED = 0.1  # of the way to a boundary, by which rounding may move what is told there
+TOLD = (1e-7, 1e-6, 1e-5, 1e-4)  # lengths of such ways that are tried
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -154,7 +155,7 @@ def boundary(half, row, new):
                 break
         else:
             if cut is not None and (cut.row.singular or nearly_singular(half.rows, row, cut.row.det_log, cut.row.s - row.s)):
-                cut.special.reach = max(cut.special.known, told_from(part, cut.corrected))
+                cut.special.reach = max(cut.special.known, told_from(row, cut.row))
             return cut, None
         a = beginning(half, row, new, j)
         if half.signs[j] >= 0:
@@ -172,11 +173,29 @@ def boundary(half, row, new):
     return cut, None
 
 
-def told_from(part, c) -> float:
-    """Return the arclength from a boundary, at the point ``c``, from which on solutions are told apart: where equations lose
-    several ranks rounding moves those next to it more than they differ."""
-    blur = part.problem.blur(c)
-    return blur / BLURRED if math.isfinite(blur) else 0.0
+def told_from(row, edge) -> float:
+    """Return the arclength before a boundary, on which the row ``edge`` lies, from which on solutions are told apart on the way
+    from ``row``: where equations lose several ranks rounding moves those next to it more than they differ."""
+    curve = Curve(row, edge)
+    for length in TOLD:
+        if length > 0.5 * curve.length:
+            return 0.5 * curve.length
+        c = curve.at(1.0 - length / curve.length)
+        if c is not None and row.part.problem.blur(c) <= BLURRED * length:
+            return length
+    return TOLD[-1]
+
+
+def blurred(rows) -> float:
+    """Return the arclength from the last of ``rows``, next to a boundary, back to which `told_from` would not tell them apart."""
+    edge = rows[-1]
+    known = min(edge.part.problem.blur(edge), TOLD[-1])
+    for row in rows[-2::-1]:
+        length = edge.s - row.s
+        if row.part is not edge.part or row.part.problem.blur(row) <= BLURRED * length:
+            break
+        known = max(known, length)
+    return known
 
 
 def creeping(half, row):
@@ -189,7 +208,7 @@ def creeping(half, row):
     c = Corrected(row.x, row.tangent, True, CorrectorStatus.CONVERGED, row.iterations, row.residual, 0.0, 0.0, row.det_sign,
                   row.det_log, np.array(row.tests[1:]))
     special = Found(*named(part, j, row.x), row.x, row.tangent, row.s, row.s - AT_BOUNDARY, row.s + AT_BOUNDARY,
-                    1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c, reach=told_from(part, c))
+                    1e-15 * (abs(row.p) + float(part.scale[-1])), part, corrected=c, reach=blurred(half.rows))
     return Cut(row, c, j, special)
 
 
