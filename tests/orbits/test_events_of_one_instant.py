@@ -91,6 +91,6 @@ def test_a_stop_that_is_passed_where_frictions_turn_is_passed(orbit, beyond):
     x = problem.x0.copy()
     for gap, sign in ((turns + beyond, -1.0), (turns - beyond, 1.0)):
         x[-1] = gap
-        (peak,) = (k for k, monitor in enumerate(problem.monitors) if monitor.name == "unlisted")
-        value = problem.monitor_values(x[:-1], gap, None)[peak]
+        peaks = [k for k, monitor in enumerate(problem.monitors) if monitor.name == "unlisted"]  # of what moves, of what is held
+        value = problem.monitor_values(x[:-1], gap, None)[peaks].max()
         assert value * sign == pytest.approx(beyond / orbit.weights[0], rel=1e-5)

@@ -20,7 +20,7 @@ from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WA
 from ...solve.steprun import ON_BOUND
 from ..kinds import ERRORS, CorrectorStatus, StopReason
 from . import detect, hidden
-from .inside import AT_BOUNDARY, known_to
+from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
 
 ASIDE = (1e-5, 1e-4, 1e-6)  # lengths behind a boundary at which the equations beyond may begin
@@ -583,15 +583,14 @@ class Half:
     def drop_beside(self, row, special):
         """Undo the steps to points that differ from a boundary, on which ``row`` lies, by rounding: where several events end at
         once steps creep up to it, and what lies between those points says nothing."""
-        rows, known = self.rows, known_to(special)
-        while len(rows) > 2 and rows[-3].part is row.part and (
-                row.s - rows[-2].s <= known or detect.one_with(rows[-2], row, special.bound)):
-            known = max(known, row.s - rows[-2].s)
+        rows, known = self.rows, special.known
+        while len(rows) > 2 and rows[-3].part is row.part and row.s - rows[-2].s <= known:
             self.slope = rows[-3].tests[0]
             self.steps -= 1
             del rows[-2]
-        if known > AT_BOUNDARY:
-            self.found = [other for other in self.found if other is special or row.s - other.s > known]
+        if known > 0.0:
+            self.found = [other for other in self.found if other.part is not row.part or other.successor is not None
+                          or other is special or row.s - other.s > known]
 
     @staticmethod
     def begun(problem, x, tangent):

@@ -41,6 +41,7 @@ FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
 BLURRED = 0.1  # of the way to a boundary, by which rounding may move what is told there
+EQUAL = 4e-15  # of a parameter and its scale: values that rounding makes of one
 TOLD = (1e-7, 1e-6, 1e-5, 1e-4)  # lengths of such ways that are tried
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
@@ -191,8 +192,9 @@ def blurred(rows) -> float:
     edge = rows[-1]
     known = min(edge.part.problem.blur(edge), TOLD[-1])
     for row in rows[-2::-1]:
-        length = edge.s - row.s
-        if row.part is not edge.part or row.part.problem.blur(row) <= BLURRED * length:
+        length, noise = edge.s - row.s, EQUAL * (abs(edge.p) + float(edge.part.scale[-1]))
+        alike = length <= SHORT and abs(row.p - edge.p) <= noise
+        if row.part is not edge.part or not alike and row.part.problem.blur(row) <= BLURRED * length:
             break
         known = max(known, length)
     return known
@@ -309,13 +311,9 @@ def crossed(half, row, new, cut):
     return found, None
 
 
-def one_with(other, edge, bound) -> bool:
-    """Whether a fold or a row is next to a row ``edge`` on a boundary, and its parameter that of the boundary, which is known to a
-    ``bound``."""
-    if abs(other.s - edge.s) > SHORT:
-        return False
-    own = other.error if isinstance(other, Found) else 0.0
-    return abs(float(other.x[-1]) - edge.p) <= own + float(bound)
+def one_with(special, edge, bound) -> bool:
+    """Whether a fold is next to a row ``edge`` on a boundary, and its parameter that of the boundary, known to a ``bound``."""
+    return abs(special.s - edge.s) <= SHORT and abs(float(special.x[-1]) - edge.p) <= special.error + float(bound)
 
 
 def beside_edge(edge, inner, j, s, known) -> bool:
@@ -467,6 +465,8 @@ def told_behind(special, bound, first) -> float:
     better counts.  Two that contradict each other are off by as much.
     """
     part, own = first.part, float(bound)
+    if part.problem.free > special.part.problem.free:  # one of many motions: each has its own place
+        return own
     try:
         c = part.problem.correct(first.x + AHEAD * first.direction, first.tangent)
         if part.born == 0 or not c.converged:

@@ -138,7 +138,7 @@ def test_a_step_beyond_a_boundary_is_cut_or_says_why(monkeypatch):
     part = SimpleNamespace(boundary=[1], monitors=[SimpleNamespace(kind="graze")], touch=1e-9, scale=np.ones(2))
 
     def row(s, *tests):
-        return SimpleNamespace(s=s, tests=[0.0, *tests], part=part, det_sign=1.0, angle=0.1)
+        return SimpleNamespace(s=s, tests=[0.0, *tests], part=part, det_sign=1.0, det_log=0.0, angle=0.1)
 
     def half(sign):
         return SimpleNamespace(signs=[0, sign], sizes=[1.0, 1.0], ds=0.1, rows=[row(0.0, 0.0)])

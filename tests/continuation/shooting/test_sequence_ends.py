@@ -128,7 +128,10 @@ def test_impacts_beside_a_mass_that_sticks_all_the_time():
                        [HarmonicForce(0.653), RigidStop(0.244, 0.298), Coulomb(0.361, dof=1)], omega=2.42)
     branch = bf.trace(bf.find_orbit(system), "omega", bounds=(1.694, 3.146))
     hits = [orbit for orbit in branch.orbits if orbit.sequence.events == 1]
-    assert hits and all(orbit.family == [1] and orbit.multipliers[-1] == 0.0 for orbit in hits)
+    assert hits and all(orbit.family == [1] for orbit in hits)
+    for orbit in hits:  # nothing but the rounding of the eigenvalues, which is that of the largest (infinite at the grazing)
+        sizes = np.abs(orbit.multipliers)
+        assert sizes[-1] <= 2.2e-16 * sizes[0]
     assert branch.audit.ok and branch.stop_reason[0] is StopReason.STICKING
 
 
