@@ -86,7 +86,7 @@ class Corrected:
                  "det_log", "monitors", "left", "before")
 
     def __init__(self, x, tangent, converged, status, iterations, residual, distance, contraction, det_sign, det_log,
-                 monitors, left=0.0, before=None):
+                 monitors, left=0.0):
         self.x = x
         self.tangent = tangent
         self.converged = converged
@@ -99,7 +99,7 @@ class Corrected:
         self.det_log = det_log
         self.monitors = monitors
         self.left = left
-        self.before = before
+        self.before = None
 
     @property
     def u(self) -> np.ndarray:

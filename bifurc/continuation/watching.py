@@ -72,7 +72,7 @@ class Watching:
 
     def switch(self, point, monitor):
         """See `Problem.switch`; the watch goes on behind the boundary."""
-        inner = Corrected(*(getattr(point, name) for name in Corrected.__slots__))
+        inner = copy.copy(point)
         inner.monitors = point.monitors[:len(self.inner.monitors)]
         answer = self.inner.switch(inner, monitor)
         return (self.around(answer[0]), *answer[1:]) if isinstance(answer, tuple) else answer
