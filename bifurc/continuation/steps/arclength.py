@@ -439,7 +439,8 @@ class Half:
         if cut is None:
             return False
         before = self.slope, self.signs, self.sizes, self.edge, self.pending
-        chord = row.p - self.rows[-2].p if self.rows[-2].part is row.part else 0.0
+        earlier = next((one for one in self.rows[-2:-1] if one.part is row.part), row)
+        chord = row.p - earlier.p
         self.slope = chord if chord * row.tests[0] < 0.0 else row.tests[0]  # so near to a singular end its sign is rounding
         self.cross(row, cut)
         if self.reason is not None:
