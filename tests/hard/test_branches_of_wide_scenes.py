@@ -63,7 +63,6 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
     pytest.param("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
     pytest.param("between_masses", 62026, id="one row beside the birth of an impact: its tangent is rounding"),
-    pytest.param("two_masses", 61034, id="two slips born at once, one far longer than the other", marks=pytest.mark.slow),
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
     pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
     pytest.param("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
