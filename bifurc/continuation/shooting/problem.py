@@ -127,8 +127,9 @@ def watched(scene, signature: Signature) -> tuple[np.ndarray, list[Monitor]]:
     found = [FLIP if signature.closure > 0 else HALF_FLIP]
     if signature.events:
         found.append(HIT)
-    kinds = {scene.event_kind(mode, guard) in (EventKind.RELEASE, EventKind.SLIP) for mode in set(nodes[:, AFTER].tolist())
-             for guard in range(int(scene.tables.n_guards[mode]))}
+    T = scene.tables
+    kinds = {int(T.kind[mode, guard]) in (sequence.RELEASED, sequence.SLIPS) for mode in set(nodes[:, AFTER].tolist())
+             for guard in range(int(T.n_guards[mode]))}
     found += APART if len(kinds) > 1 else [PASS]
     if np.any(nodes[:, STARTS:] < 0):
         found.append(LEAVE)

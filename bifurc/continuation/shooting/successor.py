@@ -514,7 +514,7 @@ def just_completes(problem, x) -> bool:
 
 def _from(problem, point, signature, x, through, beside=False, farther=None):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
-    where the orbits that follow are motions; or None.  Where no direction is told at ``x``, as where two slips are born of which
+    where the orbits that follow are motions; or None.  Where no direction is known at ``x``, as where two slips are born of which
     one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on."""
     new = problem.with_sequence(signature, x)
     if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):

@@ -21,7 +21,7 @@ def dropped(problem, x, near=NEAR, staying=frozenset()):
     changed = len(kept) < len(items)
     if changed and kept:  # impacts that have lost their speed
         join(kept, s)
-        kept = [item for item in kept if item[0][GUARD] < 0 or item[2] is False or item[0][BEFORE] != item[0][AFTER]]
+        kept = [item for item in kept if item[0][GUARD] < 0 or not item[2] or item[0][BEFORE] != item[0][AFTER]]
     while len(kept) > 1:
         short = [i for i in range(len(kept)) if vanishing(kept, s, i, near)]
         if not short:

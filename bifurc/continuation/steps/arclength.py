@@ -562,7 +562,7 @@ class Half:
         first = Row(c, successor, row.s + along, 0.0, tests, min(self.ds, self.options.ds_max))
         if born:
             successor.born = 1 + min(born, key=lambda k: abs(first.tests[1 + k]))
-        cut.special.bound = Later(partial(detect.told_behind, cut.special, cut.special.bound, first))
+        cut.special.bound = Later(partial(detect.error_behind, cut.special, cut.special.bound, first))
         self.drop_beside(row, cut.special)
         self.parts.append(successor)
         self.rows.append(first)

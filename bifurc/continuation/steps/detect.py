@@ -40,9 +40,9 @@ LATE = 1e-3  # part of a step by which a zero moves at most for small changes of
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
-BLURRED = 0.1  # of the way to a boundary, by which rounding may move what is told there
+BLURRED = 0.1  # of the way to a boundary, by which rounding may move a solution there
 EQUAL = 4e-15  # of a parameter and its scale: values that rounding makes of one
-TOLD = (1e-7, 1e-6, 1e-5, 1e-4)  # lengths of such ways that are tried
+RESOLVED = (1e-7, 1e-6, 1e-5, 1e-4)  # lengths of such ways that are tried
 SHORT = 1e-6  # step below which a sign change that cannot be polished is taken as it is
 
 
@@ -156,7 +156,7 @@ def boundary(half, row, new):
                 break
         else:
             if cut is not None and (cut.row.singular or nearly_singular(half.rows, row, cut.row.det_log, cut.row.s - row.s)):
-                cut.special.reach = max(cut.special.known, told_from(row, cut.row))
+                cut.special.reach = max(cut.special.known, resolved_from(row, cut.row))
             return cut, None
         a = beginning(half, row, new, j)
         if half.signs[j] >= 0:
@@ -174,25 +174,25 @@ def boundary(half, row, new):
     return cut, None
 
 
-def told_from(row, edge) -> float:
-    """Return the arclength before a boundary, on which the row ``edge`` lies, from which on solutions are told apart on the way
+def resolved_from(row, edge) -> float:
+    """Return the arclength before a boundary, on which the row ``edge`` lies, from which on solutions are resolved on the way
     from ``row``: where equations lose several ranks rounding moves those next to it more than they differ."""
     curve = Curve(row, edge)
-    for length in TOLD:
+    for length in RESOLVED:
         if length > 0.5 * curve.length:
             return 0.5 * curve.length
         c = curve.at(1.0 - length / curve.length)
         if c is not None and row.part.problem.blur(c) <= BLURRED * length:
             return length
-    return TOLD[-1]
+    return RESOLVED[-1]
 
 
 def blurred(rows) -> float:
-    """Return the arclength from the last of ``rows``, next to a boundary, back to which `told_from` would not tell them apart."""
+    """Return the arclength from the last of ``rows``, next to a boundary, back to which they are not resolved."""
     edge = rows[-1]
-    known = min(edge.part.problem.blur(edge), TOLD[-1])
+    known, noise = min(edge.part.problem.blur(edge), RESOLVED[-1]), EQUAL * (abs(edge.p) + float(edge.part.scale[-1]))
     for row in rows[-2::-1]:
-        length, noise = edge.s - row.s, EQUAL * (abs(edge.p) + float(edge.part.scale[-1]))
+        length = edge.s - row.s
         alike = length <= SHORT and abs(row.p - edge.p) <= noise
         if row.part is not edge.part or not alike and row.part.problem.blur(row) <= BLURRED * length:
             break
@@ -457,7 +457,7 @@ def parameter_error(part, c, root, j, curve=None):
     return along + 0.5 * bend * place**2 + root.p_noise + own + 1e-15 * (p + p_scale)
 
 
-def told_behind(special, bound, first) -> float:
+def error_behind(special, bound, first) -> float:
     """Bound on the error of the parameter of a boundary, own units: its own ``bound``, and what the equations behind it tell, which
     begin there with the row ``first``.
 
