@@ -345,9 +345,13 @@ class OrbitProblem(Problem):
 
     def blur(self, found: Corrected) -> float:
         """See `Problem.blur`: at a given arclength, by the rounding of the flow."""
-        _, wide, rounded = self._linearised(found.x)
+        return self.moved_by_rounding(found.x, found.tangent)
+
+    def moved_by_rounding(self, x, tangent) -> float:
+        """Return by how much rounding moves the solution ``x`` (n + 1,) across ``tangent``, scaled."""
+        _, wide, rounded = self._linearised(x)
         try:
-            answers = np.linalg.inv(np.vstack([wide * self.scale, found.tangent]))[:, :-1]
+            answers = np.linalg.inv(np.vstack([wide * self.scale, tangent]))[:, :-1]
         except np.linalg.LinAlgError:
             return math.inf
         return float((np.abs(answers) @ rounded).max()) * OF_FLOW

@@ -7,6 +7,7 @@ non-impacting side.
 One file, because what is constructed, asked of the rule, verified and named at a change is one decision.
 """
 import collections
+import dataclasses
 import functools
 import math
 import operator
@@ -27,7 +28,7 @@ from .appearing import NEAR, SHARP, inserted, parted, passed_whole
 from .completion import UNITS, ratio
 from .directions import directions
 from .several import goes_on, star
-from .successor import LISTED, SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
+from .successor import CREPT, LISTED, SAME, allowed, complete_chatters, cycle, jumps, kicks, onto, successor, verified
 from .vanishing import dropped
 
 AHEAD = (1e-3, 1e-4, 1e-5)  # scaled lengths at which an orbit is compared with itself a part of its period later
@@ -51,7 +52,8 @@ def through_grazing(problem, point, monitor):
     The usual changes of one event are constructed, and those of several impacts at once; what simulation does not repeat, and
     everything else, is left to `successor`.
     """
-    meeting = [] if monitor.silent or problem.system.symmetry == -1 else star(problem, point, admissible_side)
+    silent = problem.silent(monitor, point.x)
+    meeting = [] if silent or problem.system.symmetry == -1 else star(problem, point, admissible_side)
     answer = goes_on(problem, meeting) if meeting else None
     if answer is not None and verified(problem, point, *answer):
         return answer
@@ -65,8 +67,8 @@ def through_grazing(problem, point, monitor):
         side = admissible_side(new, new.x0)
         if side is not None and solves(new, new.x0, side) and verified(problem, point, new, new.x0, side):
             return new, new.x0, side
-    answer, search = successor(problem, point, monitor.silent)
-    lost = search.incomplete if answer is None else complete_chatters(answer[0].sequence) < complete_chatters(problem.sequence)
+    answer, search = successor(problem, point, silent)
+    lost = search.incomplete if answer is None else loses(problem, answer[0])
     if monitor.name == CLOSURE and lost:
         return StopReason.CHATTERING  # it is released before it completes
     if answer is None and search.completing is not None and accumulates(problem.sequence, search.completing):
@@ -78,9 +80,20 @@ def through_grazing(problem, point, monitor):
     return f"no equations go on behind {monitor.kind!s} {monitor.name}: {search.message}" if answer is None else answer
 
 
+def loses(problem, other) -> bool:
+    """Whether motions of the problem ``other`` complete fewer chatterings than those of ``problem``, but for such as have lost all
+    their impacts at once."""
+    if complete_chatters(other.sequence) >= complete_chatters(problem.sequence):
+        return False
+    beside = dataclasses.replace(problem.sequence, nodes=problem.sequence.nodes[problem.sequence.nodes[:, CLOSES] == 0])
+    return kicks(other.scene, other.sequence) > kicks(problem.scene, beside)
+
+
 def fewer_chatters(problem, x) -> bool:
-    """Whether at ``x`` (n + 1,) a complete chattering has lost its duration, with the speed of all its impacts."""
-    made = autonomous.changed(dropped, problem, x, NEAR)
+    """Whether at ``x`` (n + 1,) a complete chattering has lost its duration, with the speed of all its impacts: the equations lose
+    as many ranks there, and what rounding makes of them is none."""
+    near = max(NEAR, min(problem.moved_by_rounding(x, problem.null_tangent(x)), CREPT))
+    made = autonomous.changed(dropped, problem, x, near)
     return made is not None and complete_chatters(made[0]) < complete_chatters(problem.sequence)
 
 

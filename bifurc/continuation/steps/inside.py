@@ -22,6 +22,8 @@ def beginning(half, row, new, j):
     """
     if len(half.rows) > 1 and half.rows[-2].part is row.part:
         return row
+    if half.edge is None and j in row.part.boundary and half.signs[j] < 0:  # it lies inside, however near: its sign is its own
+        return row
     here = j == 0 and half.edge is not None and stands(row, new, row, half.edge)
     unknown = j > 0 and half.edge is not None and j in row.part.events
     if half.signs[j] and abs(row.tests[j]) > BOUNDARY_BAND and not here and not unknown:
