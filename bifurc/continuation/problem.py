@@ -188,6 +188,7 @@ class Problem:
     monitors_read_tangent = True  # whether `monitor_values` does
     follows = False  # whether `follow` makes steps
     free = 0  # how many quantities no equation decides: what sticks all the time may stand anywhere in an interval
+    placed = None  # error of the parameter of ``x0``, own units, where more than the equations tells it
     wraps = False  # whether `wrapped_jacobian` gives the multipliers as singularities of the equations
 
     # What the solutions are motions of: None for algebraic equations.

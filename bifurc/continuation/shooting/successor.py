@@ -32,6 +32,7 @@ from ...solve.steplaw import BOUNDARY_BAND, MANY
 from ..resimulation import counted
 from . import autonomous
 from .directions import directions
+from .last_member import last_member
 from .vanishing import dropped, listed_speeds
 
 BEYOND = (1e-6, 1e-5, 1e-7, 1e-4, 1e-8, 1e-3)  # scaled lengths by which the old equations are followed beyond their end
@@ -60,9 +61,11 @@ SETTLED = 1e-9  # the same, where rounding keeps the steps from becoming smaller
 STAYS = 10.0  # times the last change of a value: a larger one has not changed
 LISTED, HELD_ROWS = "listed", "held"  # names of the monitors of events and of rows that modes hold
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
-SAME, CREPT = 2e-6, 1e-5  # scaled distance of two motions that are one; most of one with another member of its family
+SAME, CREPT, UNKNOWN = 2e-6, 1e-5, 1e-3  # scaled distance of two motions that are one; most of one with another member of its
+# family, and with the last one
 PHASES, EXACT = 1000, 1e-12  # phases at which an orbit without a clock is looked for on another; scaled error of the one found
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
+BESIDE_END = 0.9  # of `SAME`: how near to an end of the old equations new ones that are singular there are followed
 SLOW = 1e-3  # scaled speed or duration of an event that may be about to begin
 CLOSE = 1e-9  # scaled length from an end that lies on the beginning but for rounding
 NEXT = 1e-9  # scaled difference of the parameter beyond which something else may lie between an end and a beginning
@@ -496,6 +499,10 @@ def _begun(problem, point, signature, x, search, through):
     else:
         if complete_chatters(signature) > complete_chatters(problem.sequence) and just_completes(new, begin):
             search.completing = new
+        member = last_member(problem, new, begin) if new.free > problem.free and not through else None
+        found = None if member is None else _from(problem, point, signature, member.x, False, placed=member.error)
+        if found is not None:
+            return found
         found = _from(problem, point, signature, begin, through, farther=x)
         if found is not None and leads_back(point, *found):
             found = _nearer(problem, point, new, signature, found)
@@ -503,7 +510,27 @@ def _begun(problem, point, signature, x, search, through):
             return found
         search.say(f"the orbit {name!r} is no motion on either side")
     # at their very beginning the equations may be singular (a swing of no amplitude lasts any time): next to it they are not
-    return None if through else _from(problem, point, signature, x, False, True)
+    return None if through else _from(problem, point, signature, _approached(problem, point, new, x), False, True)
+
+
+def _approached(problem, point, new, x):
+    """Return the solution ``x`` (n + 1,) of equations that slip where those of ``problem`` stick all the time, followed to where
+    it may be next to the old end ``point``; or as near as Newton's method leads, and any other one as it is.
+
+    Slips that are born at once last for a root of the way: those that rounding leaves nothing of are no start, and what simulation
+    finds farther on is a way off."""
+    if new.free >= problem.free:
+        return x
+    end, near = float(point.x[-1]), BESIDE_END * SAME * problem.parameter_scale
+    tangent = np.eye(1, x.size, x.size - 1)[0]
+    while abs(x[-1] - end) > near:
+        guess, away = x.copy(), float(x[-1] - end)
+        guess[-1] = end + math.copysign(max(0.5 * abs(away), near), away)
+        c = new.correct(guess, tangent, True)
+        if not (c.converged and inside(new, c)):
+            break
+        x = c.x
+    return x
 
 
 def just_completes(problem, x) -> bool:
@@ -512,11 +539,13 @@ def just_completes(problem, x) -> bool:
     return bool(abs(info[RESTS]) <= VALID)
 
 
-def _from(problem, point, signature, x, through, beside=False, farther=None):
+def _from(problem, point, signature, x, through, beside=False, farther=None, placed=None):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
     where the orbits that follow are motions; or None.  Where no direction is known at ``x``, as where two slips are born of which
-    one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on."""
+    one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on.  ``placed`` is the error of the parameter
+    of the `last_member` of a family."""
     new = problem.with_sequence(signature, x)
+    new.placed = placed
     if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
         return None
     if not distance(problem.motion(point.x), new.motion(x)) <= as_near(problem, point, new):
@@ -562,8 +591,9 @@ def _from(problem, point, signature, x, through, beside=False, farther=None):
 def as_near(problem, point, new) -> float:
     """Return the scaled distance of two motions that are one: `SAME`.  What slips in the old equations and sticks all the time in
     the ``new`` ones may stand at any place of an interval, and does so where it stood at the old end ``point``: that is known to
-    the rounding of the old equations there, where they are singular."""
-    return max(SAME, min(problem.blur(point), CREPT)) if new.free > problem.free else SAME
+    the rounding of the old equations there, where they are singular; of a place of its own (`last_member`) farther away."""
+    most = CREPT if new.placed is None else UNKNOWN
+    return max(SAME, min(problem.blur(point), most)) if new.free > problem.free else SAME
 
 
 def along(problem, x, tangent, step):

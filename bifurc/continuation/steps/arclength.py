@@ -455,10 +455,11 @@ class Half:
             return False
         first = self.rows[-1]
         special = cut.special
-        special.bound = special.error + abs(first.p - row.p)
-        if first.part.problem.free > row.part.problem.free:  # where it stands is known as well as where steps end
-            special.bound += crept(self.rows[:-1], row, before[2])
-        special.x = np.append(row.x[:-1], first.p)
+        if first.part.problem.placed is None:
+            special.bound = special.error + abs(first.p - row.p)
+            if first.part.problem.free > row.part.problem.free:  # where it stands is known as well as where steps end
+                special.bound += crept(self.rows[:-1], row, before[2])
+            special.x = np.append(row.x[:-1], first.p)
         if not cut.silent:
             self.found.append(special)
         self.ds = min(self.options.ds, self.options.ds_max)
@@ -576,6 +577,8 @@ class Half:
         if off > 0.0:  # else nothing asks for the error yet; what both equations are off by is in it
             own = part.problem.uncertainty(cut.corrected.x, cut.corrected.tangent)
             cut.special.bound = cut.special.error + max(off - own, 0.0)
+        if problem.placed is not None:
+            cut.special.x, cut.special.bound = np.append(cut.special.x[:-1], float(x[-1])), problem.placed
         cut.special.kind = part.problem.change(cut.special.kind, cut.corrected.x, problem)
         self.edge = known_to(cut.special)
         self.pending = self.slope, cut.special
