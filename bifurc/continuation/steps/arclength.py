@@ -19,6 +19,7 @@ from ...solve import steplaw
 from ...solve.steplaw import BOUNDARY_BAND, MANY, MAX_ANGLE, STRAIGHT, TURNS, WANDERS
 from ...solve.steprun import ON_BOUND
 from ..kinds import ERRORS, CorrectorStatus, StopReason
+from ..problem import ROUNDED
 from . import detect, hidden
 from .inside import known_to
 from .rows import Curve, Part, Point, Row, tests_of
@@ -359,12 +360,12 @@ class Half:
             row = self.take_back()
 
     def come_inside(self):
-        """Undo the steps behind the last row that has no test beyond a boundary, however little; returns it, or the last row where
-        the equations have none.  Where changes of the sequence accumulate, steps creep over one whose test stays below what an
-        orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
+        """Undo the steps behind the last row that has no test beyond a boundary by more than rounding; returns it, or the first row,
+        on the boundary itself, where the equations have none.  Where changes of the sequence accumulate, steps creep over one whose
+        test stays below what an orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
         part = self.rows[-1].part
-        mine = (row for row in reversed(self.rows) if row.part is part)
-        inside = next((row for row in mine if not any(row.tests[j] > 0.0 for j in part.boundary)), self.rows[-1])
+        mine = [row for row in reversed(self.rows) if row.part is part]
+        inside = next((row for row in mine if not any(row.tests[j] > ROUNDED for j in part.boundary)), mine[-1])
         while self.rows[-1] is not inside:
             self.take_back()
         return inside
