@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..solve.steplaw import BOUNDARY_BAND
 from .kinds import SpecialPointKind
 
 ON_CIRCLE = 1e-6  # | |multiplier| - 1 | below which a row is passed over
@@ -123,13 +124,14 @@ def numbers_beside(problem, x, tangent, room):
 
 def beside(problem, x, tangent, step):
     """Return the solution (n + 1,) at a signed arclength ``step`` from ``x`` (n + 1,); None if its equations are not valid, or it
-    is not known well enough: beside a merging point that of the parent is another solution."""
+    is not known well enough: beside a merging point that of the parent is another solution, and where dp/ds is rounding a fold
+    between it and ``x``, that is one with the change there, is none of the points that its multipliers would ask for."""
     try:
         c = problem.correct(x + step * problem.scale * tangent, tangent)
     except problem.errors:
         return None
     walls = [k for k, monitor in enumerate(problem.monitors) if monitor.boundary]
-    along = c.converged and abs(float(c.tangent @ tangent)) > ALONG
+    along = c.converged and abs(float(c.tangent @ tangent)) > ALONG and abs(float(c.tangent[-1])) > BOUNDARY_BAND
     return c.x if along and all(c.monitors[k] < 0.0 for k in walls) else None
 
 

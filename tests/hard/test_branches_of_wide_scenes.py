@@ -66,6 +66,7 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
     pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
     pytest.param("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
+    pytest.param("stop_and_friction", 62030, id="a sequence valid over 3e-9 of the parameter and 2e-3 of the way, its fold inside"),
     pytest.param("mixed", 62005, id="equations that are valid over less than the length at which they are begun",
                  marks=pytest.mark.slow),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),

@@ -57,7 +57,7 @@ class Audit:
 
 def audit_branch(branch, arrays) -> Audit:
     """Audit a branch from its arrays."""
-    violations = parity_violations(arrays["s"], told_slopes(arrays), arrays["part"], branch.special_points, branch.problems)
+    violations = parity_violations(arrays["s"], told_slopes(arrays, branch.special_points), arrays["part"], branch.special_points, branch.problems)
     bins = np.searchsorted(EDGES, np.minimum(arrays["angle"], EDGES[-1] - 1e-12), "right") - 1
     angles = np.bincount(bins, minlength=len(EDGES) - 1)
     again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
@@ -65,17 +65,18 @@ def audit_branch(branch, arrays) -> Audit:
                  float(arrays["residual"].max()), branch.unresolved, again)
 
 
-def told_slopes(arrays):
+def told_slopes(arrays, points):
     """Return dp/ds of the rows, zero where it tells nothing.
 
     Where a contact is born at speed zero the equations are singular on the boundary itself: the tangent of the row that lies
     there is rounding, and its slope counts only where the chord to the next row of the same equations has its sign. A row that is
-    the only one of its equations has none.
+    the only one of its equations has none.  The ends of the branch are such rows where one of its special ``points`` is there.
     """
     slope, part, p, s = arrays["slope"].copy(), arrays["part"], arrays["parameter"], arrays["s"]
     same = part[1:] == part[:-1]
     chords = np.where(same & (s[1:] > s[:-1]), p[1:] - p[:-1], 0.0)
-    first, last = np.flatnonzero(~same) + 1, np.flatnonzero(~same)
+    ends = [any(point.s == at for point in points) for at in (s[0], s[-1])]
+    first, last = np.flatnonzero(np.append(ends[0], ~same)), np.flatnonzero(np.append(~same, ends[1]))
     for rows, beside in ((first, np.append(chords, 0.0)[first]), (last, np.append(0.0, chords)[last])):
         slope[rows[slope[rows] * beside <= 0.0]] = 0.0
     return slope

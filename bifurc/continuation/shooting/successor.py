@@ -203,7 +203,7 @@ def verified(problem, point, new, x, tangent) -> bool:
             orbit = new.motion(c.x)
             if orbit.success and repetition(orbit).repeated:
                 back = retraces(problem, point, new, c)
-                answer = not back and determined(new, c.x) and not loosens(new, x, tangent, step, c)
+                answer = not back and determined(new, c) and not loosens(new, x, tangent, step, c)
                 if back is not None or not answer:
                     break
     return answer
@@ -224,9 +224,9 @@ def loosens(problem, x, tangent, step, c) -> bool:
     return any(further.converged and further.monitors[held] + 0.5 * HELD > most for further in made)
 
 
-def determined(problem, x) -> bool:
-    """Whether rounding tells every interval of the solution ``x`` (n + 1,) that an event other than an impact opens or closes from
-    none.
+def determined(problem, c) -> bool:
+    """Whether rounding tells every interval of a corrected point ``c`` that an event other than an impact opens or closes from
+    none: at its place along the branch, which rounding moves no farther where the parameter turns.
 
     A contact that slips once a period and in one direction only slips by nothing: its slip is a root of third order in its
     duration, solved to rounding by any that is short enough, and the motion is one with stick all the time.  An event that nothing
@@ -238,12 +238,12 @@ def determined(problem, x) -> bool:
     kick = np.array([guard >= 0 and bool(problem.scene.tables.kick[mode, guard]) for mode, guard in nodes[:, :AFTER]])
     if len(nodes) == 1 or kick.all():
         return True
-    e = problem.equations
-    J = e.jacobian(x)
-    noise = EPS * (np.abs(J) @ np.abs(x[:-1]))
+    x, n = c.x, c.x.size - 1
+    J = np.column_stack(problem.jacobian(x[:-1], x[-1]))
+    noise = EPS * (np.abs(J[:, :n]) @ np.abs(x[:-1]))
     try:
-        moves = np.linalg.inv(J)[::size]  # of the times of events, by residual; without a clock that of the period comes first
-    except np.linalg.LinAlgError:
+        moves = np.linalg.inv(np.vstack([J, c.tangent / problem.scale]))[:n:size, :n]  # of the times of events, by residual;
+    except np.linalg.LinAlgError:  # without a clock that of the period comes first
         return False
     s, U = problem.sequence.written_out(x[:-1])
     times = U[::size]
@@ -578,7 +578,7 @@ def _from(problem, point, signature, x, through, beside=False, farther=None, pla
             good = [(way, c) for way, c in good if not comes_back(problem, point, new, x, way, c)]
         for way, c in good[:1] if beside else good:
             orbit = new.motion(c.x)
-            if not (orbit.success and repetition(orbit).repeated and determined(new, c.x)):
+            if not (orbit.success and repetition(orbit).repeated and determined(new, c)):
                 continue
             back = retraces(problem, point, new, c)
             if back is None and doubtful is None and not loosens(new, x, way, step, c):

@@ -190,10 +190,22 @@ def test_slopes_on_boundaries_count_where_the_chord_agrees():
     arrays = {"slope": np.array([0.5, -0.2, -0.3, 0.4, 0.6]), "part": np.array([0, 0, 1, 1, 1]),
               "s": np.array([0.0, 1.0, 1.0, 2.0, 3.0]), "parameter": np.array([0.0, 1.0, 1.0, 2.0, 1.5])}
     before = arrays["slope"].copy()
-    assert told_slopes(arrays).tolist() == [0.5, 0.0, 0.0, 0.4, 0.6]  # only rows on the boundary
+    assert told_slopes(arrays, []).tolist() == [0.5, 0.0, 0.0, 0.4, 0.6]  # only rows on the boundary
     np.testing.assert_array_equal(arrays["slope"], before)
     arrays["parameter"] = np.array([2.0, 1.0, 1.0, 0.5, 1.5])
-    assert told_slopes(arrays).tolist() == [0.5, -0.2, -0.3, 0.4, 0.6]
+    assert told_slopes(arrays, []).tolist() == [0.5, -0.2, -0.3, 0.4, 0.6]
+
+
+def test_at_an_end_on_a_boundary_the_slope_counts_where_the_chord_agrees():
+    """A parabola whose least value lies on the boundary at which a branch ends: the slope there is rounding.  At any other end,
+    as on a bound, the slope is known: a fold in the first or last step shows."""
+    s, part = np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(4, int)
+    for way in (1, -1):
+        arrays = {"slope": way * np.array([-1e-5, 2.0, 4.0, 6.0])[::way], "part": part, "s": s, "parameter": (s**2)[::way]}
+        end = SimpleNamespace(s=(s[0], s[-1])[way < 0], reverses=False, problem=PROBLEM, successor=None)
+        assert told_slopes(arrays, [end]).tolist() == (way * np.array([0.0, 2.0, 4.0, 6.0])[::way]).tolist()
+        assert parity_violations(s, told_slopes(arrays, [end]), part, [end], [PROBLEM]) == ()
+        assert len(parity_violations(s, told_slopes(arrays, []), part, [end], [PROBLEM])) == 1
 
 
 def test_a_row_alone_in_its_equations_has_no_slope_for_the_parity():
@@ -202,7 +214,7 @@ def test_a_row_alone_in_its_equations_has_no_slope_for_the_parity():
     for rounded in (-5e-6, 5e-6):
         arrays = {"slope": np.array([rounded, *(2.0 * s[1:] + 0.1)]), "part": np.array([0, 1, 1, 1]), "s": s,
                   "parameter": s**2 + 0.1 * s}
-        slopes = told_slopes(arrays)
+        slopes = told_slopes(arrays, [])
         assert slopes.tolist() == [0.0, 0.1, 2.1, 4.1]
         assert parity_violations(s, slopes, arrays["part"], [], [PROBLEM, SimpleNamespace()]) == ()
 

@@ -303,10 +303,11 @@ def test_an_interval_shorter_than_what_rounding_makes_of_its_end_is_not_determin
     scene = SimpleNamespace(ns=1, tables=SimpleNamespace(kick=np.array([first])))
     s = SimpleNamespace(nodes=nodes, span=1.0, creeping=lambda scene: [], unmoved=lambda scene: [],
                         written_out=lambda U: (SimpleNamespace(span=1.0, clock=1.0), U))
-    problem = SimpleNamespace(sequence=s, scene=scene, equations=SimpleNamespace(jacobian=lambda x: J))
-    assert successor.determined(problem, np.array([0.3, 1.0, 0.3 + 1e-5, 1.0, 5.0])) is clear
+    problem = SimpleNamespace(sequence=s, scene=scene, jacobian=lambda u, p: (J, np.zeros(4)), scale=np.ones(5))
+    tangent = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+    assert successor.determined(problem, SimpleNamespace(x=np.array([0.3, 1.0, 0.3 + 1e-5, 1.0, 5.0]), tangent=tangent)) is clear
     s.creeping = lambda scene: [0]
-    assert not successor.determined(problem, np.array([0.3, 1.0, 0.8, 1.0, 5.0]))
+    assert not successor.determined(problem, SimpleNamespace(x=np.array([0.3, 1.0, 0.8, 1.0, 5.0]), tangent=tangent))
 
 
 @pytest.mark.parametrize("apart, clear", [(1e-7, True), (1e-9, True), (1e-16, False)])
@@ -317,5 +318,20 @@ def test_what_rounding_does_to_both_ends_of_an_interval_is_nothing_to_its_durati
     s = SimpleNamespace(nodes=np.array([[0, 0, 0, 0, 0], [0, 1, 0, 0, 0]]), span=1.0, creeping=lambda scene: [],
                         unmoved=lambda scene: [], written_out=lambda U: (SimpleNamespace(span=1.0, clock=1.0), U))
     problem = SimpleNamespace(sequence=s, scene=SimpleNamespace(ns=1, tables=SimpleNamespace(kick=np.array([[0, 0]]))),
-                              equations=SimpleNamespace(jacobian=lambda x: J))
-    assert successor.determined(problem, np.array([0.3, 1.0, 0.3 + apart, 1.0, 5.0])) is clear
+                              jacobian=lambda u, p: (J, np.zeros(4)), scale=np.ones(5))
+    c = SimpleNamespace(x=np.array([0.3, 1.0, 0.3 + apart, 1.0, 5.0]), tangent=np.array([0.0, 0.0, 0.0, 0.0, 1.0]))
+    assert successor.determined(problem, c) is clear
+
+
+@pytest.mark.parametrize("slope", [1.0, 1e-6, 1e-13, 0.0])
+def test_an_interval_is_determined_where_the_parameter_turns(slope):
+    """The second time is s and the parameter slope * s + s**2 / 2: at fixed parameter rounding moves it by its inverse slope, along
+    the branch, whose tangent is that of the time, by rounding alone."""
+    J = np.diag([1.0, 1.0, slope, 1.0])
+    problem = SimpleNamespace(
+        sequence=SimpleNamespace(nodes=np.array([[0, 0, 0, 0, 0], [0, 1, 0, 0, 0]]), span=1.0, creeping=lambda scene: [],
+                                 unmoved=lambda scene: [], written_out=lambda U: (SimpleNamespace(span=1.0, clock=1.0), U)),
+        scene=SimpleNamespace(ns=1, tables=SimpleNamespace(kick=np.array([[0, 0]]))), scale=np.ones(5),
+        jacobian=lambda u, p: (J, np.array([0.0, 0.0, -1.0, 0.0])))
+    tangent = np.array([0.0, 0.0, 1.0, 0.0, slope]) / np.hypot(1.0, slope)
+    assert successor.determined(problem, SimpleNamespace(x=np.array([0.3, 1.0, 0.3 + 1e-5, 1.0, 5.0]), tangent=tangent))

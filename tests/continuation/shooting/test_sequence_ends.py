@@ -225,7 +225,7 @@ def test_slopes_on_a_boundary_count_where_the_chord_agrees():
     """Two parts of three rows: at their common boundary rounding makes slopes of a wrong sign, inside it does not."""
     arrays = {"s": np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0]), "parameter": np.array([0.0, 1.0, 2.0, 2.0, 3.0, 2.5]),
               "slope": np.array([1.0, 1.0, -1e-6, -1e-3, 1.0, -1.0]), "part": np.array([0, 0, 0, 1, 1, 1])}
-    assert told_slopes(arrays).tolist() == [1.0, 1.0, 0.0, 0.0, 1.0, -1.0]
+    assert told_slopes(arrays, []).tolist() == [1.0, 1.0, 0.0, 0.0, 1.0, -1.0]
 
 
 def test_flights_under_friction_are_not_taken_for_grazes():
