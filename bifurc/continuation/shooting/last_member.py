@@ -27,25 +27,25 @@ class Member:
 
 def last_member(problem, new, x) -> Member | None:
     """Return the member next to ``x`` (n + 1,) of the family of ``new`` that just reaches all limits beyond which motions of
-    ``problem`` slip and its own do not; None where these are not as many as its labels more and the parameter."""
-    limits = sorted(slips(problem) - slips(new))
-    labels, places = new.equations.labels, list(new.equations.labels.places)
-    if new.sequence.closure < 0 or new.sequence.clock or not places or len(limits) != 1 + len(places):
+    ``problem`` slip and its own do not; None where these are not as many as its labels more and the parameter.  What sticks all the
+    time in both stays where it is."""
+    limits, labels, ns = sorted(slips(problem) - slips(new)), new.equations.labels, new.scene.ns
+    if new.sequence.closure < 0 or new.sequence.clock or len(limits) != 1 + new.free - problem.free:
         return None
-    size, ns = 1 + new.scene.ns, new.scene.ns
-    units = np.append(new.weights[places], new.scale[-1])
-    tangent = np.eye(1, x.size, x.size - 1)[0]
+    units = np.append(new.weights[list(labels.places)], new.scale[-1])
+    ways = moved_alone(labels.rows, problem.equations.labels.rows, units[:-1])
+    begin, tangent = np.append(labels.values(x[1:1 + ns]), x[-1]), np.eye(1, x.size, x.size - 1)[0]
 
     def member(at, near):
-        """Return the corrected point with the labels and the parameter ``at`` (k + 1,) in their units, from the one ``near``."""
-        guess = near.copy()
-        guess[-1] = at[-1] * units[-1]
-        rows = guess[:-1].reshape(-1, size)
-        rows[:, 1:] = labels.moved(rows[:, 1:], at[:-1] * units[:-1])
+        """Return the solution (n + 1,) a way ``at`` (k + 1,) from the first, found from the one ``near``; None without one."""
+        guess, place = near.copy(), begin + units * (ways @ at)
+        guess[-1] = place[-1]
+        rows = guess[:-1].reshape(-1, 1 + ns)
+        rows[:, 1:] = labels.moved(rows[:, 1:], place[:-1])
         c = new.correct(guess, tangent, True)
         return c.x if c.converged else None
 
-    at = np.append(labels.values(x[1:1 + ns]), x[-1]) / units
+    at = np.zeros(len(limits))
     for _ in range(ITERATIONS):
         x = member(at, x)
         beside = [None if x is None else member(at + STEP * unit, x) for unit in np.eye(at.size)]
@@ -53,18 +53,31 @@ def last_member(problem, new, x) -> Member | None:
             return None
         values = reached(new, x, limits)
         slopes = np.column_stack([(reached(new, one, limits) - values) / STEP for one in beside])
+        if not np.isfinite(slopes).all():
+            return None
         try:
             inverse = np.linalg.inv(slopes)
         except np.linalg.LinAlgError:
             return None
         step = -inverse @ values
-        if not float(np.abs(step).max()) <= FAR:
+        away = float(np.abs(step).max())
+        if not away <= FAR:
             return None
-        if float(np.abs(step).max()) <= CONVERGED * max(1.0, float(np.abs(inverse).max())):
-            last = member(at + step, x)
-            return None if last is None else Member(last, float(units[-1] * (ROUNDING * np.abs(inverse[-1]).sum() + abs(step[-1]))))
         at = at + step
+        if away <= CONVERGED * max(1.0, float(np.abs(inverse).max())):
+            last = member(at, x)
+            return None if last is None else Member(last, float(units[-1] * (ROUNDING * np.abs(inverse[-1]).sum() + abs(step[-1]))))
     return None
+
+
+def moved_alone(rows, kept, units) -> np.ndarray:
+    """Return the combinations (k + 1, m + 1) of the labels ``rows`` (k, ns), in their ``units`` (k,), and the parameter that leave
+    the labels ``kept`` (k - m, ns) as they are."""
+    through = np.linalg.lstsq(rows.T, kept.T, rcond=None)[0].T * units  # of a change of the labels, what those kept change by
+    still = np.linalg.svd(through)[2][len(kept):] if len(kept) else np.eye(len(rows))
+    ways = np.zeros((len(rows) + 1, len(still) + 1))
+    ways[:-1, :-1], ways[-1, -1] = still.T, 1.0
+    return ways
 
 
 def slips(problem) -> set[tuple[int, int]]:
