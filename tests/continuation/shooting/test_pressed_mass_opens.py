@@ -33,3 +33,23 @@ def test_it_opens_at_what_presses_it_from_both_sides(seed):
         assert abs(point.parameter - load) <= point.error < 1e-9 * load
         assert point.before.startswith("rest") and branch.audit.ok, branch.audit
         assert np.ptp(branch.column(NAME)) == pytest.approx(0.52 * load)
+
+
+# of a draw, how far above the load the number of listed impacts changes
+CHANGES = ((45, 1.08e-7), (45, 2.30e-7), (28, 1.109e-5))
+
+
+@pytest.mark.parametrize(("seed", "above"), CHANGES)
+def test_it_opens_also_from_rows_on_a_change_of_the_listed_impacts(seed, above):
+    """A start there is inside its equations by less than a test tells; and what is left of the train is as short as rounding."""
+    system, load = pressed(seed)
+    options = {"bounds": (0.5 * load, 1.02 * load), "max_steps": 600}
+    first = bf.trace(bf.find_orbit(system), NAME, **options)
+    starts = [k for k, p in enumerate(first.column(NAME)) if abs(p / load - 1.0 - above) < 0.01 * above]
+    assert len(starts) == 2 and len(first.orbits[starts[0]].sequence.nodes) != len(first.orbits[starts[1]].sequence.nodes)
+    for start in starts:
+        branch = bf.trace(first.orbits[start], NAME, **options)
+        point, = (point for point in branch.special_points if abs(point.parameter - load) < 1e-4 * load)
+        assert abs(point.parameter - load) <= point.error < 1e-9 * load
+        assert point.before.startswith("rest") and branch.audit.ok, branch.audit
+        assert np.ptp(branch.column(NAME)) == pytest.approx(0.52 * load)
