@@ -542,13 +542,14 @@ def just_completes(problem, x) -> bool:
 def _from(problem, point, signature, x, through, beside=False, farther=None, placed=None):
     """Return (problem, x, tangent) of a sequence whose orbit ``x`` (n + 1,) is at the old end, or ``beside`` it in its validity,
     where the orbits that follow are motions; or None.  Where no direction is known at ``x``, as where two slips are born of which
-    one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on.  ``placed`` is the error of the parameter
-    of the `last_member` of a family."""
+    one lasts far longer than the other, it is that to the solution ``farther`` (n + 1,) on.  ``placed`` is the error of the
+    parameter of the `last_member` of a family."""
     new = problem.with_sequence(signature, x)
     new.placed = placed
-    if not (abs(x[-1] - point.x[-1]) <= SAME * problem.parameter_scale and allowed(new, x[-1])):
+    near = as_near(problem, point, new)
+    if not (abs(x[-1] - point.x[-1]) <= (SAME if placed is None else near) * problem.parameter_scale and allowed(new, x[-1])):
         return None
-    if not distance(problem.motion(point.x), new.motion(x)) <= as_near(problem, point, new):
+    if not distance(problem.motion(point.x), new.motion(x)) <= near:
         return None
     lines = directions(new, x)
     if not lines and farther is not None and new.free < problem.free:

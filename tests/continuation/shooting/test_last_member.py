@@ -1,8 +1,8 @@
 """Where a mass that sticks all the time just may: closed form of two masses, of which the second rubs.
 
-While it stands, at a place y, the first one is a linear oscillator: what it pulls the second with has the mean k f/K - K2 y, f being
-a constant load, and an amplitude in proportion to that of the harmonic load.  Both limits are reached at the place where that mean is
-zero, and at one amplitude.  Slips on either side of it, however short, are found from it and lead to it.
+While it stands, at a place y, the first one is a linear oscillator: what it pulls the second with has a mean that falls with y, and
+an amplitude in proportion to that of the harmonic load.  Both limits are reached at the place where that mean is zero, and at one
+amplitude.  Slips beyond, however short, lead to it and are found from it.
 """
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ NAME = "harmonic_force.amplitude"
 
 
 def pulled(seed, behind=False):
-    """Return a system that slips, the amplitude at which it begins to, and where the mass stands there; with a third mass ``behind``
-    the second, which friction holds all the time at a place of its own."""
+    """Return a system that slips, the amplitude at which it begins to, and where the mass stands there; with a third mass
+    ``behind`` the second, which friction holds all the time at a place of its own."""
     rng = np.random.default_rng(seed)
     k, c, k1, k2 = rng.uniform(0.5, 2.0), rng.uniform(0.02, 0.1), *rng.uniform(0.5, 2.0, 2)
     own, omega, friction, load = rng.uniform(0.02, 0.1), rng.uniform(0.5, 2.5), rng.uniform(0.1, 0.5), rng.uniform(-0.5, 0.5)
