@@ -57,7 +57,8 @@ class Audit:
 
 def audit_branch(branch, arrays) -> Audit:
     """Audit a branch from its arrays."""
-    violations = parity_violations(arrays["s"], told_slopes(arrays, branch.special_points), arrays["part"], branch.special_points, branch.problems)
+    points = branch.special_points
+    violations = parity_violations(arrays["s"], told_slopes(arrays, points), arrays["part"], points, branch.problems)
     bins = np.searchsorted(EDGES, np.minimum(arrays["angle"], EDGES[-1] - 1e-12), "right") - 1
     angles = np.bincount(bins, minlength=len(EDGES) - 1)
     again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)

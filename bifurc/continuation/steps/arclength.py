@@ -101,7 +101,7 @@ class Half:
         while self.reason is None:
             self.step()
         if self.reason is StopReason.INADMISSIBLE:
-            self.come_back()
+            self.come_inside()
         last, crept = self.rows[-1], self.reason is StopReason.DS_MIN
         self.reason, self.message = last.part.problem.named_end(last.x, self.reason, self.message)
         if crept and self.reason is StopReason.CHATTERING:
@@ -353,16 +353,14 @@ class Half:
         self.steps -= 1
         return row
 
-    def come_back(self):
-        """Undo the steps outside the region of validity that this half did not enter again: their rows are no motions."""
-        row = self.rows[-1]
-        while len(self.rows) > 1 and self.rows[-2].part is row.part and any(row.tests[j] > 0.0 for j in row.part.boundary):
-            row = self.take_back()
-
     def come_inside(self):
         """Undo the steps behind the last row that has no test beyond a boundary by more than rounding; returns it, or the first
-        row, on the boundary itself, where the equations have none.  Where changes of the sequence accumulate, steps creep over one
-        whose test stays below what an orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
+        row, on the boundary itself, where the equations have none.
+
+        Outside the region of validity, that steps did not enter again, rows are no motions.  Where changes of the sequence
+        accumulate, steps creep over one whose test stays below what an orbit may touch by: the event that it lists no more, or not
+        yet, is missing in their rows.
+        """
         part = self.rows[-1].part
         mine = [row for row in reversed(self.rows) if row.part is part]
         inside = next((row for row in mine if not any(row.tests[j] > ROUNDED for j in part.boundary)), mine[-1])

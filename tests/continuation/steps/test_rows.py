@@ -465,7 +465,7 @@ class Creeping:
         self.crossed, self.end = crossed, end
         self.slope, self.signs, self.sizes, self.edge, self.pending = 0.1, [1, -1], [2.0, 3.0], None, ["later"]
         self.rows, self.parts, self.found = [SimpleNamespace(p=1.0)], ["first"], []
-        self.part = SimpleNamespace(problem=SimpleNamespace(free=0))
+        self.part = SimpleNamespace(problem=SimpleNamespace(free=0, placed=None))
         self.reason, self.message, self.ds = None, "", 1e-9
         self.options = SimpleNamespace(ds=0.3, ds_max=0.2)
 
