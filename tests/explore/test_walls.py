@@ -10,8 +10,8 @@ from bifurc.explore.pictures import _walls
 
 @pytest.mark.parametrize("unit", [1.0, 1e-6])
 def test_walls_of_the_explorer_are_seen(unit):
-    system = SimpleNamespace(elements=(RigidStop(gap=2.0 * unit, restitution=0.7), RigidStop(gap=0.5 * unit, restitution=0.7, side=-1)),
-                             omega=1.0, n=1, parameters={})
+    stops = (RigidStop(gap=2.0 * unit, restitution=0.7), RigidStop(gap=0.5 * unit, restitution=0.7, side=-1))
+    system = SimpleNamespace(elements=stops, omega=1.0, n=1, parameters={})
     t, x = np.linspace(0.0, 3.0, 7), unit * np.linspace(-0.2, 0.8, 7)
     low, high, walls = _walls(SimpleNamespace(system=system), 0, t, x, 3.0)
     margin = 0.06 * unit
