@@ -10,13 +10,15 @@ from bifurc.ensemble.batch.tables import meeting
 
 @pytest.mark.parametrize("order, size", [(4, 1e-3), (4, 1e3), (6, 1.0), (2, 1e-6)])
 @pytest.mark.parametrize("units", [np.ones(2), np.array([1e-9, 1e7])])
-def test_the_error_that_steps_leave_is_as_small_as_asked(monkeypatch, order, size, units):
-    """The images carry size / steps^order of the region: what is left is below the wish, and not far below."""
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_error_that_steps_leave_is_as_small_as_asked(monkeypatch, order, size, units, sign):
+    """The images carry size / steps^order of the region, too far or not far enough: what is left is below the wish, and not far
+    below."""
     asked = []
 
     def images(scene, kind, steps, X, periods=1):
         asked.append(steps)
-        return X + units * size / steps**order
+        return X + sign * units * size / steps**order
 
     monkeypatch.setattr(smooth, "images", images)
     monkeypatch.setattr(smooth, "region", lambda scene, kind: units)
