@@ -8,7 +8,8 @@ from bifurc.explore import model
 from bifurc.explore.desk import Desk
 
 
-@pytest.mark.parametrize("branches, orbit, traced", [((), "o", True), (("b",), "o", False), ((), None, False), (("b",), None, False)])
+@pytest.mark.parametrize("branches, orbit, traced", [((), "o", True), (("b",), "o", False), ((), None, False),
+                                                     (("b",), None, False)])
 def test_a_branch_is_traced_where_there_is_an_orbit_and_none_yet(branches, orbit, traced, monkeypatch):
     asked, session = [], SimpleNamespace(now=SimpleNamespace(branches=branches, orbit=orbit), first=None)
 

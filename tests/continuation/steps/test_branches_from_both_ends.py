@@ -1,4 +1,4 @@
-"""A branch does not depend on the end it is begun from, nor on the sense in which it is traced: peaks, folds and changes of stability."""
+"""A branch does not depend on the end and the sense in which it is traced: peaks, folds and changes of stability."""
 import numpy as np
 import pytest
 
