@@ -94,18 +94,27 @@ def at_every_phase(scene: Scene, rows: np.ndarray, names: list[str]) -> np.ndarr
 def between(mass: np.ndarray, rows: np.ndarray, reach: np.ndarray) -> np.ndarray | None:
     """Return the coordinates q (n,) next to 0, by inertia, with ``rows`` (k, n) @ q + ``reach`` (k,) <= 0, by a part of the
     farthest reach where there is room; None where there are none."""
-    L = np.linalg.cholesky(mass)
-    G, one = -np.linalg.solve(L, rows.T), np.append(np.zeros(len(mass)), 1.0)
+    L, G, far, unit = _in_own_units(mass, rows, reach)
+    one = np.append(np.zeros(len(mass)), 1.0)
     for part in ASIDE:
-        E = np.vstack([G, reach + part * np.abs(reach).max()])
+        E = np.vstack([G, far + part * np.abs(far).max()])
         left = one - E @ nnls(E, one)[0]
         if left[-1] > FEASIBLE:
-            return np.linalg.solve(L.T, -left[:-1] / left[-1])
+            return unit * np.linalg.solve(L.T, -left[:-1] / left[-1])
     return None
 
 
 def against(mass: np.ndarray, rows: np.ndarray, reach: np.ndarray) -> list[int]:
     """Return which of the inequalities of `between`, which have no solution, contradict each other."""
-    E = np.vstack([-np.linalg.solve(np.linalg.cholesky(mass), rows.T), reach])
-    pressing = nnls(E, np.append(np.zeros(len(mass)), 1.0))[0]
+    _, G, far, _ = _in_own_units(mass, rows, reach)
+    pressing = nnls(np.vstack([G, far]), np.append(np.zeros(len(mass)), 1.0))[0]
     return np.flatnonzero(pressing > PART * pressing.max()).tolist()
+
+
+def _in_own_units(mass: np.ndarray, rows: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return the Cholesky factor L (n, n) of the mass, the inequalities for L^T q (n, k) and their reaches (k,), both of size 1,
+    and the size of L^T q: what contradicts itself leaves nothing of 1 only where places are of its size."""
+    L = np.linalg.cholesky(mass)
+    G = -np.linalg.solve(L, rows.T)
+    steep, far = float(np.abs(G).max()), float(np.abs(reach).max()) or 1.0
+    return L, G / steep, reach / far, far / steep
