@@ -142,6 +142,7 @@ def test_an_event_that_meets_the_end_of_a_chattering_is_known_to_what_is_not_lis
 EXACT = 0.45995676454  # +- 1e-12
 
 
+@pytest.mark.slow
 def test_the_last_change_before_an_accumulation_is_within_its_stated_error():
     """Period map of the mass in closed form from event to event, with 30 digits: its events are one more below this gap."""
     branch, others = traced_with_others("stop_and_friction", 61016, (2, 105, -3))
