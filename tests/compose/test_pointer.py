@@ -24,7 +24,8 @@ def probe():
             total += (1 + j) * number
         return total
 
-    lines = [f"    lengths[{i}, :T.{name}.ndim] = T.{name}.shape\n    out[{i}] = weighed(T.{name})\n" for i, name in enumerate(PARTS)]
+    lines = [f"    lengths[{i}, :T.{name}.ndim] = T.{name}.shape\n    out[{i}] = weighed(T.{name})\n"
+             for i, name in enumerate(PARTS)]
     made: dict = {"weighed": weighed}
     exec("def probe(T, out, lengths):\n" + "".join(lines), made)
     return numba.njit(made["probe"])
