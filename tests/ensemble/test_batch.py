@@ -336,6 +336,7 @@ def test_the_measured_error_is_one(rng):
     assert 0.0 < period_map.error <= smooth.WISH and error <= 3.0 * smooth.WISH
 
 
+@pytest.mark.slow
 def test_a_law_of_the_user_with_its_own_mass_and_row(rng):
     """Coefficients that are not 1: mass 2, and a row that sees half the coordinate."""
     law = bf.elements.Force(lambda u, s, c, d: -c * u * u * u - d * s * abs(s), site=(0.5,), c=3.0, d=0.2)
