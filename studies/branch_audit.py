@@ -17,7 +17,7 @@ from bifurc.orbits.repetition import repetition
 
 from .common import Setting, parser, publish, table
 
-SCENES = {Setting.SMALL: 2, Setting.FULL: 56}  # of each kind
+SCENES = {Setting.SMALL: 1, Setting.FULL: 56}  # of each kind
 STARTS = 2  # rows drawn, from which a branch is traced once more
 MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,

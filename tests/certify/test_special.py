@@ -143,7 +143,8 @@ def test_a_touch_beside_slow_impacts_is_proved_at_the_touch():
             assert low - point.error <= point.parameter <= high + point.error
 
 
-@pytest.mark.parametrize("seed", [pytest.param(18, marks=pytest.mark.slow), 33])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [18, 33])
 def test_points_of_several_masses_lie_within_their_stated_errors(seed):
     """Rounding of the flow, the same at neighbouring points, moves them too."""
     system = KINDS["stop on several masses"](np.random.default_rng(seed))

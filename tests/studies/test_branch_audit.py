@@ -72,9 +72,8 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
 
 
 @pytest.mark.parametrize(("kind", "number"), [
-    ("two_masses", 7054), ("two_masses", 11022), ("two_masses", 8129), ("stop_and_friction", 7049),
-    ("stop_and_friction", 10013), pytest.param("two_masses", 9048, marks=pytest.mark.slow),
-    pytest.param("two_masses", 10015, marks=pytest.mark.slow), pytest.param("two_masses", 21039, marks=pytest.mark.slow)])
+    ("stop_and_friction", 10013), slow("two_masses", 7054), slow("two_masses", 11022), slow("two_masses", 8129),
+    slow("stop_and_friction", 7049), slow("two_masses", 9048), slow("two_masses", 10015), slow("two_masses", 21039)])
 def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
     """One exchange follows the other up to the end of the chattering: the branch neither turns back nor ends among them, and where
     it ends because the chattering does not complete any more it does so from both sides.  Where an exchange is a corner of the
@@ -83,9 +82,8 @@ def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way, row.starts) == (0, 0, [], [], [])
 
 
-@pytest.mark.parametrize(("kind", "number"), [("clearances", 13053), ("two_masses", 14065), ("elastic_stop", 14079),
-                                              ("two_masses", 11011),
-                                              pytest.param("stop_and_friction", 14018, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("kind", "number"), [("elastic_stop", 14079), slow("clearances", 13053), slow("two_masses", 14065),
+                                              slow("two_masses", 11011), slow("stop_and_friction", 14018)])
 def test_changes_of_the_sequence_beside_others(kind, number):
     """Two events that exchange their order twice in one step are seen where the step ends on another change; a change between the
     impacts of a chattering has one name from both sides; a contact that is born before others end with it is not passed over;
