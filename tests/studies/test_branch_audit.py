@@ -71,9 +71,10 @@ def test_scenes_that_once_had_other_points_on_the_way_back(kind, number):
     assert row.found and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "number"), [
-    ("stop_and_friction", 10013), slow("two_masses", 7054), slow("two_masses", 11022), slow("two_masses", 8129),
-    slow("stop_and_friction", 7049), slow("two_masses", 9048), slow("two_masses", 10015), slow("two_masses", 21039)])
+    ("stop_and_friction", 10013), ("two_masses", 7054), ("two_masses", 11022), ("two_masses", 8129), ("stop_and_friction", 7049),
+    ("two_masses", 9048), ("two_masses", 10015), ("two_masses", 21039)])
 def test_friction_that_changes_places_with_the_impacts_of_a_train(kind, number):
     """One exchange follows the other up to the end of the chattering: the branch neither turns back nor ends among them, and where
     it ends because the chattering does not complete any more it does so from both sides.  Where an exchange is a corner of the
@@ -92,6 +93,7 @@ def test_changes_of_the_sequence_beside_others(kind, number):
     assert row.found and row.ok and (row.not_repeated, row.failed, row.ends, row.one_way) == (0, 0, [], [])
 
 
+@pytest.mark.slow
 def test_no_fold_where_a_slip_is_born():
     """Beside the birth of a slip, of third order in its duration, the slope of the parameter is rounding, and places of the step
     are that birth itself."""
