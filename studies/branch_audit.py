@@ -17,7 +17,7 @@ from bifurc.orbits.repetition import repetition
 
 from .common import Setting, parser, publish, table
 
-SCENES = {Setting.SMALL: 2, Setting.FULL: 56}  # of each kind
+SCENES = {Setting.SMALL: 1, Setting.FULL: 56}  # of each kind
 STARTS = 2  # rows drawn, from which a branch is traced once more
 MAX_STEPS = 250
 PHYSICAL = (StopReason.BOUND, StopReason.CLOSED, StopReason.MAX_STEPS, StopReason.MERGED, StopReason.CHATTERING,
@@ -200,8 +200,8 @@ def scene(kind: str, number: int):
     return system, *parameter_of(rng, system)
 
 
-def audited(kind: str, number: int, back: bool = True) -> Audited:
-    """Trace one scene and judge every row, end and special point."""
+def audited(kind: str, number: int, back: bool = True, drawn: bool = True) -> Audited:
+    """Trace one scene and judge every row, end and special point; also ``back`` from its ends, and from ``drawn`` rows."""
     system, name, bounds = scene(kind, number)
     row = Audited(kind, number, name)
     clock = time.process_time()
@@ -214,6 +214,7 @@ def audited(kind: str, number: int, back: bool = True) -> Audited:
         row.ok = branch.audit.ok
         if back:
             row.one_way = one_way(branch, name, bounds)
+        if back and drawn:
             row.starts = other_starts(branch, name, bounds, np.random.default_rng(number))
     row.seconds = time.process_time() - clock
     return row

@@ -10,6 +10,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+LONG = ("docs/howto/notebooks.md", "docs/howto/own_curved_contact.md", "docs/howto/without_a_clock.md", "docs/tutorials/diagram.md")
 PAGES = sorted(["README.md", *(page.relative_to(ROOT).as_posix() for page in (ROOT / "docs").rglob("*.md"))])
 
 
@@ -20,7 +21,8 @@ def blocks(page: str) -> list[tuple[int, str, str | None, bool]]:
     return [(text.count("\n", 0, match.start()) + 2, match[1], match[2], match[3] is not None) for match in found]
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)])
+@pytest.mark.parametrize("page", [pytest.param(page, marks=[pytest.mark.slow] if page in LONG else [])
+                                  for page in PAGES if blocks(page)])
 def test_python_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, monkeypatch):
     from matplotlib import pyplot
 

@@ -150,7 +150,7 @@ def test_the_time_of_return_is_a_whole_period_from_a_trough_too():
         assert returning(system, np.array([start, 0.0]), 0, 1.0) == pytest.approx(2.0, rel=0.05)
 
 
-@pytest.mark.parametrize("amplitude", [1e-3, 0.01, 0.05, 0.1])
+@pytest.mark.parametrize("amplitude", [1e-3, *(pytest.param(size, marks=pytest.mark.slow) for size in (0.01, 0.05, 0.1))])
 def test_a_chain_below_its_stop_has_the_mode_of_the_linear_chain(amplitude):
     """Damping proportional to stiffness: xi = beta omega^2, at every amplitude, also where the speed at the start is rounding."""
     chain = bf.systems.impact_chain(n=8, damping=0.1, stiffness=1.0)

@@ -8,6 +8,7 @@ from bifurc.basins import CellState, ChaoticAttractor
 DUFFING = bf.systems.duffing_oscillator(zeta=0.075, omega=1.0, amplitude=0.3, alpha=-1.0, beta=1.0)
 
 
+@pytest.mark.slow
 def test_chaotic_and_periodic_side_by_side():
     """On this grid boxes around the chaotic attractor reach over the boundary of basins: they must not take the other one in."""
     found = bf.basins_of_attraction(DUFFING, bf.Grid(q0=(-2.2, 2.2, 100), v0=(-2.2, 2.2, 100)))

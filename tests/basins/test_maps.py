@@ -81,9 +81,9 @@ def test_an_interrupt_loses_no_finished_chunk(basins, tmp_path, monkeypatch):
 
 
 def test_processes_and_any_chunk_size_change_no_bit(basins, monkeypatch):
-    for size in (300, 701):
+    for size, workers in ((300, 1), (701, 2)):
         monkeypatch.setattr(labelling, "LEAN", size)
-        same(basins, bf.basins_of_attraction(SYSTEM, GRID, workers=2))
+        same(basins, bf.basins_of_attraction(SYSTEM, GRID, workers=workers))
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         same(basins, bf.basins_of_attraction(SYSTEM, GRID, executor=pool))
 

@@ -36,6 +36,7 @@ def test_a_slower_run_jumps_nearer_to_the_fold():
     assert late[1] < late[0]
 
 
+@pytest.mark.slow
 def test_a_rotor_runs_up_through_its_rub_and_down_past_it():
     # synchronous rub is stable up to its fold, the whirl without rub down to the speed at which it reaches the stator
     zeta, eccentricity = 0.05, 0.2

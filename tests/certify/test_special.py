@@ -68,6 +68,7 @@ def test_a_symmetric_branch_point_is_proved_at_the_published_value():
     assert abs(found.parameter[0] - 3.397988672) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_torus_point_of_the_chain_is_proved_at_the_value_of_the_reference():
     """Eight masses; the value in 17 digits is that of an implementation of its own."""
     start = [-0.54, -1.001, -1.424, -1.805, -2.035, -2.046, -1.837, -1.472, -0.055, -0.01, 0.085, 0.159, 0.146, 0.058, -0.032,
@@ -142,6 +143,7 @@ def test_a_touch_beside_slow_impacts_is_proved_at_the_touch():
             assert low - point.error <= point.parameter <= high + point.error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [18, 33])
 def test_points_of_several_masses_lie_within_their_stated_errors(seed):
     """Rounding of the flow, the same at neighbouring points, moves them too."""

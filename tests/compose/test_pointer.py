@@ -14,13 +14,19 @@ from bifurc.systems import bilinear_oscillator, impact_chain
 
 @pytest.fixture(scope="module")
 def probe():
-    """One kernel with a line a part: its lengths, and its sum weighted by the place."""
+    """One kernel with two lines a part: its lengths, and its sum weighted by the place."""
     import numba
 
-    lines = [f"    lengths[{i}, :T.{name}.ndim] = T.{name}.shape\n"
-             f"    for j, number in enumerate(T.{name}.flat):\n        out[{i}] += (1 + j) * number\n"
+    @numba.njit
+    def weighed(array):
+        total = 0.0
+        for j, number in enumerate(array.flat):
+            total += (1 + j) * number
+        return total
+
+    lines = [f"    lengths[{i}, :T.{name}.ndim] = T.{name}.shape\n    out[{i}] = weighed(T.{name})\n"
              for i, name in enumerate(PARTS)]
-    made: dict = {}
+    made: dict = {"weighed": weighed}
     exec("def probe(T, out, lengths):\n" + "".join(lines), made)
     return numba.njit(made["probe"])
 

@@ -42,7 +42,9 @@ def image_of(case, image):
     return image, parameter, image.factor(parameter)
 
 
-@pytest.mark.parametrize("case, image", [(case, image) for case in TRACED for image in ALIKE
+# every branch with some images and every image with some branches: the others in the slow suite
+@pytest.mark.parametrize("case, image", [pytest.param(case, image, marks=[pytest.mark.slow] if (i + k) % 3 else [])
+                                         for i, case in enumerate(TRACED) for k, image in enumerate(ALIKE)
                                          if (case, image) not in {("mass", "turned"), ("mass", "crowded"), ("elastic", "crowded")}])
 def test_images_have_the_image_of_the_branch(case, image):
     """The same special points at the same values of the parameter, and the same ends."""

@@ -253,6 +253,7 @@ def test_states_between_events_are_those_of_the_exponential(omega):
         assert _after(kernels(scene), scene.tables, 0, x, time) == pytest.approx(expm(whole * time) @ x, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_stated_errors_of_gains_hold_the_closed_form():
     """Motions with one impact a period a little past their flips, in 30 digits; det(lambda I - E_lambda S) = 0 at the ends."""
     mp = pytest.importorskip("mpmath")

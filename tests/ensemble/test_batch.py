@@ -59,6 +59,10 @@ SCENES = {
     "smooth": (bf.systems.duffing_oscillator(**DUFFING), (-2.2, -2.2), (2.2, 2.2)),
 }
 
+# each kind of scene compiles a kernel of its own: of several masses, and of several contacts, some are met in the slow suite
+LONG = ("two elastic stops", "a slider and an elastic stop", "static friction below friction between", "three masses")
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in SCENES]
+
 
 def carried(system, X, periods, alone=False):
     """Carry starts by the written module itself, or by the scalar integrator alone; only those of a clear start."""
@@ -149,7 +153,7 @@ def test_one_period_through_modes_errs_by_less_than_1e_13(name, rng):
     assert np.abs(images.ends - right).max() <= 1e-13
 
 
-@pytest.mark.parametrize("name", [name for name in SCENES if name != "smooth"])
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "smooth"])
 def test_the_batch_step_agrees_with_the_scalar_integrator(name, rng):
     """Same impacts, same states to rounding grown by the flow."""
     system, low, high = SCENES[name]
@@ -164,7 +168,7 @@ def test_the_batch_step_agrees_with_the_scalar_integrator(name, rng):
     np.testing.assert_allclose(fast[3][same], slow[3][same], rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("name", list(SCENES))
+@pytest.mark.parametrize("name", NAMES)
 def test_images_are_those_of_simulations(name, rng):
     system, low, high = SCENES[name]
     X = rng.uniform(low, high, (24, len(low)))
@@ -332,6 +336,7 @@ def test_the_measured_error_is_one(rng):
     assert 0.0 < period_map.error <= smooth.WISH and error <= 3.0 * smooth.WISH
 
 
+@pytest.mark.slow
 def test_a_law_of_the_user_with_its_own_mass_and_row(rng):
     """Coefficients that are not 1: mass 2, and a row that sees half the coordinate."""
     law = bf.elements.Force(lambda u, s, c, d: -c * u * u * u - d * s * abs(s), site=(0.5,), c=3.0, d=0.2)

@@ -42,7 +42,8 @@ def closed(scene, mode, guard, state, v):
     return *kernels(scene, "bifurc.flow.chatter").closure(scene.tables, mode, guard, state, v, out), out
 
 
-@pytest.mark.parametrize(("r", "push", "away"), [(0.5, 1.0, 1.0), (0.3, 0.7, 1.3), (0.8, 0.2, 1.9), (0.9, 1.7, 2.0)])
+@pytest.mark.parametrize(("r", "push", "away"), [(0.5, 1.0, 1.0), (0.3, 0.7, 1.3), (0.8, 0.2, 1.9),
+                                               pytest.param(0.9, 1.7, 2.0, marks=pytest.mark.slow)])  # many flights
 @pytest.mark.parametrize(("loss", "rate"), [(0.3, 0.0), (0.0, -0.4), (0.2, 0.7)])
 def test_duration_is_right_to_second_order(r, push, away, loss, rate):
     """A mass on a wall, pushed by P + Q sin t, that rubs with mu: what is left falls with the cube of the speed."""
@@ -154,7 +155,8 @@ class Exact:
 
 
 @pytest.mark.parametrize(("r", "mu", "phase", "law"), [
-    (0.3, 2.5, 0.0, False), (0.6, 0.8, -0.4, False), (0.7, 0.8, 0.3, False), (0.6, 0.8, -0.4, True)])
+    (0.3, 2.5, 0.0, False), pytest.param(0.6, 0.8, -0.4, False, marks=pytest.mark.slow),
+    pytest.param(0.7, 0.8, 0.3, False, marks=pytest.mark.slow), (0.6, 0.8, -0.4, True)])
 def test_a_held_mass_slips_in_every_impact(r, mu, phase, law):
     """Time and state at the end, of the third order in the speed: the full mass matrix passes every impulse on to a mass that
     friction holds; it slips some way, and sticks again before the next.  A ``law`` is a spring too weak to be felt."""

@@ -9,6 +9,11 @@ from studies import branch_audit as audits
 from .test_settled_motions import drawn
 
 
+def slow(*scene, id):
+    """Return a scene for the slow suite: the default one keeps those that are done in a second or two."""
+    return pytest.param(*scene, id=id, marks=pytest.mark.slow)
+
+
 def audited(seed):
     """Return what the study `branch_audit` says of one branch."""
     system = drawn(seed)
@@ -24,26 +29,25 @@ def audited(seed):
 
 
 @pytest.mark.parametrize("seed", [
-    pytest.param(5025, id="a slider begins to slip both ways, where the equations lose two ranks"),
+    slow(5025, id="a slider begins to slip both ways, where the equations lose two ranks"),
     pytest.param(5044, id="a slider that slipped until a mass comes to rest, with no restitution and hardly any"),
-    pytest.param(5045, id="masses that stick to each other all the time"),
-    pytest.param(6008, id="equations that are singular where a step ends on their boundary"),
-    pytest.param(7003, id="two slips that are born at once, beside a guard that is zero by itself", marks=pytest.mark.slow),
-    pytest.param(7006, id="a last slip that vanishes: rows held by tolerance alone would go on"),
+    slow(5045, id="masses that stick to each other all the time"),
+    slow(6008, id="equations that are singular where a step ends on their boundary"),
+    slow(7003, id="two slips that are born at once, beside a guard that is zero by itself"),
+    slow(7006, id="a last slip that vanishes: rows held by tolerance alone would go on"),
     pytest.param(7017, id="a plastic stop under a full mass matrix"),
-    pytest.param(7055, id="memory that is never written keeps its value along a branch"),
-    pytest.param(7056, id="memory that a simulated period begins with is stale"),
+    slow(7055, id="memory that is never written keeps its value along a branch"),
+    slow(7056, id="memory that a simulated period begins with is stale"),
     pytest.param(9013, id="a boundary that is zero with some power of the way, beside which a flip was noise"),
-    pytest.param(9021, id="nothing is left of the speed behind a plastic impact"),
-    pytest.param(9030, id="a slider that an impact stopped at its limit"),
+    slow(9021, id="nothing is left of the speed behind a plastic impact"),
+    slow(9030, id="a slider that an impact stopped at its limit"),
     pytest.param(9060, id="events of one instant in one order: a fold of the motion of one period"),
-    pytest.param(10041, id="two sliders at their limits, where nothing moves one of them: its guard is zero by itself"),
-    pytest.param(10050, id="a stop that comes to where a mass stands"),
-    pytest.param(12038, id="a stop that moves what stands on it as far as a slider holds, begun where an impact stopped that"),
-    pytest.param(10028, id="a slider that stops just before an impact drives it on: the second time is the square of the first",
-                 marks=pytest.mark.slow),
-    pytest.param(12025, id="equations that are singular on the boundary where a slip begins: no branch point is beside it"),
-    pytest.param(14019, id="half a period whose equations begin a little farther beyond than those of the whole one"),
+    slow(10041, id="two sliders at their limits, where nothing moves one of them: its guard is zero by itself"),
+    slow(10050, id="a stop that comes to where a mass stands"),
+    slow(12038, id="a stop that moves what stands on it as far as a slider holds, begun where an impact stopped that"),
+    slow(10028, id="a slider that stops just before an impact drives it on: the second time is the square of the first"),
+    slow(12025, id="equations that are singular on the boundary where a slip begins: no branch point is beside it"),
+    slow(14019, id="half a period whose equations begin a little farther beyond than those of the whole one"),
     pytest.param(8036, id="a fold that is the rounding of the birth of a release"),
 ])
 def test_branches_are_the_same_from_everywhere(seed):
@@ -52,23 +56,22 @@ def test_branches_are_the_same_from_everywhere(seed):
 
 
 @pytest.mark.parametrize(("kind", "number"), [
-    pytest.param("mixed", 39001, id="zero at the birth of a stick with the square of the way is no boundary"),
-    pytest.param("stop_and_friction", 41002, id="a bound on which flights last no time is met before rounding"),
-    pytest.param("mixed", 41005, id="a step that begins 2e-8 before a grazing whose contact ends in three events"),
-    pytest.param("mixed", 43002, id="a friction that the stick of another one lets slip, with static friction above kinetic"),
+    slow("mixed", 39001, id="zero at the birth of a stick with the square of the way is no boundary"),
+    slow("stop_and_friction", 41002, id="a bound on which flights last no time is met before rounding"),
+    slow("mixed", 41005, id="a step that begins 2e-8 before a grazing whose contact ends in three events"),
+    slow("mixed", 43002, id="a friction that the stick of another one lets slip, with static friction above kinetic"),
     pytest.param("stop_and_slider", 43038, id="a slider that comes back to the stop at its limit begins no slip"),
-    pytest.param("mixed", 43027, id="a row beside the birth of two slips, where Newton finds no equations nearer than 1e-3"),
-    pytest.param("stop_and_friction", 45017, id="a stick at a reversal beside a train of which one more impact is listed"),
-    pytest.param("stop_and_friction", 52024, id="a birth beside which flights rise less than rounding: the way back to it"),
-    pytest.param("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
-    pytest.param("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
+    slow("mixed", 43027, id="a row beside the birth of two slips, where Newton finds no equations nearer than 1e-3"),
+    slow("stop_and_friction", 45017, id="a stick at a reversal beside a train of which one more impact is listed"),
+    slow("stop_and_friction", 52024, id="a birth beside which flights rise less than rounding: the way back to it"),
+    slow("mixed", 61012, id="a slip born before another stick, beside which its end is rounding"),
+    slow("mixed", 60038, id="impacts that overtake a stick one after the other, each of them twice"),
     pytest.param("between_masses", 62026, id="one row beside the birth of an impact: its tangent is rounding"),
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
-    pytest.param("mixed", 61009, id="a reversal at the instant in which a slider stops"),
-    pytest.param("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
+    slow("mixed", 61009, id="a reversal at the instant in which a slider stops"),
+    slow("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
     pytest.param("stop_and_friction", 62030, id="a sequence valid over 3e-9 of the parameter and 2e-3 of the way, its fold inside"),
-    pytest.param("mixed", 62005, id="equations that are valid over less than the length at which they are begun",
-                 marks=pytest.mark.slow),
+    slow("mixed", 62005, id="equations that are valid over less than the length at which they are begun"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),
 ])
 def test_branches_of_the_audited_kinds_are_the_same_from_everywhere(kind, number):
@@ -112,6 +115,7 @@ def limits_of_standing(unknowns):
             pull(second, 0) - HOLDING, pull(t, 0) + HOLDING, pull(t, 1)]
 
 
+@pytest.mark.slow
 def test_slips_both_ways_are_born_at_one_place_from_either_side():
     """One is born at an instant of greatest pull and lasts as the power 3/4 of the distance, the other before an impact."""
     onset = fsolve(limits_of_standing, [0.2963, -0.0035, 0.98, 0.0083, 10.92, 0.0203, 6.19], xtol=1e-14)[0]
@@ -123,6 +127,7 @@ def test_slips_both_ways_are_born_at_one_place_from_either_side():
         assert not audits.differences(branch, other, (0.288, 0.864), 0)
 
 
+@pytest.mark.slow
 def test_an_event_that_meets_the_end_of_a_chattering_is_known_to_what_is_not_listed():
     """A stick is overtaken by one impact after the other: where, falls to the end of them by the restitution."""
     branch, others = traced_with_others("mixed", 60038, (2,))
@@ -139,6 +144,7 @@ def test_an_event_that_meets_the_end_of_a_chattering_is_known_to_what_is_not_lis
 EXACT = 0.45995676454  # +- 1e-12
 
 
+@pytest.mark.slow
 def test_the_last_change_before_an_accumulation_is_within_its_stated_error():
     """Period map of the mass in closed form from event to event, with 30 digits: its events are one more below this gap."""
     branch, others = traced_with_others("stop_and_friction", 61016, (2, 103, 105, -3))

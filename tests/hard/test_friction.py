@@ -38,7 +38,7 @@ def test_stiff_contact_in_place_of_a_rigid_one_rings(stiffness, error, count):
     assert np.abs(bf.simulate(orbit.system, orbit.state, periods=1).final - orbit.state).max() < 1e-9
 
 
-@pytest.mark.parametrize("omega", [0.7, 1.0, 1.4])
+@pytest.mark.parametrize("omega", [pytest.param(0.7, marks=pytest.mark.slow), 1.0, pytest.param(1.4, marks=pytest.mark.slow)])
 def test_load_that_touches_zero(omega):
     """rho = 1: the contact is left at one instant without a separation; the reference marches the same law."""
     orbit = bf.find_orbit(bf.systems.dry_friction_oscillator(omega=omega, load_amplitude=1.0, load_phase=0.4), (0.0, 0.0))

@@ -77,12 +77,13 @@ def judged(seeds):
     return wrong
 
 
-def test_rotors_with_several_contacts_end_at_their_end():
+@pytest.mark.parametrize("seed", [3, 51, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (53, 55, 56, 82, 223, 261, 350))])
+def test_rotors_with_several_contacts_end_at_their_end(seed):
     """Rotors whose wall and whose friction, stop or casing hold at once, or that a plastic impact leaves without any speed."""
-    assert judged((3, 51, 53, 55, 56, 82, 223, 261, 350)) == []
+    assert judged((seed,)) == []  # each compiles the laws of its own contacts
 
 
 @pytest.mark.slow
-def test_a_hundred_rotors_end_at_their_end():
+def test_forty_rotors_end_at_their_end():
     """The same, drawn."""
-    assert judged(range(1000, 1100)) == []
+    assert judged(range(1000, 1040)) == []

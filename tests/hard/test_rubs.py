@@ -245,6 +245,7 @@ def test_friction_on_a_mass_that_slides_round_a_wall_turns_with_it():
     assert np.hypot(x, motion.final[1]) == pytest.approx(radius, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_impacts_between_a_stop_and_a_rotor_come_to_rest_at_once():
     """A casing hits a plastic stop with the rotor on its wall: they throw each other to and fro until both rest."""
     system = bf.System(np.diag([1.0, 1.0, 0.7, 0.7]), np.zeros((4, 4)), np.zeros((4, 4)), [
@@ -261,6 +262,7 @@ def test_impacts_between_a_stop_and_a_rotor_come_to_rest_at_once():
     np.testing.assert_allclose([vx, vy, cx, cy], [speed - n[0] * push, -n[1] * push, 0.0, n[1] * push / 0.7], rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_two_rigid_walls_that_hold_one_ring_are_named():
     """Shaft, ring and housing: both walls hold the ring, which is not solved together. Until then no wall is passed."""
     system = bf.System(np.eye(4), 0.1 * np.eye(4), np.eye(4), [

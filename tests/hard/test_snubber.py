@@ -56,7 +56,8 @@ def between_arcs(y0, duration, *, zeta, nu, eccentricity, stiffness, friction, d
 
 @pytest.mark.parametrize(("changes", "events", "most"), [
     ({"nu": 1.2}, 8, 1), ({"gravity": 0.3}, 6, 2), ({"preload": 0.1, "nu": 1.1}, 8, 2), ({"preload": 0.05}, 8, 2),
-    ({"preload": 0.05, "nu": 1.5}, 8, 3), ({"preload": 0.2, "nu": 1.1, "contact_damping": 0.5}, None, 2)])
+    pytest.param({"preload": 0.05, "nu": 1.5}, 8, 3, marks=pytest.mark.slow),
+    ({"preload": 0.2, "nu": 1.1, "contact_damping": 0.5}, None, 2)])
 def test_orbits_between_four_arcs(changes, events, most):
     system = bf.systems.snubber_rotor(**changes)
     orbit = bf.find_orbit(system)

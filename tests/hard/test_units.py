@@ -1,10 +1,13 @@
 """Results in other units of time, mass and length are the same: nothing may compare a state, a time or a parameter with 1."""
+import functools
+
 import numpy as np
 import pytest
 
 import bifurc as bf
 from bifurc.elements import ConstantForce, Coulomb, CubicSpring, ElasticStop, HarmonicForce, RigidStop, Stribeck
 
+ONES = (1.0, 1.0, 1.0)
 UNITS = [(1e6, 1.0, 1.0), (1.0, 1.0, 1e-9), (1e-3, 1e4, 1e-6), (3e-5, 2e3, 7e2)]  # of time, mass, length
 
 
@@ -46,7 +49,7 @@ def test_orders_of_births_under_a_law(units):
     """Which derivatives vanish behind an event under a law is asked at states of the size that the motion has."""
     def elements(F, K, L, V):
         return [HarmonicForce(1.1 * F), Stribeck(0.3 * F, 0.5 * F, 0.4 * V)]
-    one, other = (bf.find_orbit(made(u, elements, 1.3, 0.11, 0.9, omega=0.63)) for u in ((1.0, 1.0, 1.0), units))
+    one, other = (bf.find_orbit(made(u, elements, 1.3, 0.11, 0.9, omega=0.63)) for u in (ONES, units))
     T, _, L = units
     assert one.success and other.success and other.signature == one.signature
     assert other.state / [L, L / T] == pytest.approx(one.state, abs=1e-12)
@@ -67,7 +70,7 @@ def test_a_start_at_rest_beside_a_preloaded_stop(units):
     """The motion that is found is the same one of several."""
     def elements(F, K, L, V):
         return [HarmonicForce(0.7 * F), RigidStop(-0.3 * L, 0.65)]
-    one, other = (bf.find_orbit(made(u, elements, 1.3, 0.11, 0.9, omega=1.3)) for u in ((1.0, 1.0, 1.0), units))
+    one, other = (bf.find_orbit(made(u, elements, 1.3, 0.11, 0.9, omega=1.3)) for u in (ONES, units))
     T, _, L = units
     assert one.success and other.state / [L, L / T] == pytest.approx(one.state, abs=1e-11)
 
@@ -76,46 +79,52 @@ def test_a_start_at_rest_beside_a_preloaded_stop(units):
 def test_a_diagram_by_simulation(units):
     T, _, L = units
     shown = []
-    for u in ((1.0, 1.0, 1.0), units):
+    for u in (ONES, units):
         system = made(u, lambda F, K, L, V: [HarmonicForce(0.52 * F), RigidStop(L, 0.7)], omega=1.1)
         shown.append(bf.bifurcation_diagram(system, "omega", np.array([0.7, 0.9, 1.0, 1.1]) / u[0], transient=100, keep=8))
     assert np.array_equal(*(item.periods for item in shown)) and set(shown[0].periods.ravel()) > {1}
 
 
+@functools.cache
+def proof(units):
+    """Return the certificate of a branch with one special point."""
+    system = made(units, lambda F, K, L, V: [HarmonicForce(0.52 * F, label="load"), RigidStop(L, 0.7)], omega=0.8)
+    F = units[1] * units[2] / units[0]**2
+    branch = bf.trace(bf.find_orbit(system), "load.amplitude", bounds=(0.45 * F, 0.55 * F))
+    point, = branch.special_points
+    assert point.kind == "period_doubling" and point.parameter / F == pytest.approx(0.512672682, abs=1e-9)
+    return branch.certify()
+
+
 @pytest.mark.parametrize("units", UNITS)
 def test_a_chain_of_proofs(units):
     """Every stretch is proved in as many pieces; a special point stands for as little of its stretch."""
-    found = []
-    for u in ((1.0, 1.0, 1.0), units):
-        system = made(u, lambda F, K, L, V: [HarmonicForce(0.52 * F, label="load"), RigidStop(L, 0.7)], omega=0.8)
-        F = u[1] * u[2] / u[0]**2
-        branch = bf.trace(bf.find_orbit(system), "load.amplitude", bounds=(0.45 * F, 0.55 * F))
-        point, = branch.special_points
-        assert point.kind == "period_doubling" and point.parameter / F == pytest.approx(0.512672682, abs=1e-9)
-        found.append(branch.certify())
-        assert found[-1].proved, found[-1].message
-    pieces = [[stretch.pieces for stretch in proof.stretches] for proof in found]
+    found = [proof(ONES), proof(units)]
+    assert all(item.proved for item in found), [item.message for item in found]
+    pieces = [[stretch.pieces for stretch in item.stretches] for item in found]
     assert max(abs(np.array(pieces[0]) - pieces[1])) <= 1 and min(pieces[1]) >= 1 and max(pieces[0]) > 5
 
 
-@pytest.mark.parametrize("units", UNITS)
+@functools.cache
+def gains(units):
+    """Return the ends of the stabilising interval of an impact oscillator, without units."""
+    system = made(units, lambda F, K, L, V: [HarmonicForce(12.0 * F), RigidStop(L, 0.7)], omega=2.5)
+    T, M, L = units
+    orbit = bf.find_orbit(system, guess=(-4.0 * L, 8.4 * L / T))
+    found = bf.control.feedback_range(orbit, "displacement", (0.0, 0.2 * M / T**2))
+    return tuple(end.gain * T**2 / M for end in found.ends)
+
+
+@pytest.mark.parametrize("units", [UNITS[0], *(pytest.param(units, marks=pytest.mark.slow) for units in UNITS[1:])])
 def test_gains_of_a_feedback(units):
-    """The ends of the stabilising interval of an impact oscillator, in other units."""
-    ends = []
-    for u in ((1.0, 1.0, 1.0), units):
-        system = made(u, lambda F, K, L, V: [HarmonicForce(12.0 * F), RigidStop(L, 0.7)], omega=2.5)
-        T, M, L = u
-        orbit = bf.find_orbit(system, guess=(-4.0 * L, 8.4 * L / T))
-        found = bf.control.feedback_range(orbit, "displacement", (0.0, 0.2 * M / T**2))
-        ends.append([end.gain * T**2 / M for end in found.ends])
-    assert ends[0] == pytest.approx([0.008897, 0.112742], abs=1e-6)  # docs of feedback_range
-    assert ends[1] == pytest.approx(ends[0], rel=1e-10)
+    assert gains(ONES) == pytest.approx([0.008897, 0.112742], abs=1e-6)  # docs of feedback_range
+    assert gains(units) == pytest.approx(gains(ONES), rel=1e-10)
 
 
 @pytest.mark.parametrize("units", UNITS)
 def test_a_duffing_branch_with_a_stop(units):
     points = []
-    for u in ((1.0, 1.0, 1.0), units):
+    for u in (ONES, units):
         system = made(u, lambda F, K, L, V: [HarmonicForce(0.3 * F), CubicSpring(0.8 * K / L**2), RigidStop(1.2 * L, 0.8)],
                       omega=0.6)
         branch = bf.trace(bf.find_orbit(system), "omega", bounds=(0.5 / u[0], 1.6 / u[0]))

@@ -32,6 +32,7 @@ def test_a_client_and_its_executor_serve(client, tmp_path):
         assert bits(run_chunks(ChunkStore(None, JOB), squares, payloads(9), executor=executor)) == expected
 
 
+@pytest.mark.slow
 def test_a_poison_chunk_is_reported(client, tmp_path):
     store = ChunkStore(tmp_path / "chunks", JOB)
     found = run_chunks(store, squares, payloads(6, at2={"dies": True}), executor=client)

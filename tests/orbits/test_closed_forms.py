@@ -75,7 +75,7 @@ def random_cases(count, seed=20080115):
                float(rng.uniform(-0.5, 1.5)), float(rng.uniform(0.0, 1.0)), int(rng.choice([1, 1, 2, 3])))
 
 
-@pytest.mark.parametrize("chunk", range(4))
+@pytest.mark.parametrize("chunk", [0, *(pytest.param(chunk, marks=pytest.mark.slow) for chunk in (1, 2, 3))])
 def test_random_one_impact_orbits(chunk):
     found = 0
     for zeta, omega, force, gap, r, n in list(random_cases(120))[chunk::4]:
@@ -204,7 +204,8 @@ def test_stable_orbits_are_found_without_a_guess():
 
 
 @pytest.mark.parametrize("n, omega, force, r", [(2, 0.9, 0.8, 0.7), (2, 2.2, 4.0, 0.7), (8, 0.3, 0.45, 0.7),
-                                                (8, 0.3, 0.38, 0.7), (8, 0.3, 0.37, 0.7)])
+                                                pytest.param(8, 0.3, 0.38, 0.7, marks=pytest.mark.slow),
+                                                pytest.param(8, 0.3, 0.37, 0.7, marks=pytest.mark.slow)])
 def test_orbits_of_a_chain(n, omega, force, r):
     system = bf.systems.impact_chain(n=n, omega=omega, amplitude=force, gap=1.0, restitution=r, damping=0.1)
     scene = chain.spring_chain(n, omega, force, r, damping_ratio=0.1)

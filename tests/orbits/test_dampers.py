@@ -53,7 +53,8 @@ def refined(damper, load):
     return -found.fun
 
 
-@pytest.mark.parametrize("load", SOME)
+@pytest.mark.slow
+@pytest.mark.parametrize("load", PEAKS)
 def test_the_map_gives_the_table(load):
     for damper, X in zip(("macro", "micro"), PEAKS[load], strict=True):
         assert damped(load, damper).peak(95.5, 98.0)[1] == pytest.approx(X, abs=6e-7)

@@ -2,6 +2,7 @@
 import math
 
 import numpy as np
+import pytest
 
 import bifurc as bf
 from bifurc.elements import ConstantForce, CubicSpring, Force, HarmonicForce, RegularizedFriction
@@ -45,6 +46,7 @@ def fast(u, s, width):
     return -0.3 * math.tanh(s / width)
 
 
+@pytest.mark.slow  # compiles the law
 def test_differences_of_a_fast_law_take_small_steps():
     """The multipliers are those of the same law with its derivative, and the error is told."""
     for width in (0.5, 0.01):

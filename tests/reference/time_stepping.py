@@ -59,7 +59,7 @@ def stepped(system, y, periods, steps):
     return np.concatenate([q, v, w])
 
 
-@njit
+@njit(cache=True)
 def _run(matrices, omega, numbers, q, v, w, h, count):
     """Take the state over ``count`` steps, in place."""
     M, C, K = matrices
@@ -129,7 +129,7 @@ def _run(matrices, omega, numbers, q, v, w, h, count):
         q[:] = middle + 0.5 * h * v
 
 
-@njit
+@njit(cache=True)
 def _impulses(delassus, wanted, acts, first, most, impulse):
     """Find the impulses with which stops, the first, only push back, and frictions stay below ``most``, from those given."""
     for _ in range(SWEEPS):
@@ -158,7 +158,7 @@ def rubbed(system, stator, y, periods, steps):
     return np.concatenate([q, v])
 
 
-@njit
+@njit(cache=True)
 def _rub(C, K, omega, loads, on_load, rigid, wall, q, v, h, count):
     """Take the point over ``count`` steps, in place: a radial impulse, and friction that is its share at most and stops at most."""
     radius, friction, surface, restitution, stiffness, damping = wall

@@ -1,11 +1,14 @@
 """Cost of straight contacts on the small setting: every piece of work is measured, and compared by name."""
 from pathlib import Path
 
+import pytest
+
 from studies import affine_cost as study
 from studies import affine_scenes
 from studies.common import Setting
 
 
+@pytest.mark.slow
 def test_all_work_is_measured_in_a_process_of_its_own():
     own, other = study.costs(Setting.SMALL, None)
     assert other is None and all(value > 0.0 for value in own.values())

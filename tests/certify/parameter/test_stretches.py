@@ -32,6 +32,7 @@ def around(branch, point):
     return int(np.searchsorted(s, point.s, side="right")) - 1
 
 
+@pytest.mark.slow
 def test_every_stretch_of_the_readme_is_proved(branch):
     found = branch.certify()
     assert found.proved, found.message

@@ -252,6 +252,7 @@ def test_a_fold_curve_of_a_doubled_motion_takes_long_steps():
     assert len(folds) < 60 and folds.special_points.of("grazing")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude", [8.0, 9.0, 12.0])
 def test_what_rounding_makes_of_the_end_of_a_curve_is_stated(amplitude):
     """Flips of a motion whose two impacts lose their speed together end in a resonant touch, which tiny speeds tell badly."""

@@ -23,10 +23,12 @@ def branch():
     return bf.trace(orbit, "omega", bounds=BOUNDS, max_steps=200)
 
 
+@pytest.mark.slow
 def test_branch_goes_on_from_bound_to_bound(branch):
     assert [end.reason.value for end in branch.ends] == ["bound", "bound"] and branch.audit.ok
 
 
+@pytest.mark.slow
 def test_limits_of_the_changes_on_both_sides_are_one(branch):
     """Differences of three onsets in a row have the ratio of the whole sequence."""
     onsets = sorted(point.parameter for point in branch.special_points if point.kind.value == "slip_onset")

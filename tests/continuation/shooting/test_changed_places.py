@@ -1,5 +1,6 @@
 """Events that change places along a branch, and starts whose listed sequence is not the one that branches list."""
 import numpy as np
+import pytest
 
 import bifurc as bf
 from bifurc.continuation.shooting import signature_change
@@ -86,6 +87,7 @@ def test_a_start_that_lists_an_impact_too_many_is_traced_both_ways():
     assert points(other) == points(branch)
 
 
+@pytest.mark.slow
 def test_events_that_change_places_have_one_name_from_both_sides():
     """Two sliders on one mass stick in one instant, which the slip of a dry friction overtakes: in both halves of the period, which
     are listed once or twice.  None of that tells what begins there."""

@@ -71,6 +71,7 @@ def test_slip_begins_just_before_an_impact():
         assert orbit.period == pytest.approx(cycle(lambda s: 0.4, 0.6, value, restitution=0.6), rel=1e-8), value
 
 
+@pytest.mark.slow  # compiles the laws
 def test_a_leap_of_a_reaction_keeps_two_events_on_one_instant():
     """Where one mass comes to rest on the belt, the force that holds the other moves by a leap: over an interval of the parameter
     it passes its limit there, neither before nor after."""

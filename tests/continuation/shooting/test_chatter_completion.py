@@ -255,6 +255,7 @@ def coupled(friction, omega, restitution=0.5):
                      [HarmonicForce(2.1), RigidStop(0.12, restitution), Coulomb(friction, dof=1)], omega=omega)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("friction", "bounds"), [(1.2, (0.8, 0.83)), (0.8, (0.765, 0.79))])
 def test_completion_where_every_impact_lets_a_held_mass_slip(friction, bounds):
     """What the slip takes of the impulse lowers the restitution: with m12^2 / (m11 m22) = k, to r - (1 + r) k.  Motions a little

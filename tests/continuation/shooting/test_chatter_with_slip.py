@@ -119,6 +119,7 @@ def comes_to_rest(restitution, gap=0.148, mu=0.0278, omega=0.793):
         time = zero(v, hit, 0.1 * speed / (math.cos(omega * hit) - gap + mu))
 
 
+@pytest.mark.slow
 def test_a_mass_whose_own_friction_turns_in_every_flight_completes_where_closed_forms_say():
     """The push no longer overcomes friction on the way back: no ratio of times is that of the boundary, and what is extrapolated
     with one is none.  From one row or the other the branch ends in the same place."""

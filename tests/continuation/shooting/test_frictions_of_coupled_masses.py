@@ -57,6 +57,7 @@ def test_a_reversal_between_masses_has_its_condition_in_any_coordinates():
             assert any(event.kind == "slip" for event in late) is sticks
 
 
+@pytest.mark.slow
 def test_a_reaction_that_a_reversal_moves_is_looked_at_behind_it():
     """Friction that turns round on the last mass moves, through inertia, the reaction that holds the others: they slip at once from
     .6555518 on, not from where the largest reaction between the reversals is at its limit (.69325)."""
@@ -77,6 +78,7 @@ def test_a_reaction_that_a_reversal_moves_is_looked_at_behind_it():
     assert abs(max(reactions) - 0.364) < 1e-9 < 0.364 - min(reactions)
 
 
+@pytest.mark.slow
 def test_durations_that_vanish_together_are_located_in_their_line():
     """Towards .9726292907 a slip begins before the friction beside it turns, and ends behind that after a time of the order of the
     square of the first: from that side, too, the end is located, and the branch goes on."""

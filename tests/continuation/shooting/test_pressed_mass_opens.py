@@ -11,7 +11,7 @@ from bifurc.elements import HarmonicForce, RigidStop
 
 NAME = "harmonic_force.amplitude"
 # of 60 draws those in which the way there leads through events that lose all they have at once
-DRAWS = (6, 7, 28)
+DRAWS = (6, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (7, 28)))
 
 
 def pressed(seed):
