@@ -360,12 +360,14 @@ class Half:
             row = self.take_back()
 
     def come_inside(self):
-        """Undo the steps behind the last row that has no test beyond a boundary by more than rounding; returns it, or the first
-        row, on the boundary itself, where the equations have none.  Where changes of the sequence accumulate, steps creep over one
-        whose test stays below what an orbit may touch by: the event that it lists no more, or not yet, is missing in their rows."""
+        """Undo the steps behind the last row that has no test beyond a boundary, or if there is none by more than rounding; returns
+        it, or the first row, on the boundary itself, where the equations have none.  Where changes of the sequence accumulate,
+        steps creep over one whose test stays below what an orbit may touch by: the event that it lists no more, or not yet, is
+        missing in their rows."""
         part = self.rows[-1].part
         mine = [row for row in reversed(self.rows) if row.part is part]
-        inside = next((row for row in mine if not any(row.tests[j] > ROUNDED for j in part.boundary)), mine[-1])
+        inside = next((row for most in (0.0, ROUNDED) for row in mine if not any(row.tests[j] > most for j in part.boundary)),
+                      mine[-1])
         while self.rows[-1] is not inside:
             self.take_back()
         return inside

@@ -465,7 +465,7 @@ class Creeping:
         self.crossed, self.end = crossed, end
         self.slope, self.signs, self.sizes, self.edge, self.pending = 0.1, [1, -1], [2.0, 3.0], None, ["later"]
         self.rows, self.parts, self.found = [SimpleNamespace(p=1.0)], ["first"], []
-        self.part = SimpleNamespace(problem=SimpleNamespace(free=0))
+        self.part = SimpleNamespace(problem=SimpleNamespace(free=0, placed=None))
         self.reason, self.message, self.ds = None, "", 1e-9
         self.options = SimpleNamespace(ds=0.3, ds_max=0.2)
 
@@ -517,8 +517,9 @@ def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent
 
 @pytest.mark.parametrize("tests, kept", [
     ([-1e-3, -1e-16, 1e-15, 1e-14, 2e-13], 2), ([-1e-3, -1e-4, -1e-5, -1e-6, -1e-7], 5),
-    ([1e-17, 1e-17, 1e-17, 1e-17, 1e-17], 5), ([-1e-3, 1e-17, -1e-17, 1e-15, -1e-16], 5)],
-    ids=["over it", "up to it", "zero by itself", "to and fro"])
+    ([1e-17, 1e-17, 1e-17, 1e-17, 1e-17], 5), ([-1e-3, 1e-17, -1e-17, 1e-15, -1e-16], 5),
+    ([2e-10, 2e-14, 1e-13, 1e-13, 2e-13], 1)],
+    ids=["over it", "up to it", "zero by itself", "to and fro", "over it from where the equations begin"])
 def test_rows_behind_a_change_below_rounding_are_undone(tests, kept):
     part = SimpleNamespace(boundary=[1])
     other = SimpleNamespace(part=SimpleNamespace(boundary=[1]), tests=[0.5, -1.0])
