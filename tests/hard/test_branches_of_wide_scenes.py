@@ -52,7 +52,7 @@ def audited(seed):
 ])
 def test_branches_are_the_same_from_everywhere(seed):
     row = audited(seed)
-    assert row.rows > 2 and (row.not_repeated, row.failed, row.ends, row.one_way, row.starts, row.ok) == (0, 0, [], [], [], True)
+    assert row.rows > 1 and (row.not_repeated, row.failed, row.ends, row.one_way, row.starts, row.ok) == (0, 0, [], [], [], True)
 
 
 @pytest.mark.parametrize(("kind", "number"), [
@@ -70,6 +70,7 @@ def test_branches_are_the_same_from_everywhere(seed):
     pytest.param("mixed", 61000, id="a stick that another friction's letting go relieves"),
     slow("mixed", 61009, id="a reversal at the instant in which a slider stops"),
     slow("stop_and_friction", 62045, id="a rest beside a stop, within a step a slip there for a moment"),
+    slow("two_masses", 70006, id="both slips of a mass that stands: steps end 5e-6 before the place that is left to it"),
     pytest.param("stop_and_friction", 62030, id="a sequence valid over 3e-9 of the parameter and 2e-3 of the way, its fold inside"),
     slow("mixed", 62005, id="equations that are valid over less than the length at which they are begun"),
     pytest.param("mixed", 43011, id="a multiplier -1 of half the period beside a birth, where determinants are rounding"),

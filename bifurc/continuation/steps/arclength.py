@@ -354,8 +354,8 @@ class Half:
         return row
 
     def come_inside(self):
-        """Undo the steps behind the last row that has no test beyond a boundary by more than rounding; returns it, or the first
-        row, on the boundary itself, where the equations have none.
+        """Undo the steps behind the last row that has no test beyond a boundary, or if there is none by more than rounding; returns
+        it, or the first row, on the boundary itself, where the equations have none.
 
         Outside the region of validity, that steps did not enter again, rows are no motions.  Where changes of the sequence
         accumulate, steps creep over one whose test stays below what an orbit may touch by: the event that it lists no more, or not
@@ -363,7 +363,8 @@ class Half:
         """
         part = self.rows[-1].part
         mine = [row for row in reversed(self.rows) if row.part is part]
-        inside = next((row for row in mine if not any(row.tests[j] > ROUNDED for j in part.boundary)), mine[-1])
+        inside = next((row for most in (0.0, ROUNDED) for row in mine if not any(row.tests[j] > most for j in part.boundary)),
+                      mine[-1])
         while self.rows[-1] is not inside:
             self.take_back()
         return inside

@@ -517,8 +517,9 @@ def test_a_leap_is_made_where_other_equations_go_on(half, leaps, goes_on, silent
 
 @pytest.mark.parametrize("tests, kept", [
     ([-1e-3, -1e-16, 1e-15, 1e-14, 2e-13], 2), ([-1e-3, -1e-4, -1e-5, -1e-6, -1e-7], 5),
-    ([1e-17, 1e-17, 1e-17, 1e-17, 1e-17], 5), ([-1e-3, 1e-17, -1e-17, 1e-15, -1e-16], 5)],
-    ids=["over it", "up to it", "zero by itself", "to and fro"])
+    ([1e-17, 1e-17, 1e-17, 1e-17, 1e-17], 5), ([-1e-3, 1e-17, -1e-17, 1e-15, -1e-16], 5),
+    ([2e-10, 2e-14, 1e-13, 1e-13, 2e-13], 1)],
+    ids=["over it", "up to it", "zero by itself", "to and fro", "over it from where the equations begin"])
 def test_rows_behind_a_change_below_rounding_are_undone(tests, kept):
     part = SimpleNamespace(boundary=[1])
     other = SimpleNamespace(part=SimpleNamespace(boundary=[1]), tests=[0.5, -1.0])
