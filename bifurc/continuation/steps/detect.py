@@ -38,6 +38,7 @@ BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the n
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
+AS_SAID = 2.0  # factor by which a test beside a zero may be more or less than its slope says
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
 BLURRED = 0.1  # of the way to a boundary, by which rounding may move a solution there
@@ -494,16 +495,20 @@ def flat_to(part, c, root, j, curve=None) -> float:
     clearly not zero, and more than its slope says: on both sides where it is known on both; 0 of others.
 
     The rounding of a flat test differs from point to point; that of others is shared by neighbours (`Problem.test_uncertainty`),
-    whose distances from the root are known better than its place.
+    whose distances from the root are known better than its place: a test that is as large as its slope says on both sides, and
+    at another length again, is none of the flat ones, however small.
     """
-    rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
+    rounded, slope, straight = part.problem.test_uncertainty(c), abs(root.slope), 0
     for length in FLAT if curve is not None else ():
         aside = length / curve.length
         if aside >= root.error + rounded / slope:
             break
-        beside = [curve.test(j)(root.at + sign * aside) for sign in (1.0, -1.0)]
-        known = [abs(made[0]) for made in beside if made is not None and made[1].distance <= ASTRAY * length]
-        if known and min(known) > CLEARLY * max(rounded, slope * aside):
+        beside = [(sign, curve.test(j)(root.at + sign * aside)) for sign in (1.0, -1.0)]
+        known = [sign * made[0] for sign, made in beside if made is not None and made[1].distance <= ASTRAY * length]
+        straight += len(known) == 2 and all(1.0 / AS_SAID < value / (root.slope * aside) < AS_SAID for value in known)
+        if straight == 2:
+            break
+        if known and min(map(abs, known)) > CLEARLY * max(rounded, slope * aside):
             return aside
     return 0.0
 
