@@ -144,13 +144,15 @@ def two_masses(amplitude, omega, ratio, k, gap, restitution, friction):
         HarmonicForce(amplitude), RigidStop(gap, restitution), Coulomb(friction, dof=1)], omega=omega)
 
 
-def test_a_branch_ends_where_a_contact_slips_no_more():
+def test_a_branch_goes_on_where_a_contact_slips_no_more():
     """Its mass slips once a period each way; where both slips fall to nothing it sticks all the time, as simulation says."""
     system = two_masses(1.19, 1.18, 1.65, 1.1, 0.602, 0.319, 0.736)
     branch = bf.trace(bf.find_orbit(system), "amplitude", bounds=(0.595, 1.785))
-    assert branch.stop_reason == (StopReason.STICKING, StopReason.BOUND)
+    assert branch.stop_reason == (StopReason.BOUND, StopReason.BOUND)
     assert_motions(branch)
-    end, state = branch.ends[0].p, branch.orbits[2].state
+    onset, = (point for point in branch.special_points if ("slip" in point.before) != ("slip" in point.after))
+    end, near = onset.parameter, int(np.argmin(np.abs(branch.column("s") - onset.s)))
+    state = branch.orbits[near].state
     for amplitude, slips in ((end - 1e-3, False), (end + 1e-3, True)):
         motion = bf.simulate(system.with_parameters(amplitude=amplitude), state, periods=200)
         late = [event for event in motion.events if event.time > 0.9 * motion.t[-1]]
