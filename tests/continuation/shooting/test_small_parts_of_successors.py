@@ -68,7 +68,7 @@ def test_a_successor_is_verified_at_the_first_length_at_which_it_is_repeated(mon
     for name, function in {"rebounds": lambda new: state["rebounds"], "along": along,
                            "inside_ahead": lambda new, x, tangent, step, c: state["inside"],
                            "repetition": lambda orbit: SimpleNamespace(repeated=state["repeated"]),
-                           "determined": lambda new, x: state["determined"] and x == "c2",
+                           "determined": lambda new, c: state["determined"] and c.x == "c2",
                            "retraces": lambda problem, point, new, c: state["retraces"],
                            "loosens": lambda new, x, tangent, step, c: state["loosens"], "INSIDE": (0.1, 0.2, 0.3)}.items():
         monkeypatch.setattr(successor, name, function)

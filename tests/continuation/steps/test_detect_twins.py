@@ -178,9 +178,10 @@ def test_the_place_of_a_flat_zero_is_known_to_where_it_is_clear(power):
     assert detect.place_error(part, c, root, 1) == pytest.approx(1.3)  # along the tangent of a row alone nothing is asked
 
 
-@pytest.mark.parametrize("astray", [True, False])
-def test_a_zero_is_not_flat_for_what_another_solution_has_there(monkeypatch, astray):
-    """Far behind a step of 1e-5 Newton may end anywhere: a test that is a line is no flat one for a value from there."""
+@pytest.mark.parametrize("astray, slope, flat", [(True, 1e-17, False), (False, 1e-17, True), (False, 1e-14, False)])
+def test_a_zero_is_not_flat_for_what_another_solution_has_there(monkeypatch, astray, slope, flat):
+    """Far behind a step of 1e-5 Newton may end anywhere: what is found there counts only where it lies on the curve, and only where
+    the slope at the root is not that of the line which the test is nearer to it."""
     part = Part(Line(user(lambda p: 1e-9 * (p - 0.4))), 0)
     curve, correct = Curve(row_at(part, 0.4 - 2e-6), row_at(part, 0.4 + 8e-6)), part.problem.correct
     part.problem.test_uncertainty = lambda found: 4e-12
@@ -191,9 +192,9 @@ def test_a_zero_is_not_flat_for_what_another_solution_has_there(monkeypatch, ast
             made.monitors, made.distance = made.monitors + 1e-4, 1.0 if astray else 0.0
         return made
     monkeypatch.setattr(part.problem, "correct", elsewhere)
-    root = SimpleNamespace(at=0.2, error=1e-12, slope=1e-14)
+    root = SimpleNamespace(at=0.2, error=1e-12, slope=slope)
     found = detect.flat_to(part, curve.at(0.2), root, 1, curve)
-    assert found == (0.0 if astray else pytest.approx(1e-3 / curve.length))
+    assert found == (pytest.approx(1e-3 / curve.length) if flat else 0.0)
 
 
 def test_numbers_that_move_a_zero_belong_to_its_error():
