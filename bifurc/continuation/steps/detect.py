@@ -38,7 +38,7 @@ BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the n
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
-AS_SAID = 2.0  # factor by which a test beside a zero may be more or less than its slope says
+STRAIGHT, AS_SAID = (0.01, 0.1), 2.0  # parts of a step from a zero at which a test is a line: what its slope says, to a factor
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
 BLURRED = 0.1  # of the way to a boundary, by which rounding may move a solution there
@@ -495,20 +495,28 @@ def flat_to(part, c, root, j, curve=None) -> float:
     clearly not zero, and more than its slope says: on both sides where it is known on both; 0 of others.
 
     The rounding of a flat test differs from point to point; that of others is shared by neighbours (`Problem.test_uncertainty`),
-    whose distances from the root are known better than its place: a test that is as large as its slope says on both sides, and
-    at another length again, is none of the flat ones, however small.
+    whose distances from the root are known better than its place: a test that is as large as its slope says on both sides, at two
+    lengths, is none of the flat ones, however small.
     """
-    rounded, slope, straight = part.problem.test_uncertainty(c), abs(root.slope), 0
-    for length in FLAT if curve is not None else ():
-        aside = length / curve.length
-        if aside >= root.error + rounded / slope:
+    rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
+    known = root.error + rounded / slope
+
+    def beside(aside):
+        """Return the values on the two sides, with the sign of the side, of those that lie on the curve."""
+        made = [(sign, curve.test(j)(root.at + sign * aside)) for sign in (1.0, -1.0)]
+        return [sign * one[0] for sign, one in made if one is not None and one[1].distance <= ASTRAY * aside * curve.length]
+
+    def straight(aside):
+        values = [value / (root.slope * aside) for value in beside(aside)]
+        return len(values) == 2 and 1.0 / AS_SAID < min(values) and max(values) < AS_SAID
+
+    if curve is None or FLAT[0] / curve.length >= known or all(straight(aside) for aside in STRAIGHT):
+        return 0.0
+    for aside in (length / curve.length for length in FLAT):
+        if aside >= known:
             break
-        beside = [(sign, curve.test(j)(root.at + sign * aside)) for sign in (1.0, -1.0)]
-        known = [sign * made[0] for sign, made in beside if made is not None and made[1].distance <= ASTRAY * length]
-        straight += len(known) == 2 and all(1.0 / AS_SAID < value / (root.slope * aside) < AS_SAID for value in known)
-        if straight == 2:
-            break
-        if known and min(map(abs, known)) > CLEARLY * max(rounded, slope * aside):
+        values = beside(aside)
+        if values and min(map(abs, values)) > CLEARLY * max(rounded, slope * aside):
             return aside
     return 0.0
 
