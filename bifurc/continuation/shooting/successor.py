@@ -63,6 +63,8 @@ LISTED, HELD_ROWS = "listed", "held"  # names of the monitors of events and of r
 ALIKE = 1e-3  # distance of two motions, as part of the way from the end, that makes them one
 SAME, CREPT, UNKNOWN = 2e-6, 1e-5, 1e-3  # scaled distance of two motions that are one; most of one with another member of its
 # family, and with the last one
+NEARER, FALLS = 0.9, 1.1  # of the way to a limit, that is clearly nearer; factor within which a distance falls with the way
+FURTHER_ON = 0.5  # of that way, by which another one is farther from it
 PHASES, EXACT = 1000, 1e-12  # phases at which an orbit without a clock is looked for on another; scaled error of the one found
 BEST = (False, 0.0)  # rank of equations that keep the index and begin where the old ones end
 BESIDE_END = 0.9  # of `SAME`: how near to an end of the old equations new ones that are singular there are followed
@@ -523,7 +525,7 @@ def _approached(problem, point, new, x):
         return x
     end, near = float(point.x[-1]), BESIDE_END * SAME * problem.parameter_scale
     tangent = np.eye(1, x.size, x.size - 1)[0]
-    while abs(x[-1] - end) > near:
+    while abs(x[-1] - end) > near / BESIDE_END:
         guess, away = x.copy(), float(x[-1] - end)
         guess[-1] = end + math.copysign(max(0.5 * abs(away), near), away)
         c = new.correct(guess, tangent, True)
@@ -546,10 +548,7 @@ def _from(problem, point, signature, x, through, beside=False, farther=None, pla
     parameter of the `last_member` of a family."""
     new = problem.with_sequence(signature, x)
     new.placed = placed
-    near = as_near(problem, point, new)
-    if not (abs(x[-1] - point.x[-1]) <= (SAME if placed is None else near) * problem.parameter_scale and allowed(new, x[-1])):
-        return None
-    if not distance(problem.motion(point.x), new.motion(x)) <= near:
+    if not (allowed(new, x[-1]) and (begins(problem, point, new, x) if placed is None else is_limit(problem, point, new, x))):
         return None
     lines = directions(new, x)
     if not lines and farther is not None and new.free < problem.free:
@@ -589,12 +588,39 @@ def _from(problem, point, signature, x, through, beside=False, farther=None, pla
     return doubtful
 
 
-def as_near(problem, point, new) -> float:
-    """Return the scaled distance of two motions that are one: `SAME`.  What slips in the old equations and sticks all the time in
-    the ``new`` ones may stand at any place of an interval, and does so where it stood at the old end ``point``: that is known to
-    the rounding of the old equations there, where they are singular; of a place of its own (`last_member`) farther away."""
-    most = CREPT if new.placed is None else UNKNOWN
-    return max(SAME, min(problem.blur(point), most)) if new.free > problem.free else SAME
+def begins(problem, point, new, x) -> bool:
+    """Whether the solution ``x`` (n + 1,) of the ``new`` equations is the motion at the old end ``point``, scaled to `SAME`.  What
+    slips in the old equations and sticks all the time in the new ones may stand at any place of an interval, and does so where it
+    stood at the old end: that is known to the rounding of the old equations there, where they are singular.  Slips that are born
+    at once from the `last_member` of the old ones are told from rounding only farther on: they lead to it."""
+    near = max(SAME, min(problem.blur(point), CREPT)) if new.free > problem.free else SAME
+    away = abs(x[-1] - point.x[-1]) / problem.parameter_scale
+    if away <= SAME and distance(problem.motion(point.x), new.motion(x)) <= near:
+        return True
+    member = last_member(new, problem, point.x) if new.free < problem.free else None
+    if member is None or abs(member.x[-1] - point.x[-1]) > SAME * problem.parameter_scale:
+        return False
+    tangent = new.null_tangent(x)
+    further = FURTHER_ON * (x[-1] - point.x[-1])
+    c = new.correct(x + new.scale * tangent * (further / (new.scale[-1] * tangent[-1])), tangent) if tangent[-1] else None
+    return c is not None and c.converged and leads_to(problem.motion(point.x), float(point.x[-1]), new, x, c.x)
+
+
+def is_limit(problem, point, new, x) -> bool:
+    """Whether the old motions, of which steps end at ``point``, lead to the last member ``x`` (n + 1,) of a family: its place is
+    its own (`last_member`), the end is where rounding stops steps, and as near as that tells."""
+    member, away = new.motion(x), abs(x[-1] - point.x[-1]) / problem.parameter_scale
+    return bool(max(away, distance(problem.motion(point.x), member)) <= max(SAME, min(problem.blur(point), UNKNOWN))) or (
+        point.before is not None and leads_to(member, float(x[-1]), problem, point.x, point.before))
+
+
+def leads_to(limit, p, problem, x, before) -> bool:
+    """Whether solutions of a problem, ``x`` (n + 1,) and one ``before`` it, lead to a motion at the parameter ``p``: their distance
+    from it falls as the parameter comes nearer."""
+    away, earlier = (abs(at[-1] - p) / problem.parameter_scale for at in (x, before))
+    apart = distance(limit, problem.motion(x))
+    return bool(max(away, apart) <= UNKNOWN and away <= NEARER * earlier
+                and apart * earlier <= FALLS * away * distance(limit, problem.motion(before)))
 
 
 def along(problem, x, tangent, step):
