@@ -38,7 +38,7 @@ BESIDE = (0.05, 0.005, 5e-4, 5e-5)  # of the way from one special point to the n
 FLOW = 4e-14  # relative rounding of what makes the flow of a period: coefficients, their series, exponentials of matrices
 LATE = 1e-3  # part of a step by which a zero moves at most for small changes of the numbers
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
-STRAIGHT, AS_SAID = (0.01, 0.1), 2.0  # parts of a step from a zero at which a test is a line: what its slope says, to a factor
+STRAIGHT, AS_SAID = (1e-3, 1e-2, 0.1), 2.0  # parts of a step from a zero at which a test is a line; factor to what its slope says
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
 AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
 BLURRED = 0.1  # of the way to a boundary, by which rounding may move a solution there
@@ -496,7 +496,7 @@ def flat_to(part, c, root, j, curve=None) -> float:
 
     The rounding of a flat test differs from point to point; that of others is shared by neighbours (`Problem.test_uncertainty`),
     whose distances from the root are known better than its place: a test that is as large as its slope says on both sides, at two
-    lengths, is none of the flat ones, however small.
+    lengths, is none of the flat ones, however small.  Farther on it may jump.
     """
     rounded, slope = part.problem.test_uncertainty(c), abs(root.slope)
     known = root.error + rounded / slope
@@ -510,7 +510,9 @@ def flat_to(part, c, root, j, curve=None) -> float:
         values = [value / (root.slope * aside) for value in beside(aside)]
         return len(values) == 2 and 1.0 / AS_SAID < min(values) and max(values) < AS_SAID
 
-    if curve is None or FLAT[0] / curve.length >= known or all(straight(aside) for aside in STRAIGHT):
+    if curve is None or FLAT[0] / curve.length >= known:
+        return 0.0
+    if any(straight(near) and straight(far) for near, far in pairwise(STRAIGHT)):
         return 0.0
     for aside in (length / curve.length for length in FLAT):
         if aside >= known:
