@@ -588,13 +588,16 @@ class Half:
         """Undo the steps to points that differ from a boundary, on which ``row`` lies, by rounding: where several events end at
         once steps creep up to it, and what lies between those points says nothing."""
         rows, known = self.rows, special.known
+        count = len(rows)
         while len(rows) > 2 and rows[-3].part is row.part and row.s - rows[-2].s <= known:
-            self.slope = rows[-3].tests[0]
             self.steps -= 1
             del rows[-2]
         if known > 0.0:
             self.found = [other for other in self.found if other.part is not row.part or other.successor is not None
                           or other is special or row.s - other.s > known]
+        if len(rows) < count:
+            turns = sum(other.reverses for other in self.found if other.part is row.part and rows[-2].s < other.s < row.s)
+            self.slope = rows[-2].tests[0] * (-1.0)**turns
 
     @staticmethod
     def begun(problem, x, tangent):

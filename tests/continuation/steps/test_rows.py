@@ -538,3 +538,19 @@ def test_how_far_a_row_that_creeps_is_from_its_boundary():
         stated = arclength.crept(rows, rows[-1], [0.1, away[0]**power, 0.2, 1e-9 * away[0]**power])
         assert away[-1] <= stated <= 25.0 * away[-1]
     assert arclength.crept(rows[:3], rows[2], [0.1, 9.0, 0.2, 9e-9]) == 0.0  # nothing has fallen yet
+
+
+# steps to points that differ from a boundary by rounding
+
+@pytest.mark.parametrize("known, kept, slope", [(0.0, 5, 9.0), (0.15, 5, 9.0), (0.25, 4, -1.0), (0.6, 3, -1.0), (1.6, 2, 1.0)])
+def test_behind_rows_that_are_rounding_the_parameter_runs_as_before_them(known, kept, slope):
+    """Rows at s = 0, 1, 1.5, 1.8 before a boundary at 2 and a fold at 1.2: the slope at the boundary is that of the last row kept,
+    the other way behind a fold that is kept; a fold beside the boundary is one with it."""
+    part, other = SimpleNamespace(), SimpleNamespace()
+    rows = [SimpleNamespace(part=part, s=s, tests=[dp]) for s, dp in ((0.0, 1.0), (1.0, 1.0), (1.5, -1.0), (1.8, -1.0), (2.0, -1e-9))]
+    fold, birth = (SimpleNamespace(part=one, s=s, successor=None, reverses=True) for one, s in ((part, 1.2), (other, 0.0)))
+    special = SimpleNamespace(part=part, s=2.0, successor=None, known=known, reverses=False)
+    half = SimpleNamespace(rows=list(rows), found=[birth, fold, special], steps=4, slope=9.0)
+    arclength.Half.drop_beside(half, rows[-1], special)
+    assert half.rows == [*rows[:kept - 1], rows[-1]] and half.steps == kept - 1 and half.slope == slope
+    assert half.found == ([birth, special] if known > 0.8 else [birth, fold, special])
