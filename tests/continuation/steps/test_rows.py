@@ -547,7 +547,8 @@ def test_behind_rows_that_are_rounding_the_parameter_runs_as_before_them(known, 
     """Rows at s = 0, 1, 1.5, 1.8 before a boundary at 2 and a fold at 1.2: the slope at the boundary is that of the last row kept,
     the other way behind a fold that is kept; a fold beside the boundary is one with it."""
     part, other = SimpleNamespace(), SimpleNamespace()
-    rows = [SimpleNamespace(part=part, s=s, tests=[dp]) for s, dp in ((0.0, 1.0), (1.0, 1.0), (1.5, -1.0), (1.8, -1.0), (2.0, -1e-9))]
+    slopes = {0.0: 1.0, 1.0: 1.0, 1.5: -1.0, 1.8: -1.0, 2.0: -1e-9}
+    rows = [SimpleNamespace(part=part, s=s, tests=[dp]) for s, dp in slopes.items()]
     fold, birth = (SimpleNamespace(part=one, s=s, successor=None, reverses=True) for one, s in ((part, 1.2), (other, 0.0)))
     special = SimpleNamespace(part=part, s=2.0, successor=None, known=known, reverses=False)
     half = SimpleNamespace(rows=list(rows), found=[birth, fold, special], steps=4, slope=9.0)
