@@ -40,7 +40,7 @@ LATE = 1e-3  # part of a step by which a zero moves at most for small changes of
 FLAT, CLEARLY = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3), 4.0  # arclengths from a zero at which a flat test is looked up; of its rounding
 STRAIGHT, AS_SAID = (1e-3, 1e-2, 0.1), 2.0  # parts of a step from a zero at which a test is a line; factor to what its slope says
 ASTRAY = 0.5  # of such a length, by which a point may lie beside the curve: far behind a short step that leads anywhere
-AHEAD = 1e-4  # arclength behind a boundary to which equations are followed that tell its place
+AHEAD = (1e-4, 1e-5, 1e-6)  # arclengths behind a boundary to which equations are followed that tell its place
 BLURRED = 0.1  # of the way to a boundary, by which rounding may move a solution there
 EQUAL = 4e-15  # of a parameter and its scale: values that rounding makes of one
 RESOLVED = (1e-7, 1e-6, 1e-5, 1e-4)  # lengths of such ways that are tried
@@ -469,10 +469,9 @@ def error_behind(special, bound, first) -> float:
     if part.problem.free > special.part.problem.free:  # one of many motions: each has its own place
         return own
     try:
-        c = part.problem.correct(first.x + AHEAD * first.direction, first.tangent)
-        if part.born == 0 or not c.converged:
+        beyond = None if part.born == 0 else row_ahead(first)
+        if beyond is None:
             return own
-        beyond = Row(c, part, first.s + AHEAD, 0.0, tests_of(c), first.ds)
         curve = Curve(first, beyond)
         root = polish(curve.test(part.born), 0.0, first.tests[part.born], None)
         if root is None:
@@ -482,6 +481,17 @@ def error_behind(special, bound, first) -> float:
         return own
     apart = abs(float(root.point.x[-1] - special.x[-1]))
     return min(own, apart + behind) if apart <= own + behind else apart + behind
+
+
+def row_ahead(first):
+    """Return a row a little ahead of the first one of its equations at which they are valid, however short that is; None without
+    one."""
+    part = first.part
+    for length in AHEAD:
+        c = part.problem.correct(first.x + length * first.direction, first.tangent)
+        if c.converged and all(c.monitors[j - 1] <= part.touch for j in part.boundary):
+            return Row(c, part, first.s + length, 0.0, tests_of(c), first.ds)
+    return None
 
 
 def place_error(part, c, root, j, curve=None) -> float:
