@@ -548,7 +548,8 @@ def _from(problem, point, signature, x, through, beside=False, farther=None, pla
     parameter of the `last_member` of a family."""
     new = problem.with_sequence(signature, x)
     new.placed = placed
-    if not (allowed(new, x[-1]) and (begins(problem, point, new, x) if placed is None else is_limit(problem, point, new, x))):
+    met = begins(problem, point, new, x, beside) if placed is None else is_limit(problem, point, new, x)
+    if not (met and allowed(new, x[-1])):
         return None
     lines = directions(new, x)
     if not lines and farther is not None and new.free < problem.free:
@@ -588,16 +589,16 @@ def _from(problem, point, signature, x, through, beside=False, farther=None, pla
     return doubtful
 
 
-def begins(problem, point, new, x) -> bool:
+def begins(problem, point, new, x, beside) -> bool:
     """Whether the solution ``x`` (n + 1,) of the ``new`` equations is the motion at the old end ``point``, scaled to `SAME`.  What
     slips in the old equations and sticks all the time in the new ones may stand at any place of an interval, and does so where it
     stood at the old end: that is known to the rounding of the old equations there, where they are singular.  Slips that are born
-    at once from the `last_member` of the old ones are told from rounding only farther on: they lead to it."""
+    at once from the `last_member` of the old ones are told from rounding only farther on: ``beside`` it they lead to it."""
     near = max(SAME, min(problem.blur(point), CREPT)) if new.free > problem.free else SAME
     away = abs(x[-1] - point.x[-1]) / problem.parameter_scale
     if away <= SAME and distance(problem.motion(point.x), new.motion(x)) <= near:
         return True
-    member = last_member(new, problem, point.x) if new.free < problem.free else None
+    member = last_member(new, problem, point.x) if beside and new.free < problem.free else None
     if member is None or abs(member.x[-1] - point.x[-1]) > SAME * problem.parameter_scale:
         return False
     tangent = new.null_tangent(x)
