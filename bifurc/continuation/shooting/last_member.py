@@ -11,10 +11,11 @@ import numpy as np
 
 from ...elements import EventKind
 from ...orbits.shooting.sequence import AFTER, BEFORE, ENDING, GUARD, STARTS
+from ..problem import EPS
 
 STEP, FAR = 1e-6, 1e-2  # scaled: of differences; of a step of Newton's method that leads away
 ITERATIONS, CONVERGED = 12, 1e-12  # of it, and its last step
-ROUNDING = 100.0 * 2.2e-16  # of a guard's maximum
+ROUNDING = 100.0 * EPS  # of a guard's maximum
 
 
 @dataclass(frozen=True)

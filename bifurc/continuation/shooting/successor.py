@@ -523,11 +523,11 @@ def _approached(problem, point, new, x):
     finds farther on is a way off."""
     if new.free >= problem.free:
         return x
-    end, near = float(point.x[-1]), BESIDE_END * SAME * problem.parameter_scale
+    end, most = float(point.x[-1]), SAME * problem.parameter_scale
     tangent = np.eye(1, x.size, x.size - 1)[0]
-    while abs(x[-1] - end) > near / BESIDE_END:
+    while abs(x[-1] - end) > most:
         guess, away = x.copy(), float(x[-1] - end)
-        guess[-1] = end + math.copysign(max(0.5 * abs(away), near), away)
+        guess[-1] = end + math.copysign(max(0.5 * abs(away), BESIDE_END * most), away)
         c = new.correct(guess, tangent, True)
         if not (c.converged and inside(new, c)):
             break
@@ -593,7 +593,7 @@ def begins(problem, point, new, x, beside) -> bool:
     """Whether the solution ``x`` (n + 1,) of the ``new`` equations is the motion at the old end ``point``, scaled to `SAME`.  What
     slips in the old equations and sticks all the time in the new ones may stand at any place of an interval, and does so where it
     stood at the old end: that is known to the rounding of the old equations there, where they are singular.  Slips that are born
-    at once from the `last_member` of the old ones are told from rounding only farther on: ``beside`` it they lead to it."""
+    at once from the `last_member` of the old ones stand out from rounding only farther on: ``beside`` it they lead to it."""
     near = max(SAME, min(problem.blur(point), CREPT)) if new.free > problem.free else SAME
     away = abs(x[-1] - point.x[-1]) / problem.parameter_scale
     if away <= SAME and distance(problem.motion(point.x), new.motion(x)) <= near:
@@ -601,10 +601,8 @@ def begins(problem, point, new, x, beside) -> bool:
     member = last_member(new, problem, point.x) if beside and new.free < problem.free else None
     if member is None or abs(member.x[-1] - point.x[-1]) > SAME * problem.parameter_scale:
         return False
-    tangent = new.null_tangent(x)
-    further = FURTHER_ON * (x[-1] - point.x[-1])
-    c = new.correct(x + new.scale * tangent * (further / (new.scale[-1] * tangent[-1])), tangent) if tangent[-1] else None
-    return c is not None and c.converged and leads_to(problem.motion(point.x), float(point.x[-1]), new, x, c.x)
+    c = at_parameter(new, x, float(x[-1] + FURTHER_ON * (x[-1] - point.x[-1])))
+    return c is not None and leads_to(problem.motion(point.x), float(point.x[-1]), new, x, c.x)
 
 
 def is_limit(problem, point, new, x) -> bool:
@@ -732,13 +730,20 @@ def at_beginning(problem, x, p: float, through=False):
     at = None if through else _first_valid(problem, x, p)
     if at is not None:
         return at
+    c = at_parameter(problem, x, p)
+    return c.x if c is not None and inside(problem, c) else None
+
+
+def at_parameter(problem, x, p: float):
+    """Return the corrected point at the parameter ``p`` on the branch through ``x`` (n + 1,); None where Newton finds none, or the
+    branch hardly leads there."""
     tangent = problem.null_tangent(x)
     if abs(tangent[-1]) < 1e-6:
         return None
     guess = x + problem.scale * tangent * ((p - x[-1]) / (problem.scale[-1] * tangent[-1]))
     guess[-1] = p
     c = problem.correct(guess, tangent, True)
-    return c.x if c.converged and inside(problem, c) else None
+    return c if c.converged else None
 
 
 def _first_valid(problem, x, p, step=None):
