@@ -1,31 +1,30 @@
 """Results on disk: one npz file of plain arrays with a JSON header, renamed into place, never pickled.
 
-A record is a header (what it is, from which system, with which options) and named arrays.  This module knows no class:
-classes turn themselves into records (``to_record``) and back (``from_record``).
+A record is a header (what it is, from which system, with which options) and named arrays.  The header lists type, shape and
+checksum of every array: nothing else is unpacked, and nothing that is not as long as its type and shape say.  This module knows no
+class: classes turn themselves into records (``to_record``) and back (``from_record``).
 """
 import errno
 import json
 import os
 import secrets
-import struct
-import tokenize
-import zipfile
-import zlib
+import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from . import archive
+
 FORMAT = "bifurc"
 VERSION = 1  # of the file layout; raised when an older reader would misread a newer file
-# what zip, npy and JSON readers say to bytes that somebody changed
-_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError, EOFError, OSError, LookupError, ValueError, TypeError,
-           SyntaxError, AttributeError, NotImplementedError, RuntimeError, MemoryError, ArithmeticError)
 _TYPES = {"finite": "finite real numbers (float64)", "real": "real numbers (float64)", "whole": "whole numbers",
           "logical": "True or False"}
 _HEADER = "__header__"  # name of the array that holds the UTF-8 bytes of the JSON header
 _WRITTEN = "arrays"  # entry of the header: type, shape and checksum of every array
+_OTHERS = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a named pipe", stat.S_ISSOCK: "a socket", stat.S_ISCHR: "a device",
+           stat.S_ISBLK: "a device"}
 
 
 class FileFormatError(ValueError):
@@ -69,11 +68,12 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
     content, written = {}, {}
     for name, values in arrays.items():
         array = np.asarray(values)
-        if array.dtype.hasobject:
-            raise TypeError(f"array {name!r} holds Python objects; only numbers, booleans and strings are written")
+        if array.dtype.kind not in archive.KINDS:
+            held = "Python objects" if array.dtype.hasobject else str(array.dtype)
+            raise TypeError(f"array {name!r} holds {held}; only numbers, booleans and strings are written")
         if name == _HEADER or "/" in name:
             raise ValueError(f"array name {name!r} is not allowed: no '/', and not {_HEADER!r}")
-        content[name], written[name] = array, _told(array)
+        content[name], written[name] = array, archive.told(array)
     text = json.dumps({**header, "format": FORMAT, "version": VERSION, _WRITTEN: written}, default=_plain, allow_nan=False)
     content = {_HEADER: np.frombuffer(text.encode(), np.uint8), **content}
     if not path.parent.is_dir():
@@ -82,6 +82,10 @@ def write(path: str | os.PathLike, header: Mapping[str, Any], arrays: Mapping[st
     try:
         with open(temporary, "xb") as file:
             (np.savez_compressed if compressed else np.savez)(file, allow_pickle=False, **content)
+            if compressed and not archive.modest(content, _HEADER, file.tell()):
+                file.seek(0)
+                file.truncate()
+                np.savez(file, allow_pickle=False, **content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
@@ -95,15 +99,32 @@ def replaceable(path: str | os.PathLike, kind: str | None = None) -> None:
     path = Path(path)
     if not path.exists():
         return
-    if path.is_file():
-        try:
-            header(path, kind)
-            return
-        except FileFormatError as error:
-            why = str(error)
-    else:
-        why = f"{path} is a folder" if path.is_dir() else f"{path} is no ordinary file"
-    raise FileExistsError(errno.EEXIST, f"{why}. It is left alone; give another name, or remove it")
+    try:
+        header(path, kind)
+    except FileFormatError as error:
+        raise FileExistsError(errno.EEXIST, f"{error}. It is left alone; give another name, or remove it") from None
+
+
+def other_than_file(path: str | os.PathLike) -> str | None:
+    """Return what is there in place of an ordinary file (a named pipe would wait for ever, a device has no end), or None.
+
+    Raises
+    ------
+    FileNotFoundError
+    """
+    mode = os.stat(path).st_mode
+    if stat.S_ISREG(mode):
+        return None
+    return next((words for is_it, words in _OTHERS.items() if is_it(mode)), "no ordinary file")
+
+
+def begun(path: str | os.PathLike) -> bool:
+    """Return whether a file begins as `write` begins one, whole or cut; an empty one does, other than files do not."""
+    if os.path.islink(path) or other_than_file(path):
+        return False
+    with open(path, "rb") as file:
+        start = file.read(30 + len(_HEADER))
+    return archive.START.startswith(start[:4]) and _HEADER.encode().startswith(start[30:])
 
 
 def header(path: str | os.PathLike, kind: str | None = None) -> dict[str, Any]:
@@ -231,47 +252,43 @@ def _wanted(axes: list[str], sizes: dict, shape: tuple[int, ...]) -> tuple[int, 
 def _open(path: str | os.PathLike, kind: str | None, whole: bool) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the header, and the arrays where the whole file is asked for."""
     path = Path(path)
-    if path.is_dir():
-        raise FileFormatError(f"{path} is a folder, not a bifurc result")
+    other = other_than_file(path)
+    if other:
+        raise FileFormatError(f"{path} is {other}, not a bifurc result")
     foreign = f"{path} is not a bifurc result"
     with open(path, "rb") as file:
-        if file.read(4) != b"PK\x03\x04":
+        if file.read(4) != archive.START:
             raise FileFormatError(f"{foreign}: it is no npz file")
-        file.seek(0)
         try:
-            with np.load(file, allow_pickle=False) as archive:
-                if _HEADER not in archive.files:
+            with archive.Archive(file) as members:
+                if _HEADER not in members:
                     raise FileFormatError(f"{foreign}: it is an npz file without a bifurc header")
-                header = json.loads(archive[_HEADER].tobytes().decode())
+                header = archive.read_json(members.text(_HEADER))
                 _check(path, header, kind)
-                arrays = {name: archive[name] for name in archive.files if whole and name != _HEADER}
-                written = header.pop(_WRITTEN, {})
-                for name, told in written.items() if whole else ():
-                    if name not in arrays or _told(arrays[name]) != told:
-                        raise ValueError(f"array {name!r} is {'missing' if name not in arrays else 'not as it was written'}")
+                written = header.pop(_WRITTEN)
+                return header, members.arrays(written) if whole else {}
         except FileFormatError:
             raise
-        except _DAMAGE as error:
-            raise FileFormatError(f"{path} is damaged ({error}); results are renamed into place when complete, so it "
-                                  "was changed or cut after it was written") from error
-    return header, arrays
-
-
-def _told(array: np.ndarray) -> list:
-    """Return type, shape and checksum of an array, as JSON keeps them."""
-    return [array.dtype.str, list(array.shape), zlib.crc32(np.ascontiguousarray(array).tobytes())]
+        except archive.DAMAGE as error:
+            raise FileFormatError(f"{path} is damaged ({str(error) or type(error).__name__}); results are renamed into place when "
+                                  "complete, so it was changed or cut after it was written") from error
 
 
 def _check(path: Path, header: Any, kind: str | None) -> None:
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise FileFormatError(f"{path} is not a bifurc result: its header names another format")
     version = header.get("version")
-    if not isinstance(version, int) or version < 1:
+    if isinstance(version, bool) or not isinstance(version, int) or version < 1:
         raise FileFormatError(f"{path} has no valid layout version (got {version!r})")
     if version > VERSION:
         raise FileFormatError(f"{path} has layout version {version}, this bifurc reads up to {VERSION}; update bifurc")
-    if kind is not None and header.get("kind") != kind:
-        raise FileFormatError(f"{path} holds a {header.get('kind')!r}, expected a {kind!r}")
+    if not isinstance(header.get("kind"), str):
+        raise FileFormatError(f"{path} does not say what it holds: its header has no 'kind'")
+    if not isinstance(header.get(_WRITTEN), dict):
+        raise FileFormatError(f"{path} does not say how its arrays were written: its header has no table {_WRITTEN!r} of their "
+                              "types, shapes and checksums")
+    if kind is not None and header["kind"] != kind:
+        raise FileFormatError(f"{path} holds a {header['kind']!r}, expected a {kind!r}")
 
 
 def _plain(value: Any) -> Any:

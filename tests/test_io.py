@@ -3,13 +3,17 @@ import enum
 import json
 import multiprocessing
 import os
+import socket
+import tracemalloc
+import warnings
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bifurc as bf
-from bifurc import io
+from bifurc import cli, io
 
 
 class Kind(enum.StrEnum):
@@ -118,7 +122,12 @@ def test_foreign_files_are_named(tmp_path):
         ({"format": "other", "version": 1, "kind": "x"}, "another format"),
         ({"format": "bifurc", "version": 2, "kind": "x"}, "update bifurc"),
         ({"format": "bifurc", "version": "1", "kind": "x"}, "layout version"),
-        ({"format": "bifurc", "version": 1, "kind": "y"}, "expected a 'x'"),
+        ({"format": "bifurc", "version": True, "kind": "x"}, "layout version"),
+        ({"format": "bifurc", "version": 1, "kind": "y", "arrays": {}}, "expected a 'x'"),
+        ({"format": "bifurc", "version": 1, "arrays": {}}, "its header has no 'kind'"),
+        ({"format": "bifurc", "version": 1, "kind": ["x"], "arrays": {}}, "its header has no 'kind'"),
+        ({"format": "bifurc", "version": 1, "kind": "x"}, "its header has no table 'arrays' of their types, shapes and checksums"),
+        ({"format": "bifurc", "version": 1, "kind": "x", "arrays": []}, "its header has no table 'arrays'"),
         ([1], "another format"),
     ],
 )
@@ -151,10 +160,107 @@ def test_every_cut_and_every_flipped_byte_is_an_error_or_harmless(tmp_path, rng)
 
 def test_pickles_are_never_opened(tmp_path):
     path = tmp_path / "x.npz"
-    text = json.dumps({"format": "bifurc", "version": 1, "kind": "x"})
-    np.savez(path, __header__=np.frombuffer(text.encode(), np.uint8), evil=np.array([{"a": 1}], dtype=object))
-    with pytest.raises(io.FileFormatError, match="pickle"):
+    for told in (["|O", [1], 0], ["<f8", [1], 0]):
+        text = json.dumps({"format": "bifurc", "version": 1, "kind": "x", "arrays": {"evil": told}})
+        np.savez(path, __header__=np.frombuffer(text.encode(), np.uint8), evil=np.array([{"a": 1}], dtype=object))
+        with pytest.raises(io.FileFormatError, match="array 'evil'") as refused:
+            io.read(path)
+        assert "allow_pickle" not in str(refused.value)
+
+
+def other_than_files(folder):
+    """Yield what is called like a file and is none, with the word for it."""
+    os.mkfifo(folder / "pipe.npz")
+    yield folder / "pipe.npz", "a named pipe"
+    with socket.socket(socket.AF_UNIX) as bound:
+        bound.bind(str(folder / "s"))
+    yield folder / "s", "a socket"
+    yield folder, "a folder"
+    yield Path("/dev/zero"), "a device"
+    (folder / "link.npz").symlink_to(folder / "pipe.npz")
+    yield folder / "link.npz", "a named pipe"
+
+
+def test_what_is_no_ordinary_file_is_never_opened(tmp_path, monkeypatch, capsys):
+    """A pipe without a writer would wait for ever, a device has no end."""
+    monkeypatch.chdir(tmp_path)
+    for path, said in other_than_files(Path()):
+        for load in (bf.load, io.read, io.header, bf.Branch.load):
+            with pytest.raises(io.FileFormatError) as refused:
+                load(path)
+            assert str(refused.value) == f"{path} is {said}, not a bifurc result"
+        for read in (lambda path=path: bf.read(path), lambda path=path: bf.read(mass=path, stiffness=path)):
+            with pytest.raises(ValueError) as refused:
+                read()
+            assert str(refused.value) == f"read: {path} is {said}, not a file"
+        with pytest.raises(FileExistsError, match=f"is {said}"):
+            io.write(path, {"kind": "x"}, {})
+        assert cli.main(["certify", str(path)]) == 2
+        assert capsys.readouterr().err == f"bifurc: error: {path} is {said}, not a bifurc result\n"
+
+
+def test_what_the_header_does_not_list_is_not_unpacked(tmp_path):
+    """A hundred megabytes of zeros beside a result cost nothing; those that it lists, but not so many, are refused; listed ones that
+    a file of this size cannot hold too."""
+    path = io.write(tmp_path / "x.npz", {"kind": "x"}, {"a": np.arange(5.0)})
+    zeros = bytes(10**8)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("bomb.npy", zeros)
+        file.writestr("dir/bomb", zeros)
+    assert most_of(lambda: io.read(path))[0][1]["a"].tolist() == [0, 1, 2, 3, 4]
+    assert most_of(lambda: io.read(path))[1] < 10**7
+    for told in (["<f8", [5], 0], ["<f8", [12_500_000 - 16], 0], ["<f8", [10**9], 0], ["<f8", [10**18], 0], ["<f8", [-1], 0]):
+        text = json.dumps({"format": "bifurc", "version": 1, "kind": "x", "arrays": {"bomb": told}})
+        np.savez(path, __header__=np.frombuffer(text.encode(), np.uint8))
+        with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
+            file.writestr("bomb.npy", zeros)
+        refused, most = most_of(lambda: pytest.raises(io.FileFormatError, io.read, path))
+        assert most < 10**7 and "x.npz is damaged (" in str(refused.value)
+
+
+def most_of(call):
+    """Return what a call returns, and the most bytes that it held."""
+    tracemalloc.start()
+    try:
+        return call(), tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_what_is_packed_more_than_a_reader_unfolds_is_written_as_it_is(tmp_path):
+    """Zeros pack a thousand times; what bifurc writes it reads."""
+    few, many = np.zeros(10**6), np.zeros(2**24 + 10)
+    path = io.write(tmp_path / "few.npz", {"kind": "x"}, {"a": few})
+    assert path.stat().st_size < few.nbytes / 500 and np.array_equal(io.read(path)[1]["a"], few)
+    path = io.write(tmp_path / "many.npz", {"kind": "x"}, {"a": many})
+    assert path.stat().st_size > many.nbytes and np.array_equal(io.read(path)[1]["a"], many)
+    text = "x" * (2**22 + 1)
+    assert io.header(io.write(tmp_path / "text.npz", {"kind": "x", "text": text}, {}))["text"] == text
+
+
+def test_encrypted_members_and_two_of_one_name_are_refused(tmp_path):
+    path = io.write(tmp_path / "x.npz", {"kind": "x"}, {"a": np.arange(5.0)})
+    whole = path.read_bytes()
+    with zipfile.ZipFile(path) as file:
+        members = [(info.filename, file.read(info)) for info in file.infolist()]
+    with zipfile.ZipFile(path, "w") as file, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for name, content in (*members, members[-1]):
+            file.writestr(name, content)
+    with pytest.raises(io.FileFormatError, match="two of its members have one name"):
         io.read(path)
+    flagged = bytearray(whole)
+    for mark, place in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        flagged[whole.rindex(mark) + place] |= 1
+    path.write_bytes(flagged)
+    with pytest.raises(io.FileFormatError, match="encrypted"):
+        io.read(path)
+    for method in (zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA):
+        with zipfile.ZipFile(path, "w", method) as file:
+            for name, content in members:
+                file.writestr(name, content)
+        with pytest.raises(io.FileFormatError, match="packed as it never is here"):
+            io.read(path)
 
 
 def test_only_a_result_of_the_kind_may_be_replaced(tmp_path):

@@ -69,8 +69,5 @@ def replaceable(file, kind: str) -> None:
 
 
 def _cut(path: Path) -> bool:
-    """Whether a file begins like an npz file and is none: a result that was cut, where chunks of its job lie beside it."""
-    if not path.is_file() or zipfile.is_zipfile(path):
-        return False
-    with open(path, "rb") as file:
-        return file.read(4) == b"PK\x03\x04"
+    """Whether a file begins like a result and is no archive: one that was cut, where chunks of its job lie beside it."""
+    return bool(path.stat().st_size) and io.begun(path) and not zipfile.is_zipfile(path)

@@ -2,13 +2,15 @@
 
 A chunk is one npz file, renamed into place when complete, and named by a hash of everything its content depends on:
 problem, parameters, grid, options and the source of the package.  What is missing or unreadable is computed again; the
-manifest beside the chunks is derived from them and never read.
+manifest beside the chunks is derived from them and never read.  What is not a chunk, a manifest, or one that was not finished, by
+its content, is never replaced or removed, whatever it is called.
 """
 import contextlib
 import functools
 import hashlib
 import inspect
 import json
+import logging
 import os
 import re
 import secrets
@@ -21,14 +23,18 @@ import numpy as np
 
 from .. import __version__, io
 
+_log = logging.getLogger("bifurc.jobs")
+
 KIND = "chunk"
 MANIFEST = "manifest.json"
 TRIES = 10  # to write into a folder that others clear
-_OURS = re.compile(r"[0-9a-f]{32}\.npz|\..*\.tmp|" + re.escape(MANIFEST))
+_CHUNK, _HALF = re.compile(r"[0-9a-f]{32}\.npz"), re.compile(r"\..*\.tmp")
+_PROBE = b"probe"
+_TOLD = {"key", "total", "finished", "missing", "failed"}  # by a manifest
 _PACKAGE = Path(__file__).resolve().parent.parent
 # what numbers can depend on, by the order of imports
 _COUNTS = ("elements", "system.py", "systems", "compose", "flow", "hbm", "orbits", "ensemble", "basins", "continuation", "atlases",
-           "control", "solve", "io.py", "_jit.py")
+           "control", "solve", "io.py", "archive.py", "_jit.py")
 
 
 @functools.cache
@@ -135,6 +141,9 @@ class ChunkStore:
         meta = json.loads(json.dumps(meta))  # as it will be read
         arrays = {key: np.asarray(values) for key, values in arrays.items()}
         header = {"kind": KIND, "key": self.key, "name": name, "meta": meta, "content": fingerprint([meta, arrays])}
+        if not _ours(folder / name):
+            _log.warning("%s is there and is no chunk; it is left alone, and the chunk that belongs there is not kept", folder / name)
+            return
         try:
             self._writing(lambda: io.write(folder / name, header, arrays, compressed=False, careful=False))
         except OSError as error:
@@ -145,6 +154,8 @@ class ChunkStore:
     def manifest(self, names: Sequence[str], failures: Mapping[int, str], total: int) -> None:
         """Write which chunks are there; derived, never read back, and not worth an error."""
         if self.folder is None:
+            return
+        if not _ours(self.folder / MANIFEST):
             return
         there = {path.name for path in self.folder.glob("*.npz")}
         content = {"key": self.key, "total": total, "finished": [name for name in names if name in there],
@@ -197,7 +208,7 @@ class ChunkStore:
             return
         with contextlib.suppress(OSError):  # another process that ends the same job clears it too
             for path in self.folder.iterdir():
-                if _OURS.fullmatch(path.name):
+                if _ours(path):
                     path.unlink(missing_ok=True)
             self.folder.rmdir()
 
@@ -208,11 +219,33 @@ class ChunkStore:
         probe = folder / f".{secrets.token_hex(4)}.tmp"
         try:
             folder.mkdir(exist_ok=True)
-            probe.write_bytes(b"probe")
+            probe.write_bytes(_PROBE)
             probe.unlink()
         except OSError as error:
             raise OSError(error.errno, f"{error.strerror or error}: chunk files cannot be written into {folder}; "
                           "give a file in a folder that exists and can be written") from error
+
+
+def _ours(path: Path) -> bool:
+    """Return whether a file of a folder of chunks was written by a job, as its content tells; one that is missing may be."""
+    try:
+        if path.is_symlink() or io.other_than_file(path):
+            return False
+        if path.name == MANIFEST:
+            said = json.loads(path.read_text(encoding="utf-8"))
+            return isinstance(said, dict) and set(said) == _TOLD
+        if _HALF.fullmatch(path.name):
+            return io.begun(path) or path.read_bytes() == _PROBE
+        if not _CHUNK.fullmatch(path.name):
+            return False
+        try:
+            return io.header(path)["kind"] == KIND
+        except io.FileFormatError:
+            return io.begun(path)  # cut or changed
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError):
+        return False
 
 
 def finished(file, kind: str, key: str) -> tuple[dict, dict[str, np.ndarray]] | None:

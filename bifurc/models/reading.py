@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
+from ..archive import Archive
+from ..io import other_than_file
 from ..structure.checks import Structure, checked
 from ..system import System
 from .assembling import assembled
@@ -101,21 +103,23 @@ def read(path: str | os.PathLike | None = None, *, mass=None, stiffness=None, da
     if (path is None) == all(item is None for item in single.values()):
         raise ValueError("read: write read(path) for a file with all matrices, or read(mass=..., stiffness=...) for one file each")
     named: Sequence | None = None
+    source, *others = [str(item) for item in (path, *single.values()) if item is not None]
     if path is None:
         found = {}
         for name, item in single.items():
             if item is not None:
                 found[name], own = read_matrix(item)
                 named = _same_names(named, own, str(item))
-        source = str(mass)
     else:
-        source = str(path)
         found, named = read_all(Path(path))
     for name in ("M", "K"):
         if name not in found:
-            raise ValueError(f"read: {source} has no {'mass' if name == 'M' else 'stiffness'} matrix; it holds "
+            raise ValueError(f"read: {', '.join([source, *others])} has no {'mass' if name == 'M' else 'stiffness'} matrix; it holds "
                              f"{', '.join(found) or 'none that is known by its name'}")
-    return model(found["M"], found.get("C"), found["K"], found.get("G"), dofs if dofs is not None else named, source, symmetric)
+    try:
+        return model(found["M"], found.get("C"), found["K"], found.get("G"), dofs if dofs is not None else named, source, symmetric)
+    except ValueError as error:
+        raise ValueError(f"read: {', '.join([source, *others])}: {error}") from error
 
 
 def model(M: Any, C: Any, K: Any, G: Any, dofs: Sequence | None, source: str, symmetric: bool = True) -> Model:
@@ -162,18 +166,42 @@ def from_ross(rotor: Any, speed: float) -> Model:
     return model(M, C, K, speed * G, names, f"rotor at {speed:g} rad/time", symmetric=False)
 
 
+def _ordinary(path: Path) -> None:
+    """Raise unless an ordinary file is there."""
+    try:
+        other = other_than_file(path)
+    except FileNotFoundError:
+        raise FileNotFoundError(f"read: there is no file {path}") from None
+    if other:
+        raise ValueError(f"read: {path} is {other}, not a file")
+
+
+def _told(path: Path, reader: Callable[[Path], Any]) -> Any:
+    """Return what a reader takes from a file; whatever it says of one that it cannot read names the file."""
+    try:
+        return reader(path)
+    except ModuleNotFoundError:
+        raise
+    except Exception as error:  # whatever foreign bytes make the readers of many formats say
+        said = str(error) or type(error).__name__
+        if said.startswith("read: "):
+            raise
+        if "pickle" in said:  # numpy names the option that would run what the file says
+            raise ValueError(f"read: {path} holds Python objects, of which none is ever taken from a file") from None
+        raise ValueError(f"read: {path} cannot be read: {said.splitlines()[0]}") from error
+
+
 # ---- one file, all matrices --------------------------------------------------------------------------------------------------
 
 
 def read_all(path: Path) -> tuple[dict[str, Any], Sequence | None]:
     """Return matrices by letter and names of the degrees of freedom, where the file has them."""
-    if not path.is_file():
-        raise FileNotFoundError(f"read: there is no file {path}")
+    _ordinary(path)
     reader = _ALL.get(path.suffix.lower())
     if reader is None:
         hint = "; a file with one matrix is read with mass=, stiffness=, damping=" if path.suffix.lower() in _ONE else ""
         raise ValueError(f"read: {path} has an ending that is not known; files with all matrices end in {', '.join(_ALL)}{hint}")
-    content = reader(path)
+    content = _told(path, reader)
     names = content.pop("dofs", None)
     return sort_out(content, str(path)), names
 
@@ -213,8 +241,9 @@ def _mat(path: Path) -> dict[str, Any]:
 
 
 def _npz(path: Path) -> dict[str, Any]:
-    with np.load(path, allow_pickle=False) as content:
-        found: dict[str, Any] = {name: content[name] for name in content.files}
+    known = {"dofs"}.union(*_WORDS.values())
+    with open(path, "rb") as file, Archive(file) as content:
+        found: dict[str, Any] = {name: content.foreign(name) if name.lower() in known else 0.0 for name in content.names}
     if "dofs" in found:
         found["dofs"] = [str(item) for item in found["dofs"]]
     return found
@@ -257,10 +286,14 @@ def _nastran() -> Any:
 def read_matrix(path: str | os.PathLike) -> tuple[Any, Sequence | None]:
     """Return a matrix and the names of its degrees of freedom, where the file has them."""
     path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"read: there is no file {path}")
+    _ordinary(path)
+    return _told(path, _matrix)
+
+
+def _matrix(path: Path) -> tuple[Any, Sequence | None]:
     if path.suffix.lower() == ".npy":
-        return np.load(path, allow_pickle=False), None
+        with open(path, "rb") as content:
+            return np.lib.format.read_array(content, allow_pickle=False), None
     with open(path, encoding="utf-8", errors="replace") as file:
         first = file.readline()
     if first.startswith("%%MatrixMarket"):

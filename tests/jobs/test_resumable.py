@@ -92,12 +92,61 @@ def test_what_comes_into_the_place_of_a_result_meanwhile_is_left_alone(tmp_path)
     assert file.read_text() == "somebody else's"
 
 
-def test_only_own_files_are_taken_away_from_a_folder(tmp_path):
+FOREIGN = {"a text under the name of a chunk": lambda path, name: (path / name).write_text("thesis"),
+           "another npz": lambda path, name: np.savez(path / name, x=1),
+           "another result": lambda path, name: io.write(path / name, {"kind": "branch"}, {"x": np.zeros(2)}),
+           "a hidden draft": lambda path, name: (path / ".draft.tmp").write_text("thesis"),
+           "a list of one's own": lambda path, name: (path / "manifest.json").write_text('{"files": []}'),
+           "a text called a list": lambda path, name: (path / "manifest.json").write_bytes(b"\xff"),
+           "a file beside": lambda path, name: np.savez(path / "mine.npz", x=1),
+           "a pipe": lambda path, name: os.mkfifo(path / name),
+           "a link": lambda path, name: (path / name).symlink_to(path.parent / "thesis.txt"),
+           "a folder": lambda path, name: (path / name).mkdir()}
+
+
+@pytest.mark.parametrize("what", FOREIGN)
+def test_only_what_a_job_wrote_is_taken_away_or_replaced(tmp_path, what):
+    """Its content tells, not its name: the folder is left with the one thing that was in it before, as it was."""
+    def compute(store, key):
+        assert store.load(name) is None
+        store.save(name, {"k": 1}, {"x": np.arange(3)})
+        store.save(store.name({"k": 2}), {"k": 2}, {"x": np.arange(3)})
+        (store.folder / ".killed.tmp").write_bytes((store.folder / store.name({"k": 2})).read_bytes()[:70])
+        (store.folder / store.name({"k": 3})).write_bytes(b"")  # of a writer that the machine's death stopped
+        store.manifest([name], {}, 1)
+        made = Made(3)
+        made.key = key
+        return made
+
+    def seen():
+        return {path.name: path.read_bytes() if path.is_file() else path.stat().st_mode for path in folder.iterdir()}
+
+    (tmp_path / "thesis.txt").write_text("three years of work")
     folder = tmp_path / "made.npz.chunks"
     folder.mkdir()
-    np.savez(folder / "mine.npz", x=1)
-    job(tmp_path / "made.npz")
-    assert [item.name for item in folder.iterdir()] == ["mine.npz"]
+    name = ChunkStore(folder, JOB).name({"k": 1})
+    FOREIGN[what](folder, name)
+    before = seen()
+    resumable("made", tmp_path / "made.npz", JOB, None, compute)
+    assert seen() == before and len(before) == 1
+    assert (tmp_path / "thesis.txt").read_text() == "three years of work" and (tmp_path / "made.npz").is_file()
+
+
+def test_a_cut_archive_of_somebody_else_is_no_result_of_ours(tmp_path):
+    """Beside the chunks of a job, too: it begins as every zip file does, and not as a result."""
+    file = tmp_path / "made.npz"
+    (tmp_path / "made.npz.chunks").mkdir()
+    np.savez(file, x=np.arange(100))
+    for whole in (file.read_bytes()[:300], b""):
+        file.write_bytes(whole)
+        with pytest.raises(FileExistsError, match="left alone"):
+            job(file)
+        assert file.read_bytes() == whole
+    file.unlink()
+    job(file)
+    (tmp_path / "made.npz.chunks").mkdir()
+    file.write_bytes(file.read_bytes()[:-30])
+    assert job(file).number == 3
 
 
 def test_two_writers_of_one_job_end_well(tmp_path, monkeypatch):
@@ -106,8 +155,8 @@ def test_two_writers_of_one_job_end_well(tmp_path, monkeypatch):
     write, left = io.write, [2]
 
     def cleared(path, *args, **options):
-        with open(path.with_name(".half.tmp"), "w") as file:
-            file.write("half")
+        with open(path.with_name(".half.tmp"), "wb") as file:
+            file.write(b"PK")
         if left[0]:
             left[0] -= 1
             other.clear()

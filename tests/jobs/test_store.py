@@ -44,7 +44,7 @@ def test_only_what_is_missing_or_unreadable_is_computed(tmp_path, rng):
     (store.folder / names[1]).write_bytes(content[:len(content) // 2])
     (store.folder / names[2]).write_bytes(b"")
     (store.folder / names[3]).write_bytes((store.folder / names[4]).read_bytes())  # another chunk under this name
-    (store.folder / ".x.tmp").write_bytes(b"left by a killed writer")
+    (store.folder / ".x.tmp").write_bytes(content[:100])  # left by a killed writer
     again = run_chunks(ChunkStore(tmp_path / "chunks", JOB), squares, payloads(6))
     assert (again.kept, again.computed) == (2, 4) and bits(again) == bits(first)
     store.clear()

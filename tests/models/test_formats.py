@@ -1,5 +1,6 @@
 """Files written out by hand, number by number: what a reader takes from them, and the words with which it refuses others."""
 
+import tracemalloc
 import types
 
 import numpy as np
@@ -201,3 +202,60 @@ def test_rotors_of_any_size(count, n, names):
         with pytest.raises(ValueError) as refused:
             bf.from_ross(rotor, speed)
         assert str(refused.value) == f"from_ross: speed = {speed!r} is not allowed; it must be finite"
+
+
+BAD = {
+    "a.mat": [b"", b"MATLAB 5.0 MAT-file" + bytes(300), b"\xff" * 200],
+    "a.npz": [b"", b"PK\x03\x04" + bytes(50), b"\x93NUMPY\x01\x00", b"\x80\x04N."],
+    "a.npy": [b"", b"\x93NUMPY\x01\x00\xff\xff{", b"\x80\x04N.", b"\x93NUMPY\x01\x00\x10\x00" + b"{'descr': '<f8'}",
+              b"\x93NUMPY\x01\x00\x46\x00" + b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,), }\n"],
+    "a.mtx": [b"%%MatrixMarket matrix array real general\nx y\n", b"%%MatrixMarket matrix coordinate real general\n2 2 9\n1 1 1\n",
+              b"%%MatrixMarket nothing\n", b"1,1,1,1,x\n", b"1,1,1\n", b"1,1,1,1,\xff\n", b"*MATRIX\n", b""],
+    "a.sti": [b"", b"1 2\n", b"1 1 x\n", b"0 0 nan\n1 2 inf\n"],
+}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize(("name", "content"), [(name, content) for name, bad in BAD.items() for content in bad])
+def test_whatever_cannot_be_read_names_the_file(tmp_path, name, content):
+    """And never the option of numpy that would run what the file says."""
+    path, good = tmp_path / name, tmp_path / "good.npy"
+    path.write_bytes(content)
+    np.save(good, M)
+    single = name not in ("a.mat", "a.npz")
+    with pytest.raises(ValueError) as refused:
+        bf.read(mass=path, stiffness=good) if single else bf.read(path)
+    said = str(refused.value)
+    assert said.startswith("read: ") and str(path) in said and "pickle" not in said and refused.value.__class__ is ValueError
+    assert "\n" not in said
+
+
+def test_matrices_that_are_none_name_their_files(tmp_path):
+    """What the checker of matrices says of them, and what a file holds that is no number."""
+    np.savez(tmp_path / "some.npz", M=M, K=np.diag([1.0, np.nan, 2.0]))
+    np.savez(tmp_path / "objects.npz", M=np.array([[{}]], dtype=object), K=K)
+    np.save(tmp_path / "objects.npy", np.array([[{}]], dtype=object))
+    np.save(tmp_path / "small.npy", np.eye(2))
+    np.save(tmp_path / "good.npy", M)
+    for read, words in ((lambda: bf.read(tmp_path / "some.npz"), ["some.npz", "K"]),
+                        (lambda: bf.read(tmp_path / "objects.npz"), ["objects.npz holds Python objects"]),
+                        (lambda: bf.read(mass=tmp_path / "objects.npy", stiffness=tmp_path / "good.npy"), ["objects.npy holds Python"]),
+                        (lambda: bf.read(mass=tmp_path / "good.npy", stiffness=tmp_path / "small.npy"), ["small.npy", "shape"])):
+        with pytest.raises(ValueError) as refused:
+            read()
+        assert all(word in str(refused.value) for word in words) and "allow_pickle" not in str(refused.value)
+        assert refused.value.__suppress_context__ or "objects" not in str(refused.value)
+
+
+def test_of_a_foreign_archive_only_matrices_are_unpacked(tmp_path):
+    """A hundred megabytes of zeros beside them, and a pickle, are left packed."""
+    path = tmp_path / "some.npz"
+    np.savez_compressed(path, M=M, K=K, bomb=np.zeros(12_500_000), evil=np.array([{}], dtype=object))
+    tracemalloc.start()
+    try:
+        assert np.array_equal(bf.read(path).M, M) and tracemalloc.get_traced_memory()[1] < 10**7
+    finally:
+        tracemalloc.stop()
+    np.savez_compressed(path, M=np.zeros((4200, 4200)))
+    with pytest.raises(ValueError, match=r"some\.npz cannot be read: its \d+ bytes cannot hold 141120128"):
+        bf.read(path)
