@@ -23,6 +23,7 @@ _TYPES = {"finite": "finite real numbers (float64)", "real": "real numbers (floa
           "logical": "True or False"}
 _HEADER = "__header__"  # name of the array that holds the UTF-8 bytes of the JSON header
 _WRITTEN = "arrays"  # entry of the header: type, shape and checksum of every array
+_SAID = 300  # characters of what a reader says
 _OTHERS = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a named pipe", stat.S_ISSOCK: "a socket", stat.S_ISCHR: "a device",
            stat.S_ISBLK: "a device"}
 
@@ -168,8 +169,14 @@ def made(path: str | os.PathLike, read: Callable, header: Mapping[str, Any], arr
     except FileFormatError:
         raise
     except Exception as error:  # whatever a record that somebody changed, or another version, makes a reader say
-        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {(str(error).splitlines() or [''])[0]}"
-        raise FileFormatError(f"{path} holds a {header['kind']!r} that cannot be read: {said}") from error
+        said = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+        raise FileFormatError(f"{path} holds a {header['kind']!r} that cannot be read: {said}{_short(error)}") from error
+
+
+def _short(error: Exception) -> str:
+    """Return what an error says in one line of a moderate length: it may repeat what the file holds."""
+    said = " ".join(str(error).split())
+    return (said if len(said) <= _SAID else f"{said[:_SAID]} ...") or type(error).__name__
 
 
 class Part(dict):
@@ -270,8 +277,8 @@ def _open(path: str | os.PathLike, kind: str | None, whole: bool) -> tuple[dict[
         except FileFormatError:
             raise
         except archive.DAMAGE as error:
-            raise FileFormatError(f"{path} is damaged ({str(error) or type(error).__name__}); results are renamed into place when "
-                                  "complete, so it was changed or cut after it was written") from error
+            raise FileFormatError(f"{path} is damaged ({_short(error)}); results are renamed into place when complete, so it "
+                                  "was changed or cut after it was written") from error
 
 
 def _check(path: Path, header: Any, kind: str | None) -> None:

@@ -1,4 +1,5 @@
 """The command line: one-line errors, what is followed and printed, and the whole default job."""
+import os
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -28,7 +29,6 @@ def said(capsys, *arguments):
     [
         (["trace", "pendulum"], ["'pendulum'", "impact_oscillator", "duffing_oscillator"]),
         (["trace"], ["SYSTEM", "--help"]),
-        ([], ["COMMAND"]),
         (["follow", "impact_oscillator"], ["'follow'"]),
         (["trace", "impact_oscillator", "--set", "omega"], ["NAME=VALUE", "'omega'"]),
         (["trace", "impact_oscillator", "--set", "omega=fast"], ["omega", "float", "'fast'"]),
@@ -335,9 +335,42 @@ def test_the_story_of_a_rotor(capsys, tmp_path):
 
 
 def test_the_program_is_installed():
-    done = subprocess.run([sys.executable, "-m", "bifurc.cli", "info", "pendulum"], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "bifurc", "info", "pendulum"], capture_output=True, text=True)
     assert done.returncode == 2
     assert done.stderr.startswith("bifurc: error: ")
+
+
+def test_without_a_command_help_is_printed(capsys):
+    """As pip does, with code 0; `python -m bifurc` is the command."""
+    code, out, err = said(capsys)
+    assert (code, err) == (0, "") and out.startswith("usage: bifurc ") and "trace" in out and "certify" in out
+    done = subprocess.run([sys.executable, "-m", "bifurc"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, out, "")
+
+
+@pytest.mark.parametrize("arguments", [["info"], ["info", "impact_oscillator"], ["--help"], ["trace", "--help"], ["--version"],
+                                       ["completion", "bash"], [], ["trace", "pendulum"]])
+def test_who_has_read_enough_is_told_nothing_more(arguments):
+    """The reader has gone before anything is printed, of errors too: no traceback, the code of a shell for a broken pipe, as `yes`."""
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, "-m", "bifurc", *arguments], stdout=write, stderr=subprocess.PIPE, text=True)
+    failed = arguments == ["trace", "pendulum"]
+    quiet = (0, 141) if any(word in ("--help", "--version") for word in arguments) else (141,)  # what argparse writes it may give up
+    assert done.returncode in ((2,) if failed else quiet) and done.stderr.startswith("bifurc: error: ") == failed
+    assert "Broken pipe" not in done.stderr and "Traceback" not in done.stderr and done.stderr.count("\n") == failed
+    done = subprocess.run([sys.executable, "-m", "bifurc", *arguments], stdout=write, stderr=write)
+    os.close(write)
+    assert done.returncode in quiet
+
+
+def test_a_pipe_that_is_read_in_part_ends_quietly():
+    """`bifurc info | head -1`, in a shell."""
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {sys.executable} -m bifurc info | head -1"], capture_output=True, text=True)
+    assert done.stdout.count("\n") == 1 and done.stdout.startswith("bifurc ") and done.stderr == "" and done.returncode in (0, 141)
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([sys.executable, "-m", "bifurc", "info"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2 and done.stderr == "bifurc: error: [Errno 28] No space left on device\n"
 
 
 def test_trace_starts_from_a_state_saves_and_prints_json(capsys, tmp_path, monkeypatch):

@@ -137,6 +137,6 @@ def test_changelog_names_every_public_function():
 
 def test_the_command_line_help_is_whole():
     for command in ("trace", "frf", "basins", "sweep", "hysteresis", "info"):
-        done = subprocess.run([sys.executable, "-m", "bifurc.cli", command, "--help"], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, "-m", "bifurc", command, "--help"], capture_output=True, text=True)
         assert done.returncode == 0
         assert "SYSTEM" in done.stdout

@@ -6,6 +6,7 @@ they are complete, so that an interrupt loses nothing that is finished.
 """
 from . import one_thread  # noqa: F401, I001  (before numpy)
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -14,7 +15,7 @@ import bifurc as bf
 from . import atlas, branches, certify, completion, explore, frf, info, loops, maps, sweeps
 from .common import Parser, shared
 
-_INTERRUPTED = 130  # exit code of shells for a program that was interrupted
+_INTERRUPTED, _UNHEARD = 130, 141  # exit codes of shells for a program that was interrupted, and for one that nobody listened to
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,11 +29,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 2 for a request that cannot be met; 130 after an interrupt.
+        0; 2 for a request that cannot be met; 130 after an interrupt; 141 where the reader of the output has gone.
     """
     try:
-        options = _parser().parse_args(arguments)
-        return options.run(options)
+        try:
+            return _run(arguments)
+        finally:
+            _flush()
+    except BrokenPipeError:  # as `bifurc info | head -1` does: there is nobody to tell
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # what is left in them goes there at the end of the process
+        return _UNHEARD
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Run the command line; what it has to say is said in one line."""
+    parser = _parser()
+    try:
+        options = parser.parse_args(arguments)
+        if options.run is None:
+            print(parser.format_help(), end="")
+            return 0
+        code = options.run(options)
+        _flush()
+        return code
+    except BrokenPipeError:
+        raise
     except (ValueError, LookupError, OSError, MemoryError) as error:
         message = error.args[0] if isinstance(error, KeyError) and error.args else error
         print(f"bifurc: error: {' '.join(str(message).split())}", file=sys.stderr)
@@ -42,10 +64,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _INTERRUPTED
 
 
+def _flush() -> None:
+    """Write what was printed, while an error of it can be told."""
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
 def _parser() -> Parser:
     parser = Parser(prog="bifurc", description="Periodic motions of systems that hit, rub, stick and slip.")
     parser.add_argument("--version", action="version", version=f"bifurc {bf.__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    parser.set_defaults(run=None)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     branches.add(commands, shared())
     maps.add(commands, shared())
     frf.add(commands, shared())

@@ -40,7 +40,7 @@ def run_explore(options: argparse.Namespace) -> int:
             raise no_story(name)
         what, window = getattr(bf.systems, name)(**set_values(name, options.set)), story.window
         parameter = what.parameter_name(options.parameter or story.parameter)
-        bounds = options.bounds or (story.bounds if parameter == story.parameter else None)
+        bounds = sorted(options.bounds or ()) or (story.bounds if parameter == story.parameter else None)
     if importlib.util.find_spec("bokeh") is None:
         raise UsageError("the explorer needs bokeh: python -m pip install 'bifurc[explore]'")
     warm_up()

@@ -138,17 +138,27 @@ def of_system(system: Any, parameter: str | None = None, bounds: Sequence[float]
     Raises
     ------
     ValueError
-        Autonomous systems, unknown parameters, bounds that are empty.
+        Autonomous systems, unknown parameters, ranges that are empty or reversed.
     """
     if system.period is None:
         raise ValueError(f"{system!r} is autonomous; the explorer needs an excitation (omega)")
     parameter = system.parameter_name(parameter or "omega")
     value = system.parameter(parameter)
-    low, high = reach(value) if bounds is None else sorted(float(bound) for bound in bounds)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"bounds = {bounds!r} is not allowed; it must be two different finite numbers")
+    low, high = reach(value) if bounds is None else ascending("bounds", bounds)
     system = system.with_parameters(**{parameter: min(max(value, low), high)})
-    return Shown(system, parameter, (low, high), window=dict(window or {}))
+    return Shown(system, parameter, (low, high), window={
+        name: ascending(f"window[{name!r}]", part) for name, part in dict(window or {}).items()})
+
+
+def ascending(name: str, part: Any) -> tuple[float, float]:
+    """Return a range as it was given, or raise ValueError: two finite numbers, the lower one first."""
+    try:
+        low, high = (float(end) for end in part)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(f"{name} = {part!r} is not allowed; it must be two finite numbers, the lower one first")
+    return low, high
 
 
 def of_result(result: Any, path: str) -> Shown:

@@ -18,7 +18,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import RequestHandler
 
 from .desk import Desk
-from .gate import ADDRESS, Gate, policy
+from .gate import ADDRESS, Gate, exists, policy
 from .view import View
 
 _log = logging.getLogger("bifurc.explore")
@@ -108,13 +108,15 @@ class _Guarded(BokehTornado):
                          unused_session_lifetime_milliseconds=15000)
 
     def find_handler(self, request: Any, **options: Any) -> Any:
-        """Return the handler of a request that the gate lets in."""
+        """Return the handler of a request that the gate lets in; the page makes its sessions itself and takes nothing of them."""
+        if request.path == "/" and ({*request.query_arguments} - {"token"} or "Bokeh-Session-Id" in request.headers):
+            return self.get_handler_delegate(request, _Refusal, {"status": 400, "why": "the page takes nothing but its token"})
         token = request.query_arguments.get("token", [None])[0]
         why = self.gate.refuses(request.method, request.path, dict(request.headers.get_all()),
                                 None if token is None else token.decode("utf-8", "replace"))
         if why is not None:
             _log.warning("refused %s %s: %s", request.method, request.path, why)
-            return self.get_handler_delegate(request, _Refusal, {"why": why})
+            return self.get_handler_delegate(request, _Refusal, {"status": 403 if exists(request.path) else 404, "why": why})
         if request.path == "/":
             context = {"application_context": self._applications["/"], "bokeh_websocket_path": "/ws"}
             return self.get_handler_delegate(request, _Page, context)
@@ -122,11 +124,11 @@ class _Guarded(BokehTornado):
 
 
 class _Refusal(RequestHandler):
-    def initialize(self, why: str) -> None:
-        self.why = why
+    def initialize(self, status: int, why: str) -> None:
+        self.status, self.why = status, why
 
     def prepare(self) -> None:
-        self.set_status(403)
+        self.set_status(self.status)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.set_header("X-Content-Type-Options", "nosniff")
         self.finish(f"refused: {self.why}\n")

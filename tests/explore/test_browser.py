@@ -28,7 +28,7 @@ class Server:
 
     def __init__(self, folder, *options):
         self.folder = folder
-        command = [sys.executable, "-m", "bifurc.cli", "explore", "impact_oscillator", "--no-browser", "--workers", "2",
+        command = [sys.executable, "-m", "bifurc", "explore", "impact_oscillator", "--no-browser", "--workers", "2",
                    "--out", str(folder), *options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.url = ""

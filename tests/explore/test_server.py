@@ -37,6 +37,14 @@ class Desk:
         return lambda *arguments: None
 
 
+ODD = ["/?token=%ff", "/?token=%00&token=x", "/ws", "/ws?bokeh-session-id=x"]  # no harm is done
+MALFORMED = [*ODD, "/?bokeh-session-id=%00", "/?bokeh-session-id=x", "/?bokeh-token=x", "/?x", "/?%00=%ff",
+             "/static/js/%00", "/static/js/a%00.js", "/static/js/%ff", "/static/js/", "/static/js", "/static/js/none.js",
+             "/static/js/%2e%2e/%2e%2e/x", "/static/js/..%5c..%5cx", "/static/js/" + 5000 * "a", "/static/js/" + 300 * "a/", "/%", "/%00",
+             "//", "/static/js//etc/passwd", "/ws%00", "/favicon.ico%00", "/autoload.js?bokeh-autoload-element=1", "*", "x",
+             "/static/js/lib/", "/static/js/compiler.ts/x"]
+
+
 @pytest.fixture
 def served():
     made, ready = {}, threading.Event()
@@ -97,5 +105,14 @@ def test_who_is_let_in_and_what_is_answered(served):
     again = asked(served, "/", Cookie=cookie.partition(";")[0])
     assert again[0] == 200 and again[2].partition('<style nonce="')[2].partition('"')[0] != nonce  # a nonce each
     assert asked(served, path)[0] == 403  # the token was for once
+    for wrong in MALFORMED:  # with the cookie, and without
+        assert asked(served, wrong, Cookie=cookie.partition(";")[0])[0] in ((200, 400, 403) if wrong in ODD else (400, 404)), wrong
+        assert asked(served, wrong)[0] in (400, 403, 404), wrong
+    mine = cookie.partition(";")[0]
+    assert asked(served, "/", Cookie=mine, **{"Bokeh-Session-Id": "%00"})[0] == 400
+    for token in ("x", "e30.e30", "%00", "=", "\u00ff"):
+        upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "x" * 22 + "==",
+                   "Sec-WebSocket-Protocol": f"bokeh, {token}", "Origin": served.gate.origin}
+        assert asked(served, "/ws", Cookie=mine, **upgrade)[0] != 500
     script = next(part for part in text.split('"') if part.endswith("bokeh.min.js") or part.endswith("bokeh.js"))
     assert script.startswith("/static/")

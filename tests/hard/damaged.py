@@ -30,12 +30,12 @@ HEADER = "__header__.npy"
 
 def curve():
     start = branch().special_points[0]
-    return bf.trace_curve(start, "omega", "amplitude", bounds=((1.2, 1.41), (0.9, 1.1)), max_steps=8)
+    return bf.trace_curve(start, ("omega", "amplitude"), {"omega": (1.2, 1.41), "amplitude": (0.5, 0.55)}, max_steps=8)
 
 
 KINDS = {**MADE,
          "curve": curve,
-         "atlas": lambda: bf.atlas(A, "omega", (1.4, 1.41), REGION, samples=8, values=2),
+         "atlas": lambda: bf.atlas(A, "omega", (1.4, 1.41), REGION, probes=2, samples=8),
          "point": lambda: branch().special_points[0].certify(),
          "proofs": lambda: bf.trace(bf.find_orbit(A), "omega", bounds=(1.399, 1.401), max_steps=4).certify()}
 
@@ -229,7 +229,7 @@ def branches(value, place=()):
 def header_changed(rng, header, arrays):
     """One value of the header is missing, or another."""
     changed = json.loads(json.dumps(header))
-    every = [place for place in branches(changed) if place[0] not in ("format", "version")]
+    every = [place for place in branches(changed) if place[0] not in ("format", "version", "kind")]
     *way, last = every[int(rng.integers(len(every)))]
     inner = changed
     for key in way:
