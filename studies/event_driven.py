@@ -258,8 +258,10 @@ class Mode:
                     if np.isfinite(limit):
                         g = way * reaction[k]
                         g[-3] -= way * limit
-                        self.guards.append((g, False, group[0]))
+                        self.guards.append((g, False, None))
+            made_of = np.abs(force) + np.abs(J.T) @ np.abs(G @ J) @ np.abs(force)
             force = force + J.T @ reaction
+            force[np.abs(force) < 1e-17 * made_of] = 0
         A[:n, n:2 * n] = np.eye(n)
         A[n:2 * n] = force
         A[-2, -1], A[-1, -2] = -I.omega, I.omega
@@ -305,18 +307,29 @@ def derivative(c):
 
 
 def root(c, a, b):
-    """Return the zero of a polynomial between places of other signs, by bisection and at last Newton."""
-    fa = polynomial(c, a)
-    for _ in range(90):
-        middle = (a + b) / 2
-        if middle in (a, b):
-            break
-        fm = polynomial(c, middle)
-        if (fm > 0) == (fa > 0):
-            a = middle
+    """Return the zero of a polynomial between places of other signs: Newton's steps that stay between, or halves."""
+    d, up = derivative(c), polynomial(c, b) > 0
+    x = (a + b) / 2
+    for _ in range(200):
+        value = polynomial(c, x)
+        if (value > 0) == up:
+            b = x
         else:
-            b = middle
-    return b
+            a = x
+        slope = polynomial(d, x)
+        new = x - value / slope if slope else a
+        if value == 0 or abs(new - x) <= 2e-19 * abs(x):
+            return x
+        if not a < new < b:
+            new = (a + b) / 2
+            if new in (a, b):
+                return b
+        x = new
+    return x
+
+
+GRID = np.linspace(LONG(0), LONG(1), 9)
+POWERS = GRID[:, None] ** np.arange(ORDER + 1, dtype=LONG)
 
 
 def first_zero(c, end):
@@ -324,21 +337,25 @@ def first_zero(c, end):
 
     The derivative changes sign at most a few times on a step: it is looked at 8 times.
     """
-    if c[np.flatnonzero(c)[0]] < 0 if np.any(c) else False:
+    held = np.flatnonzero(c)
+    if len(held) and c[held[0]] < 0:
         return LONG(0)
-    d = derivative(c)
+    scaled = c * end ** np.arange(ORDER + 1, dtype=LONG)
+    if scaled[0] > np.abs(scaled[1:]).sum():
+        return None
+    d = derivative(scaled)
+    slopes = POWERS[:, :ORDER] @ d
+    if slopes[0] == 0:
+        slopes[0] = next((x for x in d if x != 0), LONG(0))
     at = [LONG(0)]
-    grid = np.linspace(LONG(0), LONG(1), 9) * end
-    for a, b in itertools.pairwise(grid):
-        fa, fb = polynomial(d, a), polynomial(d, b)
-        if fa == 0 and a == 0:
-            fa = next((x for x in d if x != 0), LONG(0))
-        if (fa > 0) != (fb > 0):
-            at.append(root(d, a if a > 0 else start_of(d, b), b))
-        at.append(b)
-    for a, b in itertools.pairwise(at):
-        if polynomial(c, b) < 0:
-            return root(c, a if a > 0 else start_of(c, b), b)
+    for k in range(8):
+        if (slopes[k] > 0) != (slopes[k + 1] > 0):
+            at.append(root(d, GRID[k] if k else start_of(d, GRID[1]), GRID[k + 1]))
+        at.append(GRID[k + 1])
+    values = [polynomial(scaled, place) for place in at]
+    for k in range(1, len(at)):
+        if values[k] < 0:
+            return end * root(scaled, at[k - 1] if k > 1 else start_of(scaled, at[k]), at[k])
     return None
 
 
@@ -425,7 +442,7 @@ class Motion:
                         g = mode.functionals[k]
                         c = series @ g
                         if first and j == 0:
-                            c = cleaned(c, sizes @ np.abs(g))
+                            c = self.beginning(c, sizes, *mode.guards[k])
                             if mode.guards[k][1] is False and not np.any(c):
                                 continue
                         tau = first_zero(c, h)
@@ -445,6 +462,16 @@ class Motion:
     def zero(self, g, extra=LONG(0)):
         """Whether a functional of the state is zero, to rounding."""
         return abs(g @ self.z) <= NOTHING * (np.abs(g) @ self.largest) + extra
+
+    def beginning(self, c, sizes, g, strict, i):
+        """Return the polynomial of a guard at a start without what is rounding, or the speed with which a chattering ended."""
+        c = cleaned(c, sizes @ np.abs(g))
+        if i is not None and self.still(i):
+            if strict:
+                c[0] = 0
+            elif c[0] == 0 and self.I.scene.contacts[i].kind in ("rigid", "elastic"):
+                c[1] = 0
+        return cleaned(c, sizes @ np.abs(g))
 
     def still(self, i):
         """Whether a row is at rest."""
@@ -514,10 +541,7 @@ class Motion:
             z[n:2 * n] -= mode.project @ z[n:2 * n]
         series, sizes = mode.series(z), mode.sizes(self.largest)
         for g, strict, i in mode.guards:
-            c = series @ g
-            if strict and self.still(i):
-                c[0] = 0
-            c = cleaned(c, sizes @ np.abs(g))
+            c = self.beginning(series @ g, sizes, g, strict, i)
             first = next((x for x in c if x != 0), LONG(0))
             if first < 0 or first == 0 and strict:
                 return False

@@ -419,6 +419,8 @@ def test_a_run_of_the_explorer(monkeypatch, tmp_path, capsys):
     assert asked.pop()[0][1:] == ("gap", None)
     cli.main(["explore", "impact-oscillator", "--parameter", "gap", "--bounds", "1", "3"])
     assert asked.pop()[0][1:] == ("gap", [1.0, 3.0])
+    cli.main(["explore", "impact-oscillator", "--bounds", "3", "1"])  # a range on the command line is one in whichever order
+    assert asked.pop()[0][1:] == ("omega", [1.0, 3.0])
     file = tmp_path / "b.npz"
     file.write_text("")
     monkeypatch.setattr(bf, "load", lambda path: ("loaded", path))

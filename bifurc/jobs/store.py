@@ -34,7 +34,7 @@ _TOLD = {"key", "total", "finished", "missing", "failed"}  # by a manifest
 _PACKAGE = Path(__file__).resolve().parent.parent
 # what numbers can depend on, by the order of imports
 _COUNTS = ("elements", "system.py", "systems", "compose", "flow", "hbm", "orbits", "ensemble", "basins", "continuation", "atlases",
-           "control", "solve", "io.py", "archive.py", "_jit.py")
+           "control", "solve", "io", "_jit.py")
 
 
 @functools.cache

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
-from ..archive import Archive
 from ..io import other_than_file
+from ..io.archive import Archive
 from ..structure.checks import Structure, checked
 from ..system import System
 from .assembling import assembled
@@ -166,18 +166,14 @@ def from_ross(rotor: Any, speed: float) -> Model:
     return model(M, C, K, speed * G, names, f"rotor at {speed:g} rad/time", symmetric=False)
 
 
-def _ordinary(path: Path) -> None:
-    """Raise unless an ordinary file is there."""
+def _told(path: Path, reader: Callable[[Path], Any]) -> Any:
+    """Return what a reader takes from an ordinary file; whatever it says of one that it cannot read names the file."""
     try:
         other = other_than_file(path)
     except FileNotFoundError:
         raise FileNotFoundError(f"read: there is no file {path}") from None
     if other:
         raise ValueError(f"read: {path} is {other}, not a file")
-
-
-def _told(path: Path, reader: Callable[[Path], Any]) -> Any:
-    """Return what a reader takes from a file; whatever it says of one that it cannot read names the file."""
     try:
         return reader(path)
     except ModuleNotFoundError:
@@ -186,7 +182,7 @@ def _told(path: Path, reader: Callable[[Path], Any]) -> Any:
         said = str(error) or type(error).__name__
         if said.startswith("read: "):
             raise
-        if "pickle" in said:  # numpy names the option that would run what the file says
+        if "allow_pickle" in said:  # numpy names the option that would run what the file says
             raise ValueError(f"read: {path} holds Python objects, of which none is ever taken from a file") from None
         raise ValueError(f"read: {path} cannot be read: {said.splitlines()[0]}") from error
 
@@ -196,14 +192,17 @@ def _told(path: Path, reader: Callable[[Path], Any]) -> Any:
 
 def read_all(path: Path) -> tuple[dict[str, Any], Sequence | None]:
     """Return matrices by letter and names of the degrees of freedom, where the file has them."""
-    _ordinary(path)
+    content = _told(path, _content)
+    names = content.pop("dofs", None)
+    return sort_out(content, str(path)), names
+
+
+def _content(path: Path) -> dict[str, Any]:
     reader = _ALL.get(path.suffix.lower())
     if reader is None:
         hint = "; a file with one matrix is read with mass=, stiffness=, damping=" if path.suffix.lower() in _ONE else ""
         raise ValueError(f"read: {path} has an ending that is not known; files with all matrices end in {', '.join(_ALL)}{hint}")
-    content = _told(path, reader)
-    names = content.pop("dofs", None)
-    return sort_out(content, str(path)), names
+    return reader(path)
 
 
 def sort_out(content: Mapping[str, Any], source: str) -> dict[str, Any]:
@@ -220,8 +219,8 @@ def sort_out(content: Mapping[str, Any], source: str) -> dict[str, Any]:
         for letter, words in _WORDS.items():
             if name.lower() in words and np.ndim(value) == 2 or hasattr(value, "toarray") and name.lower() in words:
                 if letter in found:
-                    raise ValueError(f"read: {source} has both {origin[letter]!r} and {name!r}; write the one you mean to a file "
-                                     f"of its own")
+                    raise ValueError(f"read: {source} has both {origin[letter]!r} and {name!r}; write the one you mean to a file of "
+                                     "its own")
                 found[letter], origin[letter] = value, name
     if not found:
         raise ValueError(f"read: {source} holds {', '.join(map(repr, content)) or 'nothing'}; none is a matrix with a known name "
@@ -231,10 +230,9 @@ def sort_out(content: Mapping[str, Any], source: str) -> dict[str, Any]:
 
 def _mat(path: Path) -> dict[str, Any]:
     try:
-        content = loadmat(path)
+        found: dict[str, Any] = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
     except NotImplementedError:
         raise ValueError(f"read: {path} is a MATLAB file of version 7.3; save it with -v7") from None
-    found: dict[str, Any] = {name: value for name, value in content.items() if not name.startswith("__")}
     if "dofs" in found:
         found["dofs"] = [str(np.asarray(item).ravel()[0]) for item in np.asarray(found["dofs"]).ravel()]
     return found
@@ -256,12 +254,7 @@ def _op4(path: Path) -> dict[str, Any]:
 def _dmig(path: Path) -> dict[str, Any]:
     frames = _nastran().bulk.rddmig(str(path), expanded=False)
     found: dict[str, Any] = {}
-    index: list = []
-    for frame in frames.values():
-        for key in (*frame.index, *frame.columns):
-            if key not in index:
-                index.append(key)
-    index.sort()
+    index = sorted({key for frame in frames.values() for key in (*frame.index, *frame.columns)})
     for name, frame in frames.items():
         found[name] = frame.reindex(index=index, columns=index, fill_value=0.0).to_numpy()
         full = found[name]
@@ -285,9 +278,7 @@ def _nastran() -> Any:
 
 def read_matrix(path: str | os.PathLike) -> tuple[Any, Sequence | None]:
     """Return a matrix and the names of its degrees of freedom, where the file has them."""
-    path = Path(path)
-    _ordinary(path)
-    return _told(path, _matrix)
+    return _told(Path(path), _matrix)
 
 
 def _matrix(path: Path) -> tuple[Any, Sequence | None]:
@@ -350,8 +341,7 @@ def _same_names(known: Sequence | None, own: Sequence | None, source: str) -> Se
         return own if known is None else known
     if list(known) != list(own):
         raise ValueError(f"read: {source} has other degrees of freedom than the file before it ({len(own)} and {len(known)}); "
-                         f"write all "
-                         "matrices with the same ones")
+                         "write all matrices with the same ones")
     return known
 
 

@@ -144,5 +144,13 @@ def test_saved_results_open(traced, tmp_path):
         model.of_result(np.ones(3), "x.npz")
     with pytest.raises(ValueError, match="autonomous"):
         model.of_system(bf.System(1.0, 0.1, 1.0))
-    with pytest.raises(ValueError, match="bounds"):
-        model.of_system(bf.systems.impact_oscillator(), bounds=(1.0, 1.0))
+
+
+@pytest.mark.parametrize("wrong", [(2.0, 1.0), (1.0, 1.0), (float("nan"), 1.0), (0.0, float("inf")), (1.0,), (1.0, 2.0, 3.0), 3.0, "ab"])
+def test_ranges_are_two_numbers_in_their_order(wrong):
+    """Of the parameter and of the starts; nothing is turned round, nothing is served."""
+    system, said = bf.systems.impact_oscillator(), f"= {wrong!r} is not allowed; it must be two finite numbers, the lower one first"
+    for name, options in (("bounds", {"bounds": wrong}), ("window['q0']", {"window": {"q0": wrong, "v0": (-1.0, 1.0)}})):
+        with pytest.raises(ValueError) as refused:
+            bf.explore.serve(system, browser=False, say=None, **options)
+        assert str(refused.value) == f"{name} {said}"

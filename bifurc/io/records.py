@@ -1,4 +1,4 @@
-"""Results on disk: one npz file of plain arrays with a JSON header, renamed into place, never pickled.
+"""Records in files: a header and arrays, written so that a file is there complete or not at all, and what is checked of them.
 
 A record is a header (what it is, from which system, with which options) and named arrays.  The header lists type, shape and
 checksum of every array: nothing else is unpacked, and nothing that is not as long as its type and shape say.  This module knows no
