@@ -1,9 +1,10 @@
 """A second event-driven integrator of linear systems with contacts, for comparison: it shares nothing with the package.
 
-Coordinates are normalised by the Cholesky factor of the mass matrix and time by the fastest rate.  Between events the state, with the
-excitation as two more states, moves by its matrix exponential; guards are looked at 60 times a fastest period and at the minima
-between, and their zeros are bracketed on the Taylor polynomial of the step.  All numbers are long doubles.  What follows an event is
-the first combination of contact states, those that hold first, whose reactions are within their limits and whose guards begin inwards.
+Coordinates are normalised by the Cholesky factor of the mass matrix and time by the fastest rate.  Between events the state, with
+the excitation as two more states, moves by its matrix exponential; guards are looked at 60 times a fastest period and at the minima
+between, and their zeros are bracketed on the Taylor polynomial of the step.  All numbers are long doubles.  What follows an event
+is the first combination of contact states, those that hold first, whose reactions are within their limits and whose guards begin
+inwards.  One file, because it is one program, to be read beside the package.
 
 Rules: `docs/explanation/how_it_works.md` (Newton's impact law, impacts of one instant one after another; set-valued friction, which
 plays no part in impacts; elastic sliders with a memory).
@@ -20,8 +21,8 @@ STEP = 0.1  # over the fastest rate
 BLOCK = 32  # steps at a time
 NOTHING = LONG(1e-15)  # relative: what is zero
 SLOW = LONG(1e-13)  # over the largest speed: an impact that is the end of a chattering
-MOST_IMPACTS = 20000  # of one instant
-MOST_EVENTS = 20000
+MOST_IMPACTS = 2000  # of one instant
+MOST_EVENTS = 800  # beyond them it is no comparison of events any more, but of roundings
 
 
 class Undecided(Exception):
@@ -459,7 +460,7 @@ class Motion:
 
     # ---- what follows an event
 
-    def zero(self, g, extra=LONG(0)):
+    def zero(self, g, extra=0.0):
         """Whether a functional of the state is zero, to rounding."""
         return abs(g @ self.z) <= NOTHING * (np.abs(g) @ self.largest) + extra
 
@@ -492,7 +493,7 @@ class Motion:
         for i in touching:  # put back on the wall
             row = I.rows[i]
             self.z[:n] -= row * contacts[i].side * (I.depth(i) @ self.z) / (row @ row)
-        for count in range(MOST_IMPACTS):
+        for _ in range(MOST_IMPACTS):
             speeds = [(contacts[i].side * (I.speed(i) @ self.z) / np.sqrt(I.rows[i] @ I.rows[i]), i) for i in touching
                       if not self.still(i)]
             hit = max(speeds, default=(0, None))

@@ -351,12 +351,12 @@ def test_without_a_command_help_is_printed(capsys):
 @pytest.mark.parametrize("arguments", [["info"], ["info", "impact_oscillator"], ["--help"], ["trace", "--help"], ["--version"],
                                        ["completion", "bash"], [], ["trace", "pendulum"]])
 def test_who_has_read_enough_is_told_nothing_more(arguments):
-    """The reader has gone before anything is printed, of errors too: no traceback, the code of a shell for a broken pipe, as `yes`."""
+    """The reader has gone before anything is printed, of errors too: no traceback, the code of a shell for a broken pipe."""
     read, write = os.pipe()
     os.close(read)
     done = subprocess.run([sys.executable, "-m", "bifurc", *arguments], stdout=write, stderr=subprocess.PIPE, text=True)
     failed = arguments == ["trace", "pendulum"]
-    quiet = (0, 141) if any(word in ("--help", "--version") for word in arguments) else (141,)  # what argparse writes it may give up
+    quiet = (0, 141) if any(word in ("--help", "--version") for word in arguments) else (141,)  # argparse may give up
     assert done.returncode in ((2,) if failed else quiet) and done.stderr.startswith("bifurc: error: ") == failed
     assert "Broken pipe" not in done.stderr and "Traceback" not in done.stderr and done.stderr.count("\n") == failed
     done = subprocess.run([sys.executable, "-m", "bifurc", *arguments], stdout=write, stderr=write)
@@ -366,7 +366,8 @@ def test_who_has_read_enough_is_told_nothing_more(arguments):
 
 def test_a_pipe_that_is_read_in_part_ends_quietly():
     """`bifurc info | head -1`, in a shell."""
-    done = subprocess.run(["bash", "-c", f"set -o pipefail; {sys.executable} -m bifurc info | head -1"], capture_output=True, text=True)
+    line = f"set -o pipefail; {sys.executable} -m bifurc info | head -1"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True)
     assert done.stdout.count("\n") == 1 and done.stdout.startswith("bifurc ") and done.stderr == "" and done.returncode in (0, 141)
     with open("/dev/full", "w") as full:
         done = subprocess.run([sys.executable, "-m", "bifurc", "info"], stdout=full, stderr=subprocess.PIPE, text=True)

@@ -200,8 +200,8 @@ def test_what_is_no_ordinary_file_is_never_opened(tmp_path, monkeypatch, capsys)
 
 
 def test_what_the_header_does_not_list_is_not_unpacked(tmp_path):
-    """A hundred megabytes of zeros beside a result cost nothing; those that it lists, but not so many, are refused; listed ones that
-    a file of this size cannot hold too."""
+    """A hundred megabytes of zeros beside a result cost nothing; those that it lists, but not so many, are refused, and those that
+    a file of this size cannot hold."""
     path = io.write(tmp_path / "x.npz", {"kind": "x"}, {"a": np.arange(5.0)})
     zeros = bytes(10**8)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:

@@ -142,7 +142,7 @@ class ChunkStore:
         arrays = {key: np.asarray(values) for key, values in arrays.items()}
         header = {"kind": KIND, "key": self.key, "name": name, "meta": meta, "content": fingerprint([meta, arrays])}
         if not _ours(folder / name):
-            _log.warning("%s is there and is no chunk; it is left alone, and the chunk that belongs there is not kept", folder / name)
+            _log.warning("%s is no chunk: it is left alone, and the chunk that belongs there is not kept", folder / name)
             return
         try:
             self._writing(lambda: io.write(folder / name, header, arrays, compressed=False, careful=False))

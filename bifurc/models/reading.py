@@ -114,8 +114,8 @@ def read(path: str | os.PathLike | None = None, *, mass=None, stiffness=None, da
         found, named = read_all(Path(path))
     for name in ("M", "K"):
         if name not in found:
-            raise ValueError(f"read: {', '.join([source, *others])} has no {'mass' if name == 'M' else 'stiffness'} matrix; it holds "
-                             f"{', '.join(found) or 'none that is known by its name'}")
+            raise ValueError(f"read: {', '.join([source, *others])} has no {'mass' if name == 'M' else 'stiffness'} matrix; it "
+                             f"holds {', '.join(found) or 'none that is known by its name'}")
     try:
         return model(found["M"], found.get("C"), found["K"], found.get("G"), dofs if dofs is not None else named, source, symmetric)
     except ValueError as error:
@@ -219,8 +219,8 @@ def sort_out(content: Mapping[str, Any], source: str) -> dict[str, Any]:
         for letter, words in _WORDS.items():
             if name.lower() in words and np.ndim(value) == 2 or hasattr(value, "toarray") and name.lower() in words:
                 if letter in found:
-                    raise ValueError(f"read: {source} has both {origin[letter]!r} and {name!r}; write the one you mean to a file of "
-                                     "its own")
+                    raise ValueError(f"read: {source} has both {origin[letter]!r} and {name!r}; write the one you mean to a file "
+                                     "of its own")
                 found[letter], origin[letter] = value, name
     if not found:
         raise ValueError(f"read: {source} holds {', '.join(map(repr, content)) or 'nothing'}; none is a matrix with a known name "

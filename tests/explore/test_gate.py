@@ -48,8 +48,9 @@ def test_no_token_no_page(gate, token):
 
 
 @pytest.mark.parametrize("path", ["/autoload.js", "/metadata", "/static/../secret", "/static/js/../../x", "/static/extensions/x",
-                                  "//", "", "/static/js/", "/static/js", "/static/js/%00", "/static/js/%2e%2e/x", "/static/js/a%2fb",
-                                  "/static/js/%ff", "/static/js/.hidden", "/static/js/a..b", "/static/js//a.js", "/static/js/a.js/",
+                                  "//", "", "/static/js/", "/static/js", "/static/js/%00", "/static/js/%2e%2e/x",
+                                  "/static/js/a%2fb", "/static/js/%ff", "/static/js/.hidden", "/static/js/a..b", "/static/js//a.js",
+                                  "/static/js/a.js/",
                                   "/static/js/\u0000", "/static/js/a b", "/ws/", "/%", "/favicon.ico%00", "/static/js/a.js\n"])
 def test_only_a_few_paths_exist(gate, path):
     assert "there is no" in asked(gate, path, cookie="=".join(gate.cookie))

@@ -146,7 +146,7 @@ def test_saved_results_open(traced, tmp_path):
         model.of_system(bf.System(1.0, 0.1, 1.0))
 
 
-@pytest.mark.parametrize("wrong", [(2.0, 1.0), (1.0, 1.0), (float("nan"), 1.0), (0.0, float("inf")), (1.0,), (1.0, 2.0, 3.0), 3.0, "ab"])
+@pytest.mark.parametrize("wrong", [(2.0, 1.0), (1.0, 1.0), (np.nan, 1.0), (0.0, np.inf), (1.0,), (1.0, 2.0, 3.0), 3.0, "ab"])
 def test_ranges_are_two_numbers_in_their_order(wrong):
     """Of the parameter and of the starts; nothing is turned round, nothing is served."""
     system, said = bf.systems.impact_oscillator(), f"= {wrong!r} is not allowed; it must be two finite numbers, the lower one first"

@@ -39,8 +39,10 @@ class Desk:
 
 ODD = ["/?token=%ff", "/?token=%00&token=x", "/ws", "/ws?bokeh-session-id=x"]  # no harm is done
 MALFORMED = [*ODD, "/?bokeh-session-id=%00", "/?bokeh-session-id=x", "/?bokeh-token=x", "/?x", "/?%00=%ff",
-             "/static/js/%00", "/static/js/a%00.js", "/static/js/%ff", "/static/js/", "/static/js", "/static/js/none.js",
-             "/static/js/%2e%2e/%2e%2e/x", "/static/js/..%5c..%5cx", "/static/js/" + 5000 * "a", "/static/js/" + 300 * "a/", "/%", "/%00",
+             "/static/js/%00", "/static/js/a%00.js", "/static/js/%ff", "/static/js/", "/static/js",
+             "/static/js/none.js",
+             "/static/js/%2e%2e/%2e%2e/x", "/static/js/..%5c..%5cx", "/static/js/" + 5000 * "a",
+             "/static/js/" + 300 * "a/", "/%", "/%00",
              "//", "/static/js//etc/passwd", "/ws%00", "/favicon.ico%00", "/autoload.js?bokeh-autoload-element=1", "*", "x",
              "/static/js/lib/", "/static/js/compiler.ts/x"]
 
@@ -111,7 +113,8 @@ def test_who_is_let_in_and_what_is_answered(served):
     mine = cookie.partition(";")[0]
     assert asked(served, "/", Cookie=mine, **{"Bokeh-Session-Id": "%00"})[0] == 400
     for token in ("x", "e30.e30", "%00", "=", "\u00ff"):
-        upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "x" * 22 + "==",
+        upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+                   "Sec-WebSocket-Key": "x" * 22 + "==",
                    "Sec-WebSocket-Protocol": f"bokeh, {token}", "Origin": served.gate.origin}
         assert asked(served, "/ws", Cookie=mine, **upgrade)[0] != 500
     script = next(part for part in text.split('"') if part.endswith("bokeh.min.js") or part.endswith("bokeh.js"))

@@ -239,7 +239,8 @@ def test_matrices_that_are_none_name_their_files(tmp_path):
     np.save(tmp_path / "good.npy", M)
     for read, words in ((lambda: bf.read(tmp_path / "some.npz"), ["some.npz", "K"]),
                         (lambda: bf.read(tmp_path / "objects.npz"), ["objects.npz holds Python objects"]),
-                        (lambda: bf.read(mass=tmp_path / "objects.npy", stiffness=tmp_path / "good.npy"), ["objects.npy holds Python"]),
+                        (lambda: bf.read(mass=tmp_path / "objects.npy", stiffness=tmp_path / "good.npy"),
+                         ["objects.npy holds Python"]),
                         (lambda: bf.read(mass=tmp_path / "good.npy", stiffness=tmp_path / "small.npy"), ["small.npy", "shape"])):
         with pytest.raises(ValueError) as refused:
             read()

@@ -1,0 +1,88 @@
+"""Extreme scenes: the package and the second integrator agree; the second one follows closed forms."""
+import numpy as np
+import pytest
+
+from studies import extreme_scenes
+from studies.event_driven import Contact, Motion, Scene
+
+BAD = {*extreme_scenes.VERDICTS} - {"agrees", "open"}
+
+
+def scene(M, K, contacts, q, v, constant=0.0, C=0.0):
+    """Return a scene without a harmonic load."""
+    n = len(M)
+    return Scene(np.array(M), C * np.eye(n), np.array(K), 1.0, np.zeros(n), np.zeros(n), np.full(n, constant), contacts,
+                 np.array(q), np.array(v))
+
+
+def test_a_ball_bounces_and_comes_to_rest_when_it_must():
+    """Flights last 2 v r^k / g; the last of infinitely many ends at v / g (1 + 2 r / (1 - r)) after the first fall."""
+    r, h, g = 0.5, 1.25, 10.0
+    motion = Motion(scene([[2.0]], [[0.0]], (Contact("rigid", (1.0,), -1, 0.0, restitution=r),), [h], [0.0], -2.0 * g))
+    fall = np.sqrt(2.0 * h / g)
+    motion.to(fall * (1.0 + r))
+    assert np.allclose(motion.y.astype(float), [r * r * h, 0.0], atol=1e-15) and motion.impacts == 1
+    motion.to(fall * (1.0 + 2.0 * r / (1.0 - r)) + 1e-9)
+    assert motion.states == ("rest",) and np.all(np.abs(motion.y) < 1e-12) and motion.impacts > 30
+
+
+def test_friction_takes_a_swing_in_equal_steps():
+    """Each half swing loses 2 mu / k; at rest within mu / k it stays."""
+    mu = 0.11
+    motion = Motion(scene([[1.0]], [[1.0]], (Contact("dry", (1.0,), friction=mu, static=1.3),), [1.0], [0.0]))
+    for k in (1, 2, 3, 4):
+        motion.to(k * np.pi)
+        assert np.allclose(motion.y.astype(float), [(-1) ** k * (1.0 - 2.0 * k * mu), 0.0], atol=1e-15)
+    motion.to(30.0)
+    assert motion.states == ("stick",) and abs(float(motion.y[0]) - (1.0 - 8.0 * mu)) < 1e-15
+
+
+def test_a_slider_and_a_soft_stop():
+    """A slider holds up to its limit and then pulls with it; a spring behind a gap turns a mass round in half its own period."""
+    motion = Motion(scene([[1.0]], [[0.0]], (Contact("slider", (1.0,), stiffness=1.0, friction=0.5),), [0.0], [1.0]))
+    slip = np.pi / 6.0  # sin(t) = 0.5
+    motion.to(slip + 0.3)
+    v = np.cos(slip)
+    assert np.allclose(motion.y.astype(float), [0.5 + 0.3 * v - 0.25 * 0.09, v - 0.15], atol=1e-15)
+    motion = Motion(scene([[1.0]], [[0.0]], (Contact("elastic", (1.0,), 1, 2.0, stiffness=1e8),), [0.0], [1.0]))
+    motion.to(2.0 + np.pi * 1e-4 + 0.5)
+    assert np.allclose(motion.y.astype(float), [1.5, -1.0], atol=1e-12) and motion.events == 2
+
+
+def test_the_cradle_hands_its_speed_on():
+    """Impacts of one instant one after another: the last of four balls leaves with the speed of the first."""
+    rows = [tuple(np.eye(4)[k] - np.eye(4)[k + 1]) for k in range(3)]
+    motion = Motion(scene(np.eye(4), np.zeros((4, 4)), tuple(Contact("rigid", row, 1, 0.0, restitution=1.0) for row in rows),
+                          [-1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]))
+    motion.to(2.0)
+    assert np.allclose(motion.y.astype(float), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5, 7, 13, 14, 19, 21])
+def test_scenes_agree(seed):
+    """As far as a change of the coefficients by rounding leaves them the same, to 1e-10 of the largest state."""
+    row = extreme_scenes.compared(seed)
+    assert row.verdict == "agrees" and row.compared == extreme_scenes.TIMES, row
+
+
+def test_what_differs_is_seen():
+    """A stop that reflects a little more is another scene; energy that grows and a stop that is passed are seen too."""
+    row, (s, _) = extreme_scenes.Compared(0), extreme_scenes.scene(7)
+    times = np.linspace(0.0, 1.0, 5)[1:] * 3.0 * 2.0 * np.pi / s.omega
+    true = extreme_scenes.followed(s, times)[0]
+    extreme_scenes.judge_states(row, s, true.astype(float), true, [true], 1)
+    assert row.verdict == "agrees" and row.compared == 4
+    extreme_scenes.judge_states(row, s, true.astype(float) * (1.0 + 1e-9), true, [true], 1)
+    assert row.verdict == "differs"
+    row, quiet = extreme_scenes.Compared(0), scene([[1.0]], [[1.0]], (), [1.0], [0.0])
+    extreme_scenes.judge_energy(row, quiet, np.array([[0.0, 1.0], [0.0, 1.01]]), 1)
+    assert row.verdict == "gains energy"
+
+
+@pytest.mark.slow
+def test_fifty_scenes():
+    """Of every kind; what the reference leaves open is little."""
+    rows = [extreme_scenes.compared(seed) for seed in range(300, 350)]
+    assert [row for row in rows if row.verdict in BAD] == []
+    assert sum(row.verdict == "open" for row in rows) < 5
+    assert extreme_scenes.report(rows).count("\n") == 7
