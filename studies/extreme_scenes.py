@@ -17,7 +17,7 @@ from bifurc.elements import ConstantForce, Coulomb, ElasticStop, HarmonicForce, 
 from .common import Setting, parser, publish, table
 from .event_driven import Contact, Integrator, Motion, Scene, Undecided
 
-SCENES = {Setting.SMALL: 12, Setting.FULL: 50}
+SCENES = {Setting.SMALL: 12, Setting.FULL: 50}  # from ``--first`` on
 PERIODS = 3.0
 STEPS = 6000  # of the reference: a stiff scene is followed for less than its periods
 TIMES = 30  # at which states are compared
