@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from .. import plotting
+from ..content import Content
 from ..orbits.balance.method import HarmonicBalance
 from ..system import System
 from .modes import ExtendedMode, extended_mode
@@ -12,8 +13,8 @@ from .modes import ExtendedMode, extended_mode
 HALVINGS = 6  # of a step in amplitude at which Newton fails
 
 
-@dataclass(frozen=True)
-class Backbone:
+@dataclass(frozen=True, eq=False)
+class Backbone(Content):
     """Modes over amplitude.
 
     Attributes

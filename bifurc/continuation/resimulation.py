@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..content import Content
 from ..solve.steplaw import BOUNDARY_BAND
 from .kinds import SpecialPointKind
 
@@ -25,8 +26,8 @@ BESIDE = (1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4)
 PLUS = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)
 
 
-@dataclass(frozen=True, slots=True)
-class Resimulated:
+@dataclass(frozen=True, eq=False)
+class Resimulated(Content):
     """What re-simulation and multipliers say of a branch.
 
     Attributes

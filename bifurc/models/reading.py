@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
+from ..content import Content
 from ..structure.checks import Structure, checked
 from ..system import System
 from .assembling import assembled
@@ -26,8 +27,8 @@ _WORDS = {"M": ("m", "mass", "maa", "mgg", "mff", "mxx", "mhh", "mred", "m2gg"),
           "G": ("g", "gyroscopic", "gyro")}
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, eq=False)
+class Model(Content):
     """Matrices of a linear structure, as a file held them.
 
     Attributes

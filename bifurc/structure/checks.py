@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..content import Content
 from .names import dof_names
 from .statics import ROUNDED, Held
 
@@ -13,8 +14,8 @@ ZERO = 1e-10  # negative eigenvalue of a scaled mass over the largest one that i
 LARGEST = 6000  # degrees of freedom of a dense matrix
 
 
-@dataclass(frozen=True)
-class Structure:
+@dataclass(frozen=True, eq=False)
+class Structure(Content):
     """Checked matrices.
 
     Attributes

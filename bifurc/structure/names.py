@@ -1,5 +1,4 @@
 """Names of degrees of freedom: ``node.direction``, such as ``tip.uy``."""
-import numbers
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -53,6 +52,6 @@ def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System
         near = [other for other in names if other.split(".")[0] == node] or list(names[:8])
         raise ValueError(f"{owner}: there is no degree of freedom {dof!r}; there are {', '.join(near[:8])}"
                          f"{' ...' if len(names) > len(near[:8]) else ''}")
-    if isinstance(dof, bool | np.bool_) or not isinstance(dof, numbers.Integral) or not 0 <= dof < n:
+    if isinstance(dof, bool | np.bool_) or not isinstance(dof, int | np.integer) or not 0 <= dof < n:
         raise ValueError(f"{owner}: dof = {dof!r} is not allowed; it must be 0 .. {n - 1}")
     return int(dof)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..content import Content
 from .modes import natural_modes, residual_shapes
 from .statics import Held, deflection, of_unit_mass
 
@@ -19,7 +20,7 @@ NOTHING = 1e-12  # of the flexibility at kept coordinates, left by modes: roundi
 
 
 @dataclass(frozen=True, eq=False)
-class Reduction:
+class Reduction(Content):
     """How a reduced model stands for a full one.
 
     Attributes
