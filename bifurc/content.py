@@ -22,7 +22,8 @@ class Content:
     __slots__ = ()
 
     def __post_init__(self):
-        for name in _array_fields(type(self)):
+        kind: Any = type(self)
+        for name in _array_fields(kind):
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
     def __setstate__(self, state: dict) -> None:
