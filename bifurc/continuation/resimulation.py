@@ -9,7 +9,7 @@ points of half a period followed by the mirror, and it is the index of that map 
 stops at once, its multiplier may pass -1 (orbits without the symmetry are born), and that of the whole period +1.
 """
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class Resimulated(Content):
     rows: int
     not_repeated: tuple[tuple[float, float], ...]
     unexplained: tuple[tuple[float, float, str], ...]
-    seconds: float
+    seconds: float = field(compare=False)
 
 
 def resimulated(branch, arrays) -> Resimulated:
