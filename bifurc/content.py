@@ -33,7 +33,8 @@ class Content:
 
     def _content(self) -> tuple:
         """Return what makes it equal to another of its class."""
-        return tuple(getattr(self, name) for name in _compared(type(self)))
+        kind: Any = type(self)
+        return tuple(getattr(self, name) for name in _compared(kind))
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
