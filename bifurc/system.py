@@ -71,7 +71,7 @@ class System:
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be symmetric")
         if n > 1 and not np.array_equal(M, M.T):  # a product such as Q D Q^T is symmetric to rounding only
             M = _matrix("mass", 0.5 * (M + M.T))
-        if not (M[0, 0] > 0.0 if n == 1 else np.linalg.eigvalsh(M)[0] > n * 1e-15 * np.abs(M).max()):
+        if not (M[0, 0] > 0.0 if n == 1 else np.linalg.eigvalsh(M)[0] > n * 1e-15 * np.abs(M).max() or _positive(M)):
             raise ValueError(f"System: mass = {M.tolist()} is not allowed; it must be positive definite")
         if not isinstance(elements, Iterable):
             raise ValueError(f"System: elements = {elements!r} is not allowed; they must be a list of Element")
@@ -135,7 +135,7 @@ class System:
 
         Parameters
         ----------
-        keep : str, int, or a sequence of them
+        keep : str, int, or a sequence of them and of pairs (node, direction)
             Coordinates that stay as they are: those of contacts and loads. Elements elsewhere act through the shapes.
         modes : int
             Number of modes beside them.
@@ -162,8 +162,8 @@ class System:
         """
         return importlib.import_module(".models.reducing", __package__).reduced_system(self, keep, modes, method)
 
-    def dof(self, name: str | int) -> int:
-        """Return the number of a degree of freedom given by name."""
+    def dof(self, name: Any) -> int:
+        """Return the number of a degree of freedom given by name, or by pair (node, direction)."""
         return place_of(name, self.dofs, self.n)
 
     def recover(self, y: np.ndarray) -> np.ndarray:
@@ -462,6 +462,12 @@ def builder(build: Callable[..., System]) -> Callable[..., System]:
 
     _BUILDERS[build.__name__] = made
     return made
+
+
+def _positive(M: np.ndarray) -> bool:
+    """Return whether a mass matrix is positive definite whatever its units: inertias of a mesh in metres lie far apart."""
+    size = np.sqrt(np.abs(np.diag(M)))
+    return bool(size.all() and np.linalg.eigvalsh(M / np.outer(size, size))[0] > len(M) * 1e-15)
 
 
 def _matrix(name: str, value) -> np.ndarray:

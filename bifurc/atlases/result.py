@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import networkx as nx
 
 from .. import io, plotting
+from ..content import Content
 from ..continuation.branches.branch import Branch
 from ..ensemble.region import Region
 from ..enumerations import DescribedEnum
@@ -30,8 +31,8 @@ class AtlasStatus(DescribedEnum):
                               "another region.")
 
 
-@dataclass(frozen=True)
-class Atlas:
+@dataclass(frozen=True, eq=False)
+class Atlas(Content):
     """All motions of a system over a parameter that a search found.
 
     Attributes

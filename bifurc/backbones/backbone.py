@@ -1,19 +1,22 @@
 """Backbone curves: frequency and damping of a nonlinear mode over its amplitude."""
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from .. import plotting
+from ..content import Content
 from ..orbits.balance.method import HarmonicBalance
 from ..system import System
 from .modes import ExtendedMode, extended_mode
 
 HALVINGS = 6  # of a step in amplitude at which Newton fails
+BEGINNINGS = 24  # halvings of the first amplitude until the linear mode is near
 
 
-@dataclass(frozen=True)
-class Backbone:
+@dataclass(frozen=True, eq=False)
+class Backbone(Content):
     """Modes over amplitude.
 
     Attributes
@@ -85,30 +88,55 @@ def backbone(system: System, amplitudes, *, dof: int = 0, mode: int = 0, method:
         raise ValueError(f"backbone: amplitudes = {amplitudes!r} is not allowed; it must be a row of finite numbers of one sign")
     options: dict[str, Any] = {"dof": dof, "mode": mode, "method": method}
     found: list[ExtendedMode] = []
-    last: ExtendedMode | None = None
-    for value in values:
-        new = extended_mode(system, value, guess=last, **options)
-        if not new.success and last is not None:
-            new = _stepped(system, last, float(value), options)
+    for value in map(float, values):
+        new = extended_mode(system, value, **options) if not found else _reached(system, found[-1], value, options)
+        if not new.success and not found:
+            new = _begun(system, value, options)
         if not new.success:
             return Backbone(tuple(found), f"at the amplitude {value:g}: {new.message}")
-        last = new
         found.append(new)
     return Backbone(tuple(found), "")
 
 
-def _stepped(system: System, last: ExtendedMode, value: float, options: dict) -> ExtendedMode:
-    """Return the mode at an amplitude reached in smaller steps, or the one that failed."""
-    step = value - last.amplitude
-    least = abs(step) * 0.5**HALVINGS
+def _begun(system: System, value: float, options: dict) -> ExtendedMode:
+    """Return the mode at an amplitude, come from the first smaller one to which the linear mode leads, or one that failed."""
+    for k in range(1, BEGINNINGS + 1):
+        small = extended_mode(system, value * 0.5**k, **options)
+        if small.success:
+            return _reached(system, small, value, options)
+    return small
+
+
+def _reached(system: System, last: ExtendedMode, value: float, options: dict) -> ExtendedMode:
+    """Return the mode at an amplitude reached from another one in as few steps as Newton needs, or the one that failed.
+
+    Steps are in the logarithm of the amplitude, predicted along the line through the last two modes.
+    """
+    step = math.log(value / last.amplitude)
+    least, growth = abs(step) * 0.5**HALVINGS, 2.0
+    before: ExtendedMode | None = None
     while True:
-        aim = value if abs(step) >= abs(value - last.amplitude) else last.amplitude + step
-        new = extended_mode(system, aim, guess=last, **options)
+        way = math.log(value / last.amplitude)
+        aim = value if abs(step) >= abs(way) * (1.0 - 1e-9) else last.amplitude * math.exp(step)
+        new = extended_mode(system, aim, guess=_predicted(before, last, aim), **options)
+        if not new.success and before is not None:
+            new = extended_mode(system, aim, guess=last, **options)
         if new.success and aim == value:
             return new
         if new.success:
-            last = new
+            before, last, step = last, new, growth * step
         elif abs(step) <= least:
             return new
         else:
-            step *= 0.5
+            step, growth = 0.5 * math.copysign(min(abs(step), abs(way)), step), 1.0
+
+
+def _predicted(before: ExtendedMode | None, last: ExtendedMode, aim: float) -> ExtendedMode:
+    """Return what the line through two modes, in the logarithm of the amplitude, makes of the mode at ``aim``."""
+    if before is None:
+        return last
+    share = math.log(aim / last.amplitude) / math.log(last.amplitude / before.amplitude)
+    shape = last.state / last.amplitude
+    state = aim * (shape + share * (shape - before.state / before.amplitude))
+    omega, xi = (getattr(last, name) + share * (getattr(last, name) - getattr(before, name)) for name in ("omega", "xi"))
+    return last if not omega > 0.0 else replace(last, amplitude=aim, state=state, omega=omega, xi=xi)

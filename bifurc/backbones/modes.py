@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..compose.scene import scene_of
+from ..content import Content
 from ..elements import EventKind
 from ..elements.checks import number, whole
 from ..enumerations import DescribedEnum
@@ -31,8 +32,8 @@ class ModeStatus(DescribedEnum):
                                       "give a guess.")
 
 
-@dataclass(frozen=True)
-class ExtendedMode:
+@dataclass(frozen=True, eq=False)
+class ExtendedMode(Content):
     """A nonlinear mode at one amplitude.
 
     Attributes

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import io
+from ..content import Content
 from .certificate import Certificate, PointCertificate, StretchCertificate, Verdict
 from .orbit import certify_orbit
 from .parameter.stretch import Stretches
@@ -15,8 +16,8 @@ from .special import certify_point
 AT_POINT = 1e-6
 
 
-@dataclass(frozen=True)
-class BranchCertificate:
+@dataclass(frozen=True, eq=False)
+class BranchCertificate(Content):
     """What was proved of a branch.
 
     Attributes

@@ -6,6 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import io
+from ..content import Content
 
 
 class Verdict(StrEnum):
@@ -24,8 +25,8 @@ class Verdict(StrEnum):
         return cls.UNDECIDED if value is None else cls.PROVED if value else cls.DISPROVED
 
 
-@dataclass(frozen=True)
-class EventEnclosure:
+@dataclass(frozen=True, eq=False)
+class EventEnclosure(Content):
     """An event of a proved orbit.
 
     Attributes
@@ -46,8 +47,8 @@ class EventEnclosure:
     state: np.ndarray = field(repr=False)
 
 
-@dataclass(frozen=True)
-class Certificate:
+@dataclass(frozen=True, eq=False)
+class Certificate(Content):
     """What was proved of a periodic orbit.
 
     Attributes
@@ -151,8 +152,8 @@ class Certificate:
         io.write(path, *self.to_record())
 
 
-@dataclass(frozen=True)
-class PointCertificate:
+@dataclass(frozen=True, eq=False)
+class PointCertificate(Content):
     """What was proved of a special point of a branch.
 
     Attributes
@@ -211,7 +212,7 @@ class PointCertificate:
 
 
 @dataclass(frozen=True, eq=False)
-class StretchCertificate:
+class StretchCertificate(Content):
     """What was proved of a branch between two of its rows.
 
     Attributes

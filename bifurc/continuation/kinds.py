@@ -2,6 +2,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from ..content import Content
 from ..enumerations import DescribedEnum
 
 # what the formulas of a problem or of a user's function may raise; time limits, interruptions and lack of memory are passed on
@@ -113,8 +114,8 @@ class ContinuationError(ValueError):
     """A branch cannot be started; the text names the reason and what to try."""
 
 
-@dataclass(frozen=True, slots=True)
-class End:
+@dataclass(frozen=True, eq=False)
+class End(Content):
     """How one half ended: reason, details, parameter there, next step length, rejected steps."""
 
     reason: StopReason

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..content import Content
 from ..solve.bordered import factor, solve_factored
 from .kinds import ERRORS, CorrectorStatus, SpecialPointKind
 
@@ -115,8 +116,8 @@ class Corrected:
         return f"Corrected(p={self.p:.10g}, {self.status}, {self.iterations} iterations, residual {self.residual:.1e})"
 
 
-@dataclass(frozen=True, slots=True)
-class EndPoint:
+@dataclass(frozen=True, eq=False)
+class EndPoint(Content):
     """A special point that steps approach but never reach: kind, name of its monitor, unknowns and parameter (n + 1,) there, bound
     on the error of the parameter in own units; the problem that has these unknowns, None: that of the branch."""
 
@@ -127,8 +128,8 @@ class EndPoint:
     problem: "Problem | None" = None
 
 
-@dataclass(frozen=True, slots=True)
-class Solution:
+@dataclass(frozen=True, eq=False)
+class Solution(Content):
     """A solution of an algebraic problem: unknowns ``u`` (n,) and parameter ``p``, own units."""
 
     u: np.ndarray

@@ -9,10 +9,11 @@ points of half a period followed by the mirror, and it is the index of that map 
 stops at once, its multiplier may pass -1 (orbits without the symmetry are born), and that of the whole period +1.
 """
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..content import Content
 from ..solve.steplaw import BOUNDARY_BAND
 from .kinds import SpecialPointKind
 
@@ -25,8 +26,8 @@ BESIDE = (1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4)
 PLUS = (SpecialPointKind.FOLD, SpecialPointKind.BRANCH_POINT)
 
 
-@dataclass(frozen=True, slots=True)
-class Resimulated:
+@dataclass(frozen=True, eq=False)
+class Resimulated(Content):
     """What re-simulation and multipliers say of a branch.
 
     Attributes
@@ -45,7 +46,7 @@ class Resimulated:
     rows: int
     not_repeated: tuple[tuple[float, float], ...]
     unexplained: tuple[tuple[float, float, str], ...]
-    seconds: float
+    seconds: float = field(compare=False)
 
 
 def resimulated(branch, arrays) -> Resimulated:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import io, plotting
 from ..basins.maps.labelled import LabelledStarts
+from ..content import Content
 from ..ensemble.grid import Grid
 from ..ensemble.outcomes import CellState
 from ..motion import Motion
@@ -15,8 +16,8 @@ from ..system import System
 KIND = "feedback basins"
 
 
-@dataclass(frozen=True)
-class HeldMotion(Motion):
+@dataclass(frozen=True, eq=False)
+class HeldMotion(Content, Motion):
     """A periodic motion under feedback that is not the orbit.
 
     Attributes
@@ -40,8 +41,8 @@ class HeldMotion(Motion):
         return self.points
 
 
-@dataclass(frozen=True)
-class FeedbackBasins(LabelledStarts):
+@dataclass(frozen=True, eq=False)
+class FeedbackBasins(Content, LabelledStarts):
     """Which starts end on the orbit under delayed feedback.
 
     Attributes

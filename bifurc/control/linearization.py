@@ -17,6 +17,7 @@ from ..compose.evaluate import Laws
 from ..compose.natural import natural_rate
 from ..compose.scene import Scene, scene_of
 from ..compose.writer import kernels
+from ..content import Content
 from ..elements import EventKind
 from ..elements.checks import choice
 from ..elements.element import ALWAYS
@@ -36,8 +37,8 @@ class NotSupported(ValueError):
     """The orbit or the system has something that this method cannot treat; the message names it."""
 
 
-@dataclass(frozen=True)
-class Kick:
+@dataclass(frozen=True, eq=False)
+class Kick(Content):
     """What an event does to a perturbation.
 
     Attributes
@@ -65,8 +66,8 @@ class Kick:
     label: str
 
 
-@dataclass(frozen=True)
-class Piece:
+@dataclass(frozen=True, eq=False)
+class Piece(Content):
     """A part of the period within one mode: its linear equations at Gauss points, and the event with which it begins.
 
     Attributes
@@ -89,8 +90,8 @@ class Piece:
     constant: bool
 
 
-@dataclass(frozen=True)
-class Linearization:
+@dataclass(frozen=True, eq=False)
+class Linearization(Content):
     """Variational equations of an orbit with a feedback, over one period from just before its first listed event.
 
     Attributes

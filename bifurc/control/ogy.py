@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import schur
 
 from ..compose.scene import scene_of
+from ..content import Content
 from ..continuation.shooting.problem import OrbitProblem, orbit_problem
 from ..elements.checks import choice, number
 from ..enumerations import DescribedEnum
@@ -38,8 +39,8 @@ class ControlStatus(DescribedEnum):
     STABLE_ALREADY = "stable_already", "The orbit is stable without control: the gain is zero."
 
 
-@dataclass(frozen=True)
-class OGYController:
+@dataclass(frozen=True, eq=False)
+class OGYController(Content):
     """Feedback of the state on a section to a parameter.
 
     Attributes

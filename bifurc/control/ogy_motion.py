@@ -4,12 +4,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import plotting
+from ..content import Content
 from ..elements.checks import number
 from ..flow.simulate import simulate
 
 
-@dataclass(frozen=True)
-class ControlledMotion:
+@dataclass(frozen=True, eq=False)
+class ControlledMotion(Content):
     """States on the section and what the controller did.
 
     Attributes

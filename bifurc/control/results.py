@@ -5,6 +5,7 @@ from enum import StrEnum
 import numpy as np
 
 from .. import plotting
+from ..content import Content
 from ..enumerations import DescribedEnum
 from ..orbits.orbit import PeriodicOrbit
 
@@ -30,8 +31,8 @@ class FeedbackStatus(DescribedEnum):
                             "rely on it; try narrower bounds.")
 
 
-@dataclass(frozen=True)
-class FeedbackEnd:
+@dataclass(frozen=True, eq=False)
+class FeedbackEnd(Content):
     """Where an interval of stabilising gains ends.
 
     Attributes
@@ -53,8 +54,8 @@ class FeedbackEnd:
     pattern: tuple[tuple[int, ...], tuple[int, ...]] | None = None
 
 
-@dataclass(frozen=True)
-class FeedbackRange:
+@dataclass(frozen=True, eq=False)
+class FeedbackRange(Content):
     """Gains of a delayed feedback that make an orbit stable.
 
     Attributes

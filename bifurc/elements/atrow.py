@@ -2,6 +2,7 @@
 import dataclasses
 from dataclasses import dataclass
 
+from ..structure.names import named
 from .checks import vector, whole
 from .element import Element
 from .site import Rows
@@ -13,17 +14,19 @@ class AtRow(Element):
 
     Parameters
     ----------
-    dof : int or str
+    dof : int, str or (node, direction)
         Degree of freedom it acts on, from 0, or its name in a system that has names.
     row : sequence of float, optional
         Instead of `dof`: u = row . q, n factors; (1, -1) is the distance of two coordinates.  Forces act along it.
     """
 
-    dof: int | str = 0
+    dof: int | str | tuple = 0
     row: tuple[float, ...] | None = None
 
     def __post_init__(self):
         super().__post_init__()
+        if isinstance(self.dof, tuple | list):
+            object.__setattr__(self, "dof", named(self.dof))
         if not isinstance(self.dof, str):
             object.__setattr__(self, "dof", whole(type(self).__name__, "dof", self.dof, least=0))
         if self.row is not None:

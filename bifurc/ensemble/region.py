@@ -4,11 +4,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..compose.scene import Scene
+from ..content import Content
 from .grid import _named, _number, place_of
 from .initial_conditions import states_at
 
 
-class Region:
+class Region(Content):
     """Starts within ranges of named components; all others are fixed.
 
     Parameters
@@ -46,6 +47,9 @@ class Region:
             _named(name)
             if name in self.ranges:
                 raise ValueError(f"region: at fixes {name}, which has a range")
+
+    def _content(self) -> tuple:
+        return tuple(self.ranges.items()), self.at
 
     def starts(self, scene: Scene, count: int, seed: int) -> np.ndarray:
         """Return starts (count, ns): the additive recurrence of M. Roberts (2018), of low discrepancy, with a seeded shift.

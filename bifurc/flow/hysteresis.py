@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import plotting
+from ..content import Content
 from ..elements import EventKind
 from ..elements.checks import whole
 from ..elements.driven import Driven
@@ -37,8 +38,8 @@ class LoopStatus(DescribedEnum):
     INCONSISTENT = "inconsistent", "No mode of the element may follow this event; its guards leave a gap."
 
 
-@dataclass(frozen=True)
-class Piece:
+@dataclass(frozen=True, eq=False)
+class Piece(Content):
     """A part of the period in one mode; rows of coefficients as in `bifurc.flow.periodic`."""
 
     start: float  # angle, radians
@@ -49,8 +50,8 @@ class Piece:
     loaded: tuple[bool, ...] = field(repr=False)  # which sliders are; those of contacts that are apart are not
 
 
-@dataclass(frozen=True)
-class LoopEvent:
+@dataclass(frozen=True, eq=False)
+class LoopEvent(Content):
     """A change of mode: time in the period, angle omega t (radians), kind, and the keys before and after."""
 
     time: float
@@ -60,8 +61,8 @@ class LoopEvent:
     after: Hashable
 
 
-@dataclass(frozen=True)
-class Loop(Notebook):
+@dataclass(frozen=True, eq=False)
+class Loop(Content, Notebook):
     """Periodic force of one driven element over its prescribed motion.
 
     Attributes
@@ -157,8 +158,8 @@ class Loop(Notebook):
         return np.einsum("...w,...kw->...k", states(self.harmonics, angle), rows[np.maximum(index, 0)])
 
 
-@dataclass(frozen=True)
-class Hysteresis(Notebook):
+@dataclass(frozen=True, eq=False)
+class Hysteresis(Content, Notebook):
     """Loops of the driven elements of a system; ``result[label]`` is one of them.
 
     Attributes

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import plotting
 from ..compose.scene import scene_of
+from ..content import Content
 from ..elements import EventKind
 from ..motion import Motion
 from ..notebook import Notebook, Table
@@ -17,8 +18,8 @@ from .status import Status
 PER_PERIOD = 64  # default rows of `t`, `y` a forcing period
 
 
-@dataclass(frozen=True)
-class Event:
+@dataclass(frozen=True, eq=False)
+class Event(Content):
     """One event of a motion.
 
     Attributes
@@ -71,8 +72,8 @@ def _clipped(motion, t):
     return motion(np.clip(t, motion.start, motion.stop))
 
 
-@dataclass(frozen=True)
-class Recorded:
+@dataclass(frozen=True, eq=False)
+class Recorded(Content):
     """What the integration wrote: segments between events and passed sections, exact times as whole periods plus a rest."""
 
     rows: np.ndarray  # (N, 5) mode before, guard, mode after, what it is, whole periods
@@ -82,9 +83,12 @@ class Recorded:
     before: np.ndarray  # (N, ns)
     after: np.ndarray  # (N, ns)
 
+    def __post_init__(self):
+        """Leave the arrays as they are: kernels read them, and would compile again for read-only ones."""
 
-@dataclass(frozen=True)
-class Trajectory(Notebook, Motion):
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(Content, Notebook, Motion):
     """A motion through its events.
 
     Attributes

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, mmread
 
+from ..content import Content
 from ..io import other_than_file
 from ..io.archive import Archive
 from ..structure.checks import Structure, checked
@@ -28,8 +29,8 @@ _WORDS = {"M": ("m", "mass", "maa", "mgg", "mff", "mxx", "mhh", "mred", "m2gg"),
           "G": ("g", "gyroscopic", "gyro")}
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, eq=False)
+class Model(Content):
     """Matrices of a linear structure, as a file held them.
 
     Attributes

@@ -10,6 +10,7 @@ from ..elements.atrow import AtRow
 from ..elements.checks import whole
 from ..structure import names
 from ..structure.reduction import reduce
+from ..structure.statics import product
 from ..system import System
 
 UNIT = 1e-13  # a carried row so close to one coordinate is that coordinate
@@ -18,7 +19,7 @@ FITS = 1e-9  # relative residual of a rigid motion in the reduced coordinates
 
 def reduced_system(system: System, keep: Sequence, modes: int, method: str) -> System:
     """Return the reduced system, see `System.reduced`."""
-    if isinstance(keep, str | int):
+    if isinstance(keep, str | int | np.integer):
         keep = (keep,)
     kept = tuple(names.place_of(dof, system.dofs, system.n, "reduced") for dof in keep)
     if len(set(kept)) < len(kept):
@@ -30,7 +31,7 @@ def reduced_system(system: System, keep: Sequence, modes: int, method: str) -> S
                          "the rest")
     mass, stiffness, found = reduce(M, 0.5 * (K + K.T), kept, modes, method, system.dofs)
     T = found.recovery
-    damping = T.T @ C @ T
+    damping = T.T @ product(C, T)  # in proportion to the stiffness it cancels as that does
     dofs = [f"q{i}" if system.dofs is None else system.dofs[i] for i in kept] + [f"mode.{k + 1}" for k in range(modes)]
     if method != "massless":
         elements = [carried(element, T, M, C) for element in system.elements]
@@ -40,9 +41,9 @@ def reduced_system(system: System, keep: Sequence, modes: int, method: str) -> S
     b = len(kept)
     standing = -np.linalg.solve(stiffness[:b, :b], stiffness[:b, b:])  # kept coordinates of the modes without a force on them
     free = T[:, b:] + T[:, :b] @ standing
-    squares = stiffness[b:, b:] - stiffness[b:, :b] @ np.linalg.solve(stiffness[:b, :b], stiffness[:b, b:])
     elements = _without_mass(system, kept, found.residual, free)
-    made = System(np.eye(modes), free.T @ C @ free, 0.5 * (squares + squares.T), elements, omega=system.omega, dofs=dofs[b:])
+    made = System(np.eye(modes), free.T @ product(C, free), np.diag(found.frequencies**2), elements, omega=system.omega,
+                  dofs=dofs[b:])
     made.__dict__["reduction"] = dataclasses.replace(found, recovery=free)
     return made
 

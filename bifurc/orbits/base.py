@@ -4,13 +4,14 @@ import math
 import numpy as np
 
 from .. import io, plotting
+from ..content import Content
 from ..flow.trajectory import Events
 from ..motion import Motion
 from ..notebook import Notebook
 from ..system import System
 
 
-class Orbit(Notebook, Motion):
+class Orbit(Content, Notebook, Motion):
     """A periodic motion of a system: a sequence of events (`PeriodicOrbit`) or a Fourier series (`HarmonicOrbit`).
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..compose.scene import scene_of
 from ..compose.writer import kernels
+from ..content import Content
 from ..elements import EventKind
 from ..elements.checks import number, whole
 from ..flow.initial import checked_state
@@ -33,8 +34,8 @@ FAINT = 1e-8  # of the largest multiplier, or of 1: what is left of one below it
 ROUNDS, TURNS = 96, 32  # times that directions are carried round an orbit, of which the first turn them
 
 
-@dataclass(frozen=True)
-class LyapunovExponents(Notebook):
+@dataclass(frozen=True, eq=False)
+class LyapunovExponents(Content, Notebook):
     """Exponents of a motion, largest first.
 
     Attributes

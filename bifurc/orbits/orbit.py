@@ -82,6 +82,9 @@ class PeriodicOrbit(Orbit):
         self.how = dict(how or {})
         self._failed = status
 
+    def _content(self) -> tuple:
+        return self.system, self.sequence.key, self._unknowns, self.weights, self._failed
+
     def __getstate__(self):
         return {name: self.__dict__[name] for name in ("system", "sequence", "_unknowns", "weights", "how", "_failed")}
 

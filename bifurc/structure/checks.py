@@ -5,15 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from ..content import Content
 from .names import dof_names
+from .statics import ROUNDED, Held
 
 ROUNDING = 1e-9  # relative asymmetry that is one of rounding, and is taken out
-ZERO = 1e-10  # eigenvalue over the largest one that is none
+ZERO = 1e-10  # negative eigenvalue of a scaled mass over the largest one that is rounding
 LARGEST = 6000  # degrees of freedom of a dense matrix
 
 
-@dataclass(frozen=True)
-class Structure:
+@dataclass(frozen=True, eq=False)
+class Structure(Content):
     """Checked matrices.
 
     Attributes
@@ -81,11 +83,7 @@ def checked(M: Any, C: Any, K: Any, G: Any = None, dofs: Sequence | None = None,
     if np.abs(spin + spin.T).max(initial=0.0) > ROUNDING * max(np.abs(spin).max(initial=0.0), 1e-300):
         raise ValueError("from_matrices: G is not skew-symmetric; a gyroscopic matrix has G.T == -G. Dissipation belongs into C")
     massless = _massless(mass)
-    scale = np.sqrt(np.diag(mass) + np.abs(np.diag(stiffness)) * (np.trace(mass) / max(np.abs(np.trace(stiffness)), 1e-300)))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    strain = np.linalg.svd(stiffness / np.outer(scale, scale), compute_uv=False)
-    rigid = int(np.count_nonzero(strain <= ZERO * max(strain[0], 1e-300)))
-    return Structure(mass, damping, stiffness, spin, dof_names(dofs, n, "from_matrices"), massless, rigid)
+    return Structure(mass, damping, stiffness, spin, dof_names(dofs, n, "from_matrices"), massless, _rigid(stiffness))
 
 
 def dense(name: str, matrix: Any) -> np.ndarray:
@@ -140,6 +138,18 @@ def even(name: str, matrix: np.ndarray) -> np.ndarray:
                                    "symmetric=False)")
     raise ValueError(f"from_matrices: {name} is not symmetric: {name}[{i}, {j}] = {matrix[i, j]:.6g}, {name}[{j}, {i}] = "
                      f"{matrix[j, i]:.6g}{rest}")
+
+
+def _rigid(stiffness: np.ndarray) -> int:
+    """Return the number of independent motions without strain."""
+    if np.array_equal(stiffness, stiffness.T):
+        held = Held(stiffness)
+        if held.negative is None:
+            return held.null.shape[1]
+    size = np.sqrt(np.abs(stiffness).max(axis=0) * np.abs(stiffness).max(axis=1))  # buckled or circulatory: no energy to judge by
+    size = np.where(size > 0.0, size, 1.0)
+    strain = np.linalg.svd(stiffness / np.outer(size, size), compute_uv=False)
+    return int(np.count_nonzero(strain <= ROUNDED * len(stiffness) * strain[0]))
 
 
 def _massless(mass: np.ndarray) -> tuple[int, ...]:

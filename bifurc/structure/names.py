@@ -1,5 +1,8 @@
 """Names of degrees of freedom: ``node.direction``, such as ``tip.uy``."""
 from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
 
 
 def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str, ...] | None:
@@ -14,7 +17,7 @@ def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str
         return None
     made = []
     for item in dofs:
-        name = item if isinstance(item, str) else ".".join(str(part) for part in item) if isinstance(item, tuple | list) else None
+        name = named(item)
         if not name:
             raise ValueError(f"{owner}: dofs contain {item!r}; they must be names such as 'tip.uy', or pairs such as ('tip', 'uy')")
         made.append(name)
@@ -26,24 +29,29 @@ def dof_names(dofs: Iterable | None, n: int, owner: str = "System") -> tuple[str
     return tuple(made)
 
 
-def place_of(dof: str | int, names: Sequence[str] | None, n: int, owner: str = "System") -> int:
-    """Return the number of a degree of freedom given by name or number.
+def named(dof: Any) -> str | None:
+    """Return the name of a degree of freedom given by name or pair (node, direction); None: it is neither."""
+    return dof if isinstance(dof, str) else ".".join(str(part) for part in dof) if isinstance(dof, tuple | list) else None
+
+
+def place_of(dof: Any, names: Sequence[str] | None, n: int, owner: str = "System") -> int:
+    """Return the number of a degree of freedom given by name, by pair (node, direction), or by number.
 
     Raises
     ------
     ValueError
         When there is none of that name or number; the message names similar ones.
     """
-    if isinstance(dof, str):
+    name = named(dof)
+    if name is not None:
         if names is None:
             raise ValueError(f"{owner}: dof = {dof!r} is a name, and this system has no names; give them with dofs=[...]")
-        if dof in names:
-            return names.index(dof)
-        node = dof.split(".")[0]
-        near = [name for name in names if name.split(".")[0] == node] or list(names[:8])
+        if name in names:
+            return names.index(name)
+        node = name.split(".")[0]
+        near = [other for other in names if other.split(".")[0] == node] or list(names[:8])
         raise ValueError(f"{owner}: there is no degree of freedom {dof!r}; there are {', '.join(near[:8])}"
                          f"{' ...' if len(names) > len(near[:8]) else ''}")
-    place = int(dof)
-    if not 0 <= place < n:
+    if isinstance(dof, bool | np.bool_) or not isinstance(dof, int | np.integer) or not 0 <= dof < n:
         raise ValueError(f"{owner}: dof = {dof!r} is not allowed; it must be 0 .. {n - 1}")
-    return place
+    return int(dof)

@@ -9,15 +9,18 @@ R. H. MacNeal, Comput. Struct. 1 (1971) 581 (the same without the inertia of the
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import eigh
+
+from ..content import Content
+from .modes import natural_modes, residual_shapes
+from .statics import Held, deflection, of_unit_mass
 
 METHODS = ("craig-bampton", "rubin", "massless")
 TOLERANCE = 1e-3  # relative error of a frequency up to which a reduced model counts as valid
-ZERO = 1e-9  # square of a frequency over that of the highest: a rigid-body mode
+NOTHING = 1e-12  # of the flexibility at kept coordinates, left by modes: rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Reduction:
+class Reduction(Content):
     """How a reduced model stands for a full one.
 
     Attributes
@@ -30,12 +33,12 @@ class Reduction:
     dofs : tuple of str, or None
         Names of the full coordinates.
     frequencies : ndarray
-        Natural frequencies of the reduced model without damping, radians per time.
+        Natural frequencies of the reduced model without damping, radians per time; 0 for rigid-body modes.
     full_frequencies : ndarray
         Those of the full model, as many.
     static_error : float
-        Largest relative error of the static flexibility at the kept coordinates (of the elastic motions alone, when the
-        structure can move as a rigid body).
+        Largest error of the static flexibility at the kept coordinates (of the elastic motions alone, when the structure can
+        move as a rigid body), over the root of the flexibilities of the two coordinates concerned.
     residual : ndarray (b, b)
         Flexibility at the kept coordinates that carries no mass; zeros but for "massless".
     """
@@ -53,7 +56,7 @@ class Reduction:
     def errors(self) -> np.ndarray:
         """Relative errors of the natural frequencies; rigid-body modes, which have none, are 0."""
         full, own = self.full_frequencies, self.frequencies
-        rigid = full <= np.sqrt(ZERO) * max(full.max(initial=0.0), 1e-300)
+        rigid = full == 0.0
         return np.where(rigid, 0.0, np.abs(own - full) / np.where(rigid, 1.0, full))
 
     def valid_to(self, tolerance: float = TOLERANCE) -> float:
@@ -118,95 +121,93 @@ def reduce(M: np.ndarray, K: np.ndarray, keep: tuple[int, ...], modes: int, meth
         raise ValueError(f"reduced: keep = {keep!r} with modes = {modes!r} is not allowed; of {n} coordinates 1 to {n - 1} are "
                          f"kept, "
                          f"with 0 to {n - b} modes beside them")
-    squares, free = eigh(K, M)
-    if squares[0] < -ZERO * squares[-1]:
-        raise ValueError(f"reduced: K is not positive semidefinite (smallest eigenvalue of M^-1 K: {squares[0]:.3g}); buckled "
-                         f"structures "
-                         "have no static shapes to reduce with")
-    full = np.sqrt(np.maximum(squares, 0.0))
-    rigid = squares <= ZERO * squares[-1]
+    kept = np.array(keep)
+    free = Held(K)
+    if free.negative is not None:
+        raise ValueError(f"reduced: K is not positive semidefinite: a motion with coordinate "
+                         f"{free.negative if dofs is None else dofs[free.negative]} has a negative strain energy; buckled "
+                         "structures have no static shapes to reduce with")
+    squares, shapes = natural_modes(M, K, b + modes, free)
+    rigid = free.null.shape[1]
     residual = np.zeros((b, b))
     if method == "craig-bampton":
-        T = _fixed_interface(M, K, keep, modes, eigh)
-        mass, stiffness = T.T @ M @ T, T.T @ K @ T
+        T, stiffness = _fixed_interface(M, K, kept, modes, free)
+        mass = T.T @ M @ T
     else:
-        if modes < rigid.sum():
-            raise ValueError(f"reduced: modes = {modes} is not allowed; the structure has {rigid.sum()} rigid-body modes, and "
-                             f"method "
+        if modes < rigid:
+            raise ValueError(f"reduced: modes = {modes} is not allowed; the structure has {rigid} rigid-body modes, and method "
                              f"{method!r} needs them all")
-        left = free[:, modes:]
-        flexibility = (left / squares[modes:]) @ left[list(keep)].T  # residual flexibility of loads at the kept coordinates
-        own = flexibility[list(keep)]
-        if b > n - modes or np.linalg.cond(own) > 1e12:
-            raise ValueError(f"reduced: the {modes} modes leave no flexibility to the kept coordinates; take fewer modes")
-        attach = np.linalg.solve(own, flexibility.T).T
-        T = np.column_stack([attach, free[:, :modes] - attach @ free[list(keep), :modes]])
-        T[list(keep)] = np.eye(b, b + modes)
-        stiffness = T.T @ K @ T
+        T, stiffness, own = _free_modes(M, squares, shapes, kept, modes, free)
         if method == "massless":
-            lift = np.column_stack([np.zeros((modes, b)), np.eye(modes)])
-            mass, residual = lift.T @ lift, own
+            mass, residual = np.diag(np.repeat((0.0, 1.0), (b, modes))), own
         else:
             mass = T.T @ M @ T
     mass, stiffness = 0.5 * (mass + mass.T), 0.5 * (stiffness + stiffness.T)
+    small, at = Held(stiffness), np.arange(b)
     if method == "massless":
-        own_frequencies = full[:modes]
+        own_squares, own_rigid = squares[:modes], of_unit_mass(mass, small.null)
     else:
-        own_frequencies = np.sqrt(np.maximum(eigh(stiffness, mass, eigvals_only=True), 0.0))
-    count = len(own_frequencies)
-    error = _static_error(M, K, mass, stiffness, keep, int(rigid.sum()))
-    made = Reduction(method, tuple(keep), T, dofs, own_frequencies, full[:count], error, residual)
+        own_squares, own_shapes = natural_modes(mass, stiffness, b + modes, small)
+        own_rigid = own_shapes[:, :small.null.shape[1]]
+    full_flexibility = deflection(free, M, shapes[:, :rigid], kept)[kept]
+    flexibility = deflection(small, mass, own_rigid, at)[at]
+    size = np.sqrt(np.maximum(np.diag(full_flexibility), 1e-300))
+    error = float((np.abs(flexibility - full_flexibility) / np.outer(size, size)).max())
+    made = Reduction(method, tuple(keep), T, dofs, np.sqrt(own_squares), np.sqrt(squares[:len(own_squares)]), error, residual)
     return mass, stiffness, made
 
 
-def _fixed_interface(M: np.ndarray, K: np.ndarray, keep: tuple[int, ...], modes: int, eigh) -> np.ndarray:
-    """Return constraint modes and fixed-interface modes (n, b + modes)."""
-    n, b, kept = len(M), len(keep), np.array(keep)
-    inner = np.setdiff1d(np.arange(n), kept)
-    K_ii, M_ii = K[np.ix_(inner, inner)], M[np.ix_(inner, inner)]
-    try:
-        shapes = -np.linalg.solve(K_ii, K[np.ix_(inner, kept)])
-    except np.linalg.LinAlgError:
-        shapes = np.full((len(inner), b), np.nan)
-    squares, vectors = eigh(K_ii, M_ii)
-    if not np.isfinite(shapes).all() or squares[0] <= ZERO * squares[-1]:
-        raise ValueError("reduced: with the kept coordinates held the structure can still move as a rigid body; keep more "
-                         "coordinates, "
-                         "or use method='rubin', which takes its free modes")
-    T = np.zeros((n, b + modes))
-    T[kept, :b] = np.eye(b)
-    T[inner, :b] = shapes
-    T[np.ix_(inner, np.arange(b, b + modes))] = vectors[:, :modes]
-    return T
+def _free_modes(M: np.ndarray, squares: np.ndarray, shapes: np.ndarray, kept: np.ndarray, modes: int,
+                free: Held) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return shapes (n, b + modes) of unit kept coordinates and of free modes, their stiffness, the residual flexibility (b, b).
 
+    Residual shapes A and modes phi are orthogonal in K, A^T K A = A[kept] and phi^T K phi = Lambda: so the stiffness of both
+    follows without K, whose terms would cancel in the product.
 
-def _static_error(M: np.ndarray, K: np.ndarray, mass: np.ndarray, stiffness: np.ndarray, keep: tuple[int, ...],
-                  rigid: int) -> float:
-    """Return the largest relative error of the static flexibility at the kept coordinates.
-
-    Of a structure with rigid-body modes, ``rigid`` of them, it is that of its elastic motions: the response to loads that
-    are balanced by inertia.
+    Raises
+    ------
+    ValueError
+        When the modes are all that the kept coordinates can do.
     """
-    b, kept = len(keep), np.array(keep)
-    if not rigid:
-        unit = np.zeros((len(K), b))
-        unit[kept] = np.eye(b)
-        full = np.linalg.solve(K, unit)[kept]
-        own = np.linalg.solve(stiffness, np.eye(len(stiffness))[:, :b])[:b]
-    else:
-        full = _elastic_flexibility(M, K, kept)
-        if not mass[:b].any():  # static at the kept coordinates, elastic in the modes
-            soft = np.linalg.inv(stiffness[:b, :b])
-            shift = -soft @ stiffness[:b, b:]
-            squares = np.diag(stiffness[b:, b:] - stiffness[b:, :b] @ soft @ stiffness[:b, b:])  # of the modes, in their order
-            own = soft + (shift[:, rigid:] / squares[rigid:]) @ shift[:, rigid:].T
-        else:
-            own = _elastic_flexibility(mass, stiffness, np.arange(b))
-    return float(np.abs(own - full).max() / max(np.abs(full).max(), 1e-300))
+    b, phi = len(kept), shapes[:, :modes]
+    attached = residual_shapes(M, squares, shapes, kept, modes, free)
+    own = 0.5 * (attached[kept] + attached[kept].T)
+    whole = np.diag(own) + (phi[kept]**2 / np.where(squares[:modes] > 0.0, squares[:modes], np.inf)).sum(axis=1)
+    size = np.sqrt(np.maximum(np.diag(own), 0.0))
+    if not (np.diag(own) > NOTHING * whole).all() or np.linalg.eigvalsh(own / np.outer(size, size))[0] < NOTHING:
+        raise ValueError(f"reduced: the {modes} modes leave no flexibility to the kept coordinates; take fewer modes")
+    inverse = np.linalg.inv(own / np.outer(size, size)) / np.outer(size, size)
+    attached = attached @ inverse
+    T = np.column_stack([attached, phi - attached @ phi[kept]])
+    T[kept] = np.eye(b, b + modes)
+    coupling = -inverse @ phi[kept]
+    return T, np.block([[inverse, coupling], [coupling.T, np.diag(squares[:modes]) - phi[kept].T @ coupling]]), own
 
 
-def _elastic_flexibility(M: np.ndarray, K: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the flexibility (b, b) of the elastic modes at coordinates."""
-    squares, modes = eigh(K, M)
-    elastic = squares > ZERO * squares[-1]
-    return (modes[at][:, elastic] / squares[elastic]) @ modes[at][:, elastic].T
+def _fixed_interface(M: np.ndarray, K: np.ndarray, kept: np.ndarray, modes: int,
+                     free: Held) -> tuple[np.ndarray, np.ndarray]:
+    """Return constraint modes and fixed-interface modes (n, b + modes), and their stiffness.
+
+    Rigid motions of the kept coordinates have none: what rounding leaves of it, which is of the entries of K and may be
+    more than those of the condensed stiffness have, is taken out.
+
+    Raises
+    ------
+    ValueError
+        When the rest can move without strain.
+    """
+    n, b, held = len(M), len(kept), Held(K, kept)
+    if held.null.size:
+        raise ValueError("reduced: with the kept coordinates held the structure can still move as a rigid body; keep more "
+                         "coordinates, or use method='rubin', which takes its free modes")
+    inner = np.setdiff1d(np.arange(n), kept)
+    T, stiffness = np.zeros((n, b + modes)), np.zeros((b + modes, b + modes))
+    size = np.sqrt(np.diag(K)[kept])
+    across = np.linalg.svd(free.null[kept] * size[:, None])[0][:, free.null.shape[1]:] / size[:, None]
+    strained = across * np.square(size)[:, None]
+    T[:, :b], stiffness[:b, :b] = held.shapes, strained @ (across.T @ held.stiffness @ across) @ strained.T
+    if modes:
+        inside = np.ix_(inner, inner)
+        squares, shapes = natural_modes(M[inside], K[inside], modes, Held(K[inside]))
+        T[inner, b:], stiffness[b:, b:] = shapes[:, :modes], np.diag(squares[:modes])
+    return T, stiffness

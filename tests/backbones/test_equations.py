@@ -1,19 +1,15 @@
 """Equations of nonlinear modes in other units, two masses, without symmetry; steps of a backbone; what is read of a mode."""
 
-import sys
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 import bifurc as bf
-from bifurc.backbones import equations
-from bifurc.backbones.backbone import Backbone, _stepped
+from bifurc.backbones.backbone import Backbone
 from bifurc.backbones.equations import balanced, returning, swings, with_negative_damping
 from bifurc.backbones.modes import ModeStatus, first_harmonic, linear_mode, unloaded
 from bifurc.elements import ConstantForce, CubicSpring, ElasticStop, HarmonicForce, Jenkins, LinearSpring
 
-module = sys.modules["bifurc.backbones.backbone"]  # a function of the package has its name
 M, K = np.array([[2.0, 0.2], [0.2, 0.5]]), np.array([[5.0, -1.0], [-1.0, 2.0]])
 
 
@@ -61,20 +57,6 @@ def test_a_balanced_mode_begins_with_the_speeds_of_its_start_in_any_unit_of_time
             seen.append([found * unit, *state[:2]])
             assert stop or seen[-1] == pytest.approx([omega[0], *shape], abs=1e-8)
         assert seen[1] == pytest.approx(seen[0], abs=1e-8) and seen[2] == pytest.approx(seen[0], abs=1e-8)
-
-
-def test_a_balance_begins_with_the_state_of_its_start(monkeypatch):
-    """Newton's guess is the oscillation of one frequency that has these coordinates and these velocities at phase 0."""
-    guesses = []
-
-    def newton(residual, jacobian, u, scale):
-        guesses.append(u)
-        return SimpleNamespace(x=u)
-    monkeypatch.setattr(equations, "newton", newton)
-    start, omega, method = np.array([0.3, -0.1, 2.0, 5.0]), 7.0, bf.HarmonicBalance(harmonics=3)
-    state, *_ = balanced(pair(), method, 0, 0.3, start, omega, 0.0)
-    np.testing.assert_allclose(state, start, rtol=1e-12)
-    assert guesses[0][-2:].tolist() == [omega, 0.0] and np.count_nonzero(guesses[0][:-2]) == 4
 
 
 def test_an_unsymmetric_mode_by_both_methods():
@@ -172,46 +154,19 @@ def test_a_mass_on_a_belt_has_the_mode_that_sticks_for_a_part_of_the_period():
     assert within.success and within.omega == pytest.approx(1.0, rel=1e-12)
 
 
-def test_a_backbone_is_read_as_columns_and_ends_where_newton_fails(monkeypatch):
-    tried = []
-
-    def mode(system, amplitude, *, guess=None, **options):
-        tried.append((amplitude, None if guess is None else guess.amplitude))
-        near = guess is None or abs(amplitude - guess.amplitude) <= mode.reach
-        return SimpleNamespace(
-            success=near and amplitude < mode.most,
-            amplitude=amplitude,
-            omega=2.0 * amplitude,
-            damping=0.1 * amplitude,
-            first_harmonic=0.9 * amplitude,
-            message="why",
-        )
-
-    monkeypatch.setattr(module, "extended_mode", mode)
-    mode.reach, mode.most = 9.0, 9.0
-    found = bf.backbone("S", [1.0, 2.0, 3.0], dof=1, mode=2)
-    assert found.amplitude.tolist() == [1, 2, 3] and found.omega.tolist() == [2, 4, 6] and found.message == ""
-    np.testing.assert_allclose(found.damping, [0.1, 0.2, 0.3])
-    np.testing.assert_allclose(found.first_harmonic, [0.9, 1.8, 2.7])
-    assert repr(found) == "Backbone(3 modes, amplitude 1 to 3, omega 2 to 6)" and tried == [(1, None), (2, 1), (3, 2)]
-    mode.reach = 0.3
-    tried.clear()
-    assert bf.backbone("S", [1.0, 2.0]).amplitude.tolist() == [1.0, 2.0]  # in quarters
-    assert [a for a, _ in tried] == [1.0, 2.0, 2.0, 1.5, 1.25, 1.5, 1.75, 2.0] or tried[-1][0] == 2.0
-    assert all(guess is None or abs(a - guess) <= 1.0 for a, guess in tried)
-    mode.most = 1.6
-    short = bf.backbone("S", [1.0, 1.5, 2.0])
-    assert short.amplitude.tolist() == [1.0, 1.5] and short.message == "at the amplitude 2: why"
-    mode.most = 0.5
-    none = bf.backbone("S", [1.0])
-    assert none == Backbone((), "at the amplitude 1: why") and repr(none) == "Backbone(no mode: at the amplitude 1: why)"
-    mode.most, mode.reach = 9.0, 0.3
-    down = _stepped("S", mode("S", 2.0), 1.0, {})
-    assert down.success and down.amplitude == 1.0
-    mode.reach = 0.0
-    tried.clear()
-    failed = _stepped("S", SimpleNamespace(amplitude=2.0), 1.0, {})
-    assert not failed.success and len(tried) == module.HALVINGS + 1 and tried[-1][0] == pytest.approx(2.0 - 0.5**module.HALVINGS)
+def test_a_backbone_is_read_as_columns_and_ends_where_there_is_no_mode():
+    """x'' + x - x^3 = 0 swings up to the hilltop at 1: omega by an elliptic integral; beyond it no motion comes back."""
+    soft = bf.System(1.0, 0.02, 1.0, [CubicSpring(-1.0)])
+    amplitudes = np.array([0.2, 0.6, 0.9])
+    found = bf.backbone(soft, [*amplitudes, 1.2, 1.3])
+    modulus = amplitudes**2 / (2.0 - amplitudes**2)
+    exact = np.pi * np.sqrt(1.0 - 0.5 * amplitudes**2) / (2.0 * ellipk(modulus))
+    assert found.amplitude.tolist() == amplitudes.tolist() and found.omega == pytest.approx(exact, rel=1e-10)
+    assert found.damping == pytest.approx(0.01 / exact, rel=1e-9)
+    assert found.first_harmonic == pytest.approx([item.first_harmonic for item in found.modes])
+    assert found.message.startswith("at the amplitude 1.2: Newton did not converge")
+    assert repr(found).startswith("Backbone(3 modes, amplitude 0.2 to 0.9, omega ")
+    assert repr(Backbone((), "why")) == "Backbone(no mode: why)"
 
 
 @pytest.mark.parametrize("amplitudes", [[], [0.0], [1.0, np.nan], [[1.0, 2.0]], [-1.0, 2.0], [np.inf]])

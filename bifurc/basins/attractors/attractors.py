@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from ... import io
 from ...compose.scene import scene_of
+from ...content import Content
 from ...ensemble.integrator import Integrator, Targets
 from ...ensemble.outcomes import REACHED
 from ...ensemble.proximity import STAY, boxes
@@ -57,8 +58,8 @@ CREEPING, SEEN = 1e-3, 65  # scaled motion of a creeping mass, and at how many t
 MOST_MEMBERS = 40000  # of a family that kernels compare with, one a radius
 
 
-@dataclass(frozen=True)
-class SampledAttractor(Motion):
+@dataclass(frozen=True, eq=False)
+class SampledAttractor(Content, Motion):
     """A motion that settles on no orbit, known from a sample of its section points.
 
     Attributes
@@ -431,7 +432,7 @@ def targets_of(attractors, radii, scale: np.ndarray, section: Section | None = N
             if proven and attractor.cover is not None:
                 found = attractor.cover
             mine = np.empty(len(found), np.uint64)
-            boxes(np.ascontiguousarray(found), 1.0 / scale, width, mine)
+            boxes(np.array(found, order="C"), 1.0 / scale, width, mine)
             mine = np.unique(mine)
             keys.append(mine)
             keepers.append(np.full(len(mine), number))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ... import plotting
+from ...content import Content
 from ...notebook import Notebook
 from ...orbits.orbit import PeriodicOrbit
 from ..maps.basin_map import BasinMap
@@ -18,7 +19,7 @@ from .unstable import unstable_set
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeState(Notebook):
+class EdgeState(Content, Notebook):
     """Edge state: the saddle on the boundary between two basins, and the motion along it.  Made by `edge_state`.
 
     Attributes

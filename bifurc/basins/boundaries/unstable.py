@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ...content import Content
 from ...ensemble.period_map import MAPPED
 from ..attractors.attractors import section_points
 from .search import Search, reaches
@@ -26,7 +27,7 @@ TOUCHING = 1e-9  # scaled distance of neighbours whose images a period later are
 
 
 @dataclass(frozen=True, eq=False)
-class ImageSet:
+class ImageSet(Content):
     """Images of a short piece of an invariant direction of a saddle, on both sides.
 
     Attributes

@@ -12,6 +12,7 @@ from scipy.stats import beta
 
 from ... import io, plotting
 from ...compose.scene import scene_of
+from ...content import Content, alike, digest
 from ...ensemble.grid import Grid
 from ...enumerations import DescribedEnum
 from ...notebook import Notebook
@@ -19,6 +20,7 @@ from ...orbits.find import find_orbit
 from ...system import System
 from ..attractors.attractors import section_points
 from ..attractors.records import packed, unpacked
+from ..maps.labelled import NONE, numbered
 from .confirmation import cells_around
 from .generalized import components, solved, stationary
 from .images import Carrier, representatives
@@ -60,6 +62,12 @@ class Group(NamedTuple):
     period: int  # in mappings
     attractor: int  # the attractor that its motion reaches, -1: none confirmed
 
+    def __eq__(self, other: object) -> bool:
+        return type(other) is Group and alike(tuple(self), tuple(other))
+
+    def __hash__(self) -> int:
+        return digest(tuple(self))
+
 
 class Audit(NamedTuple):
     """Labels of random cells compared with the motion followed from their centres."""
@@ -89,9 +97,15 @@ class Absorption(NamedTuple):
     left: np.ndarray  # (*shape,) of leaving the grid
     time: np.ndarray  # (*shape,) expected forcing periods until then
 
+    def __eq__(self, other: object) -> bool:
+        return type(other) is Absorption and alike(tuple(self), tuple(other))
+
+    def __hash__(self) -> int:
+        return digest(tuple(self))
+
 
 @dataclass(frozen=True, eq=False)
-class CellMap(Notebook):
+class CellMap(Content, Notebook):
     """A map, or a Markov chain, of cells.  Made by `cell_mapping`.
 
     Attributes
@@ -150,6 +164,7 @@ class CellMap(Notebook):
             values = getattr(self, name)
             if values is not None and values.size == self.grid.size:
                 object.__setattr__(self, name, values.reshape(self.grid.shape))
+        super().__post_init__()
 
     def with_audit(self, audit: Audit) -> "CellMap":
         """Return the same with its labels audited."""
@@ -204,7 +219,7 @@ class CellMap(Notebook):
 
     def points(self, label: int) -> np.ndarray:
         """Return the points (k, d) of an attractor at phase 0, in the components of the grid."""
-        found = self.attractors[label].sections
+        found = self.attractors[numbered("label", label, len(self.attractors), NONE)].sections
         return found[:, self._places] if isinstance(self.system, System) else found
 
     @property
@@ -213,7 +228,7 @@ class CellMap(Notebook):
 
     def density(self, group: int | Group) -> np.ndarray:
         """Return the stationary probabilities of the cells of a closed group, zero elsewhere, in the shape of the grid."""
-        item = self.groups[group] if isinstance(group, (int, np.integer)) else group
+        item = group if isinstance(group, Group) else self.groups[numbered("group", group, len(self.groups), "-1 is the sink")]
         cells = np.sort(item.cells)
         field_ = np.zeros(self.grid.size)
         field_[cells] = stationary(self.matrix, cells)

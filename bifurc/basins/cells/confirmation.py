@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...compose.scene import scene_of
+from ...content import Content
 from ...ensemble.grid import Grid
 from ...ensemble.integrator import Integrator
 from ...ensemble.outcomes import INFINITY, coded
@@ -22,8 +23,8 @@ SETTLING = 512  # iterates before a cycle of a map is looked for
 LONGEST = 64
 
 
-@dataclass(frozen=True)
-class MapCycle(Motion):
+@dataclass(frozen=True, eq=False)
+class MapCycle(Content, Motion):
     """A cycle of a map given as a function, solved by Newton.
 
     Attributes

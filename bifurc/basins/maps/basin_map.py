@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import io, plotting
 from ...compose.scene import scene_of
+from ...content import Content
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.outcomes import CellState, coded
@@ -17,7 +18,7 @@ from ...jobs.store import ChunkStore
 from ...notebook import Notebook
 from ...renamed import deprecated
 from ...system import System
-from ..attractors.attractors import partners, section_points, targets_of
+from ..attractors.attractors import partners, targets_of
 from ..attractors.clockless import integrator_of
 from ..attractors.records import packed, unpacked
 from .entropy import BasinEntropy, basin_entropy
@@ -29,7 +30,7 @@ from .uncertainty_exponent import RANGE, Uncertainty, uncertainty_exponent
 
 
 @dataclass(frozen=True, eq=False)
-class BasinMap(LabelledStarts, Notebook):
+class BasinMap(Content, LabelledStarts, Notebook):
     """Which start leads to which attractor.  Made by `basins_of_attraction`.
 
     Attributes
@@ -183,10 +184,6 @@ class BasinMap(LabelledStarts, Notebook):
         periodic = [name for name in self.grid.periodic if name not in ranges]
         return basins_of_attraction(self.system, Grid(at=self.grid.at, periodic=periodic, **sides), attractors=self.attractors,
                                     section=self.section, **self.options)
-
-    def points(self, label: int) -> np.ndarray:
-        """Return the states (k, ns) of an attractor at phase 0, or in the section."""
-        return section_points(self.attractors[label], self.section)
 
     @cached_property
     def partners(self) -> dict[int, int]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...content import Content
+
 ROUNDING = 5e-16  # scaled error of a forcing period of the exact kernels, median (measured)
 INTEGRATED = 1e-13  # of the smooth engine under laws (measured over ten periods by studies/what_accuracy_costs)
 LADDER = tuple(10.0**-k for k in (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 13.0))  # scaled sizes
@@ -19,8 +21,8 @@ SMALL = 0.15  # fractions above it are left out when three are below: they satur
 EXTRA = 0.05  # relative error added to that of counting: the law is no exact power
 
 
-@dataclass(frozen=True)
-class LabelNoise:
+@dataclass(frozen=True, eq=False)
+class LabelNoise(Content):
     """Measured and extrapolated sensitivity of labels.
 
     Attributes

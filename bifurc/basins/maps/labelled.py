@@ -3,6 +3,10 @@ from typing import Any
 
 import numpy as np
 
+from ..attractors.attractors import section_points
+
+NONE = "-1 marks starts that led to no attractor"
+
 
 class LabelledStarts:
     """Starts over two or more components of the state, with the attractor that each leads to.
@@ -23,9 +27,28 @@ class LabelledStarts:
     reliability: Any = None
 
     def points(self, label: int) -> np.ndarray:
-        """Return the states (k, ns) of an attractor at phase 0."""
-        return self.attractors[label].sections
+        """Return the states (k, ns) of an attractor at phase 0, or in the section.
+
+        Raises
+        ------
+        ValueError
+            For a label that is no attractor's: -1 marks starts that led to none.
+        """
+        return section_points(self.attractors[numbered("label", label, len(self.attractors), NONE)], self.section)
 
     def entropy(self, side: int = 5) -> Any:
         """Return basin and boundary entropy over boxes of ``side`` cells; None: not known."""
         return None
+
+
+def numbered(name: str, number: Any, count: int, none: str) -> int:
+    """Return a number that stands for one of ``count`` things, checked; ``none`` says what -1 stands for.
+
+    Raises
+    ------
+    ValueError
+    """
+    if isinstance(number, bool | np.bool_) or not isinstance(number, int | np.integer) or not 0 <= number < count:
+        there = f"it must be 0 .. {count - 1}" if count else "there is none"
+        raise ValueError(f"{name} = {number!r} is not allowed; {there} ({none})")
+    return int(number)

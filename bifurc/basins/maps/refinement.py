@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from ... import io
+from ...content import Content
 from ...ensemble.grid import Grid
 from ...ensemble.initial_conditions import states_at
 from ...ensemble.integrator import Cells, Integrator
@@ -42,7 +43,7 @@ class RefinementStatus(DescribedEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Refinement:
+class Refinement(Content):
     """A basin map of which not every cell was followed.
 
     Attributes

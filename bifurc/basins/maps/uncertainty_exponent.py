@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...content import Content
 from ...ensemble.outcomes import NO_START
 from ...ensemble.period_map import Kernel, PeriodMap
 
@@ -19,8 +20,8 @@ ROUNDS = 12  # of iterated weights
 CERTAIN = 0.999  # largest fraction of the law
 
 
-@dataclass(frozen=True)
-class Uncertainty:
+@dataclass(frozen=True, eq=False)
+class Uncertainty(Content):
     """Fractions of changed labels, and the power law fitted to them.
 
     Attributes

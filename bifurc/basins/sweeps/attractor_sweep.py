@@ -14,6 +14,7 @@ import numpy as np
 
 from ... import io, plotting
 from ...compose.scene import scene_of
+from ...content import Content
 from ...elements.checks import following, whole
 from ...ensemble.region import Region
 from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
@@ -32,7 +33,7 @@ FOLLOWING = 0.1  # share of the progress bar
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class Track(Content):
     """One attractor over a range of the parameter.
 
     Attributes
@@ -62,7 +63,7 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep(Notebook):
+class Sweep(Content, Notebook):
     """Attractors and basin fractions over a parameter.  Made by `sweep`.
 
     Attributes

@@ -7,6 +7,7 @@ import numpy as np
 
 from ... import io, plotting
 from ...compose.scene import scene_of
+from ...content import Content
 from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...ensemble.region import Region
@@ -28,7 +29,7 @@ BLANK = {"periods": -1, "impacts": 0.0, "attractors": 0, "settled": 0, "exponent
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterChart(Notebook):
+class ParameterChart(Content, Notebook):
     """What motions a grid of two parameters has.  Made by `parameter_chart`.
 
     Attributes

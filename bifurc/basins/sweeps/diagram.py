@@ -8,6 +8,7 @@ import numpy as np
 from ... import io, plotting
 from ...compose.natural import natural_length
 from ...compose.scene import scene_of
+from ...content import Content
 from ...elements.checks import whole
 from ...ensemble.period_map import MAPPED, PeriodMap
 from ...jobs.executors import check_executor, run_chunks, user_parts, workers_of
@@ -25,7 +26,7 @@ DIRECTIONS = ("up", "down")
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationDiagram(Notebook):
+class BifurcationDiagram(Content, Notebook):
     """Section points over a parameter.  Made by `bifurcation_diagram`.
 
     Attributes

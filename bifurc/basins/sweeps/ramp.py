@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter
 
 from ... import io, plotting
 from ...compose.scene import scene_of
+from ...content import Content
 from ...elements.checks import state, whole
 from ...flow.simulate import simulate
 from ...jobs.progress import Progress
@@ -27,8 +28,8 @@ LEAST = 0.03  # of the largest amplitude: a jump
 QUIET = 3  # values without a sudden change end a jump
 
 
-@dataclass(frozen=True)
-class Jump:
+@dataclass(frozen=True, eq=False)
+class Jump(Content):
     """A jump of a motion from one attractor to another.
 
     Attributes
@@ -58,7 +59,7 @@ class Jumps(Table):
 
 
 @dataclass(frozen=True, eq=False)
-class Ramp(Notebook):
+class Ramp(Content, Notebook):
     """A motion while a parameter runs up and down.  Made by `ramp`.
 
     Attributes

@@ -3,14 +3,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...content import Content
 from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import Resimulated, resimulated
 
 EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
 
 
-@dataclass(frozen=True, slots=True)
-class Audit:
+@dataclass(frozen=True, eq=False)
+class Audit(Content):
     """Checks of a branch.
 
     Attributes

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import io, plotting
+from ...content import Content
 from ...notebook import Notebook
 from ..kinds import End, StopReason
 from ..registry import EXTEND, named
@@ -17,7 +18,7 @@ from .special import SpecialPoints, special_point, unique
 from .stability_changes import stability_changes
 
 
-class Branch(Notebook):
+class Branch(Content, Notebook):
     """A branch of solutions, as returned by `trace`.
 
     Attributes
@@ -58,6 +59,10 @@ class Branch(Notebook):
         self._columns: dict[str, np.ndarray] = {}
         self._audit: Audit | None = None
         self._certificate: Any = None
+
+    def _content(self) -> tuple:
+        told = tuple((type(problem).__name__, problem.system, problem.signature) for problem in self.problems)
+        return self.parameter, told, self._arrays, tuple(self._points), self.ends, tuple(self.bounds), self.options, self.unresolved
 
     # ---- made of halves ----------------------------------------------------------------------------------------------
 

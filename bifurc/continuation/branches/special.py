@@ -5,14 +5,16 @@ from typing import Any, ClassVar, SupportsFloat
 
 import numpy as np
 
+from ...content import Content, handed_out
 from ...lazy import Later
 from ...notebook import Notebook, Table
 from ..grazing import grazing_of, sliding_class
 from ..kinds import LocationStatus, SpecialPointKind
 
 
-@dataclass(frozen=True, slots=True)
-class SpecialPoint(Notebook):
+@handed_out("x", "tangent", "directions")
+@dataclass(frozen=True, eq=False)
+class SpecialPoint(Content, Notebook):
     """A point where something happens to a branch.
 
     Attributes
@@ -58,7 +60,7 @@ class SpecialPoint(Notebook):
 
     kind: SpecialPointKind
     parameter: float
-    _error: SupportsFloat = field(repr=False)
+    _error: SupportsFloat = field(repr=False, compare=False)
     s: float
     bracket: tuple[float, float]
     x: np.ndarray = field(repr=False)

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...content import Content
 from ..kinds import SpecialPointKind
 from .confirm import agrees, confirmed
 from .local import local_motion
@@ -33,7 +34,7 @@ ADDING, CHAOS = 0.25, 2.0 / 3.0  # bounds of the leading multiplier between the 
 
 
 @dataclass(frozen=True, eq=False)
-class Grazing:
+class Grazing(Content):
     """What is known of a grazing.
 
     Attributes

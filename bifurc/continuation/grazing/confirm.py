@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...content import Content
 from ...elements import EventKind
 from ...flow.simulate import simulate
 from ...flow.status import Status
@@ -18,8 +19,8 @@ FAR = 12.0  # impact speed, in speeds of a first touch, that is no longer small
 EITHER = 1.25  # ratio to that within which the expected speed may lie on either side
 
 
-@dataclass(frozen=True)
-class Seen:
+@dataclass(frozen=True, eq=False)
+class Seen(Content):
     """What one simulation shows after it has settled.
 
     Attributes

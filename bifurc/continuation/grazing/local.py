@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...content import Content
 from .confirm import FAR, apex_growth
 from .discontinuity import kicked, rate_gradient
 from .guards import field_slope
@@ -27,8 +28,8 @@ LAST = 200  # looked at
 OUT = 30.0  # speeds of a first touch beyond which the map has thrown the motion out
 
 
-@dataclass(frozen=True)
-class LocalMotion:
+@dataclass(frozen=True, eq=False)
+class LocalMotion(Content):
     """What the map of a touch does at a distance beyond it.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...content import Content
 from ...orbits.shooting.sequence import AFTER, CLOSES, GUARD
 from ...orbits.shooting.signature import repeated
 from ..shooting.appearing import NEAR, touches
@@ -25,7 +26,7 @@ LINEAR = 1e-9  # misfit, relative, of a change of field that is taken for a line
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class Touch(Content):
     """A touch of an orbit at a guard.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...content import Content
 from .ensemble import diagram, exponents
 from .orbit import find_cycle
 
@@ -42,7 +43,7 @@ class Piece:
         return np.array(x, float)
 
 
-class Map:
+class Map(Content):
     """Base class of maps.  A subclass sets ``dimension``, ``names``, ``pieces`` and writes `step`, `slope` and `piece_of`.
 
     Parameters
@@ -70,6 +71,9 @@ class Map:
             if isinstance(value, bool) or not np.isscalar(value) or not math.isfinite(value):
                 raise ValueError(f"{type(self).__name__}: {name} = {value!r} must be a finite number")
             setattr(self, name, float(value))
+
+    def _content(self) -> tuple:
+        return tuple(self.parameters.items())
 
     @property
     def parameters(self) -> dict[str, float]:

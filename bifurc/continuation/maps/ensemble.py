@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 
 from ... import plotting
+from ...content import Content
 
 
-@dataclass(frozen=True)
-class MapExponents:
+@dataclass(frozen=True, eq=False)
+class MapExponents(Content):
     """Lyapunov exponents of a map an iteration.
 
     Attributes
@@ -29,7 +30,7 @@ class MapExponents:
 
 
 @dataclass(frozen=True, eq=False)
-class MapDiagram:
+class MapDiagram(Content):
     """Iterates left after a transient over values of a parameter.
 
     Attributes

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ...content import Content
 from ...enumerations import DescribedEnum
 
 SETTLE = 2000  # iterations from the origin before a cycle is looked for
@@ -21,7 +22,7 @@ class MapOrbitStatus(DescribedEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class MapOrbit:
+class MapOrbit(Content):
     """A cycle of a map.
 
     Attributes

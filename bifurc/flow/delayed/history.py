@@ -3,6 +3,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...content import Content
+
 COUNT = 16  # Gauss points of a piece; with its start they carry a polynomial of that degree
 
 
@@ -49,7 +51,7 @@ def _tables():
 _KEPT: list[np.ndarray] = []  # filled once
 
 
-class History:
+class History(Content):
     """Pieces of a motion in order of time, and what was before it.
 
     Parameters
@@ -69,6 +71,9 @@ class History:
         self.delayed: list[np.ndarray] = []  # (COUNT + 1, rows) what the past added to the feedback forces there
         self.modes: list[int] = []
         self._times = np.empty(0)
+
+    def _content(self) -> tuple:
+        return self.start, self.starts, self.lengths, self.values, self.delayed, self.modes
 
     def append(self, start: float, length: float, values: np.ndarray, delayed: np.ndarray, mode: int) -> None:
         """Add a piece behind the last one."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ... import plotting
+from ...content import Content
 from ...motion import Motion
 from ...system import System
 from ..status import Status
@@ -11,8 +12,8 @@ from ..trajectory import Event, past
 from .history import History
 
 
-@dataclass(frozen=True)
-class DelayedMotion(Motion):
+@dataclass(frozen=True, eq=False)
+class DelayedMotion(Content, Motion):
     """A motion through its events, under feedback of its own past.
 
     Attributes

@@ -71,6 +71,9 @@ class HarmonicOrbit(Orbit):
         if balance is not None:
             self.__dict__["balance"] = balance
 
+    def _content(self) -> tuple:
+        return self.system, self.method, self.layout, self._x, self._failed
+
     # what it is
 
     @property

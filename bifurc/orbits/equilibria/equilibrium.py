@@ -15,6 +15,7 @@ import numpy as np
 
 from ... import io
 from ...compose.scene import Scene, scene_of
+from ...content import Content
 from ...enumerations import DescribedEnum
 from ...flow import settle
 from ...flow.linear import ModeField
@@ -48,7 +49,7 @@ class EquilibriumStatus(DescribedEnum):
                               "in balance. A belt that only drags, or a constant load on a free mass, allows none.")
 
 
-class Equilibrium(Notebook, Motion):
+class Equilibrium(Content, Notebook, Motion):
     """A state of rest of a system without excitation.  Made by `find_equilibrium` and by branches.
 
     Attributes
@@ -79,6 +80,9 @@ class Equilibrium(Notebook, Motion):
         self.system, self.mode = system, int(mode)
         self._state = np.array(state, float)
         self._failed = status
+
+    def _content(self) -> tuple:
+        return self.system, self.mode, self._state, self._failed
 
     def __getstate__(self):
         return {name: self.__dict__[name] for name in ("system", "mode", "_state", "_failed")}

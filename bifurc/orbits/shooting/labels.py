@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...content import Content
+
 FOLLOWS = 1e-12  # of a row: what other rows leave of it is rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Labels:
+class Labels(Content):
     """Combinations of states that nothing changes in a period.
 
     Parameters
