@@ -305,9 +305,9 @@ class BalanceProblem(Problem):
         At the point itself rounding decides from which side the Jacobian is taken: the one of this order is that at
         ``behind`` (n + 1,), where its events are clearly there.  The branch may turn back in its corner: it goes on where the
         new order holds, not where the old one came from.  The Jacobians of two orders differ by one rank, so that the sign of
-        the bordered determinant says which way that is; with several changes at one point the margins do.  Behind a graze it may
-        turn within less than `BESIDE`: then its order holds next to the place ``ahead`` where the tangent is taken, and a margin
-        is seen there that grows from zero.
+        the bordered determinant says which way that is; of several changes at one point too, as the degree of the map is kept.
+        Behind a graze it may turn within less than `BESIDE`: then its order holds next to the place ``ahead`` where the tangent
+        is taken, and a margin is seen there that grows from zero.
         """
         tangent, det_sign = self._null_vector(behind)
         if not det_sign:
@@ -315,10 +315,9 @@ class BalanceProblem(Problem):
         way = 1.0 if det_sign * point.det_sign > 0.0 else -1.0
         inside = (BESIDE, -math.inf, 0.0), (ahead, UNSEEN, -CLEARLY * ahead)
         for near, low, high in inside[:2 if ahead < BESIDE else 1]:
-            for sign in (way, -way):
-                beside = self.correct(point.x + sign * near * self.scale * tangent, sign * tangent)
-                if beside.converged and low < beside.monitors.max(initial=-1.0) < high:
-                    return sign * tangent, True
+            beside = self.correct(point.x + way * near * self.scale * tangent, way * tangent)
+            if beside.converged and low < beside.monitors.max(initial=-1.0) < high:
+                return way * tangent, True
         return way * tangent, False
 
     def beyond_corner(self, row):

@@ -5,6 +5,7 @@ import numpy as np
 
 from ...solve.steplaw import BOUNDARY_BAND
 from ..resimulation import Resimulated, resimulated
+from .retraced import retraced
 
 EDGES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)  # radians
 
@@ -26,6 +27,9 @@ class Audit:
         In units of the residual.
     unresolved : tuple of (str, float, float)
         Kind, arclength and parameter of pairs of special points that cannot be told from none.
+    retraced : tuple of (float, float)
+        Arclengths of rows that lie on an earlier stretch of the branch in state and parameter, and of the place there: it runs back,
+        or round once more. The last row of a closed branch is none of them.
     resimulated : Resimulated or None
         Rows simulated again over their period, and multipliers balanced with the special points; None for ``audit="fast"``.
     """
@@ -37,16 +41,21 @@ class Audit:
     n_rejected: int
     worst_residual: float
     unresolved: tuple[tuple[str, float, float], ...]
+    retraced: tuple[tuple[float, float], ...] = ()
     resimulated: Resimulated | None = None
 
     @property
     def ok(self) -> bool:
-        """Whether nothing speaks against the list of special points, and every row that was simulated again is a motion."""
+        """Whether nothing speaks against the list of special points, no row repeats another one, and every row that was simulated
+        again is a motion."""
         again = self.resimulated
-        return self.parity and not self.unresolved and (again is None or not (again.not_repeated or again.unexplained))
+        told = self.parity and not (self.unresolved or self.retraced)
+        return told and (again is None or not (again.not_repeated or again.unexplained))
 
     def __repr__(self) -> str:
         verdict = "ok" if self.ok else f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved"
+        if self.retraced:
+            verdict += f", {len(self.retraced)} rows on an earlier stretch"
         again = self.resimulated
         if again is not None and not self.ok:
             verdict += f", {len(again.not_repeated)} rows not repeated, {len(again.unexplained)} changes of multipliers unexplained"
@@ -63,7 +72,7 @@ def audit_branch(branch, arrays) -> Audit:
     angles = np.bincount(bins, minlength=len(EDGES) - 1)
     again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
-                 float(arrays["residual"].max()), branch.unresolved, again)
+                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), again)
 
 
 def told_slopes(arrays, points):
