@@ -3,6 +3,7 @@
 The functions are not stored with a branch; one that was read from a file is as good as before, but is extended, and its points
 are followed as curves, only by a new trace.
 """
+from .callbacks import value_of
 from .kinds import SpecialPointKind
 from .problem import Monitor
 from .watching import Watching
@@ -40,21 +41,6 @@ class WithMonitors(Watching):
     def to_record(self) -> dict:
         """Return the record of the inner problem with the names watched."""
         return {**self.inner.to_record(), "monitors": list(self.functions)}
-
-
-def value_of(name, function, solution) -> float:
-    """Return ``function(solution)`` as a float.
-
-    Raises
-    ------
-    ValueError
-        When it is no number; NaN is allowed and never a zero.
-    """
-    value = function(solution)
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"monitor {name!r} must return a number, got {value!r}") from None
 
 
 def with_monitors(problem, functions):

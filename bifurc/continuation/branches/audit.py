@@ -4,6 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...solve.steplaw import BOUNDARY_BAND
+from ..kinds import StopReason
 from ..resimulation import Resimulated, resimulated
 from .retraced import retraced
 
@@ -30,6 +31,8 @@ class Audit:
     retraced : tuple of (float, float)
         Arclengths of rows that lie on an earlier stretch of the branch in state and parameter, and of the place there: it runs back,
         or round once more. The last row of a closed branch is none of them.
+    failed : tuple of str
+        What functions of the caller did that ended the branch.
     resimulated : Resimulated or None
         Rows simulated again over their period, and multipliers balanced with the special points; None for ``audit="fast"``.
     """
@@ -42,20 +45,22 @@ class Audit:
     worst_residual: float
     unresolved: tuple[tuple[str, float, float], ...]
     retraced: tuple[tuple[float, float], ...] = ()
+    failed: tuple[str, ...] = ()
     resimulated: Resimulated | None = None
 
     @property
     def ok(self) -> bool:
-        """Whether nothing speaks against the list of special points, no row repeats another one, and every row that was simulated
-        again is a motion."""
+        """Whether nothing speaks against the list of special points, no row repeats another one, no function of the caller failed,
+        and every row that was simulated again is a motion."""
         again = self.resimulated
-        told = self.parity and not (self.unresolved or self.retraced)
+        told = self.parity and not (self.unresolved or self.retraced or self.failed)
         return told and (again is None or not (again.not_repeated or again.unexplained))
 
     def __repr__(self) -> str:
         verdict = "ok" if self.ok else f"{len(self.violations)} parity violations, {len(self.unresolved)} unresolved"
         if self.retraced:
             verdict += f", {len(self.retraced)} rows on an earlier stretch"
+        verdict += "".join(f", {text}" for text in self.failed)
         again = self.resimulated
         if again is not None and not self.ok:
             verdict += f", {len(again.not_repeated)} rows not repeated, {len(again.unexplained)} changes of multipliers unexplained"
@@ -70,9 +75,10 @@ def audit_branch(branch, arrays) -> Audit:
     violations = parity_violations(arrays["s"], told_slopes(arrays, points), arrays["part"], points, branch.problems)
     bins = np.searchsorted(EDGES, np.minimum(arrays["angle"], EDGES[-1] - 1e-12), "right") - 1
     angles = np.bincount(bins, minlength=len(EDGES) - 1)
+    failed = tuple(dict.fromkeys(end.message for end in branch.ends if end.reason is StopReason.CALLBACK_FAILED))
     again = None if branch.options.get("audit") == "fast" else resimulated(branch, arrays)
     return Audit(not violations, violations, angles, arrays["s"].size, sum(end.rejected for end in branch.ends),
-                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), again)
+                 float(arrays["residual"].max()), branch.unresolved, retraced(branch, arrays), failed, again)
 
 
 def told_slopes(arrays, points):
